@@ -1,0 +1,1 @@
+"""pitotbench: a simulated flight-test bench for pitot-static calibration."""

@@ -1,0 +1,44 @@
+"""A named choice that explains a wrong name."""
+
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class UnknownNameError(ValueError):
+    """A name that the catalog does not hold; the message lists the known ones and the nearest."""
+
+
+class Catalog(Mapping[str, T], Generic[T]):
+    """An ordered, read-only table of named things: maneuvers, models, data systems, effects.
+
+    Looking up a name that is not there raises `UnknownNameError` with the known names and the nearest one.
+    """
+
+    def __init__(self, kind: str, entries: Mapping[str, T]) -> None:
+        self.kind = kind
+        self._entries = dict(entries)
+
+    def __getitem__(self, name: str) -> T:
+        if name in self._entries:
+            return self._entries[name]
+        raise UnknownNameError(explain(self.kind, name, self._entries))
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._entries
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._entries)
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+
+def explain(kind: str, name: str, known: Mapping[str, object] | list[str]) -> str:
+    """Say that a name is unknown, which names are known, and which is the nearest."""
+    names = list(known)
+    near = get_close_matches(name, names, n=1, cutoff=0.5)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    return f"unknown {kind} {name!r}.{hint} Known: {', '.join(names)}."

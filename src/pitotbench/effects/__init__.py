@@ -1,0 +1,1 @@
+"""The table of physical effects: one small file an effect."""

@@ -1,0 +1,91 @@
+"""The result of a calibration: what the log says, and how far to trust it."""
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+from pitotbench.records.frozen import check_lengths, freeze
+from pitotbench.units import Array, Booleans, MetersPerSecond, Seconds
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A number and the 2σ bound that is meant to cover it, in one unit."""
+
+    name: str
+    value: float
+    two_sigma: float
+
+
+@dataclass(frozen=True, slots=True)
+class WindEstimate:
+    """Wind velocity, toward north, east and down [m/s]; down is None where it was not estimated."""
+
+    north: Estimate
+    east: Estimate
+    down: Estimate | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorCurve:
+    """The pressure error as a curve over indicated airspeed; arrays of one length.
+
+    `correction` is calibrated minus indicated airspeed. `two_sigma` is the bound that is meant to cover,
+    `white_two_sigma` the Cramér-Rao bound for white residuals, shown for comparison only.
+    """
+
+    indicated_airspeed: MetersPerSecond
+    correction: MetersPerSecond
+    two_sigma: MetersPerSecond
+    white_two_sigma: MetersPerSecond
+    normalized_pressure_error: Array  # Δp/q_c
+    normalized_two_sigma: Array
+
+    def __post_init__(self) -> None:
+        arrays = [(f.name, getattr(self, f.name)) for f in fields(self)]
+        check_lengths("ErrorCurve", arrays, len(self.indicated_airspeed))
+        for name, array in arrays:
+            object.__setattr__(self, name, freeze(array))
+
+
+@dataclass(frozen=True, slots=True)
+class Residuals:
+    """What the fitted model left over, for pictures and checks: one entry a sample used.
+
+    `airspeed` is measured minus predicted, expressed as calibrated airspeed [m/s].
+    """
+
+    time: Seconds
+    indicated_airspeed: MetersPerSecond
+    airspeed: MetersPerSecond
+    used: Booleans  # over the rows of the log: which were used
+
+    def __post_init__(self) -> None:
+        arrays = [(f.name, getattr(self, f.name)) for f in fields(self)]
+        check_lengths("Residuals", [(n, a) for n, a in arrays if n != "used"], len(self.time))
+        for name, array in arrays:
+            object.__setattr__(self, name, freeze(array))
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """An error curve and a wind with their bounds, and everything needed to doubt them.
+
+    `residual_two_sigma` [m/s] is the paper's 2σ (of the residual, as calibrated airspeed): not a bound on the
+    curve. `condition_number` is that of the scaled, whitened normal problem. `diagnostics` holds plain numbers
+    by name (iterations, effective samples, noise levels ...).
+    """
+
+    model: str
+    method: str
+    parameters: tuple[Estimate, ...]
+    reference_pressure: float  # Pa
+    wind: WindEstimate
+    curve: ErrorCurve
+    residual_two_sigma: float
+    samples: int
+    converged: bool
+    reason: str
+    condition_number: float
+    residuals: Residuals
+    warnings: tuple[str, ...] = ()
+    diagnostics: dict[str, Any] | None = None

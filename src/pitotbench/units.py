@@ -1,0 +1,85 @@
+"""Unit factors. Inside the bench everything is SI and radians; these serve the edges only.
+
+The annotations name the unit of an array in a signature; they are documentation that a reader can trust,
+not a run-time check. The suffix table is closed: a column or flag ends in one of these or is refused.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Booleans = NDArray[np.bool_]
+Seconds = Annotated[Array, "s"]
+Pascal = Annotated[Array, "Pa"]
+Kelvin = Annotated[Array, "K"]
+MetersPerSecond = Annotated[Array, "m/s"]
+Meters = Annotated[Array, "m"]
+Radians = Annotated[Array, "rad"]
+
+KNOT = 1852.0 / 3600.0  # m/s, exact by definition of the nautical mile
+FOOT = 0.3048  # m, exact
+INCH_OF_MERCURY = 3386.389  # Pa, conventional at 0 °C
+PSI = 6894.757293168  # Pa
+PSF = PSI / 144.0  # Pa
+POUND = 0.45359237  # kg, exact
+DEGREE = float(np.pi / 180.0)  # rad
+STANDARD_GRAVITY = 9.80665  # m/s²
+
+
+@dataclass(frozen=True, slots=True)
+class Suffix:
+    """A unit suffix: SI value = (written value + offset) * factor."""
+
+    dimension: str
+    factor: float
+    offset: float = 0.0
+
+
+SUFFIXES: dict[str, Suffix] = {
+    "s": Suffix("time", 1.0),
+    "ms": Suffix("time", 1e-3),
+    "pa": Suffix("pressure", 1.0),
+    "hpa": Suffix("pressure", 100.0),
+    "psi": Suffix("pressure", PSI),
+    "inhg": Suffix("pressure", INCH_OF_MERCURY),
+    "psf": Suffix("pressure", PSF),
+    "k": Suffix("temperature", 1.0),
+    "degc": Suffix("temperature", 1.0, 273.15),
+    "degr": Suffix("temperature", 5.0 / 9.0),
+    "mps": Suffix("speed", 1.0),
+    "kt": Suffix("speed", KNOT),
+    "fps": Suffix("speed", FOOT),
+    "m": Suffix("length", 1.0),
+    "ft": Suffix("length", FOOT),
+    "rad": Suffix("angle", 1.0),
+    "deg": Suffix("angle", DEGREE),
+    "radps": Suffix("angular rate", 1.0),
+    "degps": Suffix("angular rate", DEGREE),
+    "rpm": Suffix("angular rate", float(2.0 * np.pi / 60.0)),
+    "mps2": Suffix("acceleration", 1.0),
+    "fps2": Suffix("acceleration", FOOT),
+    "g": Suffix("acceleration", STANDARD_GRAVITY),
+    "kg": Suffix("mass", 1.0),
+    "lb": Suffix("mass", POUND),
+    "kgps": Suffix("mass flow", 1.0),
+    "pph": Suffix("mass flow", POUND / 3600.0),
+}
+
+
+def to_si(value: Array | float, suffix: str) -> Array:
+    """Convert a written value to SI.
+
+    Parameters: value, any shape [unit of `suffix`]; suffix, a key of `SUFFIXES`.
+    Raises KeyError for an unknown suffix.
+    """
+    unit = SUFFIXES[suffix]
+    return (np.asarray(value, dtype=np.float64) + unit.offset) * unit.factor
+
+
+def from_si(value: Array | float, suffix: str) -> Array:
+    """Convert an SI value to the unit of `suffix`; the inverse of `to_si`."""
+    unit = SUFFIXES[suffix]
+    return np.asarray(value, dtype=np.float64) / unit.factor - unit.offset

@@ -10,39 +10,34 @@ import numpy as np
 
 from pitotbench.units import Array
 
+Term = Callable[[Array], Array]
+
 
 @dataclass(frozen=True, slots=True)
 class PressureErrorModel:
-    """A model of Δp/q_c that is linear in its parameters: `basis(x)` has shape (n, number of parameters)."""
+    """A model of Δp/q_c that is linear in its parameters: one term and its slope a parameter."""
 
     name: str
     parameter_names: tuple[str, ...]
-    terms: tuple[Callable[[Array], Array], ...]
+    terms: tuple[tuple[Term, Term], ...]
     formula: str
 
     def basis(self, x: Array) -> Array:
         """The terms at x = q_ci/q_ref, shape (n,): an array of shape (n, k), dimensionless."""
-        return np.stack([term(x) for term in self.terms], axis=-1)
+        return np.stack([term(x) for term, _ in self.terms], axis=-1)
+
+    def basis_slope(self, x: Array) -> Array:
+        """The derivatives of the terms with respect to x, shape (n, k)."""
+        return np.stack([slope(x) for _, slope in self.terms], axis=-1)
 
 
-def _one(x: Array) -> Array:
-    return np.ones_like(x)
+ONE: tuple[Term, Term] = (np.ones_like, np.zeros_like)
+X: tuple[Term, Term] = (lambda x: x, np.ones_like)
+X_SQUARED: tuple[Term, Term] = (lambda x: x * x, lambda x: 2.0 * x)
+ONE_OVER_X: tuple[Term, Term] = (lambda x: 1.0 / x, lambda x: -1.0 / (x * x))
 
-
-def _x(x: Array) -> Array:
-    return x
-
-
-def _x_squared(x: Array) -> Array:
-    return x * x
-
-
-def _one_over_x(x: Array) -> Array:
-    return 1.0 / x
-
-
-BIAS = PressureErrorModel("bias", ("k1",), (_one,), "k1")
-LINEAR = PressureErrorModel("linear", ("k1", "k2"), (_one, _x), "k1 + k2 x")
-QUADRATIC = PressureErrorModel("quadratic", ("k1", "k2", "k3"), (_one, _x, _x_squared), "k1 + k2 x + k3 x²")
-INVERSE = PressureErrorModel("inverse", ("k1", "k2"), (_one, _one_over_x), "k1 + k2/x")
-INVERSE_PLUS = PressureErrorModel("inverse+", ("k1", "k2", "k3"), (_one, _x, _one_over_x), "k1 + k2 x + k3/x")
+BIAS = PressureErrorModel("bias", ("k1",), (ONE,), "k1")
+LINEAR = PressureErrorModel("linear", ("k1", "k2"), (ONE, X), "k1 + k2 x")
+QUADRATIC = PressureErrorModel("quadratic", ("k1", "k2", "k3"), (ONE, X, X_SQUARED), "k1 + k2 x + k3 x²")
+INVERSE = PressureErrorModel("inverse", ("k1", "k2"), (ONE, ONE_OVER_X), "k1 + k2/x")
+INVERSE_PLUS = PressureErrorModel("inverse+", ("k1", "k2", "k3"), (ONE, X, ONE_OVER_X), "k1 + k2 x + k3/x")

@@ -1,0 +1,108 @@
+"""The estimator whose 2σ is meant to cover: generalized least squares against noise with a memory.
+
+The residual of one-second block means is white sensor noise plus a gust, a first-order Gauss-Markov process
+with the length scale of the Dryden spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. Levels and
+scale are unknown: they are estimated by restricted likelihood and marginalized over their posterior.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from pitotbench.calibrate.blocks import Blocks, divide
+from pitotbench.calibrate.observations import Observations
+from pitotbench.calibrate.prediction import PredictionModel
+from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
+from pitotbench.estimate.restricted_likelihood import (
+    LogPrior,
+    NoiseNode,
+    NoiseOf,
+    Regression,
+    noise_posterior,
+)
+from pitotbench.units import Array
+
+GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
+GUST_LENGTH_FACTOR = 1.6  # standard deviation of the prior on it, as a factor
+GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
+WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
+_SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
+
+
+@dataclass(frozen=True, slots=True)
+class CoveringFit:
+    """The reference point θ0 (p,), the noise nodes with corrections to it, and what noise was found."""
+
+    theta: Array
+    nodes: tuple[NoiseNode, ...]
+    gust_deviation: float
+    gust_length: float
+    blocks: int
+
+
+def fit_covering(model: PredictionModel, obs: Observations, start: Array) -> CoveringFit:
+    """Fit from a near-by start θ (p,); every node's estimate is a correction to the returned θ."""
+    blocks = divide(obs)
+    theta = start
+    nodes: tuple[NoiseNode, ...] = ()
+    for _ in range(2):
+        theta = theta if not nodes else theta + _mean(nodes)
+        problem, airspeed, sensor = _block_problem(model, obs, blocks, theta)
+        noise_of = _noise_family(blocks, airspeed, sensor)
+        nodes = noise_posterior(problem, noise_of, _prior(), _start(problem))
+    best = max(nodes, key=lambda node: node.weight).noise
+    return CoveringFit(theta, nodes, float(np.exp(best[0])), float(np.exp(best[1])), len(blocks.time))
+
+
+def _mean(nodes: tuple[NoiseNode, ...]) -> Array:
+    return np.asarray(sum(node.weight * node.estimate for node in nodes))
+
+
+def _block_problem(
+    model: PredictionModel, obs: Observations, blocks: Blocks, theta: Array
+) -> tuple[Regression, Array, Array]:
+    """The linearized problem in true airspeed [m/s], block means; also airspeed and sensor variance a block."""
+    prediction = model.predict(theta, obs)
+    residual = (obs.impact_pressure - prediction.indicated) / prediction.slope
+    response = blocks.mean(residual)
+    regressors = blocks.mean(prediction.jacobian / prediction.slope[:, None])
+    instruments = gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest")
+    sensor = _sensor_noise(obs) / blocks.mean(prediction.slope)
+    variance = sensor**2 / blocks.count
+    return Regression(response, regressors, instruments), blocks.mean(prediction.true_airspeed), variance
+
+
+def _sensor_noise(obs: Observations) -> float:
+    """White noise of the impact pressure [Pa], from its second differences (slow signals cancel)."""
+    second = np.diff(obs.impact_pressure, 2)
+    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0))
+
+
+def _noise_family(blocks: Blocks, airspeed: Array, sensor: Array) -> NoiseOf:
+    """φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s]) to a covariance."""
+    ones = np.ones(len(blocks.time))
+
+    def noise_of(phi: Array) -> MarkovNoise:
+        deviation, length, white = np.exp(phi)
+        gust = MarkovProcess(deviation, length / airspeed, ones)
+        return MarkovNoise(blocks.time, sensor + white**2 + 1e-8, [gust])
+
+    return noise_of
+
+
+def _prior() -> LogPrior:
+    """Half-normal levels (the ln φ terms turn densities of φ into densities of ln φ), log-normal length."""
+
+    def log_prior(phi: Array) -> float:
+        deviation, white = np.exp(phi[0]), np.exp(phi[2])
+        levels = -0.5 * (deviation / GUST_SCALE) ** 2 - 0.5 * (white / WHITE_SCALE) ** 2 + phi[0] + phi[2]
+        length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(GUST_LENGTH_FACTOR)) ** 2
+        return float(levels + length)
+
+    return log_prior
+
+
+def _start(problem: Regression) -> list[float]:
+    level = max(float(np.std(problem.response)), 1e-3)
+    return [np.log(level), np.log(GUST_LENGTH), np.log(0.3 * level)]

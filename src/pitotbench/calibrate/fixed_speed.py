@@ -1,0 +1,67 @@
+"""Fixed-speed GPS methods: one true airspeed and one wind from legs flown at one airspeed.
+
+Three legs: exact (Gray, National Test Pilot School, 1998). Four legs: the mean of the four three-leg answers;
+their spread (standard deviation) tells how steady wind and airspeed were.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.units import Array, MetersPerSecond, Radians
+
+_ILL_CONDITIONED = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class FixedSpeedResult:
+    """True airspeed [m/s], spread of the three-leg answers [m/s] (None for three legs), wind speed [m/s] and
+    the direction that it blows from [rad, 0 to 2π]."""
+
+    true_airspeed: float
+    spread: float | None
+    wind_speed: float
+    wind_from: float
+
+
+def fixed_speed(ground_speed: MetersPerSecond, track: Radians) -> FixedSpeedResult:
+    """Solve three or four legs flown at one true airspeed.
+
+    Parameters: ground speed [m/s] and true track [rad] of each leg, shape (3,) or (4,).
+    Raises BadInputError for another number of legs or non-positive speeds, NoAnswerError for tracks that are
+    too much alike.
+    """
+    speed, angle = np.asarray(ground_speed, dtype=np.float64), np.asarray(track, dtype=np.float64)
+    if speed.shape != angle.shape or speed.shape not in ((3,), (4,)):
+        raise BadInputError(f"give three or four legs, a speed and a track each; got {speed.size} and {angle.size}")
+    if not np.all(np.isfinite(speed) & np.isfinite(angle)) or not np.all(speed > 0.0):
+        raise BadInputError("ground speeds must be positive numbers and tracks numbers")
+    velocity = np.stack([speed * np.cos(angle), speed * np.sin(angle)], axis=1)
+    answers = np.array([_three_legs(velocity[list(legs)]) for legs in combinations(range(len(speed)), 3)])
+    airspeed, north, east = answers.mean(axis=0)
+    spread = float(answers[:, 0].std(ddof=1)) if len(answers) > 1 else None
+    wind_from = float(np.arctan2(-east, -north) % (2.0 * np.pi))
+    return FixedSpeedResult(float(airspeed), spread, float(np.hypot(north, east)), wind_from)
+
+
+def _three_legs(velocity: Array) -> tuple[float, float, float]:
+    """True airspeed and wind north, east of three ground velocities (3, 2): the circle through their tips."""
+    chords = velocity[1:] - velocity[0]
+    squares = np.sum(velocity**2, axis=1)
+    if np.linalg.cond(chords) > _ILL_CONDITIONED:
+        raise NoAnswerError("the legs do not determine the wind: fly tracks at least 60° apart")
+    wind = np.linalg.solve(chords, 0.5 * (squares[1:] - squares[0]))
+    return float(np.linalg.norm(velocity[0] - wind)), float(wind[0]), float(wind[1])
+
+
+def horseshoe(ground_speed: MetersPerSecond) -> float:
+    """True airspeed [m/s] from three legs on headings 90° apart (left, middle, right legs in order).
+
+    V = ½·sqrt(V1² + V2² + V3² + V1² V3²/V2²); Lowry, Performance of Light Aircraft, 1999.
+    """
+    first, second, third = (float(v) for v in ground_speed)
+    if min(first, second, third) <= 0.0:
+        raise BadInputError("ground speeds must be positive")
+    return 0.5 * float(np.sqrt(first**2 + second**2 + third**2 + (first * third / second) ** 2))

@@ -1,0 +1,50 @@
+"""Does the log determine what is asked of it? A number that it does not determine is never given."""
+
+import numpy as np
+
+from pitotbench.calibrate.observations import Observations
+from pitotbench.calibrate.prediction import PredictionModel
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.errors import NoAnswerError
+from pitotbench.units import DEGREE, KNOT
+
+_HEADING_SPREAD = 30.0 * DEGREE  # below it the along-track wind and the curve's level are one unknown
+_SPEED_RATIO = {1: 1.0, 2: 1.05, 3: 1.10}  # impact-pressure ratio that a model of so many terms needs
+_USELESS = 10.0 * KNOT  # a bound beyond this is no answer
+
+
+def require_observable(model: PredictionModel, obs: Observations) -> None:
+    """Raise NoAnswerError where headings or speeds are too much alike, with what to fly next."""
+    spread = heading_spread(obs)
+    if spread < _HEADING_SPREAD:
+        raise NoAnswerError(
+            f"the wind is not observable: all headings lie within {spread / DEGREE:.0f}°; "
+            "fly a second leg at least 60° away (the reciprocal is best)"
+        )
+    low, high = np.quantile(obs.impact_pressure, [0.02, 0.98])
+    needed = _SPEED_RATIO[model.error_count]
+    if high / low < needed:
+        raise NoAnswerError(
+            f"the airspeed hardly changes (impact pressure {low:.0f} to {high:.0f} Pa): the model "
+            f"{model.error.name!r} with {model.error_count} parameters needs a ratio of {needed:g}; "
+            "use --model bias, or fly a wider speed range"
+        )
+
+
+def heading_spread(obs: Observations) -> float:
+    """Width of the smallest arc that holds 98 % of the ground tracks [rad]."""
+    track = np.sort(np.arctan2(obs.velocity_east, obs.velocity_north))
+    keep = int(np.ceil(0.98 * len(track)))
+    wrapped = np.concatenate([track, track + 2.0 * np.pi])
+    return float(np.min(wrapped[keep - 1 : keep - 1 + len(track)] - wrapped[: len(track)]))
+
+
+def require_useful(calibration: Calibration) -> None:
+    """Raise NoAnswerError where the bound on the curve or the wind is so wide that there is no answer."""
+    wind = max(calibration.wind.north.two_sigma, calibration.wind.east.two_sigma)
+    curve = float(np.max(calibration.curve.two_sigma))
+    if not np.isfinite(wind + curve) or max(wind, curve) > _USELESS:
+        raise NoAnswerError(
+            f"the log does not determine the answer: 2σ would be {curve / KNOT:.1f} kt on the curve and "
+            f"{wind / KNOT:.1f} kt on the wind; fly longer, on reciprocal headings, at every speed of interest"
+        )

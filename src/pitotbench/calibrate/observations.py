@@ -1,0 +1,153 @@
+"""From a log to the rows and channels that the estimators use; bad or useless logs end here."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from pitotbench import air
+from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.units import KNOT, Array, Booleans, Kelvin, MetersPerSecond, Pascal, Seconds
+
+_MINIMUM_SAMPLES = 30
+_MINIMUM_AIRSPEED = 20.0 * KNOT  # below it a pitot tube says little
+_FEWEST_FIXES = 4  # in a stretch without gaps
+_DENSE = 0.5  # share of fresh GPS rows above which velocity counts as sampled with the air data
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """The rows used. `probe_temperature` is total (`probe_heating` = 0.2 r) or of the air (`probe_heating` = 0).
+
+    `part` numbers contiguous stretches; `fresh` marks new GPS samples; `held_*` are velocities as logged and
+    `velocity_*` those brought to the air data's time.
+    """
+
+    time: Seconds
+    impact_pressure: Pascal
+    static_pressure: Pascal
+    probe_temperature: Kelvin
+    velocity_north: MetersPerSecond
+    velocity_east: MetersPerSecond
+    velocity_down: MetersPerSecond
+    held_north: MetersPerSecond
+    held_east: MetersPerSecond
+    held_down: MetersPerSecond
+    part: Array
+    fresh: Booleans
+    used: Booleans
+    probe_heating: float
+    has_down: bool
+    standard_day: bool
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def as_held(self) -> "Observations":
+        """The same rows with the velocity as logged: each fix held until the next (the paper's way)."""
+        return replace(
+            self,
+            velocity_north=self.held_north,
+            velocity_east=self.held_east,
+            velocity_down=self.held_down,
+        )
+
+
+def observe(log: FlightLog, options: CalibrationOptions) -> Observations:
+    """Choose rows and bring ground velocity to the times of the air data.
+
+    Raises BadInputError where too few usable rows remain or a needed channel is missing.
+    """
+    fresh = fresh_samples(log)
+    part = _parts(log.time)
+    down = log.velocity_down if log.velocity_down is not None and options.use_down else np.zeros(len(log))
+    held = np.stack([log.velocity_north, log.velocity_east, down])
+    velocity, between = _between_fixes(log.time, held, fresh, part)
+    used = _usable_rows(log, options) & between
+    _require_rows(used, options)
+    temperature, heating, standard = _temperature(log, options)
+    return Observations(
+        time=log.time[used],
+        impact_pressure=log.impact_pressure[used],
+        static_pressure=log.static_pressure[used],
+        probe_temperature=temperature[used],
+        velocity_north=velocity[0, used],
+        velocity_east=velocity[1, used],
+        velocity_down=velocity[2, used],
+        held_north=held[0, used],
+        held_east=held[1, used],
+        held_down=held[2, used],
+        part=part[used],
+        fresh=fresh[used],
+        used=used,
+        probe_heating=heating,
+        has_down=log.velocity_down is not None and options.use_down,
+        standard_day=standard,
+    )
+
+
+def fresh_samples(log: FlightLog) -> Booleans:
+    """Rows at which the GPS velocity is new: as logged, else found from repeated values."""
+    if log.gps_fresh is not None:
+        return log.gps_fresh
+    changed = (np.diff(log.velocity_north) != 0.0) | (np.diff(log.velocity_east) != 0.0)
+    return np.concatenate([[True], changed])
+
+
+def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
+    used = log.impact_pressure > float(air.impact_pressure(_MINIMUM_AIRSPEED))
+    if options.on_condition:
+        if log.on_condition is None:
+            raise BadInputError("the log has no on_condition column; leave out --on-condition or add the column")
+        used &= log.on_condition
+    if options.mach_max is not None:
+        used &= air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure) <= options.mach_max
+    return used
+
+
+def _require_rows(used: Booleans, options: CalibrationOptions) -> None:
+    if int(used.sum()) < _MINIMUM_SAMPLES:
+        raise BadInputError(
+            f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt"
+            f"{', on condition' if options.on_condition else ''}"
+            f"{', below the Mach limit' if options.mach_max is not None else ''}"
+            ", between GPS fixes that change); "
+            f"at least {_MINIMUM_SAMPLES} are needed: choose other rows or fly longer"
+        )
+
+
+def _between_fixes(time: Seconds, held: Array, fresh: Booleans, part: Array) -> tuple[Array, Booleans]:
+    """Held velocities (3, n) as smooth curves through their fixes, and the rows that lie between fixes.
+
+    Cubic splines, each contiguous stretch for itself: a hold would lag by half a fix interval, and beyond the
+    last fix there is nothing to interpolate.
+    """
+    if fresh.mean() > _DENSE:
+        return held, np.ones(len(time), dtype=np.bool_)
+    velocity, between = held.copy(), np.zeros(len(time), dtype=np.bool_)
+    for number in np.unique(part):
+        rows = part == number
+        fixes = rows & fresh
+        if int(fixes.sum()) < _FEWEST_FIXES:
+            continue
+        knots = time[fixes]
+        rows &= (time >= knots[0]) & (time <= knots[-1])
+        velocity[:, rows] = CubicSpline(knots, held[:, fixes], axis=1)(time[rows])
+        between |= rows
+    return velocity, between
+
+
+def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, float, bool]:
+    if log.total_temperature is not None:
+        return log.total_temperature, 0.2 * options.recovery_factor, False
+    if log.air_temperature is not None:
+        return log.air_temperature, 0.0, False
+    return air.standard_temperature(air.pressure_altitude(log.static_pressure)), 0.0, True
+
+
+def _parts(time: Seconds) -> Array:
+    """Number the contiguous stretches of a log; a gap of more than five sample intervals starts a new one."""
+    step = np.diff(time)
+    return np.concatenate([[0.0], np.cumsum(step > 5.0 * float(np.median(step)))])

@@ -1,0 +1,47 @@
+"""What the user can choose about a calibration, in one record."""
+
+from dataclasses import dataclass
+
+from pitotbench.catalog import explain
+from pitotbench.pressure_error import MODELS
+from pitotbench.records.errors import BadInputError
+
+METHODS = ("covering", "paper")
+FORMS = ("scalar", "vector")
+ERROR_LOCATIONS = ("impact", "static")
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationOptions:
+    """Choices of a calibration; the defaults suit a low-speed log with turns.
+
+    model: name in the table of pressure-error models. method: `covering` (generalized least squares with a
+    bound that is meant to cover) or `paper` (output error with white residuals). form: `scalar` (impact
+    pressure predicted from ground velocity and wind) or `vector` (ground velocity predicted from airspeed,
+    attitude and flow angles; method `paper` only). error_location: `impact` (the paper: the error corrupts the
+    impact pressure alone) or `static` (the error is the static source's and moves the static pressure too).
+    mach_max: rows above it are left out. wind_down: estimate a vertical wind. recovery_factor: of the
+    temperature probe. Raises BadInputError or UnknownNameError for a choice that does not exist.
+    """
+
+    model: str = "inverse+"
+    method: str = "covering"
+    form: str = "scalar"
+    error_location: str = "impact"
+    use_down: bool = True
+    on_condition: bool = False
+    mach_max: float | None = None
+    wind_down: bool = False
+    recovery_factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        _ = MODELS[self.model]
+        for kind, value, known in (
+            ("method", self.method, METHODS),
+            ("form", self.form, FORMS),
+            ("error location", self.error_location, ERROR_LOCATIONS),
+        ):
+            if value not in known:
+                raise BadInputError(explain(kind, value, list(known)))
+        if self.form == "vector" and self.method != "paper":
+            raise BadInputError("the vector form belongs to the method 'paper'; use --method paper with it")

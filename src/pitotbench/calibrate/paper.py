@@ -1,0 +1,97 @@
+"""The outputs of the paper's method: one output (airspeed) or three (ground velocity)."""
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.calibrate.observations import Observations
+from pitotbench.calibrate.output_error import OutputErrorFit, Outputs, fit_output_error
+from pitotbench.calibrate.prediction import PredictionModel
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.units import Array
+
+
+def fit_scalar(model: PredictionModel, obs: Observations) -> OutputErrorFit:
+    """One output, airspeed [m/s]: as indicated against as predicted from the held velocity and the wind."""
+    return fit_output_error(airspeed_outputs(model, obs.as_held()), np.zeros(model.count))
+
+
+def airspeed_outputs(model: PredictionModel, obs: Observations) -> Outputs:
+    """The residual in indicated airspeed [m/s] and the Jacobian of its prediction."""
+    measured = air.calibrated_airspeed(obs.impact_pressure)
+
+    def outputs(theta: Array) -> tuple[Array, Array]:
+        prediction = model.predict(theta, obs)
+        slope = air.calibrated_airspeed_slope(prediction.indicated)
+        residual = measured - air.calibrated_airspeed(prediction.indicated)
+        return residual[None, :], (prediction.jacobian * slope[:, None])[None, :, :]
+
+    return outputs
+
+
+def fit_vector(model: PredictionModel, obs: Observations, log: FlightLog) -> OutputErrorFit:
+    """Three outputs, ground velocity north, east and down [m/s], from airspeed, attitude, flow angles and wind.
+
+    Raises BadInputError where the log has no attitude or no flow angles.
+    """
+    return fit_output_error(velocity_outputs(model, obs, _air_direction(log)[:, obs.used]), np.zeros(model.count))
+
+
+def velocity_outputs(model: PredictionModel, obs: Observations, direction: Array) -> Outputs:
+    """The residual in ground velocity, (m, n) [m/s], and its Jacobian; `direction` is (3, n), unit vectors."""
+    x = obs.impact_pressure / model.reference_pressure
+    basis = model.error.basis(x)
+    measured = [obs.held_north, obs.held_east] + ([obs.held_down] if obs.has_down else [])
+    axes, n, free = len(measured), len(obs), model.error_count
+    jacobian = np.zeros((axes, n, model.count))
+    for axis in range(min(axes, model.count - free)):
+        jacobian[axis, :, free + axis] = 1.0
+
+    def outputs(theta: Array) -> tuple[Array, Array]:
+        rest = 1.0 - basis @ theta[:free]
+        speed, slope = _speed(obs.impact_pressure / rest, obs)
+        by_error = slope * obs.impact_pressure / (rest * rest)
+        residuals = np.empty((axes, n))
+        for axis in range(axes):
+            wind = theta[free + axis] if free + axis < len(theta) else 0.0
+            residuals[axis] = measured[axis] - speed * direction[axis] - wind
+            np.multiply(basis, (by_error * direction[axis])[:, None], out=jacobian[axis, :, :free])
+        return residuals, jacobian
+
+    return outputs
+
+
+def _speed(impact: Array, obs: Observations) -> tuple[Array, Array]:
+    """True airspeed [m/s] of a true impact pressure [Pa], and its slope [m/s per Pa]."""
+    ratio = impact / obs.static_pressure
+    power = np.exp(np.log1p(ratio) * (2.0 / 7.0))
+    mach_squared = 5.0 * (power - 1.0)
+    heated = 1.0 + obs.probe_heating * mach_squared
+    sound_squared = air.HEAT_RATIO * air.GAS_CONSTANT * obs.probe_temperature / heated
+    speed = np.sqrt(mach_squared * sound_squared)
+    mach_slope = (10.0 / 7.0) * power / ((1.0 + ratio) * obs.static_pressure)
+    return speed, 0.5 * mach_slope * sound_squared / (heated * speed)
+
+
+def _air_direction(log: FlightLog) -> Array:
+    """Unit vector of the velocity through the air, north, east, down, from attitude and flow angles."""
+    needed = {"roll": log.roll, "pitch": log.pitch, "heading": log.heading}
+    flow = {"angle_of_attack": log.angle_of_attack, "sideslip": log.sideslip}
+    missing = [name for name, value in (needed | flow).items() if value is None]
+    if log.roll is None or log.pitch is None or log.heading is None or missing:
+        raise BadInputError(f"the vector form needs attitude and flow angles; the log lacks {', '.join(missing)}")
+    assert log.angle_of_attack is not None
+    assert log.sideslip is not None
+    x = np.cos(log.angle_of_attack) * np.cos(log.sideslip)
+    y = np.sin(log.sideslip)
+    z = np.sin(log.angle_of_attack) * np.cos(log.sideslip)
+    across = y * np.cos(log.roll) - z * np.sin(log.roll)
+    below = y * np.sin(log.roll) + z * np.cos(log.roll)
+    ahead = x * np.cos(log.pitch) + below * np.sin(log.pitch)
+    return np.stack(
+        [
+            ahead * np.cos(log.heading) - across * np.sin(log.heading),
+            ahead * np.sin(log.heading) + across * np.cos(log.heading),
+            below * np.cos(log.pitch) - x * np.sin(log.pitch),
+        ]
+    )

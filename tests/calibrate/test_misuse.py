@@ -1,0 +1,68 @@
+"""Logs that do not determine an answer get none, and the message says what to fly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trajectories as fixture
+
+from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.catalog import UnknownNameError
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.units import KNOT
+
+
+def test_one_heading_is_not_observable():
+    log = fixture.fly(fixture.straight(10), 10, 10, fixture.Air())
+    with pytest.raises(NoAnswerError, match="headings lie within"):
+        calibrate(log)
+
+
+def test_one_speed_does_not_carry_three_parameters():
+    speed, heading = fixture.step_decrease(10)
+    log = fixture.fly((np.full_like(speed, 120.0 * KNOT), heading), 10, 10, fixture.Air(pressure=1.0, gust=0.1))
+    with pytest.raises(NoAnswerError, match="--model bias"):
+        calibrate(log)
+    assert calibrate(log, CalibrationOptions(model="bias")).converged
+
+
+def test_standing_still_is_bad_input():
+    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
+    with pytest.raises(BadInputError, match="usable"):
+        calibrate(replace(log, impact_pressure=np.full(len(log), 5.0)))
+
+
+def test_stuck_gps_is_bad_input():
+    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
+    stuck = np.full(len(log), 60.0)
+    with pytest.raises(BadInputError, match="GPS"):
+        calibrate(replace(log, velocity_north=stuck, velocity_east=stuck, gps_fresh=None))
+
+
+def test_on_condition_needs_its_column():
+    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
+    with pytest.raises(BadInputError, match="on_condition"):
+        calibrate(log, CalibrationOptions(on_condition=True))
+
+
+def test_vector_form_needs_attitude():
+    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
+    with pytest.raises(BadInputError, match="roll"):
+        calibrate(replace(log, roll=None), CalibrationOptions(method="paper", form="vector"))
+
+
+@pytest.mark.parametrize("choice", [{"method": "papre"}, {"form": "tensor"}, {"error_location": "pitot"}])
+def test_unknown_choices_name_the_known(choice):
+    with pytest.raises(BadInputError, match="Known"):
+        CalibrationOptions(**choice)
+
+
+def test_unknown_model_names_the_nearest():
+    with pytest.raises(UnknownNameError, match="'quadratic'"):
+        CalibrationOptions(model="quadratc")
+
+
+def test_missing_temperature_is_said():
+    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
+    result = calibrate(replace(log, total_temperature=None))
+    assert any("temperature" in warning for warning in result.warnings)

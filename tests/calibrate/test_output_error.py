@@ -1,0 +1,68 @@
+"""Output error: recovery without noise, agreement with an independent solver, and its bound under white noise."""
+
+import numpy as np
+import pytest
+import trajectories as fixture
+from scipy.optimize import least_squares
+
+from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.calibrate.observations import observe
+from pitotbench.calibrate.output_error import fit_output_error
+from pitotbench.calibrate.paper import airspeed_outputs
+from pitotbench.calibrate.prediction import PredictionModel
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.records.errors import NoAnswerError
+from pitotbench.units import KNOT
+
+MODEL = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
+
+
+@pytest.mark.parametrize("form", ["scalar", "vector"])
+def test_recovers_the_truth_in_calm_air(form):
+    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.CALM)
+    result = calibrate(log, CalibrationOptions(method="paper", form=form))
+    np.testing.assert_allclose([p.value for p in result.parameters], fixture.TRUTH.parameters, atol=1e-6)
+    np.testing.assert_allclose([result.wind.north.value, result.wind.east.value], fixture.WIND, atol=1e-6)
+
+
+def test_agrees_with_scipy_least_squares():
+    obs = observe(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air()), CalibrationOptions())
+    outputs = airspeed_outputs(MODEL, obs)
+    own = fit_output_error(outputs, np.zeros(5))
+    other = least_squares(
+        lambda t: outputs(t)[0].ravel(), np.zeros(5), jac=lambda t: -outputs(t)[1][0], method="lm", x_scale="jac"
+    )
+    np.testing.assert_allclose(own.theta, other.x, rtol=1e-5, atol=1e-6)
+
+
+def test_white_bound_covers_white_noise_only():
+    """In still air with white sensor noise the Cramér-Rao bound covers; in gusts it does not come near."""
+    still, gusty = (_white_coverage(fixture.Air(gust=g, gps=0.0)) for g in (0.0, 0.3))
+    assert 0.88 <= still <= 1.0
+    assert gusty < 0.5
+
+
+def _white_coverage(noise, seeds=30):
+    inside = []
+    for seed in range(seeds):
+        log = fixture.fly(fixture.step_decrease(10), 10, 10, noise, seed)
+        curve = calibrate(log, CalibrationOptions(method="paper")).curve
+        error = curve.correction - fixture.true_correction(curve.indicated_airspeed)
+        inside.append(np.mean(np.abs(error) <= curve.white_two_sigma))
+    return float(np.mean(inside))
+
+
+def test_residual_two_sigma_is_that_of_the_noise():
+    log = fixture.fly(fixture.step_decrease(20), 20, 20, fixture.Air(gust=0.0, gps=0.0))
+    result = calibrate(log, CalibrationOptions(method="paper"))
+    slope_low_kt, slope_high_kt = 0.030 * 12 * 2, 0.018 * 12 * 2  # 12 Pa at 100 and at 160 kt
+    assert slope_high_kt < result.residual_two_sigma / KNOT < slope_low_kt
+
+
+def test_identical_regressors_are_no_answer():
+    def outputs(theta):
+        column = np.linspace(0.0, 1.0, 50)
+        return (column - column * (theta[0] + theta[1]))[None], np.stack([column, column], axis=1)[None]
+
+    with pytest.raises(NoAnswerError, match="told apart"):
+        fit_output_error(outputs, np.zeros(2))

@@ -1,0 +1,61 @@
+"""The prediction and its Jacobian: identities against finite differences and against the sensed truth."""
+
+import numpy as np
+import pytest
+import trajectories as fixture
+
+from pitotbench.calibrate.observations import observe
+from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.calibrate.prediction import PredictionModel
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+
+
+@pytest.fixture(scope="module")
+def calm():
+    log = fixture.fly(fixture.step_decrease(5), 5, 5, fixture.CALM)
+    return observe(log, CalibrationOptions())
+
+
+def theta_for(model):
+    return np.concatenate(
+        [[-0.05, 0.01, 0.02][: model.error_count], [4.0, -3.0, 0.5][: model.count - model.error_count]]
+    )
+
+
+def test_prediction_at_the_truth_is_what_was_sensed(calm):
+    model = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
+    theta = np.array([*fixture.TRUTH.parameters, *fixture.WIND])
+    np.testing.assert_allclose(model.predict(theta, calm).indicated, calm.impact_pressure, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", list(MODELS))
+@pytest.mark.parametrize("static_error", [False, True])
+def test_jacobian_is_the_derivative(calm, name, static_error):
+    model = PredictionModel(MODELS[name], REFERENCE_PRESSURE, static_error, wind_down=True)
+    theta = theta_for(model)
+    jacobian = model.predict(theta, calm).jacobian
+    for i in range(model.count):
+        step = np.zeros(model.count)
+        step[i] = 1e-5
+        up, down = model.predict(theta + step, calm), model.predict(theta - step, calm)
+        np.testing.assert_allclose(jacobian[:, i], (up.indicated - down.indicated) / 2e-5, rtol=2e-5, atol=2e-4)
+
+
+def test_slope_is_the_derivative_over_true_airspeed(calm):
+    model = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
+    theta = theta_for(model)
+    here = model.predict(theta, calm)
+    along = here.jacobian[:, 3:] @ np.array([1.0, 0.0])
+    toward = -(calm.velocity_north - theta[3]) / here.true_airspeed
+    np.testing.assert_allclose(along, here.slope * toward, rtol=1e-9)
+
+
+def test_static_source_error_moves_the_static_pressure(calm):
+    """With the error in the static source, p = p_i − Δp: total pressure is conserved at any Mach number."""
+    model = PredictionModel(MODELS["bias"], REFERENCE_PRESSURE, static_error=True)
+    f = 0.04
+    here = model.predict(np.array([f, *fixture.WIND]), calm)
+    ratio = here.impact_pressure / calm.static_pressure
+    true_static = calm.static_pressure / (1.0 + f * ratio)
+    total = true_static * (1.0 + ratio)
+    np.testing.assert_allclose(here.indicated, total - calm.static_pressure, rtol=1e-9)

@@ -1,0 +1,69 @@
+"""Restricted likelihood against its dense textbook form; the mixture and its design against identities."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
+from pitotbench.estimate.mixture import TWO_SIGMA_SHARE, composite_design, half_width
+from pitotbench.estimate.restricted_likelihood import Regression, noise_posterior, restricted_log_likelihood, solve
+
+
+def make_problem(n=60, seed=3):
+    rng = np.random.default_rng(seed)
+    X = np.column_stack([np.ones(n), np.linspace(-1, 1, n)])
+    return Regression(X @ [1.0, 2.0] + rng.standard_normal(n), X, X), np.arange(float(n))
+
+
+def test_restricted_likelihood_matches_the_dense_form():
+    problem, time = make_problem()
+    process = MarkovProcess(0.8, np.full(len(time), 5.0), np.ones(len(time)))
+    C = 0.5 * np.eye(len(time)) + 0.64 * np.exp(-np.abs(time[:, None] - time) / 5.0)
+    X, y, weight = problem.regressors, problem.response, np.linalg.inv(C)
+    normal = X.T @ weight @ X
+    beta = np.linalg.solve(normal, X.T @ weight @ y)
+    rest = y - X @ beta
+    wanted = -0.5 * (np.linalg.slogdet(C)[1] + np.linalg.slogdet(normal)[1] + rest @ weight @ rest)
+    noise = MarkovNoise(time, np.full(len(time), 0.5), [process])
+    assert restricted_log_likelihood(problem, noise) == pytest.approx(wanted, abs=1e-8)
+    estimate, covariance = solve(problem, noise)
+    np.testing.assert_allclose(estimate, beta, rtol=1e-9)
+    np.testing.assert_allclose(covariance, np.linalg.inv(normal), rtol=1e-8, atol=1e-12)
+
+
+def test_white_noise_posterior_gives_student_like_bounds():
+    """With one unknown white level the mixture must be wider than the plug-in normal, as Student's t is."""
+    problem, time = make_problem(n=12)
+    nodes = noise_posterior(
+        problem, lambda phi: MarkovNoise(time, np.full(len(time), np.exp(2 * phi[0])), []), lambda phi: 0.0, [0.0]
+    )
+    weights = np.array([node.weight for node in nodes])
+    means = np.array([node.estimate[1:] for node in nodes])
+    deviations = np.sqrt([[node.covariance[1, 1]] for node in nodes])
+    rest = problem.response - problem.regressors @ np.linalg.lstsq(problem.regressors, problem.response)[0]
+    plug_in = np.sqrt(rest @ rest / 10 * np.linalg.inv(problem.regressors.T @ problem.regressors)[1, 1])
+    student = 2.28  # 95.45 % two-sided quantile, 10 degrees of freedom
+    assert half_width(weights, means, deviations)[0] == pytest.approx(student * plug_in, rel=0.08)
+
+
+@pytest.mark.parametrize("dimensions", [1, 2, 3, 4])
+def test_design_has_the_moments_of_a_gaussian(dimensions):
+    design = composite_design(dimensions)
+    weights = design.weights * np.exp(-0.5 * np.sum(design.points**2, axis=1))
+    assert weights.sum() == pytest.approx(1.0)
+    np.testing.assert_allclose(weights @ design.points, 0.0, atol=1e-12)
+    np.testing.assert_allclose((design.points.T * weights) @ design.points, np.eye(dimensions), atol=1e-9)
+
+
+def test_half_width_of_one_gaussian_is_two_sigma():
+    assert half_width(np.ones(1), np.array([[3.0]]), np.array([[0.7]]))[0] == pytest.approx(1.4, rel=1e-6)
+
+
+def test_half_width_of_a_mixture_holds_its_share():
+    weights, means, deviations = np.array([0.3, 0.7]), np.array([[0.0], [1.0]]), np.array([[1.0], [0.5]])
+    h, center = half_width(weights, means, deviations)[0], 0.7
+    inside = sum(
+        w * (norm.cdf(center + h, m, s) - norm.cdf(center - h, m, s))
+        for w, m, s in zip(weights, means[:, 0], deviations[:, 0], strict=True)
+    )
+    assert inside == pytest.approx(TWO_SIGMA_SHARE, abs=1e-6)

@@ -35,7 +35,7 @@ def test_white_noise_posterior_gives_student_like_bounds():
     """With one unknown white level the mixture must be wider than the plug-in normal, as Student's t is."""
     problem, time = make_problem(n=12)
     nodes = noise_posterior(
-        problem, lambda phi: MarkovNoise(time, np.full(len(time), np.exp(2 * phi[0])), []), lambda phi: 0.0, [0.0]
+        problem, lambda phi: MarkovNoise(time, np.full(len(time), np.exp(2 * phi[0])), []), lambda phi: 0.0, np.zeros(1)
     )
     weights = np.array([node.weight for node in nodes])
     means = np.array([node.estimate[1:] for node in nodes])

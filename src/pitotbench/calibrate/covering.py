@@ -15,11 +15,12 @@ from pitotbench.calibrate.observations import Observations
 from pitotbench.calibrate.prediction import PredictionModel
 from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
 from pitotbench.estimate.restricted_likelihood import (
-    LogPrior,
     NoiseNode,
     NoiseOf,
     Regression,
+    most_likely_noise,
     noise_posterior,
+    solve,
 )
 from pitotbench.units import Array
 
@@ -42,35 +43,31 @@ class CoveringFit:
 
 
 def fit_covering(model: PredictionModel, obs: Observations, start: Array) -> CoveringFit:
-    """Fit from a near-by start θ (p,); every node's estimate is a correction to the returned θ."""
+    """Fit from a near-by start θ (p,); every node's estimate is a correction to the returned θ.
+
+    The first pass moves θ to the most likely noise's answer, the second linearizes there and gives the bound.
+    """
     blocks = divide(obs)
-    theta = start
-    nodes: tuple[NoiseNode, ...] = ()
-    for _ in range(2):
-        theta = theta if not nodes else theta + _mean(nodes)
-        problem, airspeed, sensor = _block_problem(model, obs, blocks, theta)
-        noise_of = _noise_family(blocks, airspeed, sensor)
-        nodes = noise_posterior(problem, noise_of, _prior(), _start(problem))
+    problem, noise_of = _block_problem(model, obs, blocks, start)
+    mode = most_likely_noise(problem, noise_of, _log_prior, _first_guess(problem))
+    theta = start + solve(problem, noise_of(mode))[0]
+    problem, noise_of = _block_problem(model, obs, blocks, theta)
+    nodes = noise_posterior(problem, noise_of, _log_prior, mode)
     best = max(nodes, key=lambda node: node.weight).noise
     return CoveringFit(theta, nodes, float(np.exp(best[0])), float(np.exp(best[1])), len(blocks.time))
 
 
-def _mean(nodes: tuple[NoiseNode, ...]) -> Array:
-    return np.asarray(sum(node.weight * node.estimate for node in nodes))
-
-
 def _block_problem(
     model: PredictionModel, obs: Observations, blocks: Blocks, theta: Array
-) -> tuple[Regression, Array, Array]:
-    """The linearized problem in true airspeed [m/s], block means; also airspeed and sensor variance a block."""
+) -> tuple[Regression, NoiseOf]:
+    """The problem linearized at θ, in true airspeed [m/s], as block means; and the family of its noise."""
     prediction = model.predict(theta, obs)
-    residual = (obs.impact_pressure - prediction.indicated) / prediction.slope
-    response = blocks.mean(residual)
+    response = blocks.mean((obs.impact_pressure - prediction.indicated) / prediction.slope)
     regressors = blocks.mean(prediction.jacobian / prediction.slope[:, None])
     instruments = gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest")
-    sensor = _sensor_noise(obs) / blocks.mean(prediction.slope)
-    variance = sensor**2 / blocks.count
-    return Regression(response, regressors, instruments), blocks.mean(prediction.true_airspeed), variance
+    sensor = (_sensor_noise(obs) / blocks.mean(prediction.slope)) ** 2 / blocks.count
+    airspeed = blocks.mean(prediction.true_airspeed)
+    return Regression(response, regressors, instruments), _noise_family(blocks, airspeed, sensor)
 
 
 def _sensor_noise(obs: Observations) -> float:
@@ -91,18 +88,15 @@ def _noise_family(blocks: Blocks, airspeed: Array, sensor: Array) -> NoiseOf:
     return noise_of
 
 
-def _prior() -> LogPrior:
-    """Half-normal levels (the ln φ terms turn densities of φ into densities of ln φ), log-normal length."""
-
-    def log_prior(phi: Array) -> float:
-        deviation, white = np.exp(phi[0]), np.exp(phi[2])
-        levels = -0.5 * (deviation / GUST_SCALE) ** 2 - 0.5 * (white / WHITE_SCALE) ** 2 + phi[0] + phi[2]
-        length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(GUST_LENGTH_FACTOR)) ** 2
-        return float(levels + length)
-
-    return log_prior
+def _log_prior(phi: Array) -> float:
+    """Half-normal levels (the φ terms turn densities of a level into densities of its logarithm), log-normal
+    length."""
+    deviation, white = np.exp(phi[0]), np.exp(phi[2])
+    levels = -0.5 * (deviation / GUST_SCALE) ** 2 - 0.5 * (white / WHITE_SCALE) ** 2 + phi[0] + phi[2]
+    length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(GUST_LENGTH_FACTOR)) ** 2
+    return float(levels + length)
 
 
-def _start(problem: Regression) -> list[float]:
+def _first_guess(problem: Regression) -> Array:
     level = max(float(np.std(problem.response)), 1e-3)
-    return [np.log(level), np.log(GUST_LENGTH), np.log(0.3 * level)]
+    return np.log([level, GUST_LENGTH, 0.3 * level])

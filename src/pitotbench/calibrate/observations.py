@@ -1,6 +1,7 @@
 """From a log to the rows and channels that the estimators use; bad or useless logs end here."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -44,6 +45,12 @@ class Observations:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def every(self, step: int) -> "Observations":
+        """Every `step`-th row."""
+        rows = (f.name for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray) and f.name != "used")
+        thinned: dict[str, Any] = {name: getattr(self, name)[::step] for name in rows}
+        return replace(self, **thinned)
 
     def as_held(self) -> "Observations":
         """The same rows with the velocity as logged: each fix held until the next (the paper's way)."""

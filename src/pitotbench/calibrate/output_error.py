@@ -13,7 +13,7 @@ import numpy as np
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
-_STEP_TOLERANCE = 1e-6
+_DECREMENT = 1e-3  # standard errors: the step left to take, in the metric of the information matrix
 _ITERATIONS = 50
 _HALVINGS = 8
 _NOISE_FLOOR = 1e-10  # (m/s)²: data without noise still have a scale on which a step is small
@@ -55,10 +55,10 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
         step = np.linalg.solve(information / np.outer(scale, scale), gradient / scale) / scale
         theta, residuals, jacobian = _line_search(outputs, theta, step, noise, residuals)
         noise = _residual_covariance(residuals)
-        if float(np.max(np.abs(step * scale))) < _STEP_TOLERANCE * np.sqrt(residuals.size):
+        if np.sqrt(max(float(gradient @ step), 0.0)) < _DECREMENT:
             information, _ = _normal_equations(residuals, jacobian, noise)
             covariance = np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale)
-            reason = f"steps below {_STEP_TOLERANCE:g} of a standard error after {iteration} iterations"
+            reason = f"step below {_DECREMENT:g} standard errors after {iteration} iterations"
             return OutputErrorFit(theta, covariance, residuals, noise, iteration, condition, reason)
     raise NoAnswerError(
         f"output error did not converge in {_ITERATIONS} iterations (condition number {condition:.2g}): "
@@ -97,6 +97,7 @@ def _normal_equations(residuals: Array, jacobian: Array, noise: Array) -> tuple[
     weighted = weight @ residuals
     for a in range(len(residuals)):
         gradient += jacobian[a].T @ weighted[a]
-        for b in range(len(residuals)):
-            information += weight[a, b] * (jacobian[a].T @ jacobian[b])
+        for b in range(a + 1):
+            product = weight[a, b] * (jacobian[a].T @ jacobian[b])
+            information += product if a == b else product + product.T
     return information, gradient

@@ -10,10 +10,17 @@ from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
+_COARSE_ROWS = 2000  # a long log is first fitted on about so many rows, to start the full fit near its end
+
 
 def fit_scalar(model: PredictionModel, obs: Observations) -> OutputErrorFit:
     """One output, airspeed [m/s]: as indicated against as predicted from the held velocity and the wind."""
-    return fit_output_error(airspeed_outputs(model, obs.as_held()), np.zeros(model.count))
+    held = obs.as_held()
+    start = np.zeros(model.count)
+    if len(held) > _COARSE_ROWS * 4:
+        coarse = held.every(len(held) // _COARSE_ROWS)
+        start = fit_output_error(airspeed_outputs(model, coarse), start).theta
+    return fit_output_error(airspeed_outputs(model, held), start)
 
 
 def airspeed_outputs(model: PredictionModel, obs: Observations) -> Outputs:
@@ -34,11 +41,12 @@ def fit_vector(model: PredictionModel, obs: Observations, log: FlightLog) -> Out
 
     Raises BadInputError where the log has no attitude or no flow angles.
     """
-    return fit_output_error(velocity_outputs(model, obs, _air_direction(log)[:, obs.used]), np.zeros(model.count))
+    return fit_output_error(velocity_outputs_of(model, obs, log), np.zeros(model.count))
 
 
-def velocity_outputs(model: PredictionModel, obs: Observations, direction: Array) -> Outputs:
-    """The residual in ground velocity, (m, n) [m/s], and its Jacobian; `direction` is (3, n), unit vectors."""
+def velocity_outputs_of(model: PredictionModel, obs: Observations, log: FlightLog) -> Outputs:
+    """The residual in ground velocity, (2 or 3, n) [m/s], and its Jacobian."""
+    direction = _air_direction(log)[:, obs.used]
     x = obs.impact_pressure / model.reference_pressure
     basis = model.error.basis(x)
     measured = [obs.held_north, obs.held_east] + ([obs.held_down] if obs.has_down else [])

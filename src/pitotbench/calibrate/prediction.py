@@ -46,13 +46,13 @@ class PredictionModel:
     def count(self) -> int:
         return self.error_count + (3 if self.wind_down else 2)
 
-    def predict(self, theta: Array, obs: Observations, start: Pascal | None = None) -> Prediction:
-        """Predict every row; `start` is a first guess of the indicated impact pressure [Pa]."""
+    def predict(self, theta: Array, obs: Observations) -> Prediction:
+        """Predict every row."""
         k, wind = theta[: self.error_count], theta[self.error_count :]
         north, east, down = obs.velocity_north - wind[0], obs.velocity_east - wind[1], obs.velocity_down
         down = down - wind[2] if self.wind_down else down
         ratio, ratio_slope, speed = _pressure_ratio(north, east, down, obs)
-        indicated, by_error, by_ratio, basis = self._indicated(k, ratio, obs, start)
+        indicated, by_error, by_ratio, basis = self._indicated(k, ratio, obs)
         by_speed_squared = by_ratio * ratio_slope
         along = [-2.0 * north, -2.0 * east] + ([-2.0 * down] if self.wind_down else [])
         jacobian = np.empty((len(obs), self.count))
@@ -62,12 +62,11 @@ class PredictionModel:
         impact = obs.static_pressure * ratio
         return Prediction(indicated, jacobian, impact, speed, 2.0 * speed * by_speed_squared)
 
-    def _indicated(
-        self, k: Array, ratio: Array, obs: Observations, start: Pascal | None
-    ) -> tuple[Array, Array, Array, Array]:
-        """Solve q_ci = F(f(q_ci/q_ref)) by Newton; also dq_ci/df, dq_ci/d(q_c/p) and the basis."""
+    def _indicated(self, k: Array, ratio: Array, obs: Observations) -> tuple[Array, Array, Array, Array]:
+        """Solve q_ci = F(f(q_ci/q_ref)) by Newton, from the measured q_ci; also dq_ci/df, dq_ci/d(q_c/p) and the
+        basis."""
         impact = obs.static_pressure * ratio
-        q = impact if start is None else start
+        q = obs.impact_pressure
         for _ in range(_NEWTON_STEPS):
             x = q / self.reference_pressure
             basis, f_slope = self.error.basis(x), self.error.basis_slope(x) @ k

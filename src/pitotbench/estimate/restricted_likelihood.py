@@ -4,7 +4,7 @@ y = Xβ + e, e ~ N(0, C(φ)). β is profiled (and its loss of degrees of freedom
 likelihood (Patterson and Thompson 1971); φ gets a prior, a mode and a handful of nodes around it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
 _DIFFERENCE = 0.15  # step for second differences of the log-posterior, in units of ln φ
+_SEARCH = 1e-6  # relative change of the log-posterior (hundreds) that ends the search for its mode
 _NARROWEST, _WIDEST = 0.05, 1.2  # bounds on a node's standard deviation in ln φ
 
 NoiseOf = Callable[[Array], MarkovNoise]
@@ -72,40 +73,40 @@ def solve(problem: Regression, noise: MarkovNoise) -> tuple[Array, Array]:
     return estimate, np.asarray(0.5 * (covariance + covariance.T)).reshape(p, p)
 
 
-def noise_posterior(
-    problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Sequence[float]
-) -> tuple[NoiseNode, ...]:
-    """Nodes of the posterior of φ = ln(noise parameters), each with its β.
+def most_likely_noise(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array) -> Array:
+    """The mode of the posterior of φ = ln(noise parameters), (d,), searched from `start`.
 
-    Raises NoAnswerError where no mode is found.
+    Raises NoAnswerError where none is found.
     """
+
+    def cost(phi: Array) -> float:
+        return -restricted_log_likelihood(problem, noise_of(phi)) - log_prior(phi)
+
+    limits = Bounds(start - 12.0, start + 8.0)
+    result = minimize(cost, start, method="L-BFGS-B", bounds=limits, options={"maxiter": 100, "ftol": _SEARCH})
+    if not np.all(np.isfinite(result.x)) or not np.isfinite(result.fun):
+        raise NoAnswerError("the noise of this log has no most likely level: look for stuck or constant channels")
+    return np.asarray(result.x)
+
+
+def noise_posterior(
+    problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
+) -> tuple[NoiseNode, ...]:
+    """Nodes of the posterior of φ, each with its β; `start` is a first guess of the mode."""
 
     def log_posterior(phi: Array) -> float:
         return restricted_log_likelihood(problem, noise_of(phi)) + log_prior(phi)
 
-    mode = _mode(log_posterior, np.asarray(start, dtype=np.float64))
-    axes = _principal_axes(log_posterior, mode)
+    mode = most_likely_noise(problem, noise_of, log_prior, start)
     design = composite_design(len(mode))
-    places = mode + design.points @ axes.T
+    places = mode + design.points @ _principal_axes(log_posterior, mode).T
     heights = np.array([log_posterior(phi) for phi in places])
     weights = design.weights * np.exp(heights - heights.max())
     weights /= weights.sum()
-    nodes = []
-    for phi, weight in zip(places, weights, strict=True):
-        estimate, covariance = solve(problem, noise_of(phi))
-        nodes.append(NoiseNode(phi, float(weight), estimate, covariance))
-    return tuple(nodes)
-
-
-def _mode(log_posterior: LogPrior, start: Array) -> Array:
-    def cost(phi: Array) -> float:
-        return -log_posterior(phi)
-
-    limits = Bounds(start - 12.0, start + 8.0)
-    result = minimize(cost, start, method="L-BFGS-B", bounds=limits, options={"maxiter": 100, "ftol": 1e-9})
-    if not np.all(np.isfinite(result.x)) or not np.isfinite(result.fun):
-        raise NoAnswerError("the noise of this log has no most likely level: look for stuck or constant channels")
-    return np.asarray(result.x)
+    answers = [solve(problem, noise_of(phi)) for phi in places]
+    return tuple(
+        NoiseNode(phi, float(weight), *answer) for phi, weight, answer in zip(places, weights, answers, strict=True)
+    )
 
 
 def _principal_axes(log_posterior: LogPrior, mode: Array) -> Array:

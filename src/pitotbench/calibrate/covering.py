@@ -1,8 +1,9 @@
 """The estimator whose 2σ is meant to cover: generalized least squares against noise with a memory.
 
-The residual of one-second block means is white sensor noise plus a gust, a first-order Gauss-Markov process
-with the length scale of the Dryden spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. Levels and
-scale are unknown: they are estimated by restricted likelihood and marginalized over their posterior.
+The residual of one-second block means is white sensor noise plus the gust along the flight path. The gust is a
+horizontal vector whose two components are first-order Gauss-Markov processes with the length scale of the Dryden
+spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior; a turn sees first one component, then the other.
+Levels and scale are unknown: they are estimated by restricted likelihood and marginalized over their posterior.
 """
 
 from dataclasses import dataclass
@@ -28,6 +29,7 @@ GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
 GUST_LENGTH_FACTOR = 1.6  # standard deviation of the prior on it, as a factor
 GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
 WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
+_WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
 
 
@@ -66,8 +68,10 @@ def _block_problem(
     regressors = blocks.mean(prediction.jacobian / prediction.slope[:, None])
     instruments = gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest")
     sensor = (_sensor_noise(obs) / blocks.mean(prediction.slope)) ** 2 / blocks.count
+    # The residual falls by the wind component along the flight path: these are its direction cosines.
+    along = -regressors[:, model.error_count : model.error_count + 2]
     airspeed = blocks.mean(prediction.true_airspeed)
-    return Regression(response, regressors, instruments), _noise_family(blocks, airspeed, sensor)
+    return Regression(response, regressors, instruments), _noise_family(blocks, airspeed, along, sensor)
 
 
 def _sensor_noise(obs: Observations) -> float:
@@ -76,14 +80,13 @@ def _sensor_noise(obs: Observations) -> float:
     return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0))
 
 
-def _noise_family(blocks: Blocks, airspeed: Array, sensor: Array) -> NoiseOf:
+def _noise_family(blocks: Blocks, airspeed: Array, along: Array, sensor: Array) -> NoiseOf:
     """φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s]) to a covariance."""
-    ones = np.ones(len(blocks.time))
 
     def noise_of(phi: Array) -> MarkovNoise:
         deviation, length, white = np.exp(phi)
-        gust = MarkovProcess(deviation, length / airspeed, ones)
-        return MarkovNoise(blocks.time, sensor + white**2 + 1e-8, [gust])
+        gust = [MarkovProcess(deviation, length / airspeed, loading) for loading in along.T]
+        return MarkovNoise(blocks.time, sensor + white**2 + _WHITE_FLOOR, gust)
 
     return noise_of
 

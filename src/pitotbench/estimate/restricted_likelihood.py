@@ -45,16 +45,13 @@ class NoiseNode:
 
 def restricted_log_likelihood(problem: Regression, noise: MarkovNoise) -> float:
     """The restricted log-likelihood of the residuals (Harville 1974), up to a constant."""
-    data = np.column_stack([problem.regressors, problem.response])
+    data = np.concatenate([problem.regressors, problem.response[:, None]], axis=1)
     products = data.T @ noise.weigh(data)
-    p = problem.regressors.shape[1]
-    normal, cross = products[:p, :p], products[:p, p]
-    scale = np.sqrt(np.diag(normal))
-    factor = np.linalg.cholesky(normal / np.outer(scale, scale))
-    explained = np.linalg.solve(factor, cross / scale)
-    squares = products[p, p] - explained @ explained
-    log_normal = 2.0 * np.sum(np.log(np.diag(factor)) + np.log(scale))
-    return float(-0.5 * (noise.log_determinant + log_normal + squares))
+    scale = np.sqrt(np.diag(products))
+    # The last row of the factor is the response explained by the regressors and what is left of it.
+    pivots = np.diag(np.linalg.cholesky(products / scale[:, None] / scale)) * scale
+    log_normal = 2.0 * np.sum(np.log(pivots[:-1]))
+    return float(-0.5 * (noise.log_determinant + log_normal + pivots[-1] ** 2))
 
 
 def solve(problem: Regression, noise: MarkovNoise) -> tuple[Array, Array]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
+from pitotbench.estimate.markov_noise import Intervals, MarkovNoise
 from pitotbench.estimate.mixture import TWO_SIGMA_SHARE, composite_design, half_width
 from pitotbench.estimate.restricted_likelihood import Regression, noise_posterior, restricted_log_likelihood, solve
 
@@ -12,19 +12,20 @@ from pitotbench.estimate.restricted_likelihood import Regression, noise_posterio
 def make_problem(n=60, seed=3):
     rng = np.random.default_rng(seed)
     X = np.column_stack([np.ones(n), np.linspace(-1, 1, n)])
-    return Regression(X @ [1.0, 2.0] + rng.standard_normal(n), X, X), np.arange(float(n))
+    return Regression(X @ [1.0, 2.0] + rng.standard_normal(n), X, X), Intervals(np.arange(n + 1.0), np.arange(n))
 
 
 def test_restricted_likelihood_matches_the_dense_form():
-    problem, time = make_problem()
-    process = MarkovProcess(0.8, np.full(len(time), 5.0), np.ones(len(time)))
-    C = 0.5 * np.eye(len(time)) + 0.64 * np.exp(-np.abs(time[:, None] - time) / 5.0)
+    problem, intervals = make_problem()
+    n = len(intervals.left)
+    white = np.linspace(0.5, 1.5, n)
+    C = np.diag(white)
     X, y, weight = problem.regressors, problem.response, np.linalg.inv(C)
     normal = X.T @ weight @ X
     beta = np.linalg.solve(normal, X.T @ weight @ y)
     rest = y - X @ beta
     wanted = -0.5 * (np.linalg.slogdet(C)[1] + np.linalg.slogdet(normal)[1] + rest @ weight @ rest)
-    noise = MarkovNoise(time, np.full(len(time), 0.5), [process])
+    noise = MarkovNoise(intervals, white, [])
     assert restricted_log_likelihood(problem, noise) == pytest.approx(wanted, abs=1e-8)
     estimate, covariance = solve(problem, noise)
     np.testing.assert_allclose(estimate, beta, rtol=1e-9)
@@ -33,9 +34,12 @@ def test_restricted_likelihood_matches_the_dense_form():
 
 def test_white_noise_posterior_gives_student_like_bounds():
     """With one unknown white level the mixture must be wider than the plug-in normal, as Student's t is."""
-    problem, time = make_problem(n=12)
+    problem, intervals = make_problem(n=12)
     nodes = noise_posterior(
-        problem, lambda phi: MarkovNoise(time, np.full(len(time), np.exp(2 * phi[0])), []), lambda phi: 0.0, np.zeros(1)
+        problem,
+        lambda phi: MarkovNoise(intervals, np.full(12, np.exp(2 * phi[0])), []),
+        lambda phi: 0.0,
+        np.zeros(1),
     )
     weights = np.array([node.weight for node in nodes])
     means = np.array([node.estimate[1:] for node in nodes])

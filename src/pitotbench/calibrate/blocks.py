@@ -6,35 +6,54 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.calibrate.observations import Observations
-from pitotbench.units import Array, Seconds
+from pitotbench.estimate.markov_noise import Intervals
+from pitotbench.units import Array
 
 _BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensors' sampling
-_SHORT = 0.5  # s, for logs too short for 1 s
+_SHORT_BLOCK = 0.5  # s, where there are less than
+_LONG = 120.0  # s of data
 
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """Which block each row is in, rows a block, and the blocks' mean times [s]."""
+    """Which block each row is in, (rows,), the rows a block, (n,), and where the blocks lie in time."""
 
     index: NDArray[np.intp]
     count: Array
-    time: Seconds
+    intervals: Intervals
     length: float
 
     def mean(self, data: Array) -> Array:
-        """Block means of (n,) or (n, k) data."""
+        """Block means of (rows,) or (rows, k) data."""
         if data.ndim == 1:
             return np.asarray(np.bincount(self.index, data, len(self.count)) / self.count)
         return np.stack([self.mean(column) for column in data.T], axis=1)
+
+    def at_edges(self, block_values: Array) -> Array:
+        """Block values (n,) carried to the intervals' edges, (s,)."""
+        edges = np.empty(len(self.intervals.edges))
+        edges[self.intervals.left + 1] = block_values
+        edges[self.intervals.left] = block_values
+        return edges
 
 
 def divide(obs: Observations) -> Blocks:
     """Blocks of one second (half a second below two minutes of data), never across a gap."""
     duration = len(obs) * float(np.median(np.diff(obs.time)))
-    length = _BLOCK if duration >= 120.0 else _SHORT
+    length = _BLOCK if duration >= _LONG else _SHORT_BLOCK
     offset = obs.time - obs.time[0]
-    cell = np.floor((offset + 0.5 * length) / length)
-    key = cell + obs.part * (cell[-1] + 2.0)
-    _, index, count = np.unique(key, return_inverse=True, return_counts=True)
-    weight = count.astype(np.float64)
-    return Blocks(index, weight, np.bincount(index, obs.time) / weight, length)
+    cell = np.floor((offset + 0.5 * length) / length).astype(np.intp)
+    part_step = int(cell[-1]) + 2
+    key, index, count = np.unique(cell + obs.part * part_step, return_inverse=True, return_counts=True)
+    return Blocks(index, count.astype(np.float64), _intervals(key, part_step, length), length)
+
+
+def _intervals(key: NDArray[np.intp], part_step: int, length: float) -> Intervals:
+    """Edges of the blocks: neighbors share one, a gap or a new part starts a new one."""
+    cell = key % part_step
+    joined = np.concatenate([[False], (np.diff(key) == 1)])
+    left = np.cumsum(np.where(joined, 1, 2)) - 2
+    edges = np.empty(left[-1] + 2)
+    edges[left + 1] = (cell + 0.5) * length
+    edges[left] = (cell - 0.5) * length
+    return Intervals(edges, left)

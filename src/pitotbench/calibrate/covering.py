@@ -56,7 +56,7 @@ def fit_covering(model: PredictionModel, obs: Observations, start: Array) -> Cov
     problem, noise_of = _block_problem(model, obs, blocks, theta)
     nodes = noise_posterior(problem, noise_of, _log_prior, mode)
     best = max(nodes, key=lambda node: node.weight).noise
-    return CoveringFit(theta, nodes, float(np.exp(best[0])), float(np.exp(best[1])), len(blocks.time))
+    return CoveringFit(theta, nodes, float(np.exp(best[0])), float(np.exp(best[1])), len(blocks.count))
 
 
 def _block_problem(
@@ -82,11 +82,12 @@ def _sensor_noise(obs: Observations) -> float:
 
 def _noise_family(blocks: Blocks, airspeed: Array, along: Array, sensor: Array) -> NoiseOf:
     """φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s]) to a covariance."""
+    at_edges = blocks.at_edges(airspeed)
 
     def noise_of(phi: Array) -> MarkovNoise:
         deviation, length, white = np.exp(phi)
-        gust = [MarkovProcess(deviation, length / airspeed, loading) for loading in along.T]
-        return MarkovNoise(blocks.time, sensor + white**2 + _WHITE_FLOOR, gust)
+        gust = [MarkovProcess(deviation, length / at_edges, loading) for loading in along.T]
+        return MarkovNoise(blocks.intervals, sensor + white**2 + _WHITE_FLOOR, gust)
 
     return noise_of
 

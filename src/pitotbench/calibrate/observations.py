@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from pitotbench import air
@@ -36,7 +37,7 @@ class Observations:
     held_north: MetersPerSecond
     held_east: MetersPerSecond
     held_down: MetersPerSecond
-    part: Array
+    part: NDArray[np.intp]
     fresh: Booleans
     used: Booleans
     probe_heating: float
@@ -125,7 +126,7 @@ def _require_rows(used: Booleans, options: CalibrationOptions) -> None:
         )
 
 
-def _between_fixes(time: Seconds, held: Array, fresh: Booleans, part: Array) -> tuple[Array, Booleans]:
+def _between_fixes(time: Seconds, held: Array, fresh: Booleans, part: NDArray[np.intp]) -> tuple[Array, Booleans]:
     """Held velocities (3, n) as smooth curves through their fixes, and the rows that lie between fixes.
 
     Cubic splines, each contiguous stretch for itself: a hold would lag by half a fix interval, and beyond the
@@ -154,7 +155,7 @@ def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, f
     return air.standard_temperature(air.pressure_altitude(log.static_pressure)), 0.0, True
 
 
-def _parts(time: Seconds) -> Array:
+def _parts(time: Seconds) -> NDArray[np.intp]:
     """Number the contiguous stretches of a log; a gap of more than five sample intervals starts a new one."""
     step = np.diff(time)
-    return np.concatenate([[0.0], np.cumsum(step > 5.0 * float(np.median(step)))])
+    return np.concatenate([[0], np.cumsum(step > 5.0 * float(np.median(step)))])

@@ -53,16 +53,19 @@ def fit_covering(model: PredictionModel, obs: Observations, start: Array) -> Cov
     problem, noise_of = _block_problem(model, obs, blocks, start)
     mode = most_likely_noise(problem, noise_of, _log_prior, _first_guess(problem))
     theta = start + solve(problem, noise_of(mode))[0]
-    problem, noise_of = _block_problem(model, obs, blocks, theta)
+    problem, noise_of = _block_problem(model, obs, blocks, theta, gust_variance=float(np.exp(2.0 * mode[0])))
     nodes = noise_posterior(problem, noise_of, _log_prior, mode)
     best = max(nodes, key=lambda node: node.weight).noise
     return CoveringFit(theta, nodes, float(np.exp(best[0])), float(np.exp(best[1])), len(blocks.count))
 
 
 def _block_problem(
-    model: PredictionModel, obs: Observations, blocks: Blocks, theta: Array
+    model: PredictionModel, obs: Observations, blocks: Blocks, theta: Array, gust_variance: float = 0.0
 ) -> tuple[Regression, NoiseOf]:
-    """The problem linearized at θ, in true airspeed [m/s], as block means; and the family of its noise."""
+    """The problem linearized at θ, in true airspeed [m/s], as block means; and the family of its noise.
+
+    Gusts across the flight path lengthen the airspeed vector: by σ²/V on average, which is taken off.
+    """
     prediction = model.predict(theta, obs)
     response = blocks.mean((obs.impact_pressure - prediction.indicated) / prediction.slope)
     regressors = blocks.mean(prediction.jacobian / prediction.slope[:, None])
@@ -71,6 +74,7 @@ def _block_problem(
     # The residual falls by the wind component along the flight path: these are its direction cosines.
     along = -regressors[:, model.error_count : model.error_count + 2]
     airspeed = blocks.mean(prediction.true_airspeed)
+    response -= gust_variance / airspeed
     return Regression(response, regressors, instruments), _noise_family(blocks, airspeed, along, sensor)
 
 

@@ -1,0 +1,9 @@
+"""Flight (the truth) to FlightLog (what a data system would have recorded of it)."""
+
+from pitotbench.sense.das import SYSTEMS as SYSTEMS
+from pitotbench.sense.das import data_system as data_system
+from pitotbench.sense.das import has_velocity_down as has_velocity_down
+from pitotbench.sense.recorder import record as record
+from pitotbench.sense.truth import read_truth as read_truth
+from pitotbench.sense.truth import truth_path as truth_path
+from pitotbench.sense.truth import write_truth as write_truth

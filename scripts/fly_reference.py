@@ -1,0 +1,11 @@
+"""Fly the model of the Navajo to its published figures and print the table for the README."""
+
+from pitotbench.simulate.performance import reference_table
+
+
+def main() -> None:
+    print(reference_table("navajo"))
+
+
+if __name__ == "__main__":
+    main()

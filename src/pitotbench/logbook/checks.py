@@ -1,0 +1,202 @@
+"""What can be wrong with the rows of a log. Each check drops rows with a warning, or raises BadInputError.
+
+Rows are counted from 1, the first below the line of column names.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench import air
+from pitotbench.logbook.draft import Draft
+from pitotbench.logbook.quantities import Quantity
+from pitotbench.records.errors import BadInputError
+from pitotbench.units import Array, Booleans, from_si, to_si
+
+_FEW = 0.01  # share of rows that may be dropped for holding no number
+_MOST = 0.5  # share of rows that may be dropped for a negative impact pressure or a stuck sensor
+_STUCK_TIME = 10.0  # s
+_STUCK_RUNS = 10.0  # times the usual time for which a value repeats
+_MOVING = 2.0  # m/s, above which a velocity cannot stand still
+_FLYING = 5.0  # m/s over ground, above which airspeed and ground speed are compared
+_SPEED_RATIO = 1.6  # airspeed over ground speed, or its inverse: a knot is 1.94 times a meter per second
+_WRONG_RATIO = 2.5
+
+
+def check_numbers(draft: Draft) -> None:
+    """Drop the few rows where a needed channel is not a number; leave out other channels that often are not."""
+    for quantity in draft.numeric():
+        bad = ~np.isfinite(draft.channels[quantity.name])
+        if not bad.any():
+            continue
+        share, column = float(bad.mean()), draft.columns[quantity.name]
+        words = f"{int(bad.sum())} of {len(bad)} values are not numbers ({draft.named(bad)})"
+        if share <= _FEW:
+            draft.warnings.append(f"column {column!r}: {words}: those rows are dropped")
+            draft.keep(~bad)
+        elif quantity.essential:
+            raise BadInputError(
+                f"column {column!r}: {words}; at most {_FEW:.0%} can be dropped: cut the log to a whole part"
+            )
+        else:
+            draft.leave_out(quantity.name, words)
+
+
+def check_time(draft: Draft) -> None:
+    """Time must increase. A few repeated stamps are dropped; a clock that runs back is an error."""
+    if len(draft.rows) < 2:
+        raise BadInputError(f"the log holds {len(draft.rows)} rows; at least 2 are needed")
+    column, time = draft.columns["time"], draft.channels["time"]
+    step = np.diff(time, prepend=-np.inf)
+    if np.any(step < 0.0):
+        i = int(np.argmax(step < 0.0))
+        raise BadInputError(
+            f"column {column!r}, row {draft.rows[i]}: time runs back from {time[i - 1]:g} to {time[i]:g} s; "
+            "time must increase: sort the rows, or cut the log where its clock was set"
+        )
+    repeated = step == 0.0
+    if repeated.mean() > _FEW:
+        raise BadInputError(
+            f"column {column!r}: {int(repeated.sum())} of {len(time)} time stamps repeat the one before "
+            f"({draft.named(repeated)}); time must increase: write it with more digits"
+        )
+    if repeated.any():
+        draft.warnings.append(
+            f"column {column!r}: time stamps repeat ({draft.named(repeated)}): those rows are dropped"
+        )
+        draft.keep(~repeated)
+
+
+def check_units(draft: Draft) -> None:
+    """A channel whose usual size no airplane shows is in another unit than its column says, or dead."""
+    for quantity in draft.numeric():
+        size = np.abs(draft.channels[quantity.name])
+        typical, high = float(np.median(size)), float(np.quantile(size, 0.95))
+        if quantity.low <= typical and high <= quantity.high:
+            continue
+        words = _implausible(draft, quantity, typical)
+        if quantity.essential:
+            raise BadInputError(f"column {draft.columns[quantity.name]!r}: {words}")
+        draft.leave_out(quantity.name, words)
+
+
+def _implausible(draft: Draft, quantity: Quantity, typical: float) -> str:
+    suffix = draft.suffixes[quantity.name]
+    written = float(from_si(typical, suffix)) if suffix else typical
+    fits = [
+        s for s in quantity.suffixes if quantity.low <= float(to_si(written, s)) <= quantity.high and s != suffix
+    ]
+    way_out = (
+        f"; it would fit {' or '.join(f'{quantity.name}_{s}' for s in fits)}: correct the unit" if fits else ""
+    )
+    if not quantity.unit:
+        way_out = "; write it as a number from 0 to 1"
+    return f"typical values of {written:.4g} {suffix} are not those of an airplane{way_out}"
+
+
+def form_impact_pressure(draft: Draft) -> None:
+    """Impact pressure from total and static pressure, where the log does not hold it."""
+    total = draft.channels.pop("total_pressure", None)
+    if total is None:
+        return
+    if "impact_pressure" in draft.channels:
+        draft.warnings.append("both impact and total pressure are given: the impact pressure is used")
+        return
+    draft.channels["impact_pressure"] = total - draft.channels["static_pressure"]
+    draft.columns["impact_pressure"] = draft.columns["total_pressure"]
+    draft.suffixes["impact_pressure"] = draft.suffixes["total_pressure"]
+
+
+def check_impact_pressure(draft: Draft) -> None:
+    """Drop rows of negative impact pressure; most of them negative means swapped lines or sign."""
+    impact, column = draft.channels["impact_pressure"], draft.columns["impact_pressure"]
+    if np.ptp(impact) == 0.0:
+        raise BadInputError(f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row")
+    negative = impact < 0.0
+    if negative.mean() > _MOST:
+        raise BadInputError(
+            f"column {column!r}: the impact pressure is negative in {int(negative.sum())} of {len(impact)} rows; "
+            "total and static are exchanged, or the sign is: swap them"
+        )
+    if negative.any():
+        draft.warnings.append(
+            f"column {column!r}: the impact pressure is negative in {int(negative.sum())} rows "
+            f"({draft.named(negative)}): they are dropped"
+        )
+        draft.keep(~negative)
+
+
+def check_stuck(draft: Draft) -> None:
+    """Drop rows in which the impact pressure, the static pressure or the GPS velocity stands still for long."""
+    speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
+    if np.ptp(draft.channels["velocity_north"]) == 0.0 and np.ptp(draft.channels["velocity_east"]) == 0.0:
+        raise BadInputError("the GPS velocity is the same in every row: the receiver is stuck; use another log")
+    still = {
+        "impact_pressure": _stuck(draft, ["impact_pressure"]) & (speed > _MOVING),
+        "static_pressure": _stuck(draft, ["static_pressure"]),
+        "velocity_north": _stuck(draft, ["velocity_north", "velocity_east"]) & (speed > _MOVING),
+    }
+    if still["static_pressure"].all():
+        draft.warnings.append(f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?")
+        still["static_pressure"][:] = False
+    bad = np.any(list(still.values()), axis=0)
+    for name, rows in still.items():
+        if rows.any():
+            draft.warnings.append(
+                f"column {draft.columns[name]!r}: the value stands still for long, the sensor seems stuck "
+                f"({draft.named(rows)}): those rows are dropped"
+            )
+    if bad.mean() > _MOST:
+        raise BadInputError(
+            f"{bad.mean():.0%} of the rows hold a stuck sensor: {draft.warnings[-1]}; use another log"
+        )
+    draft.keep(~bad)
+
+
+def _stuck(draft: Draft, names: list[str]) -> Booleans:
+    """Rows inside a run of equal values much longer than usual (a GPS is held, a coarse sensor repeats)."""
+    changed = np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0)
+    first = np.r_[0, np.flatnonzero(changed) + 1]
+    last = np.r_[first[1:] - 1, len(draft.rows) - 1]
+    lasting = draft.channels["time"][last] - draft.channels["time"][first]
+    limit = max(_STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first))))
+    bad = np.zeros(len(draft.rows), dtype=np.bool_)
+    for a, b in zip(first[lasting > limit], last[lasting > limit], strict=True):
+        bad[a : b + 1] = True
+    return bad
+
+
+def _run_times(time: Array, first: NDArray[np.intp]) -> Array:
+    return np.diff(time[first]) if len(first) > 1 else np.zeros(1)
+
+
+def check_speeds(draft: Draft) -> None:
+    """Airspeed and ground speed differ by the wind only: another factor is another unit."""
+    ground_speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
+    flying = ground_speed > _FLYING
+    if not flying.any():
+        return
+    c = {name: values[flying] for name, values in draft.channels.items()}
+    mach = air.mach_from_impact_pressure(c["impact_pressure"], c["static_pressure"])
+    standard = air.standard_temperature(air.pressure_altitude(c["static_pressure"]))
+    airspeed = float(np.median(mach * air.sound_speed(standard)))
+    ground = float(np.median(ground_speed[flying]))
+    ratio = airspeed / ground
+    words = (
+        f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s: wind alone seldom does that; check "
+        f"the units of {draft.columns['impact_pressure']!r} and {draft.columns['velocity_north']!r}"
+    )
+    if abs(airspeed - ground) > 30.0 and not 1.0 / _WRONG_RATIO < ratio < _WRONG_RATIO:
+        raise BadInputError(words)
+    if not 1.0 / _SPEED_RATIO < ratio < _SPEED_RATIO:
+        draft.warnings.append(words)
+
+
+CHECKS = (
+    check_numbers,
+    check_time,
+    check_units,
+    form_impact_pressure,
+    check_impact_pressure,
+    check_stuck,
+    check_speeds,
+)

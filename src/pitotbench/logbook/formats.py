@@ -1,0 +1,51 @@
+"""The table of log formats by file suffix: a newcomer is one file and one line here."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pitotbench.catalog import Catalog
+from pitotbench.logbook.csv_format import read_csv, write_csv
+from pitotbench.logbook.mat_format import read_mat, write_mat
+from pitotbench.logbook.parquet_format import read_parquet, write_parquet
+from pitotbench.logbook.table import Column, Table
+from pitotbench.records.errors import BadInputError
+
+Write = Callable[[Path, Mapping[str, Column], Mapping[str, Any]], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """How files of one suffix are read and, where the bench writes them, written."""
+
+    read: Callable[[Path], Table]
+    write: Write
+
+
+FORMATS: Catalog[Format] = Catalog(
+    "log format",
+    {
+        ".csv": Format(read_csv, write_csv),
+        ".parquet": Format(read_parquet, write_parquet),
+        ".mat": Format(read_mat, write_mat),
+    },
+)
+_FLIGHT_CONTROLLERS = {
+    ".ulg": "PX4 ULog: write its topics as CSV (`ulog2csv FILE.ulg`, in the extra pitotbench[logs])",
+    ".bin": "ArduPilot DataFlash: write its messages as CSV (`mavlogdump.py --format csv`, in pitotbench[logs])",
+}
+
+
+def format_of(path: Path) -> Format:
+    """The format of a file by its suffix. Raises BadInputError for a suffix that is none of ours."""
+    suffix = path.suffix.lower()
+    if suffix in _FLIGHT_CONTROLLERS:
+        raise BadInputError(
+            f"{_FLIGHT_CONTROLLERS[suffix]} and read that with a mapping: --mapping seaway, or your own FILE.toml"
+        )
+    if suffix not in FORMATS:
+        raise BadInputError(
+            f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}; rename or convert it"
+        )
+    return FORMATS[suffix]

@@ -1,0 +1,124 @@
+"""A foreign log through its mapping: files found, columns renamed, all brought onto one time base."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.logbook.mapping import MappedFile, Mapping
+from pitotbench.logbook.quantities import QUANTITIES, parse_column
+from pitotbench.logbook.table import Column, Table, numbers
+from pitotbench.records.errors import BadInputError
+from pitotbench.units import Array, to_si
+
+ReadTable = Callable[[Path], Table]
+
+
+def read_mapped(path: Path, mapping: Mapping, read_table: ReadTable) -> Table:
+    """The table of a log whose columns, and perhaps several files, a mapping names.
+
+    Raises BadInputError for a file or column that is missing or ambiguous.
+    """
+    tables = []
+    for entry, found in zip(mapping.files, find_files(path, mapping), strict=True):
+        try:
+            tables.append(rename(read_table(found), entry))
+        except BadInputError as error:
+            raise BadInputError(f"{found.name}: {error}") from error
+    base, others = tables[0], list(zip(tables[1:], mapping.files[1:], strict=True))
+    if not others:
+        return base
+    return join_tables(base, [(table, entry.join) for table, entry in others])
+
+
+def find_files(path: Path, mapping: Mapping) -> list[Path]:
+    """The files of a log, given its folder or its first file."""
+    if len(mapping.files) == 1 and not path.is_dir():
+        return [path]
+    first, folder = mapping.files[0].pattern, path if path.is_dir() else path.parent
+    lead = path.name if not path.is_dir() else _only_match(folder, first).name
+    before, star, after = first.partition("*")
+    if not (lead.startswith(before) and lead.endswith(after) and (star or lead == first)):
+        raise BadInputError(f"the mapping expects the folder of the log or its file {first!r}, not {lead!r}")
+    prefix = lead[len(before) : len(lead) - len(after)]
+    files = [folder / entry.pattern.replace("*", prefix) for entry in mapping.files]
+    for file in files:
+        if not file.is_file():
+            raise BadInputError(f"the mapping needs {file.name!r} beside {lead!r}; it is not there")
+    return files
+
+
+def _only_match(folder: Path, pattern: str) -> Path:
+    found = sorted(folder.glob(pattern))
+    if len(found) == 1:
+        return found[0]
+    names = ", ".join(file.name for file in found)
+    raise BadInputError(
+        f"the folder holds several files {pattern!r} ({names}); name one of them"
+        if found
+        else f"the folder holds no file {pattern!r}"
+    )
+
+
+def rename(table: Table, entry: MappedFile) -> Table:
+    """The mapped columns under our names. A column that the file lacks may be missing if it is not essential."""
+    names, columns, lost = [], [], []
+    for target in entry.columns:
+        parsed = parse_column(target.name)
+        if parsed is None:
+            raise BadInputError(f"the mapping names {target.name!r}, which is no column of a flight log")
+        if target.theirs not in table.names and not parsed[0].essential:
+            lost.append(target.theirs)
+            continue
+        column = table.column(target.theirs)
+        if target.factor != 1.0 or target.offset != 0.0:
+            column = numbers(target.theirs, column) * target.factor + target.offset
+        names.append(target.name)
+        columns.append(column)
+    warnings = (*table.warnings, *(f"the mapping's column {name!r} is not in the file" for name in lost))
+    return replace(table, names=tuple(names), columns=tuple(columns), warnings=warnings)
+
+
+def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
+    """Bring other tables to the base's times; rows that not every table covers are dropped."""
+    time = _time(base)
+    clocks = [_time(table) for table, _ in others]
+    start = max([time[0], *(clock[0] for clock in clocks)])
+    end = min([time[-1], *(clock[-1] for clock in clocks)])
+    inside = (time >= start) & (time <= end)
+    if not inside.any():
+        raise BadInputError("the files of the log do not overlap in time; check the mapping's time columns")
+    names, columns = list(base.names), [column[inside] for column in base.columns]
+    warnings = list(base.warnings)
+    for (table, join), clock in zip(others, clocks, strict=True):
+        warnings += table.warnings
+        for name, column in zip(table.names, table.columns, strict=True):
+            if not name.startswith("time_"):
+                names.append(name)
+                columns.append(_at(time[inside], clock, name, column, join))
+    return Table(tuple(names), tuple(columns), base.header, tuple(warnings))
+
+
+def _time(table: Table) -> Array:
+    """The time column in seconds, checked: interpolation needs it to increase."""
+    name = next((n for n in table.names if n in {f"time_{s}" for s in QUANTITIES["time"].suffixes}), None)
+    if name is None:
+        raise BadInputError("each file of a mapping needs a time column")
+    time = to_si(numbers(name, table.column(name)), name.removeprefix("time_"))
+    if len(time) < 2 or not np.all(np.diff(time) > 0.0):
+        raise BadInputError(f"column {name!r}: time must increase in every file of the log")
+    return time
+
+
+def _at(time: Array, clock: Array, name: str, column: Column, join: str) -> Column:
+    if join == "linear" and column.dtype.kind == "f":
+        return np.interp(time, clock, numbers(name, column))
+    after: NDArray[np.intp] = np.searchsorted(clock, time, side="right")
+    last = np.maximum(after - 1, 0)
+    if join != "nearest":
+        return column[last]
+    following = np.minimum(after, len(clock) - 1)
+    nearer = np.where(clock[following] - time < time - clock[last], following, last)
+    return column[nearer]

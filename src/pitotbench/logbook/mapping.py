@@ -1,0 +1,125 @@
+"""Mapping files: a foreign log's columns under our names, from one file or from several joined in time.
+
+```toml
+title = "what this log is"
+
+[[files]]                            # the first gives the time base
+file = "*air_data.csv"               # `*` stands for the same text in every file of one log
+[files.columns]
+"their column" = "our_name_unit"
+"their time" = { name = "time_s", factor = 1e-6 }
+
+[[files]]
+file = "*gps.csv"
+join = "linear"                      # or "last" (held) or "nearest"
+[files.columns]
+...
+```
+A mapping of one file may write `[columns]` at the top instead.
+"""
+
+import tomllib
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from pitotbench.catalog import Catalog
+from pitotbench.records.errors import BadInputError
+
+
+class _Target(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=False)
+    name: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    file: str = "*"
+    join: str = "last"
+    columns: dict[str, str | _Target]
+
+
+class _Document(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    title: str = ""
+    columns: dict[str, str | _Target] = {}
+    files: list[_File] = []
+
+
+@dataclass(frozen=True, slots=True)
+class Renamed:
+    """Our column for one of theirs: value = theirs * factor + offset."""
+
+    theirs: str
+    name: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class MappedFile:
+    """One file of a log: its name pattern, how it joins the time base, its columns."""
+
+    pattern: str
+    join: str
+    columns: tuple[Renamed, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Mapping:
+    """A mapping: its files, the first of which gives the time base."""
+
+    title: str
+    files: tuple[MappedFile, ...]
+
+
+JOINS = ("last", "nearest", "linear")
+
+
+def shipped() -> Catalog[str]:
+    """The mappings that come with the bench: name and TOML text."""
+    folder = resources.files("pitotbench.logbook") / "mappings"
+    files = sorted((f for f in folder.iterdir() if f.name.endswith(".toml")), key=lambda f: f.name)
+    return Catalog("mapping", {f.name.removesuffix(".toml"): f.read_text(encoding="utf-8") for f in files})
+
+
+def find_mapping(name: str | Path) -> Mapping:
+    """The mapping of a shipped name, or of a TOML file.
+
+    Raises UnknownNameError for a name that is not shipped, BadInputError for a file that is missing or wrong.
+    """
+    path = Path(name)
+    if path.suffix != ".toml":
+        return parse_mapping(str(name), shipped()[str(name)])
+    try:
+        return parse_mapping(str(path), path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInputError(f"mapping {path}: cannot be read: {error}") from error
+
+
+def parse_mapping(name: str, text: str) -> Mapping:
+    """A mapping from TOML text. Raises BadInputError that lists all problems."""
+    try:
+        document = _Document.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise BadInputError(f"mapping {name}: not valid TOML: {error}") from error
+    except ValidationError as error:
+        lines = [f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}" for e in error.errors()]
+        raise BadInputError(f"mapping {name}: " + "; ".join(lines)) from error
+    if bool(document.columns) == bool(document.files):
+        raise BadInputError(f"mapping {name}: give either [columns] or [[files]]")
+    files = document.files or [_File(columns=document.columns)]
+    for file in files:
+        if file.join not in JOINS:
+            raise BadInputError(f"mapping {name}: unknown join {file.join!r}. Known: {', '.join(JOINS)}")
+    return Mapping(document.title, tuple(MappedFile(f.file, f.join, _renamed(f.columns)) for f in files))
+
+
+def _renamed(columns: dict[str, Any]) -> tuple[Renamed, ...]:
+    targets = {k: v if isinstance(v, _Target) else _Target(name=v) for k, v in columns.items()}
+    return tuple(Renamed(theirs, t.name, t.factor, t.offset) for theirs, t in targets.items())

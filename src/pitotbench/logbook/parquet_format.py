@@ -1,0 +1,37 @@
+"""Parquet: the columns as they are, the TOML header in the schema's metadata."""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+from pyarrow import parquet
+
+from pitotbench.logbook.csv_format import to_column
+from pitotbench.logbook.table import Column, Table
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.toml_text import write_toml
+
+_KEY = b"pitotbench"
+
+
+def read_parquet(path: Path) -> Table:
+    """The table of a Parquet file. Raises BadInputError for a file that is none, or cut off."""
+    try:
+        found = parquet.ParquetFile(path, memory_map=False).read()
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, OSError) as error:
+        raise BadInputError(f"not a complete Parquet file: {str(error).splitlines()[0]}") from error
+    text = (found.schema.metadata or {}).get(_KEY, b"").decode("utf-8", errors="replace")
+    try:
+        header = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        header = {"comments": text.splitlines()}
+    return Table(tuple(found.column_names), tuple(to_column(column) for column in found.columns), header)
+
+
+def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
+    """Write columns with a TOML header."""
+    table = pa.table({name: pa.array(values) for name, values in columns.items()})
+    metadata = {_KEY: write_toml(header).encode()}
+    parquet.write_table(table.replace_schema_metadata(metadata), path, compression="zstd")

@@ -1,0 +1,56 @@
+"""A file to a FlightLog: recognized, converted to SI, checked."""
+
+from pathlib import Path
+
+from pitotbench.logbook.checks import CHECKS
+from pitotbench.logbook.draft import draft_of
+from pitotbench.logbook.formats import format_of
+from pitotbench.logbook.joining import read_mapped
+from pitotbench.logbook.mapping import find_mapping
+from pitotbench.logbook.table import Table
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+
+
+def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
+    """Read a flight log.
+
+    `mapping` names a shipped mapping or a TOML file, for logs with other column names. What was dropped or looks
+    odd, with its rows, is in `log.header["warnings"]`. Raises BadInputError, its message beginning with the file,
+    for a log that cannot be used; UnknownNameError for a mapping that is not shipped.
+    """
+    source = Path(path)
+    named = None if mapping is None else find_mapping(mapping)
+    try:
+        table = _read_table(source) if named is None else read_mapped(source, named, _read_table)
+        return log_of(table)
+    except BadInputError as error:
+        raise BadInputError(f"{source}: {error}") from error
+
+
+def log_of(table: Table) -> FlightLog:
+    """The checked log of a table. Raises BadInputError where it cannot be used."""
+    draft = draft_of(table)
+    for check in CHECKS:
+        check(draft)
+    header = dict(table.header)
+    warnings = [*header.pop("warnings", ()), *draft.warnings]
+    if warnings:
+        header["warnings"] = list(dict.fromkeys(warnings))
+    return FlightLog(**draft.channels, header=header)
+
+
+def _read_table(path: Path) -> Table:
+    if path.is_dir():
+        raise BadInputError("a folder, not a log; name its file, or give the mapping of a log in several files")
+    kind = format_of(path)
+    try:
+        empty = path.stat().st_size == 0
+    except OSError as error:
+        raise BadInputError(f"cannot be read: {error.strerror or error}") from error
+    if empty:
+        raise BadInputError("the file is empty")
+    table = kind.read(path)
+    if len(table) == 0:
+        raise BadInputError("the log has column names but no rows")
+    return table

@@ -1,0 +1,90 @@
+"""A table as a reader found it: named columns, a header, remarks. Not yet a log."""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.records.errors import BadInputError
+
+Column = NDArray[Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Columns in file order (a name may occur twice), the header above them, and what the reader noticed."""
+
+    names: tuple[str, ...]
+    columns: tuple[Column, ...]
+    header: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.columns[0]) if self.columns else 0
+
+    def column(self, name: str) -> Column:
+        """The column of a name. Raises BadInputError where it is missing or given twice."""
+        count = self.names.count(name)
+        if count != 1:
+            raise BadInputError(f"column {name!r} is {'given twice; keep one' if count else 'missing'}")
+        return self.columns[self.names.index(name)]
+
+
+def numbers(name: str, column: Column) -> NDArray[np.float64]:
+    """A column as floats, NaN where a cell is empty.
+
+    Raises BadInputError naming the first row whose cell is no number.
+    """
+    if column.dtype.kind in "fiub":
+        return np.asarray(column, dtype=np.float64)
+    values = np.full(len(column), np.nan)
+    for i, cell in enumerate(column):
+        try:
+            values[i] = np.nan if cell is None or cell == "" else float(cell)
+        except (TypeError, ValueError):
+            raise BadInputError(
+                f"column {name!r}, row {i + 1}: {str(cell)!r} is not a number; mend that row"
+            ) from None
+    return values
+
+
+def flags(name: str, column: Column) -> NDArray[np.bool_]:
+    """A column as true/false; raises BadInputError naming the first row that is neither."""
+    if column.dtype.kind == "b":
+        return np.asarray(column, dtype=np.bool_)
+    words = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
+    cells = [words.get(str(cell).lower()) for cell in column]
+    if None in cells:
+        row = cells.index(None)
+        raise BadInputError(f"column {name!r}, row {row + 1}: {str(column[row])!r} is not true or false (1 or 0)")
+    return np.array(cells, dtype=np.bool_)
+
+
+def texts(column: Column) -> NDArray[np.str_]:
+    """A column as text, empty where a cell is empty."""
+    if column.dtype.kind == "U":
+        return column
+    return np.array(["" if cell is None else str(cell) for cell in column], dtype=np.str_)
+
+
+@contextmanager
+def atomic(path: Path) -> Iterator[Path]:
+    """A temporary path beside `path`, renamed onto it on success and removed on failure: never half a file.
+
+    Raises BadInputError where the folder does not exist or cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
+    try:
+        yield temporary
+        temporary.replace(path)
+    except OSError as error:
+        raise BadInputError(
+            f"{path}: cannot be written: {error.strerror or error}; choose another folder"
+        ) from error
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,186 @@
+"""Case to TOML and back. A key carries its unit: `altitude_ft = 6000`, `wind.speed_kt = 15`.
+
+Any suffix of the field's dimension is read; all problems of a file are reported at once. The temperatures of a
+case are differences (an offset, a noise), so no zero point is added to them.
+"""
+
+import json
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import Field, fields, is_dataclass
+from pathlib import Path
+from typing import Any, get_args, get_type_hints
+
+from pydantic import TypeAdapter, ValidationError
+
+from pitotbench.catalog import explain
+from pitotbench.records.case import Case
+from pitotbench.records.case_rules import Place, broken_rules
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.toml_text import write_toml
+from pitotbench.units import SUFFIXES, Suffix
+
+# No column of a log is a frequency, so the closed table of column suffixes does not hold it.
+CASE_SUFFIXES: dict[str, Suffix] = {**SUFFIXES, "hz": Suffix("frequency", 1.0)}
+
+
+def write_case(case: Case) -> str:
+    """The TOML text of a case; `read_case` of it gives an equal case, bit for bit."""
+    return write_toml(case_table(case))
+
+
+def case_table(case: Case, omit: Sequence[str] = ()) -> dict[str, Any]:
+    """A case as a plain table with unit-bearing keys, without the fields named in `omit`."""
+    return {key: value for name, key, value in _entries(case) if name not in omit}
+
+
+def read_case(source: Path | str) -> Case:
+    """The case of a TOML file, or of TOML text (any string with a line break or an equals sign).
+
+    What the text leaves out keeps its default. Raises BadInputError that lists every problem with its key.
+    """
+    name, text = _text(source)
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise BadInputError(f"{name}: not valid TOML: {error}") from error
+    reading = _Reading()
+    tree = reading.record(Case, table, ())
+    problems = [*reading.problems, *broken_rules(tree, reading.written)]
+    case = _validated(tree, reading, problems)
+    if problems or case is None:
+        count = f"{len(problems)} problem{'s' if len(problems) > 1 else ''}"
+        raise BadInputError(f"{name}: {count}\n" + "\n".join(f"  {line}" for line in problems))
+    return case
+
+
+def _text(source: Path | str) -> tuple[str, str]:
+    if isinstance(source, str) and ("\n" in source or "=" in source or not source):
+        return "case", source
+    try:
+        return str(source), Path(source).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInputError(f"{source}: cannot be read as a case file: {error}") from error
+
+
+def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -> Case | None:
+    """Check types with pydantic. Through JSON, whose strict mode takes tables and lists but no '15' for 15."""
+    try:
+        return TypeAdapter(Case).validate_json(json.dumps(tree), strict=True)
+    except ValidationError as error:
+        for item in error.errors():
+            place = tuple(str(part) for part in item["loc"])
+            problems.append(f"{reading.written(place)}: {item['msg'].lower()}, not {item['input']!r}")
+    except TypeError as error:  # a date, which TOML knows and JSON does not
+        problems.append(f"a value is neither number, text, boolean, list nor table: {error}")
+    return None
+
+
+class _Reading:
+    """Turns unit-bearing keys into fields, remembering problems and how each field was spelled."""
+
+    def __init__(self) -> None:
+        self.problems: list[str] = []
+        self._spelled: dict[Place, str] = {}
+
+    def written(self, place: Place) -> str:
+        """A field's path as the file spells it."""
+        return ".".join(self._spelled.get(place[: i + 1], part) for i, part in enumerate(place))
+
+    def record(self, kind: type, table: object, place: Place) -> Any:
+        """The fields of a record from a table; a value that is no table is left to the type check."""
+        if not isinstance(table, Mapping):
+            return table
+        found: dict[str, Any] = {}
+        hints = get_type_hints(kind)
+        for key, value in table.items():
+            entry = self._field(kind, key, place)
+            if entry is None:
+                continue
+            name, unit = entry
+            here = (*place, name)
+            if name in found:
+                self.problems.append(f"{self.written(here)} and {key}: one quantity, given twice; keep one")
+                continue
+            self._spelled[here] = key
+            found[name] = _to_si(value, unit) if unit else self._nested(hints[name], value, here)
+        return found
+
+    def _nested(self, hint: Any, value: object, place: Place) -> Any:
+        if is_dataclass(hint) and isinstance(hint, type):
+            return self.record(hint, value, place)
+        inner = next((arg for arg in get_args(hint) if is_dataclass(arg)), None)
+        if isinstance(inner, type) and isinstance(value, list):
+            return [self.record(inner, entry, (*place, str(i))) for i, entry in enumerate(value)]
+        return value
+
+    def _field(self, kind: type, key: str, place: Place) -> tuple[str, Suffix | None] | None:
+        """The field that a key names and its unit; None, with a problem noted, where there is none."""
+        known = {f.name: f for f in fields(kind)}
+        base, _, suffix = key.rpartition("_")
+        if key in known and "suffix" not in known[key].metadata:
+            return key, None
+        if key in known:
+            problem = f"the unit is missing: write {_canonical_key(known[key])}"
+        elif base not in known or "suffix" not in known[base].metadata:
+            problem = explain("key", key, [_canonical_key(f) for f in known.values()])
+        else:
+            units = _same_dimension(known[base].metadata["suffix"])
+            if suffix in units:
+                return base, CASE_SUFFIXES[suffix]
+            problem = explain(f"unit of {base}", suffix, list(units))
+        self.problems.append(f"{'.'.join((*map(str, place), key))}: {problem}")
+        return None
+
+
+def _same_dimension(suffix: str) -> dict[str, Suffix]:
+    dimension = CASE_SUFFIXES[suffix].dimension
+    return {name: unit for name, unit in CASE_SUFFIXES.items() if unit.dimension == dimension}
+
+
+def _canonical_key(entry: "Field[Any]") -> str:
+    suffix = entry.metadata.get("suffix")
+    return f"{entry.name}_{suffix}" if suffix else entry.name
+
+
+def _to_si(value: Any, unit: Suffix) -> Any:
+    if isinstance(value, list):
+        return [_to_si(entry, unit) for entry in value]
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return value * unit.factor if number else value
+
+
+def _entries(record: Any) -> Iterator[tuple[str, str, Any]]:
+    """Field name, written key and written value of every field."""
+    for entry in fields(record):
+        value, suffix = getattr(record, entry.name), entry.metadata.get("suffix")
+        if suffix:
+            yield entry.name, *_in_unit(entry.name, value, suffix)
+        else:
+            yield entry.name, entry.name, _plain(value)
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value):
+        return {key: inner for _, key, inner in _entries(value)}
+    if isinstance(value, tuple | list):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, Mapping):
+        return {key: _plain(entry) for key, entry in value.items()}
+    return value
+
+
+def _in_unit(name: str, value: float | tuple[float, ...], suffix: str) -> tuple[str, Any]:
+    """Key and value in a unit; in SI where no number of that unit reads back to the very same value."""
+    values = value if isinstance(value, tuple) else (value,)
+    written = [_exact(v, CASE_SUFFIXES[suffix].factor) for v in values]
+    if any(w is None for w in written):
+        suffix = next(s for s, u in _same_dimension(suffix).items() if u.factor == 1.0 and u.offset == 0.0)
+        written = [float(v) for v in values]
+    return f"{name}_{suffix}", written if isinstance(value, tuple) else written[0]
+
+
+def _exact(value: float, factor: float) -> float | None:
+    """The shortest number that, times the factor, is the value."""
+    near = value / factor
+    return next((w for w in (round(near, 6), round(near, 12), near) if w * factor == value), None)

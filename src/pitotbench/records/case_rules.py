@@ -1,0 +1,59 @@
+"""What the numbers and names of a case must satisfy beyond their types."""
+
+import re
+from collections.abc import Callable, Iterator
+from math import isfinite
+from typing import Any
+
+from pitotbench.catalog import explain
+from pitotbench.records.case import PILOTS, TURBULENCE_SEVERITY
+
+Place = tuple[str, ...]
+
+# Field path (a regular expression), what holds for its value, and the rule in words.
+_RULES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
+    (r"das\.(air|gps)_rate|das\.\w+_range|das\.recovery_factor", lambda v: v > 0, "must be above 0"),
+    (r"pressure_error\.reference_pressure", lambda v: v > 0, "must be above 0"),
+    (r"das\.\w+_(noise|resolution|latency)|wind\.speed", lambda v: v >= 0, "must not be negative"),
+    (r"(truth|sensor)_seed", lambda v: v >= 0, "must not be negative"),
+    (r"das\.air_rate", lambda v: v <= 100.0, "must not exceed the simulator's 100 Hz"),
+)
+_NAMES = {"turbulence": list(TURBULENCE_SEVERITY), "pilot": list(PILOTS)}
+
+
+def broken_rules(tree: Any, written: Callable[[Place], str]) -> Iterator[str]:
+    """Every broken rule of a tree of fields [SI], each line beginning with the key as the file spells it."""
+    leaves = dict(_leaves(tree, ()))
+    for place, value in leaves.items():
+        if isinstance(value, float) and not isfinite(value):
+            yield f"{written(place)}: must be a finite number, not {value}"
+            continue
+        yield from _broken(place, value, written)
+    air, gps = leaves.get(("das", "air_rate"), 50.0), leaves.get(("das", "gps_rate"), 50.0)
+    if _is_number(air) and _is_number(gps) and gps > air:
+        yield f"das: the GPS rate ({gps:g} Hz) must not exceed the air-data rate ({air:g} Hz); lower gps_rate_hz"
+
+
+def _broken(place: Place, value: Any, written: Callable[[Place], str]) -> Iterator[str]:
+    path = ".".join(place)
+    if path in _NAMES and isinstance(value, str) and value not in _NAMES[path]:
+        yield f"{written(place)}: {explain(path, value, _NAMES[path])}"
+    if _is_number(value):
+        for pattern, holds, rule in _RULES:
+            if re.fullmatch(pattern, path) and not holds(value):
+                yield f"{written(place)}: {rule}, not {value:g} (SI)"
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _leaves(value: Any, place: Place) -> Iterator[tuple[Place, Any]]:
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _leaves(inner, (*place, str(key)))
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            yield from _leaves(inner, (*place, str(i)))
+    else:
+        yield place, value

@@ -1,0 +1,125 @@
+"""The recorder: the truth through every sensor, onto one time base."""
+
+from hashlib import sha256
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.records.case import Case, DataSystem
+from pitotbench.records.case_file import case_table, write_case
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.sense.channels import CHANNELS, Channel
+from pitotbench.sense.das import has_velocity_down, require_rates
+from pitotbench.sense.sampling import Instants, Schedule, flight_rate, schedule
+from pitotbench.sense.sensor import (
+    add_noise,
+    indicated_impact_pressure,
+    known_curve,
+    noise_stream,
+    quantize,
+    saturate,
+)
+from pitotbench.units import Array
+
+TRUTH_FIELDS = ("pressure_error", "wind", "effects")  # of a Case: what a log must not tell
+_FULL_TURN = 2.0 * np.pi
+
+
+def record(flight: Flight, das: DataSystem, sensor_seed: int, velocity_down: bool | None = None) -> FlightLog:
+    """What a data system records of a flight: deterministic for one flight, system and seed.
+
+    The chain is truth, position error, latency, white noise, range, resolution; GPS velocity and altitude are
+    sampled at the GPS rate and held to the air-data rate. `velocity_down` None leaves it to the kind of system.
+    Raises BadInputError where the rates do not fit the flight or the pressure error cannot be applied.
+    """
+    require_rates(das, flight_rate(flight["time"]))
+    when = schedule(flight["time"], das.air_rate, das.gps_rate, das.air_latency, das.gps_latency)
+    down = has_velocity_down(das) if velocity_down is None else velocity_down
+    plain = [c for c in CHANNELS if c.name in flight.channels]
+    return FlightLog(
+        time=when.time,
+        **_air_data(flight, das, when.air, sensor_seed),
+        **_velocities(flight, das, when, sensor_seed, down),
+        **{c.name: _plain(flight[c.name], c, das, when, sensor_seed) for c in plain},
+        gps_fresh=when.fresh,
+        segment=flight.segment[when.rows.below],
+        on_condition=flight.on_condition[when.rows.below],
+        header=header(flight.case, das, sensor_seed),
+    )
+
+
+def _air_data(flight: Flight, das: DataSystem, when: Instants, seed: int) -> dict[str, Array]:
+    """Impact pressure, static pressure and total temperature as recorded."""
+    static, temperature = when.of(flight["static_pressure"]), when.of(flight["air_temperature"])
+    impact = when.of(flight["total_pressure"]) - static
+    indicated = indicated_impact_pressure(impact, known_curve(flight.case.pressure_error))
+    probe = air.total_temperature(temperature, air.mach_from_impact_pressure(impact, static), das.recovery_factor)
+
+    def noisy(name: str, values: Array, deviation: float) -> Array:
+        return add_noise(values, deviation, noise_stream(seed, name, das))
+
+    indicated = saturate(
+        noisy("impact_pressure", indicated, das.impact_pressure_noise), 0.0, das.impact_pressure_range
+    )
+    static = noisy("static_pressure", static, das.static_pressure_noise)
+    probe = noisy("total_temperature", probe, das.temperature_noise)
+    return {
+        "impact_pressure": quantize(indicated, das.impact_pressure_resolution),
+        "static_pressure": quantize(static, das.static_pressure_resolution),
+        "total_temperature": quantize(probe, das.temperature_resolution),
+    }
+
+
+def _velocities(flight: Flight, das: DataSystem, when: Schedule, seed: int, down: bool) -> dict[str, Array]:
+    """Ground velocity: a fix at the GPS rate, held until the next."""
+    names = ["velocity_north", "velocity_east"] + (["velocity_down"] if down else [])
+    channels = [Channel(name, "velocity_noise", das.velocity_resolution, by_gps=True) for name in names]
+    return {c.name: _plain(flight[c.name], c, das, when, seed) for c in channels}
+
+
+def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed: int) -> Array:
+    """One channel whose sensor only adds noise and rounds."""
+    instants = when.gps if channel.by_gps else when.rows
+    values = instants.of(np.unwrap(truth) if channel.angle_of_circle else truth)
+    values = add_noise(values, channel.deviation(das), noise_stream(seed, channel.name, das))
+    if channel.angle_of_circle:
+        values = np.mod(values, _FULL_TURN)
+    values = quantize(values, channel.resolution)
+    return values[when.fix] if channel.by_gps else values
+
+
+def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
+    """The header of a synthetic log: versions, seeds, and the case without its truth.
+
+    The digest is of the whole case as TOML, so that a truth file can be matched to its log.
+    """
+    told = case_table(case, omit=(*TRUTH_FIELDS, "das", "truth_seed", "sensor_seed"))
+    system = {**case_table_of_system(das), "name": das.label}
+    return {
+        "format": "pitotbench flight log 1",
+        "versions": {name: _version(name) for name in ("pitotbench", "jsbsim", "numpy")},
+        "seeds": {"truth": case.truth_seed, "sensor": sensor_seed},
+        "case": {**told, "das": system},
+        "case_sha256": case_digest(case),
+    }
+
+
+def case_table_of_system(das: DataSystem) -> dict[str, Any]:
+    """A data system as a plain table with unit-bearing keys."""
+    table: dict[str, Any] = case_table(Case(das=das))["das"]
+    return table
+
+
+def case_digest(case: Case) -> str:
+    """SHA-256 of the whole case as TOML text."""
+    return sha256(write_case(case).encode()).hexdigest()
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:  # run from a checkout that is not installed
+        return "unknown"

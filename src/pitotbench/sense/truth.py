@@ -1,0 +1,58 @@
+"""The truth of a flight as a file, beside its log and only when asked for."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import parquet
+
+from pitotbench.logbook import QUANTITIES, atomic
+from pitotbench.records.case_file import read_case, write_case
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.flight import Flight
+
+_CASE = b"pitotbench case"
+_TRUE = "true_"  # no column of a truth file can be taken for one of a log
+
+
+def truth_path(log_path: Path | str) -> Path:
+    """Where the truth of a log goes: `<name>.truth.parquet` beside it."""
+    path = Path(log_path)
+    return path.with_name(f"{path.stem}.truth.parquet")
+
+
+def write_truth(flight: Flight, log_path: Path | str) -> Path:
+    """Write all channels (SI), labels and the whole case of a flight beside its log; returns the path.
+
+    Columns carry the prefix `true_` and, where a log has the quantity, its unit. Whole or not at all.
+    """
+    columns = {_column(name): values for name, values in flight.channels.items()}
+    table = pa.table({**columns, "segment": flight.segment, "on_condition": flight.on_condition})
+    target = truth_path(log_path)
+    with atomic(target) as temporary:
+        metadata = {_CASE: write_case(flight.case).encode()}
+        parquet.write_table(table.replace_schema_metadata(metadata), temporary, compression="zstd")
+    return target
+
+
+def read_truth(path: Path | str) -> Flight:
+    """The flight of a truth file. Raises BadInputError for a file that is none."""
+    try:
+        table = parquet.ParquetFile(Path(path)).read()
+    except (pa.ArrowInvalid, OSError) as error:
+        raise BadInputError(f"{path}: not a truth file: {error}") from error
+    text = (table.schema.metadata or {}).get(_CASE)
+    if text is None:
+        raise BadInputError(f"{path}: not a truth file; expected the file that was written beside a log")
+    units = {_column(name): name for name in QUANTITIES}
+    found = {name: table[name].to_numpy() for name in table.column_names if name.startswith(_TRUE)}
+    return Flight(
+        case=read_case(text.decode()),
+        channels={units.get(name, name.removeprefix(_TRUE)): values for name, values in found.items()},
+        segment=np.asarray(table["segment"].to_numpy(), dtype=np.str_),
+        on_condition=table["on_condition"].to_numpy(),
+    )
+
+
+def _column(name: str) -> str:
+    return _TRUE + (QUANTITIES[name].column if name in QUANTITIES else name)

@@ -1,0 +1,37 @@
+"""How much recording and flying a card costs over JSBSim alone."""
+
+from time import process_time
+
+from pitotbench.records.case import Case
+from pitotbench.simulate.atmosphere import Air
+from pitotbench.simulate.plant import Plant
+from pitotbench.simulate.sortie import fly
+from pitotbench.units import KNOT
+
+LEVEL_SPEED = 130.0 * KNOT
+
+
+def overhead_ratio(case: Case | None = None, repeats: int = 3) -> float:
+    """CPU time of a whole flight over that of a bare `run()` loop of as many steps; the least of some tries.
+
+    The flight holds everything: load, settling, the card, every channel at 100 Hz, the arrays at the end.
+    """
+    case = case or Case(maneuver="step_decrease")
+    ratios = []
+    for _ in range(repeats):
+        begun = process_time()
+        flight = fly(case)
+        flown = process_time() - begun
+        ratios.append(flown / bare_time(case, round(float(flight["time"][-1]) * 100.0)))
+    return min(ratios)
+
+
+def bare_time(case: Case, steps: int) -> float:
+    """CPU time [s] of JSBSim alone for a number of steps of the case's aircraft in level flight, in its air."""
+    plant = Plant.load(case.aircraft)
+    plant.start(case.altitude, LEVEL_SPEED, air=Air.of(case))
+    run = plant.fdm.run
+    begun = process_time()
+    for _ in range(steps):
+        run()
+    return process_time() - begun

@@ -1,0 +1,128 @@
+"""Who flies: the autopilot alone, or a person whose hands are late, whose eye has a threshold and who drifts.
+
+The person is an intermittent controller (Craik 1948; Neilson and others since): between corrections what is
+held drifts at random (the remnant of McRuer and Jex 1967); a deviation is noticed only beyond what the gauge
+shows at a glance, and corrected in part; then the pilot waits for the aircraft to answer. Stick and rudder
+stay with the autopilot, so this is a model of how well targets are held, not of handling qualities. All sizes
+are estimates, set so that a good pilot keeps the paper's tolerances most of the time in smooth air and a busy
+one does not.
+"""
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench.catalog import Catalog
+from pitotbench.simulate.plant import Plant
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT
+
+CORRECTED = 0.7  # share of a noticed deviation that one correction takes out
+PURSUED = 5.0  # thresholds; a deviation beyond is a change under way, not an error to correct
+HELD_IN_MODE = {"airspeed": ("throttle_mode", 1), "heading": ("lateral_mode", 1), "bank": ("lateral_mode", 2)}
+
+
+@dataclass(frozen=True, slots=True)
+class Skill:
+    """How a person flies: reaction [s]; per quantity the patience [s] to see what a correction does, the
+    threshold [SI] at which a deviation is noticed and the drift [SI a square-root second] of what is held;
+    manifold-pressure setting error [Pa, σ]."""
+
+    reaction: float
+    patience: Mapping[str, float]
+    thresholds: Mapping[str, float]
+    drifts: Mapping[str, float]
+    setting_error: float
+
+
+# quantity: patience [s], threshold, drift a square-root second; airspeed answers the throttle slowly
+HABITS = {
+    "airspeed": (12.0, 0.5 * KNOT, 0.05 * KNOT),
+    "altitude": (6.0, 20.0 * FOOT, 1.5 * FOOT),
+    "heading": (3.0, 0.7 * DEGREE, 0.15 * DEGREE),
+    "bank": (3.0, 1.5 * DEGREE, 0.25 * DEGREE),
+}
+
+
+def _skill(reaction: float, coarseness: float) -> Skill:
+    """Habits with thresholds and drifts made coarser by a factor."""
+    return Skill(
+        reaction,
+        patience={quantity: habit[0] for quantity, habit in HABITS.items()},
+        thresholds={quantity: coarseness * habit[1] for quantity, habit in HABITS.items()},
+        drifts={quantity: coarseness * habit[2] for quantity, habit in HABITS.items()},
+        setting_error=coarseness * 0.1 * INCH_OF_MERCURY,
+    )
+
+
+class Hands:
+    """The autopilot alone: what the card commands is set at once and held exactly."""
+
+    def __init__(self, plant: Plant, truth_seed: int = 1) -> None:
+        self._plant = plant
+
+    def command(self, name: str, value: float) -> None:
+        """Set a control of the property table [SI]."""
+        self._plant.set(name, value)
+
+    def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
+        """Let time pass; `deviation(quantity)` is read minus target [SI]."""
+
+
+class Person(Hands):
+    """A pilot with reaction time, gauge thresholds and remnant, drawn from the truth seed."""
+
+    skill = _skill(0.5, 1.0)
+
+    def __init__(self, plant: Plant, truth_seed: int = 1) -> None:
+        super().__init__(plant)
+        self._random = np.random.default_rng(np.random.SeedSequence(truth_seed).spawn(1)[0])
+        self._now = 0.0
+        self._waiting: deque[tuple[float, str, float]] = deque()
+        self._commanded: dict[str, float] = {}
+        self._offsets: dict[str, float] = {}
+        self._next_look: dict[str, float] = {}
+
+    def command(self, name: str, value: float) -> None:
+        """Set a control after the reaction time; a manifold pressure is set with an error."""
+        if name == "manifold_pressure_target":
+            value += self._random.normal(0.0, self.skill.setting_error)
+        self._waiting.append((self._now + self.skill.reaction, name, value))
+
+    def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
+        """Do what is due, drift, notice and correct."""
+        self._now += seconds
+        while self._waiting and self._waiting[0][0] <= self._now:
+            _, name, value = self._waiting.popleft()
+            self._commanded[name] = value
+            self._offsets.pop(name.removesuffix("_target"), None)
+            self._plant.set(name, value)
+        for quantity in self.skill.thresholds:
+            if self._holds(quantity):
+                self._hold(quantity, deviation(quantity), seconds)
+
+    def _holds(self, quantity: str) -> bool:
+        mode = HELD_IN_MODE.get(quantity)
+        in_mode = mode is None or self._commanded.get(mode[0]) == mode[1]
+        return in_mode and f"{quantity}_target" in self._commanded
+
+    def _hold(self, quantity: str, deviation: float, seconds: float) -> None:
+        threshold = self.skill.thresholds[quantity]
+        offset = self._offsets.get(quantity, 0.0)
+        offset += self._random.normal(0.0, self.skill.drifts[quantity] * seconds**0.5)
+        noticed = threshold < abs(deviation) < PURSUED * threshold
+        if noticed and self._now >= self._next_look.get(quantity, 0.0):
+            offset -= CORRECTED * deviation
+            self._next_look[quantity] = self._now + self.skill.patience[quantity]
+        self._offsets[quantity] = min(max(offset, -PURSUED * threshold), PURSUED * threshold)
+        self._plant.set(f"{quantity}_target", self._commanded[f"{quantity}_target"] + self._offsets[quantity])
+
+
+class BusyPerson(Person):
+    """The same person with other things to do: late, coarse, and drifting twice as far."""
+
+    skill = _skill(1.0, 2.0)
+
+
+PILOTS: Catalog[type[Hands]] = Catalog("pilot", {"none": Hands, "good": Person, "busy": BusyPerson})

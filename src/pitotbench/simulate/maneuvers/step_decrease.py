@@ -1,0 +1,63 @@
+"""Step Decrease: slow down by small power reductions on one heading, then on the reciprocal."""
+
+from dataclasses import dataclass
+from math import pi
+
+from pitotbench.simulate.maneuvers.card import Card, quantity
+from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit
+from pitotbench.simulate.maneuvers.phases import Ticks, leg, set_up, settle, turn
+from pitotbench.units import INCH_OF_MERCURY, KNOT
+
+LOWEST_MANIFOLD_PRESSURE = 8.0 * INCH_OF_MERCURY  # below idle: more steps change nothing
+JUDGED = ("heading", "altitude")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepDecreaseCard(Card):
+    """Martos et al. (2011), III.A: from 160 KCAS less one inch of manifold pressure every 5 to 10 s until
+    130 KCAS; a turn to the reciprocal; the same to 100 KCAS. ±2°, ±50 ft, no airspeed tolerance; 5 to 6
+    minutes (Table 2: 6).
+
+    Ours: `dwell` at the first speed of each heading before the power comes back; `speeds` are where a
+    descent through the speeds starts and ends.
+    """
+
+    speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt")
+    heading: float = quantity(0.0, "deg")
+    dwell: float = quantity(40.0, "s")
+    step: float = quantity(1.0, "inhg")
+    step_time: float = quantity(10.0, "s")
+    settle: float = quantity(30.0, "s")
+
+    def __post_init__(self) -> None:
+        Card.__post_init__(self)
+        self.require_decreasing_speeds()
+        self.require_positive("step", "step_time")
+
+
+def fly(cockpit: Cockpit, card: StepDecreaseCard) -> Ticks:
+    """Set up unrecorded; then, for each pair of speeds: leg, power steps, turn to the reciprocal, settle."""
+    heading = card.heading
+    yield from set_up(cockpit, card.speeds[0], heading)
+    for index, floor in enumerate(card.speeds[1:]):
+        if index:
+            cockpit.hold_airspeed(card.speeds[index])
+            heading += pi
+            yield from turn(cockpit, heading)
+            yield from settle(cockpit)
+        yield from leg(cockpit, card.dwell, *JUDGED)
+        yield from _step_down(cockpit, card, floor)
+
+
+def _step_down(cockpit: Cockpit, card: StepDecreaseCard, floor: float) -> Ticks:
+    pressure, number = cockpit.manifold_pressure(), 0
+    while cockpit.airspeed > floor:
+        pressure, number = pressure - card.step, number + 1
+        if pressure < LOWEST_MANIFOLD_PRESSURE:
+            raise cockpit.plant.failure(f"{floor / KNOT:.0f} KCAS not reached with the power at idle")
+        cockpit.set_manifold_pressure(pressure)
+        cockpit.begin(f"step {number} {pressure / INCH_OF_MERCURY:.1f} inHg", *JUDGED)
+        for _ in range(round(card.step_time / TICK)):
+            yield
+            if cockpit.airspeed <= floor:
+                return

@@ -1,0 +1,229 @@
+"""JSBSim as a plant: load, start in the air, run. Its silent failures become errors here."""
+
+from collections.abc import Callable
+from math import degrees, isfinite, pi
+from typing import Any
+
+import jsbsim
+
+from pitotbench.catalog import UnknownNameError, explain
+from pitotbench.records.errors import BadInputError
+from pitotbench.simulate.atmosphere import Air, blow, stir
+from pitotbench.simulate.hangar import find_aircraft
+from pitotbench.simulate.properties import PROPERTIES, Property, check_table, parse_catalog
+from pitotbench.simulate.transcript import Transcript
+from pitotbench.units import DEGREE, FOOT, KNOT
+
+LATITUDE = 35.4  # deg: Tullahoma, Tennessee, where the paper's aircraft flew
+LONGITUDE = -86.2  # deg
+STARTER_TIME = 10.0  # s, until both engines must run; 1.3 s is usual
+SETTLE_FIRST = 30.0  # s, before the first look whether level flight is held
+SETTLE_LOOK = 5.0  # s
+TURBULENCE_RUN_IN = 20.0  # s, some three time constants of the slowest gust filter at 100 kt
+
+LOWEST_HEIGHT = 10.0  # ft above ground
+LARGEST_FLOW_ANGLE = 30.0 * DEGREE  # well past the stall, far beyond any gust
+LARGEST_ROLL = 85.0 * DEGREE
+
+
+class SimulationError(BadInputError):
+    """The case cannot be flown: the message says what happened, where, and what JSBSim reported."""
+
+
+class Plant:
+    """One aircraft in JSBSim. A new flight takes a new plant: JSBSim's integrators survive a reset.
+
+    `get` and `set` take names of the property table (SI units) or, with a slash in it, any property path of
+    JSBSim (its own units). Each call that meets a failure raises SimulationError.
+    """
+
+    def __init__(self, fdm: Any, aircraft: str, transcript: Transcript) -> None:
+        self.aircraft = aircraft
+        self.fdm = fdm
+        self.time_step = float(fdm.get_delta_t())
+        self._transcript = transcript
+        self._access = parse_catalog(fdm.get_property_catalog())
+        self._tree = fdm.get_property_manager()
+        self._getters: dict[str, tuple[Callable[[], float], float]] = {}
+        self._setters: dict[str, tuple[Callable[[float], bool], float]] = {}
+        check_table(aircraft, self._access)
+        watched = ("position/h-agl-ft", "angle_of_attack", "sideslip", "roll")
+        self._watched = [self.getter(name)[0] for name in watched]  # ft, rad
+
+    @classmethod
+    def load(cls, aircraft: str = "navajo", rate: float = 100.0) -> "Plant":
+        """Load an aircraft of the hangar, to be run at a rate [Hz].
+
+        Raises UnknownNameError for an unknown aircraft or a property that it lacks, SimulationError where
+        JSBSim refuses the file.
+        """
+        folder = find_aircraft(aircraft)
+        transcript = Transcript()
+        jsbsim.set_logger(transcript)
+        jsbsim.FGJSBBase().debug_lvl = 0  # type: ignore[no-untyped-call]
+        fdm = jsbsim.FGFDMExec(None)
+        fdm.set_debug_level(0)
+        fdm.set_dt(1.0 / rate)
+        paths = (str(folder.parent), str(folder / "Engines"), str(folder / "Systems"))
+        if not fdm.load_model_with_paths(aircraft, *paths):
+            raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{transcript.said()}")
+        return cls(fdm, aircraft, transcript)
+
+    def getter(self, name: str) -> tuple[Callable[[], float], float]:
+        """The read function of a property and its SI factor; for loops that read at every step."""
+        if name not in self._getters:
+            line = self._line(name)
+            self._getters[name] = (self._tree.get_node(line.path).get_double_value, line.factor)
+        return self._getters[name]
+
+    def get(self, name: str) -> float:
+        """The present value of a property [SI by table name, JSBSim's unit by path]."""
+        read, factor = self.getter(name)
+        return read() * factor
+
+    def set(self, name: str, value: float) -> None:
+        """Set a writable property [SI by table name, JSBSim's unit by path].
+
+        Raises UnknownNameError for an unknown or read-only one, SimulationError for a value that is not finite.
+        """
+        if not isfinite(value):
+            raise SimulationError(f"{name} must be a finite number, not {value}")
+        if name not in self._setters:
+            line = self._line(name)
+            if "W" not in self._access[line.path]:
+                raise UnknownNameError(f"property {line.path!r} is read-only")
+            self._setters[name] = (self._tree.get_node(line.path).set_double_value, line.factor)
+        write, factor = self._setters[name]
+        if not write(value / factor):
+            raise SimulationError(f"JSBSim did not take {name} = {value}.{self._transcript.said()}")
+
+    def _line(self, name: str) -> Property:
+        if "/" not in name:
+            return PROPERTIES[name]
+        if name not in self._access:
+            raise UnknownNameError(explain("property", name, list(self._access)).split(" Known:")[0])
+        return Property(name, name)
+
+    def run(self, seconds: float) -> None:
+        """Run for a time [s], checking the flight ten times a second."""
+        steps = round(seconds / self.time_step)
+        batch = max(1, round(0.1 / self.time_step))
+        for done in range(0, steps, batch):
+            self.advance(min(batch, steps - done))
+            self.check()
+
+    def advance(self, steps: int) -> None:
+        """Run a number of steps."""
+        run = self.fdm.run
+        for _ in range(steps):
+            if not run():
+                raise self.failure("JSBSim stopped")
+
+    def check(self) -> None:
+        """Raise SimulationError where the flight is no longer one: NaN, ground contact, departure."""
+        height, alpha, beta, roll = [read() for read in self._watched]
+        if not isfinite(height + alpha + beta + roll):
+            raise self.failure("the state is not a number")
+        if height < LOWEST_HEIGHT:
+            raise self.failure("the aircraft met the ground")
+        if abs(alpha) > LARGEST_FLOW_ANGLE or abs(beta) > LARGEST_FLOW_ANGLE or abs(roll) > LARGEST_ROLL:
+            raise self.failure("the aircraft departed from controlled flight; fly faster or bank less")
+
+    def failure(self, what: str) -> SimulationError:
+        """An error that says what happened and where in the flight."""
+        state = (
+            f"{self.get('time'):.1f} s, {self.get('calibrated_airspeed') / KNOT:.1f} KCAS, "
+            f"{self.get('altitude') / FOOT:.0f} ft, roll {degrees(self.get('roll')):.1f}°, "
+            f"angle of attack {degrees(self.get('angle_of_attack')):.1f}°"
+        )
+        return SimulationError(f"{self.aircraft}: {what} (at {state}).{self._transcript.said()}")
+
+    def start(
+        self,
+        altitude: float,
+        airspeed: float,
+        heading: float = 0.0,
+        air: Air | None = None,
+        settle_limit: float = 120.0,
+    ) -> None:
+        """Put the aircraft in the air, start it, and let the autopilot settle it in level flight.
+
+        Parameters: altitude, geometric [m]; airspeed, calibrated [m/s]; heading, true [rad]; air, still and
+        standard if not given; settle_limit [s]. JSBSim's trim does not work for a piston twin in the air, so
+        the autopilot flies it unrecorded: in smooth air first, then with the turbulence on.
+        Raises SimulationError where the engines do not start or level flight is not reached.
+        """
+        air = air or Air()
+        self._place(altitude, airspeed, heading, air)
+        self._engage(altitude, airspeed, heading)
+        self._start_engines()
+        self._settle(altitude, airspeed, heading, settle_limit)
+        stir(self, air)
+        if air.severity:
+            self.run(TURBULENCE_RUN_IN)
+
+    def _place(self, altitude: float, airspeed: float, heading: float, air: Air) -> None:
+        """Initial conditions: place before speed (else the speed changes), then the wind added by hand."""
+        self.set("temperature_offset", air.temperature_offset)
+        for path, value in (
+            ("ic/lat-geod-deg", LATITUDE),
+            ("ic/long-gc-deg", LONGITUDE),
+            ("ic/h-sl-ft", altitude / FOOT),
+            ("ic/psi-true-rad", heading % (2.0 * pi)),
+            ("ic/vc-kts", airspeed / KNOT),
+        ):
+            self.set(path, value)
+        self._run_ic()
+        ground = [self.get(f"velocity_{axis}") for axis in ("north", "east", "down")]
+        for path, speed, wind in zip(
+            ("vn", "ve", "vd"), ground, (air.north, air.east, air.down), strict=True
+        ):
+            self.set(f"ic/{path}-fps", (speed + wind) / FOOT)
+        self._run_ic()
+        blow(self, air)
+
+    def _run_ic(self) -> None:
+        if not self.fdm.run_ic():
+            raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
+
+    def _engage(self, altitude: float, airspeed: float, heading: float) -> None:
+        """Autopilot on: heading, altitude, airspeed by throttle."""
+        self.set("lateral_mode", 1)
+        self.set("heading_target", heading % (2.0 * pi))
+        self.set("pitch_mode", 1)
+        self.set("altitude_target", altitude)
+        self.set("throttle_mode", 1)
+        self.set("airspeed_target", airspeed)
+
+    def _start_engines(self) -> None:
+        """Starter and magnetos until both run: `set-running` alone fails in a quarter of the conditions."""
+        self.set("gear/gear-cmd-norm", 0.0)
+        self.set("gear/gear-pos-norm", 0.0)
+        for path in ("fcs/mixture-cmd-norm", "fcs/mixture-cmd-norm[1]"):
+            self.set(path, 1.0)
+        for path, value in (("active_engine", -1), ("magneto_cmd", 3), ("starter_cmd", 1)):
+            self.set(f"propulsion/{path}", value)
+        engines = ("propulsion/engine/set-running", "propulsion/engine[1]/set-running")
+        for _ in range(round(STARTER_TIME / 0.1)):
+            self.run(0.1)
+            if all(self.get(engine) for engine in engines):
+                self.set("propulsion/starter_cmd", 0)
+                return
+        raise self.failure("the engines do not start")
+
+    def _settle(self, altitude: float, airspeed: float, heading: float, limit: float) -> None:
+        """Fly on until level flight is held, looking every few seconds after the first transient."""
+        self.run(min(SETTLE_FIRST, limit))
+        while True:
+            speed = (self.get("calibrated_airspeed") - airspeed) / KNOT
+            height = (self.get("altitude") - altitude) / FOOT
+            turned = degrees((self.get("heading") - heading + pi) % (2.0 * pi) - pi)
+            if abs(speed) < 0.5 and abs(height) < 15.0 and abs(turned) < 1.0:
+                return
+            if self.get("time") >= limit:
+                raise self.failure(
+                    f"level flight at {airspeed / KNOT:.0f} KCAS and {altitude / FOOT:.0f} ft was not reached: "
+                    f"{speed:+.1f} kt, {height:+.0f} ft and {turned:+.1f}° off after {limit:.0f} s; "
+                    "choose a speed and height that the aircraft holds"
+                )
+            self.run(SETTLE_LOOK)

@@ -1,0 +1,90 @@
+"""One flight: a case in, the truth of what was flown out."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.records.case import Case
+from pitotbench.records.flight import Flight
+from pitotbench.simulate.atmosphere import Air
+from pitotbench.simulate.maneuvers import MANEUVERS, Maneuver
+from pitotbench.simulate.maneuvers.card import Card, override
+from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit, Targets
+from pitotbench.simulate.maneuvers.pilot import PILOTS
+from pitotbench.simulate.plant import Plant
+from pitotbench.simulate.recording import Recorder
+from pitotbench.units import Booleans
+
+Progress = Callable[[float, str], None]
+
+
+def fly(case: Case, progress: Progress | None = None) -> Flight:
+    """Fly a case's maneuver and return the truth at 100 Hz.
+
+    Deterministic: one case gives one flight, bit for bit, in any process on one platform. Time is the
+    simulator's; it jumps where set-up between speeds was flown unrecorded. `progress(seconds, label)` is
+    called as each segment begins.
+    Raises UnknownNameError for an unknown aircraft, maneuver, card entry, turbulence or pilot;
+    SimulationError where the case cannot be flown.
+    """
+    maneuver = MANEUVERS[case.maneuver]
+    card = override(maneuver.card, case.card)
+    air = Air.of(case)
+    pilot = PILOTS[case.pilot]
+    plant = Plant.load(case.aircraft)
+    plant.start(case.altitude, card.speeds[0], air=air)
+    targets = Targets(card.speeds[0], 0.0, case.altitude)
+    cockpit = Cockpit(plant, card, targets, pilot(plant, case.truth_seed))
+    recorder, marks = Recorder(plant), Marks()
+    _fly_card(maneuver, card, cockpit, recorder, marks, progress)
+    return Flight(case, recorder.channels(), marks.segments(), marks.conditions())
+
+
+@dataclass(slots=True)
+class Marks:
+    """Label and condition of the recorded samples, run-length coded a tick."""
+
+    labels: list[str] = field(default_factory=list)
+    on_condition: list[bool] = field(default_factory=list)
+    steps: list[int] = field(default_factory=list)
+
+    def add(self, label: str, on_condition: bool, steps: int) -> None:
+        """Mark the next samples."""
+        self.labels.append(label)
+        self.on_condition.append(on_condition)
+        self.steps.append(steps)
+
+    def segments(self) -> NDArray[np.str_]:
+        """A label a sample."""
+        return np.repeat(np.array(self.labels, dtype=np.str_), self.steps)
+
+    def conditions(self) -> Booleans:
+        """True where a sample is on condition."""
+        return np.repeat(np.array(self.on_condition, dtype=np.bool_), self.steps)
+
+
+def _fly_card(
+    maneuver: Maneuver,
+    card: Card,
+    cockpit: Cockpit,
+    recorder: Recorder,
+    marks: Marks,
+    progress: Progress | None,
+) -> None:
+    """Run plant and card in turn: the card decides once a tick, the plant runs the steps between."""
+    plant = cockpit.plant
+    steps = round(TICK / plant.time_step)
+    announced = ""
+    for _ in maneuver.fly(cockpit, card):
+        if progress is not None and cockpit.label != announced:
+            announced = cockpit.label
+            progress(plant.get("time"), announced)
+        cockpit.fly()
+        before = cockpit.on_condition()
+        (recorder if cockpit.recorded else plant).advance(steps)
+        plant.check()
+        cockpit.look()
+        if cockpit.recorded:
+            marks.add(cockpit.label, before and cockpit.on_condition(), steps)

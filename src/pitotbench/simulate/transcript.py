@@ -1,0 +1,40 @@
+"""JSBSim's messages, collected: a refusal is only as clear as what it quotes."""
+
+from typing import Any
+
+import jsbsim
+
+
+class Transcript(jsbsim.FGLogger):
+    """Collects JSBSim's messages, which otherwise go to the console and past the caller.
+
+    JSBSim has one logger a thread: with several plants in a thread the one loaded last hears them all.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines: list[str] = []
+        self._parts: list[str] = []
+        self._level = 0
+
+    def set_level(self, level: Any) -> None:
+        self._level = int(level)
+
+    def file_location(self, filename: str, line: int) -> None:
+        self._parts.append(f"{filename}:{line}: ")
+
+    def message(self, message: str) -> None:
+        self._parts.append(message)
+
+    def format(self, format: Any) -> None:
+        pass  # colors mean nothing in an error message
+
+    def flush(self) -> None:
+        text = " ".join("".join(self._parts).split())
+        if text and int(jsbsim.LogLevel.WARN) <= self._level <= int(jsbsim.LogLevel.FATAL):
+            self.lines.append(text)
+        self._parts.clear()
+
+    def said(self) -> str:
+        """The last messages, as the tail of an error message."""
+        return f" JSBSim says: {' | '.join(self.lines[-3:])}" if self.lines else ""

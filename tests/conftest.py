@@ -1,0 +1,40 @@
+"""Flights that many tests look at, each flown once a worker and only if asked for."""
+
+from collections.abc import Iterator, Mapping
+
+import pytest
+
+from pitotbench.records.case import Case
+from pitotbench.records.flight import Flight
+from pitotbench.simulate import MANEUVERS, fly
+
+
+class Flights(Mapping[str, Flight]):
+    """Maneuver name to its flight in one turbulence, flown on first use."""
+
+    def __init__(self, turbulence: str) -> None:
+        self.turbulence = turbulence
+        self._flown: dict[str, Flight] = {}
+
+    def __getitem__(self, maneuver: str) -> Flight:
+        if maneuver not in self._flown:
+            self._flown[maneuver] = fly(Case(maneuver=maneuver, turbulence=self.turbulence))
+        return self._flown[maneuver]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(MANEUVERS)
+
+    def __len__(self) -> int:
+        return len(MANEUVERS)
+
+
+@pytest.fixture(scope="session")
+def smooth_flights() -> Flights:
+    """Every maneuver in 15 kt of wind without turbulence."""
+    return Flights("none")
+
+
+@pytest.fixture(scope="session")
+def light_flights() -> Flights:
+    """Every maneuver in 15 kt of wind and light turbulence."""
+    return Flights("light")

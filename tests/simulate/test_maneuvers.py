@@ -1,0 +1,126 @@
+"""Over the table of maneuvers: flown as the card says, in the paper's time (Martos et al. 2011, Table 2)."""
+
+import re
+
+import numpy as np
+import pytest
+
+from pitotbench.records.flight import Flight
+from pitotbench.simulate import MANEUVERS
+from pitotbench.units import DEGREE, FOOT, KNOT
+
+LEAST_SHARE_LIGHT = 0.90  # of the samples of legs, steps, decelerations, circles in light turbulence
+
+
+def on_kind(flight: Flight, maneuver: str) -> np.ndarray:
+    return np.char.startswith(flight.segment, MANEUVERS[maneuver].kind + " ")
+
+
+def labels(flight: Flight) -> list[str]:
+    """The segments in order, each once a run."""
+    change = np.flatnonzero(flight.segment[1:] != flight.segment[:-1]) + 1
+    return [str(flight.segment[i]) for i in np.concatenate(([0], change))]
+
+
+def turned(angle: np.ndarray) -> np.ndarray:
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+@pytest.mark.parametrize("name", MANEUVERS)
+def test_time_is_the_papers(name, smooth_flights):
+    minutes = len(smooth_flights[name]) / 6000
+    print(f"{name}: {minutes:.2f} min, Table 2 says {MANEUVERS[name].minutes}")
+    assert minutes == pytest.approx(MANEUVERS[name].minutes, rel=0.10)
+
+
+@pytest.mark.parametrize("name", MANEUVERS)
+def test_smooth_air_is_on_condition_throughout(name, smooth_flights):
+    flight = smooth_flights[name]
+    kind = on_kind(flight, name)
+    assert kind.any()
+    assert flight.on_condition[kind].mean() > 0.999
+    assert not np.char.startswith(flight.segment, "turn")[flight.on_condition].any()
+
+
+@pytest.mark.parametrize("name", MANEUVERS)
+def test_on_condition_samples_are_inside_the_cards_tolerances(name, smooth_flights):
+    """Sample by sample, against the speed and heading that the segment's label names."""
+    flight, card = smooth_flights[name], MANEUVERS[name].card
+    for label in labels(flight):
+        on = flight.on_condition & (flight.segment == label)
+        if not on.any():
+            continue
+        assert np.abs(flight["altitude"][on] - flight.case.altitude).max() <= card.altitude_tolerance
+        if speed := re.match(r"(?:leg|circle) (\d+) kt", label):
+            error = flight["calibrated_airspeed"][on] - float(speed[1]) * KNOT
+            assert np.abs(error).max() <= card.airspeed_tolerance
+        if name != "circle":
+            heading = re.search(r"(\d+)°", label)
+            error = turned(flight["heading"][on] - (float(heading[1]) * DEGREE if heading else 0.0))
+            assert np.minimum(np.abs(error), np.abs(turned(error + np.pi))).max() <= card.heading_tolerance
+
+
+@pytest.mark.parametrize("name", MANEUVERS)
+def test_light_turbulence_leaves_most_samples_on_condition(name, light_flights):
+    flight = light_flights[name]
+    share = flight.on_condition[on_kind(flight, name)].mean()
+    print(f"{name}: {share:.3f} on condition in light turbulence")
+    assert share > LEAST_SHARE_LIGHT
+
+
+def test_four_leg_segments(smooth_flights):
+    seen = labels(smooth_flights["four_leg"])
+    assert len(seen) == 4 * 12
+    assert seen[:3] == ["leg 160 kt 000°", "turn 160 kt 090°", "settle 160 kt 090°"]
+    assert [s for s in seen if s.startswith("leg 100")] == [f"leg 100 kt {h:03d}°" for h in (0, 90, 180, 270)]
+
+
+def test_race_track_segments(smooth_flights):
+    legs = [s for s in labels(smooth_flights["race_track"]) if s.startswith("leg")]
+    assert legs == [f"leg {v} kt {h:03d}°" for v in (160, 140, 120, 100) for h in (0, 180)]
+
+
+@pytest.mark.parametrize(("name", "edges"), [("step_decrease", (160, 130, 100)), ("rapid_decel", (160, 100))])
+def test_decelerations_span_their_speeds_on_reciprocal_headings(name, edges, smooth_flights):
+    flight = smooth_flights[name]
+    kind = on_kind(flight, name)
+    speed = flight["calibrated_airspeed"][kind] / KNOT
+    assert speed.max() == pytest.approx(max(edges), abs=1.0)
+    assert speed.min() == pytest.approx(min(edges), abs=1.0)
+    for heading in (0.0, np.pi):
+        assert (np.abs(turned(flight["heading"][kind] - heading)) < 2 * DEGREE).sum() > 1000
+
+
+def test_step_decrease_takes_power_off_one_inch_at_a_time(smooth_flights):
+    flight = smooth_flights["step_decrease"]
+    steps = [s for s in labels(flight) if s.startswith("step")]
+    inches = np.array([float(s.split()[2]) for s in steps])
+    down = np.diff(inches)
+    assert len(steps) > 12
+    assert np.isclose(down, -1.0, atol=0.11).sum() == len(down) - 1  # but for the turn, where power is added
+
+
+def test_circle_turns_full_circles_at_thirty_degrees(smooth_flights):
+    flight = smooth_flights["circle"]
+    for speed in (160, 140, 120, 100):
+        one = np.char.startswith(flight.segment, f"circle {speed} ")
+        total = np.unwrap(flight["heading"][one])
+        assert total[-1] - total[0] == pytest.approx(2 * np.pi, abs=2 * DEGREE)
+        assert np.median(flight["roll"][one]) == pytest.approx(30 * DEGREE, abs=1 * DEGREE)
+
+
+@pytest.mark.parametrize("name", MANEUVERS)
+def test_turns_go_right_and_never_too_steep(name, smooth_flights):
+    flight = smooth_flights[name]
+    turning = np.char.startswith(flight.segment, "turn")
+    if turning.any():
+        assert flight["roll"][turning].min() > -5 * DEGREE
+    assert np.abs(flight["roll"]).max() < 38 * DEGREE
+    assert np.abs(flight["altitude"] - flight.case.altitude).max() < 60 * FOOT
+
+
+@pytest.mark.parametrize("name", MANEUVERS)
+def test_a_maneuver_describes_itself(name):
+    text = MANEUVERS[name].description
+    assert "Martos et al. (2011)" in text
+    assert "Ours:" in text

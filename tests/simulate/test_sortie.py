@@ -1,0 +1,139 @@
+"""A flight as a whole: reproducible, physically consistent, and refused with a reason where it cannot be."""
+
+import hashlib
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pitotbench import air
+from pitotbench.catalog import UnknownNameError
+from pitotbench.records.case import Case, Wind
+from pitotbench.records.flight import Flight
+from pitotbench.simulate import MANEUVERS, SimulationError, fly
+from pitotbench.simulate.properties import CHANNELS
+from pitotbench.units import FOOT, KNOT, STANDARD_GRAVITY
+
+SHORT = Case(maneuver="race_track", card={"dwell_s": 5.0, "speeds_kt": [140.0]}, turbulence="light")
+
+
+def digest(flight: Flight) -> str:
+    return hashlib.sha256(b"".join(flight[name].tobytes() for name in sorted(flight.channels))).hexdigest()
+
+
+
+
+def test_one_case_is_one_flight_bit_for_bit():
+    first, second = fly(SHORT), fly(SHORT)
+    assert digest(first) == digest(second)
+    assert (first.segment == second.segment).all()
+    assert digest(fly(replace(SHORT, truth_seed=2))) != digest(first)
+    assert digest(fly(replace(SHORT, sensor_seed=2))) == digest(first)
+
+
+def test_another_process_flies_the_same():
+    script = (
+        "import hashlib\n"
+        "from pitotbench.records.case import Case\n"
+        "from pitotbench.simulate import fly\n"
+        f"flight = fly(Case(maneuver='race_track', card={dict(SHORT.card)!r}, turbulence='light'))\n"
+        "rows = b''.join(flight[name].tobytes() for name in sorted(flight.channels))\n"
+        "print(hashlib.sha256(rows).hexdigest())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [digest(fly(SHORT))]  # and JSBSim's banner stays silent
+
+
+@pytest.mark.parametrize("name", MANEUVERS)
+def test_impact_pressure_reproduces_calibrated_airspeed(name, light_flights):
+    flight = light_flights[name]
+    speed = air.calibrated_airspeed(flight["total_pressure"] - flight["static_pressure"])
+    assert np.abs(speed - flight["calibrated_airspeed"]).max() < 0.002 * KNOT
+
+
+@pytest.mark.parametrize("name", MANEUVERS)
+def test_wind_triangle_closes(name, light_flights):
+    flight = light_flights[name]
+    through_air = [flight[f"velocity_{axis}"] - flight[f"wind_{axis}"] for axis in ("north", "east", "down")]
+    speed = np.sqrt(sum(component**2 for component in through_air))
+    assert np.abs(speed - flight["true_airspeed"]).max() < 1e-6
+    q_c = flight["total_pressure"] - flight["static_pressure"]
+    by_air = air.true_airspeed(q_c, flight["static_pressure"], flight["air_temperature"])
+    assert np.abs(by_air - flight["true_airspeed"]).max() < 0.002 * KNOT
+
+
+def test_accelerometer_agrees_with_the_velocity_it_integrates_to(light_flights):
+    """In the middle of each interval, gravity and the turning earth aside (0.02 m/s²)."""
+    flight = light_flights["step_decrease"]
+    x, y, z = (flight[f"specific_force_{axis}"] for axis in "xyz")
+    roll, pitch = flight["roll"], flight["pitch"]
+    down = -x * np.sin(pitch) + (y * np.sin(roll) + z * np.cos(roll)) * np.cos(pitch)
+    inside = np.flatnonzero(np.diff(flight["time"], n=2) < 1e-6) + 1
+    rate = (flight["velocity_down"][inside + 1] - flight["velocity_down"][inside - 1]) / 0.02
+    assert np.abs(np.mean(rate - down[inside]) - STANDARD_GRAVITY) < 0.02
+    assert np.std(rate - down[inside]) < 0.02
+    assert np.std(rate) > 0.05
+
+
+def test_wind_is_what_the_case_says(smooth_flights):
+    flight = smooth_flights["step_decrease"]
+    wind = flight.case.wind
+    assert np.allclose(flight["wind_north"], -wind.speed * np.cos(wind.from_direction), atol=1e-9)
+    assert np.allclose(flight["wind_east"], -wind.speed * np.sin(wind.from_direction), atol=1e-9)
+
+
+def test_every_channel_is_there_finite_and_read_only(smooth_flights):
+    flight = smooth_flights["rapid_decel"]
+    assert set(flight.channels) == {line.name for line in CHANNELS}
+    assert all(np.isfinite(array).all() for array in flight.channels.values())
+    assert not flight["time"].flags.writeable
+    assert (np.diff(flight["time"]) > 0).all()
+
+
+def test_a_hot_day_is_hot_and_a_strong_wind_is_flown():
+    case = replace(SHORT, temperature_offset=15.0, turbulence="none", wind=Wind(40 * KNOT, 2.0, 1.0))
+    flight = fly(case)
+    assert flight["air_temperature"].mean() == pytest.approx(
+        float(air.standard_temperature(6000 * FOOT)) + 15.0, abs=0.5
+    )
+    assert flight["wind_down"].mean() == pytest.approx(-1.0)
+    assert flight.on_condition.any()
+
+
+def test_progress_names_each_segment():
+    heard: list[str] = []
+    fly(replace(SHORT, turbulence="none"), progress=lambda seconds, label: heard.append(label))
+    assert heard[:3] == ["set-up 140 kt 000°", "leg 140 kt 000°", "turn 140 kt 180°"]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"aircraft": "navaho"}, "navajo"),
+        ({"maneuver": "race_trak"}, "race_track"),
+        ({"turbulence": "lihgt"}, "light"),
+        ({"card": {"dwel_s": 3.0}}, "dwell_s"),
+        ({"pilot": "goood"}, "good"),
+    ],
+)
+def test_a_wrong_name_is_answered_with_the_nearest(change, says):
+    with pytest.raises(UnknownNameError, match=f"Did you mean '{says}'"):
+        fly(replace(SHORT, **change))
+
+
+@pytest.mark.parametrize("speed", [400.0, 40.0])
+def test_an_impossible_speed_is_refused(speed):
+    with pytest.raises(SimulationError, match=r"not reached|departed"):
+        fly(replace(SHORT, card={"speeds_kt": [speed]}, turbulence="none"))
+
+
+def test_an_impossible_height_is_refused():
+    with pytest.raises(SimulationError):
+        fly(replace(SHORT, altitude=60000 * FOOT, turbulence="none"))
+
+
+def test_a_later_speed_that_cannot_be_held_is_refused_in_its_set_up():
+    with pytest.raises(SimulationError, match="300 KCAS in level flight was not reached"):
+        fly(replace(SHORT, card={"speeds_kt": [160.0, 300.0], "dwell_s": 5.0}, turbulence="none"))

@@ -33,10 +33,21 @@ def test_a_wrong_key_names_the_known_ones(key):
 
 @pytest.mark.parametrize(
     "change",
-    [{"speeds_kt": 160.0}, {"speeds_kt": []}, {"speeds_kt": "160"}, {"speeds_kt": [160.0, -1.0]},
-     {"dwell_s": [1.0]}, {"dwell_s": "20"}, {"dwell_s": True}, {"dwell_s": float("nan")},
-     {"turn_rate_degps": 0.0}, {"settle_s": -1.0}, {"step_inhg": 0.0}, {"speeds_kt": [100.0, 160.0]},
-     {"speeds_kt": [160.0]}],
+    [
+        {"speeds_kt": 160.0},
+        {"speeds_kt": []},
+        {"speeds_kt": "160"},
+        {"speeds_kt": [160.0, -1.0]},
+        {"dwell_s": [1.0]},
+        {"dwell_s": "20"},
+        {"dwell_s": True},
+        {"dwell_s": float("nan")},
+        {"turn_rate_degps": 0.0},
+        {"settle_s": -1.0},
+        {"step_inhg": 0.0},
+        {"speeds_kt": [100.0, 160.0]},
+        {"speeds_kt": [160.0]},
+    ],
 )
 def test_a_value_of_the_wrong_shape_is_refused(change):
     with pytest.raises(BadInputError):

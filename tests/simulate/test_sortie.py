@@ -23,8 +23,6 @@ def digest(flight: Flight) -> str:
     return hashlib.sha256(b"".join(flight[name].tobytes() for name in sorted(flight.channels))).hexdigest()
 
 
-
-
 def test_one_case_is_one_flight_bit_for_bit():
     first, second = fly(SHORT), fly(SHORT)
     assert digest(first) == digest(second)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.logbook.draft import Draft
+from pitotbench.logbook.holding import hold_fixes
 from pitotbench.logbook.quantities import Quantity
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import Array, Booleans, from_si, to_si
@@ -85,9 +86,8 @@ def _implausible(draft: Draft, quantity: Quantity, typical: float) -> str:
     fits = [
         s for s in quantity.suffixes if quantity.low <= float(to_si(written, s)) <= quantity.high and s != suffix
     ]
-    way_out = (
-        f"; it would fit {' or '.join(f'{quantity.name}_{s}' for s in fits)}: correct the unit" if fits else ""
-    )
+    columns = " or ".join(f"{quantity.name}_{s}" for s in fits)
+    way_out = f"; they would fit {columns}: correct the unit" if fits else ""
     if not quantity.unit:
         way_out = "; write it as a number from 0 to 1"
     return f"typical values of {written:.4g} {suffix} are not those of an airplane{way_out}"
@@ -130,12 +130,13 @@ def check_stuck(draft: Draft) -> None:
     speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
     if np.ptp(draft.channels["velocity_north"]) == 0.0 and np.ptp(draft.channels["velocity_east"]) == 0.0:
         raise BadInputError("the GPS velocity is the same in every row: the receiver is stuck; use another log")
+    velocity = ["velocity_north", "velocity_east"]
     still = {
-        "impact_pressure": _stuck(draft, ["impact_pressure"]) & (speed > _MOVING),
-        "static_pressure": _stuck(draft, ["static_pressure"]),
-        "velocity_north": _stuck(draft, ["velocity_north", "velocity_east"]) & (speed > _MOVING),
+        "impact_pressure": _stuck(draft, ["impact_pressure"], velocity) & (speed > _MOVING),
+        "static_pressure": _stuck(draft, ["static_pressure"], ["impact_pressure"]) & (speed > _MOVING),
+        "velocity_north": _stuck(draft, velocity, ["impact_pressure"]) & (speed > _MOVING),
     }
-    if still["static_pressure"].all():
+    if np.ptp(draft.channels["static_pressure"]) == 0.0:
         draft.warnings.append(f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?")
         still["static_pressure"][:] = False
     bad = np.any(list(still.values()), axis=0)
@@ -152,17 +153,24 @@ def check_stuck(draft: Draft) -> None:
     draft.keep(~bad)
 
 
-def _stuck(draft: Draft, names: list[str]) -> Booleans:
-    """Rows inside a run of equal values much longer than usual (a GPS is held, a coarse sensor repeats)."""
-    changed = np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0)
+def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
+    """Rows in a run of equal values much longer than usual (a GPS is held, a coarse sensor repeats) in which
+    another sensor moves."""
+    changed, moved = _changes(draft, names), np.r_[0, np.cumsum(_changes(draft, others))]
     first = np.r_[0, np.flatnonzero(changed) + 1]
     last = np.r_[first[1:] - 1, len(draft.rows) - 1]
     lasting = draft.channels["time"][last] - draft.channels["time"][first]
     limit = max(_STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first))))
     bad = np.zeros(len(draft.rows), dtype=np.bool_)
-    for a, b in zip(first[lasting > limit], last[lasting > limit], strict=True):
+    long = (lasting > limit) & (moved[last] > moved[first])
+    for a, b in zip(first[long], last[long], strict=True):
         bad[a : b + 1] = True
     return bad
+
+
+def _changes(draft: Draft, names: list[str]) -> Booleans:
+    """True where a row differs from the one before, from the second row on."""
+    return np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0)
 
 
 def _run_times(time: Array, first: NDArray[np.intp]) -> Array:
@@ -183,7 +191,7 @@ def check_speeds(draft: Draft) -> None:
     ratio = airspeed / ground
     words = (
         f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s: wind alone seldom does that; check "
-        f"the units of {draft.columns['impact_pressure']!r} and {draft.columns['velocity_north']!r}"
+        f"units and zero of {draft.columns['impact_pressure']!r} and {draft.columns['velocity_north']!r}"
     )
     if abs(airspeed - ground) > 30.0 and not 1.0 / _WRONG_RATIO < ratio < _WRONG_RATIO:
         raise BadInputError(words)
@@ -192,6 +200,7 @@ def check_speeds(draft: Draft) -> None:
 
 
 CHECKS = (
+    hold_fixes,
     check_numbers,
     check_time,
     check_units,

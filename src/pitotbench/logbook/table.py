@@ -55,7 +55,7 @@ def numbers(name: str, column: Column) -> NDArray[np.float64]:
 
 def flags(name: str, column: Column) -> NDArray[np.bool_]:
     """A column as true/false; raises BadInputError naming the first row that is neither."""
-    if column.dtype.kind == "b":
+    if column.dtype.kind == "b" or (column.dtype.kind in "fiu" and np.isin(column, (0, 1)).all()):
         return np.asarray(column, dtype=np.bool_)
     words = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
     cells = [words.get(str(cell).lower()) for cell in column]

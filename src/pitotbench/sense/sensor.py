@@ -22,7 +22,8 @@ def known_curve(spec: PressureErrorSpec) -> Curve:
             return TableCurve(spec.airspeed, spec.values)
         return PressureErrorCurve(MODELS[spec.model], spec.parameters, spec.reference_pressure)
     except ValueError as error:
-        raise error if spec.model not in {*MODELS, "table"} else BadInputError(str(error)) from error
+        known = spec.model == "table" or spec.model in MODELS
+        raise (BadInputError(str(error)) if known else error) from error
 
 
 def indicated_impact_pressure(impact_pressure: Pascal, curve: Curve) -> Pascal:

@@ -175,9 +175,7 @@ class Plant:
             self.set(path, value)
         self._run_ic()
         ground = [self.get(f"velocity_{axis}") for axis in ("north", "east", "down")]
-        for path, speed, wind in zip(
-            ("vn", "ve", "vd"), ground, (air.north, air.east, air.down), strict=True
-        ):
+        for path, speed, wind in zip(("vn", "ve", "vd"), ground, (air.north, air.east, air.down), strict=True):
             self.set(f"ic/{path}-fps", (speed + wind) / FOOT)
         self._run_ic()
         blow(self, air)

@@ -61,8 +61,7 @@ class Recorder:
         """
         self._flush()
         found = {
-            line.name: np.concatenate([block[i] for block in self._blocks])
-            for i, line in enumerate(self._channels)
+            line.name: np.concatenate([block[i] for block in self._blocks]) for i, line in enumerate(self._channels)
         }
         for line in self._channels:
             if line.per_mass:

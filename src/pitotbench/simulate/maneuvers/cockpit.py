@@ -33,8 +33,8 @@ class Cockpit:
     """The instruments as a pilot's eye reads them, and the controls of the autopilot.
 
     `airspeed` is the needle smoothed over `EYE_TIME` about the inertial speed, so that gusts average out and a
-    true change of speed does not lag. `begin` names the segment, says whether it is
-    recorded and which quantities must be in tolerance for a sample to be on condition.
+    true change of speed does not lag. `begin` names the segment, says whether it is recorded and which quantities
+    must be in tolerance for a sample to be on condition.
     """
 
     def __init__(self, plant: Plant, card: Card, targets: Targets, hands: Hands | None = None) -> None:

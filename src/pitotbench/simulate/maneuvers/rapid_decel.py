@@ -24,7 +24,7 @@ class RapidDecelCard(Card):
     speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt")
     heading: float = quantity(0.0, "deg")
     repeats: int = 2
-    dwell: float = quantity(45.0, "s")
+    dwell: float = quantity(50.0, "s")
     settle: float = quantity(30.0, "s")
 
     def __post_init__(self) -> None:

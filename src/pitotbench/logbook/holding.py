@@ -1,0 +1,48 @@
+"""GPS columns that are blank between fixes: held from fix to fix, as a logger with one rate would have written."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.logbook.draft import Draft
+from pitotbench.units import Booleans
+
+_GPS = ("velocity_north", "velocity_east", "velocity_down", "altitude")
+_SLOWEST = 2.0  # times the usual number of rows between fixes: a longer blank is a failure, not a slow GPS
+
+
+def hold_fixes(draft: Draft) -> None:
+    """Hold the velocity where it is blank at regular intervals, and mark the rows that hold a fix.
+
+    Rows before the first fix are dropped. Blanks without a regular interval are left to the check for numbers.
+    """
+    fresh = np.isfinite(draft.channels["velocity_north"])
+    if fresh.all() or not _regular(fresh):
+        return
+    fix = np.maximum.accumulate(np.where(fresh, np.arange(len(fresh)), 0))
+    for name in _GPS:
+        values = draft.channels.get(name)
+        if values is not None and np.array_equal(np.isfinite(values), fresh):
+            draft.channels[name] = values[fix]
+    if "gps_fresh" not in draft.channels:
+        draft.channels["gps_fresh"], draft.columns["gps_fresh"] = fresh, draft.columns["velocity_north"]
+    draft.warnings.append(
+        f"column {draft.columns['velocity_north']!r} is blank between fixes (one in {_interval(fresh):.0f} rows): "
+        "held from fix to fix"
+    )
+    draft.keep(np.arange(len(fresh)) >= int(np.argmax(fresh)))
+
+
+def _steps(fresh: Booleans) -> NDArray[np.intp]:
+    return np.diff(np.flatnonzero(fresh))
+
+
+def _interval(fresh: Booleans) -> float:
+    return float(np.median(_steps(fresh)))
+
+
+def _regular(fresh: Booleans) -> bool:
+    """Whether fixes come at intervals of two rows or more, none much longer or shorter than the usual."""
+    if int(fresh.sum()) < 3:
+        return False
+    usual, steps = _interval(fresh), _steps(fresh)
+    return usual >= 2.0 and bool(np.all(steps <= _SLOWEST * usual) and np.all(steps >= usual / _SLOWEST))

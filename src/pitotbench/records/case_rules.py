@@ -30,7 +30,7 @@ def broken_rules(tree: Any, written: Callable[[Place], str]) -> Iterator[str]:
             continue
         yield from _broken(place, value, written)
     air, gps = leaves.get(("das", "air_rate"), 50.0), leaves.get(("das", "gps_rate"), 50.0)
-    if _is_number(air) and _is_number(gps) and gps > air:
+    if _is_number(air) and _is_number(gps) and gps > air > 0:
         yield f"das: the GPS rate ({gps:g} Hz) must not exceed the air-data rate ({air:g} Hz); lower gps_rate_hz"
 
 

@@ -1,0 +1,74 @@
+"""What a campaign flies: one task is one flight, sensed by every data system, calibrated with every model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from pitotbench.calibrate import CalibrationOptions
+from pitotbench.pressure_error import MODELS
+from pitotbench.records.case import Case
+from pitotbench.sense import SYSTEMS, data_system
+from pitotbench.simulate import MANEUVERS
+
+PAPER_MODELS = ("quadratic", "linear", "inverse+", "bias")  # Martos et al. 2011, Fig 9
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One flight and all that is done with it."""
+
+    case: Case
+    systems: tuple[str, ...]
+    models: tuple[str, ...]
+    options: CalibrationOptions
+    folder: str  # where logs and the resolved case go
+    log_format: str = "parquet"
+    draw: bool = True
+
+    @property
+    def name(self) -> str:
+        """A name that is good for a file: maneuver and seed."""
+        return f"{self.case.maneuver}-seed{self.case.truth_seed}"
+
+
+def names(text: str, known: Sequence[str]) -> tuple[str, ...]:
+    """Names of a comma list; `all` stands for every known one."""
+    chosen = tuple(part.strip() for part in text.split(",") if part.strip())
+    return tuple(known) if chosen == ("all",) else tuple(dict.fromkeys(chosen))
+
+
+def plan(
+    base: Case,
+    maneuvers: str,
+    systems: str,
+    models: str,
+    seeds: int,
+    options: CalibrationOptions,
+    folder: str,
+    log_format: str = "parquet",
+) -> list[Task]:
+    """The tasks of a campaign: maneuver × seed, each sensed and calibrated every way.
+
+    Raises UnknownNameError or BadInputError for a name that does not exist, before anything is flown.
+    """
+    flown = names(maneuvers, list(MANEUVERS))
+    sensed = names(systems, list(SYSTEMS))
+    fitted = names(models, PAPER_MODELS)
+    for name in flown:
+        _ = MANEUVERS[name]
+    for name in sensed:
+        data_system(name)
+    for name in fitted:
+        _ = MODELS[name]
+    return [
+        Task(
+            replace(base, maneuver=name, truth_seed=seed, sensor_seed=seed),
+            sensed,
+            fitted,
+            options,
+            folder,
+            log_format,
+            draw=seed == 1,
+        )
+        for name in flown
+        for seed in range(1, seeds + 1)
+    ]

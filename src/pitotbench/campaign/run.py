@@ -1,0 +1,158 @@
+"""Fly the tasks: in this process, in spawned ones, or on a cluster, all through one Executor interface."""
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from pitotbench import bench
+from pitotbench.campaign.plan import Task
+from pitotbench.logbook import write_log
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.case_file import write_case
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.records.score import Score
+
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of the result: which maneuver, data system, model and seed, and how it did."""
+
+    maneuver: str
+    das: str
+    model: str
+    seed: int
+    turbulence: str
+    score: Score
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a task gives back: rows, a page section a data system, and what went wrong in words."""
+
+    task: str
+    rows: tuple[Row, ...]
+    sections: tuple[str, ...]
+    failures: tuple[str, ...]
+
+
+def perform(task: Task) -> Outcome:
+    """Fly one task, write its logs and its resolved case, calibrate and score. Runs in any process."""
+    case = replace(task.case, das=bench.with_das(task.case, task.systems[0]).das)
+    flight = bench.fly(case)
+    Path(task.folder, "cases").mkdir(parents=True, exist_ok=True)
+    Path(task.folder, "cases", f"{task.name}.toml").write_text(write_case(case), encoding="utf-8")
+    rows: list[Row] = []
+    sections: list[str] = []
+    failures: list[str] = []
+    for system in task.systems:
+        log = bench.sense(flight, system)
+        _keep_log(task, system, log)
+        results = _calibrate(task, system, log, failures)
+        rows += [_row(case, system, model, result, flight) for model, result in results.items()]
+        if task.draw and results:
+            sections.append(_section(task, system, flight, log, results))
+    return Outcome(task.name, tuple(rows), tuple(sections), tuple(failures))
+
+
+def _keep_log(task: Task, system: str, log: FlightLog) -> None:
+    folder = Path(task.folder, "logs")
+    folder.mkdir(parents=True, exist_ok=True)
+    write_log(log, folder / f"{task.name}-{system.replace('/', '_')}.{task.log_format}")
+
+
+def _calibrate(task: Task, system: str, log: FlightLog, failures: list[str]) -> dict[str, Calibration]:
+    results = {}
+    for model in task.models:
+        try:
+            results[model] = bench.calibrate(log, replace(task.options, model=model))
+        except (NoAnswerError, BadInputError) as error:
+            failures.append(f"{task.name} {system} {model}: {error}")
+    return results
+
+
+def _row(case: Any, system: str, model: str, result: Calibration, flight: Flight) -> Row:
+    return Row(case.maneuver, system, model, case.truth_seed, case.turbulence, bench.score(result, flight))
+
+
+def _section(task: Task, system: str, flight: Flight, log: FlightLog, results: dict[str, Calibration]) -> str:
+    # Imported here: a worker that draws nothing need not load the drawing library.
+    from pitotbench.show.section import flight_section
+
+    return flight_section(
+        flight,
+        system,
+        log,
+        results,
+        bench.true_correction(flight.case.pressure_error, next(iter(results.values())).curve.indicated_airspeed),
+        first=system == task.systems[0],
+    )
+
+
+def run(tasks: Sequence[Task], executor: Executor | None, step: Callable[[], None]) -> list[Outcome]:
+    """Perform the tasks in the order given, whatever the order in which they end; `step` is called after each.
+
+    A task that fails outright becomes an Outcome with its message; the others are not lost.
+    """
+    if executor is None:
+        outcomes = {}
+        for number, task in enumerate(tasks):
+            outcomes[number] = _guarded(task)
+            step()
+        return [outcomes[number] for number in range(len(tasks))]
+    futures: dict[Future[Outcome], int] = {executor.submit(_guarded, t): i for i, t in enumerate(tasks)}
+    done: dict[int, Outcome] = {}
+    for future in as_completed(futures):
+        number = futures[future]
+        failed = future.exception()
+        done[number] = Outcome(tasks[number].name, (), (), (str(failed),)) if failed else future.result()
+        step()
+    return [done[number] for number in range(len(tasks))]
+
+
+def _guarded(task: Task) -> Outcome:
+    try:
+        return perform(task)
+    except (BadInputError, NoAnswerError, RuntimeError, ValueError) as error:
+        return Outcome(task.name, (), (), (f"{task.name}: {error}",))
+
+
+@contextmanager
+def executor_for(jobs: int, scheduler: str | None) -> Iterator[Executor | None]:
+    """None for one job, spawned processes for more, a dask client's executor for a scheduler address.
+
+    Raises BadInputError where dask is not installed or the scheduler does not answer.
+    """
+    if scheduler is not None:
+        with _cluster(scheduler) as executor:
+            yield executor
+    elif jobs <= 1:
+        yield None
+    else:
+        for variable in _THREADS:  # one flight a core: threads inside a fit would only compete
+            os.environ.setdefault(variable, "1")
+        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+            yield pool
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Executor]:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise BadInputError("--scheduler needs dask: pip install 'pitotbench[cluster]'") from error
+    try:
+        client = Client(address, timeout="10s")
+    except (OSError, ValueError) as error:
+        raise BadInputError(f"no dask scheduler answers at {address}: {error}") from error
+    with client:
+        executor: Executor = client.get_executor()
+        yield executor

@@ -1,0 +1,59 @@
+"""Where a campaign's results go: a folder that appears whole or not at all."""
+
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import mkdtemp
+
+import pandas as pd
+
+from pitotbench.campaign.run import Outcome, Row
+from pitotbench.records.errors import BadInputError
+from pitotbench.units import KNOT
+
+RESULTS = "results.parquet"
+
+
+@contextmanager
+def appearing_folder(target: Path) -> Iterator[Path]:
+    """A scratch folder beside `target` that becomes it at the end, and is removed where something fails.
+
+    An earlier campaign's folder is replaced; any other existing folder is refused with BadInputError.
+    """
+    if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / RESULTS).exists())):
+        raise BadInputError(f"{target} exists and holds no campaign's results; choose another --out")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    scratch = Path(mkdtemp(prefix=f".{target.name}-", dir=target.parent))
+    try:
+        yield scratch
+        if target.exists():
+            shutil.rmtree(target)
+        scratch.chmod(0o755)
+        scratch.rename(target)
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def results_table(outcomes: Sequence[Outcome]) -> pd.DataFrame:
+    """One row a maneuver, data system, model and seed; units in the column names."""
+    return pd.DataFrame([_columns(row) for outcome in outcomes for row in outcome.rows])
+
+
+def _columns(row: Row) -> dict[str, object]:
+    score = row.score
+    return {
+        "maneuver": row.maneuver,
+        "das": row.das,
+        "model": row.model,
+        "seed": row.seed,
+        "turbulence": row.turbulence,
+        "minutes": score.minutes,
+        "samples": score.samples,
+        "residual_two_sigma_kt": score.residual_two_sigma / KNOT,
+        "two_sigma_kt": score.two_sigma / KNOT,
+        "curve_rms_error_kt": score.curve_rms_error / KNOT,
+        "wind_error_kt": score.wind_error / KNOT,
+        "curve_coverage": score.curve_coverage,
+        "on_condition_share": score.on_condition_share,
+    }

@@ -1,0 +1,104 @@
+"""Every model of the table: its slope is its derivative, its inverse undoes it, its sign is the paper's."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pitotbench import air
+from pitotbench.catalog import UnknownNameError
+from pitotbench.pressure_error import (
+    MODELS,
+    REFERENCE_PRESSURE,
+    PressureErrorCurve,
+    PressureErrorRangeError,
+    TableCurve,
+)
+from pitotbench.units import KNOT
+
+X = np.linspace(0.3, 4.0, 50)
+SPEEDS = np.linspace(60.0, 160.0, 21) * KNOT
+small = st.floats(-0.02, 0.02)
+models = pytest.mark.parametrize("name", list(MODELS))
+
+
+@models
+def test_slope_is_the_derivative(name):
+    model, step = MODELS[name], 1e-6
+    difference = (model.basis(X + step) - model.basis(X - step)) / (2.0 * step)
+    np.testing.assert_allclose(model.basis_slope(X), difference, atol=1e-7)
+
+
+@models
+def test_basis_has_a_column_a_parameter(name):
+    model = MODELS[name]
+    assert model.basis(X).shape == model.basis_slope(X).shape == (50, len(model.parameter_names))
+    assert np.linalg.matrix_rank(model.basis(X)) == len(model.parameter_names)
+    assert all(parameter in model.formula for parameter in model.parameter_names)
+
+
+@models
+@given(data=st.data())
+def test_indicated_and_true_invert(name, data):
+    k = tuple(data.draw(small) for _ in MODELS[name].parameter_names)
+    curve = PressureErrorCurve(MODELS[name], k, REFERENCE_PRESSURE)
+    true = air.impact_pressure(SPEEDS)
+    np.testing.assert_allclose(curve.impact_pressure(curve.indicated_impact_pressure(true)), true, rtol=1e-10)
+
+
+def test_sign_is_true_minus_indicated():
+    """Δp = q_c − q_ci: with Δp/q_c = +0.1 the airplane reads 10 % of q_c too low."""
+    curve = PressureErrorCurve(MODELS["bias"], (0.1,), REFERENCE_PRESSURE)
+    assert curve.indicated_impact_pressure(np.array([1000.0])) == pytest.approx(900.0)
+    assert curve.impact_pressure(np.array([900.0])) == pytest.approx(1000.0)
+
+
+def test_formulas_of_the_source():
+    """Martos et al. (2011), Fig 4, at q_ci = 2 q_ref."""
+    x = np.array([2.0 * REFERENCE_PRESSURE])
+    wanted = {"bias": 1.0, "linear": 1.0 + 10.0 * 2, "quadratic": 1.0 + 20.0 + 400.0, "inverse": 1.0 + 10.0 / 2}
+    wanted["inverse+"] = 1.0 + 20.0 + 50.0
+    for name, value in wanted.items():
+        k = (1.0, 10.0, 100.0)[: len(MODELS[name].parameter_names)]
+        assert PressureErrorCurve(MODELS[name], k, REFERENCE_PRESSURE).normalized(x) == pytest.approx(value), name
+
+
+def test_reference_pressure_is_100_knots():
+    assert pytest.approx(float(air.impact_pressure(100.0 * KNOT)), abs=0.01) == REFERENCE_PRESSURE
+
+
+def test_no_solution_is_said():
+    curve = PressureErrorCurve(MODELS["inverse"], (0.0, 2.0), REFERENCE_PRESSURE)
+    with pytest.raises(PressureErrorRangeError, match="no indicated impact pressure"):
+        curve.indicated_impact_pressure(np.array([100.0, 500.0]))
+
+
+def test_wrong_number_of_parameters_is_said():
+    with pytest.raises(ValueError, match="takes the parameters k1, k2, k3"):
+        PressureErrorCurve(MODELS["inverse+"], (0.1,), REFERENCE_PRESSURE)
+
+
+def test_unknown_model_names_the_nearest():
+    with pytest.raises(UnknownNameError, match="'inverse"):
+        MODELS["invers"]
+
+
+def test_table_interpolates_and_holds_its_ends():
+    table = TableCurve((50.0, 70.0), (0.10, 0.02))
+    speeds = np.array([40.0, 50.0, 60.0, 70.0, 90.0])
+    values = table.normalized(air.impact_pressure(speeds))
+    np.testing.assert_allclose(values, [0.10, 0.10, 0.06, 0.02, 0.02], atol=1e-12)
+
+
+def test_table_inverts():
+    table = TableCurve((50.0, 60.0, 70.0), (0.08, 0.02, -0.03))
+    true = air.impact_pressure(np.linspace(40.0, 80.0, 41))
+    np.testing.assert_allclose(table.impact_pressure(table.indicated_impact_pressure(true)), true, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("airspeed", "values"), [((50.0,), (0.1,)), ((50.0, 60.0), (0.1,)), ((60.0, 50.0), (0.1, 0.2))]
+)
+def test_table_that_is_none(airspeed, values):
+    with pytest.raises(ValueError, match=r"pressure-error table"):
+        TableCurve(airspeed, values)

@@ -1,0 +1,170 @@
+"""Case files: whatever is written reads back equal, and every problem is answered at once, by key."""
+
+import tomllib
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pitotbench.records.case import (
+    PILOTS,
+    TURBULENCE_SEVERITY,
+    Case,
+    DataSystem,
+    EffectSpec,
+    PressureErrorSpec,
+    Wind,
+)
+from pitotbench.records.case_file import case_table, read_case, write_case
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.toml_text import write_toml
+from pitotbench.units import DEGREE, FOOT, KNOT
+
+positive = st.floats(1e-6, 1e6)
+some = st.floats(0.0, 1e6)
+names = st.from_regex(r"[a-z][a-z_]{0,12}", fullmatch=True)
+systems = st.builds(
+    DataSystem,
+    air_rate=st.floats(50.0, 100.0),
+    gps_rate=st.floats(0.1, 50.0),
+    impact_pressure_noise=some,
+    temperature_noise=some,
+    vane_noise=some,
+    gps_latency=some,
+    recovery_factor=positive,
+)
+cases = st.builds(
+    Case,
+    aircraft=st.text(max_size=20),
+    maneuver=names,
+    card=st.dictionaries(names, st.floats(-1e9, 1e9) | st.integers(-99, 99) | st.booleans() | st.text(max_size=5)),
+    altitude=st.floats(-500.0, 2e4),
+    temperature_offset=st.floats(-50.0, 50.0),
+    wind=st.builds(Wind, speed=some, from_direction=st.floats(-10.0, 10.0), up=st.floats(-10.0, 10.0)),
+    turbulence=st.sampled_from(sorted(TURBULENCE_SEVERITY)),
+    pilot=st.sampled_from(PILOTS),
+    pressure_error=st.builds(
+        PressureErrorSpec,
+        parameters=st.lists(st.floats(-1.0, 1.0), max_size=4).map(tuple),
+        reference_pressure=positive,
+        airspeed=st.lists(positive, max_size=4).map(tuple),
+    ),
+    das=systems,
+    effects=st.lists(
+        st.builds(EffectSpec, name=names, parameters=st.dictionaries(names, st.floats(-9, 9), max_size=3)),
+        max_size=3,
+    ).map(tuple),
+    truth_seed=st.integers(0, 2**31),
+    sensor_seed=st.integers(0, 2**31),
+)
+
+
+@settings(max_examples=60)
+@given(cases)
+def test_round_trip_is_exact(case):
+    """Bit for bit: a case read from a log's header must fly the same flight."""
+    assert read_case(write_case(case)) == case
+
+
+def test_the_empty_file_is_the_default_case(tmp_path):
+    (tmp_path / "case.toml").write_text("")
+    assert read_case(tmp_path / "case.toml") == Case()
+
+
+def test_default_keys_are_in_the_fields_units():
+    table = tomllib.loads(write_case(Case()))
+    assert table["altitude_ft"] == 6000.0
+    assert table["wind"] == {"speed_kt": 15.0, "from_direction_deg": 300.0, "up_mps": 0.0}
+    assert table["das"]["air_rate_hz"] == 50.0
+
+
+def test_any_suffix_of_the_dimension_is_read():
+    case = read_case(
+        "altitude_m = 1000\n[wind]\nspeed_fps = 10\nfrom_direction_rad = 1.5\n[das]\ntemperature_noise_degr = 0.9\n"
+        "[pressure_error]\nmodel = 'table'\nairspeed_mps = [50, 60]\nvalues = [0.1, 0.2]\n"
+    )
+    assert case.altitude == 1000.0
+    assert case.wind == Wind(speed=10.0 * FOOT, from_direction=1.5)
+    assert case.das.temperature_noise == pytest.approx(0.5)
+    assert case.pressure_error.airspeed == (50.0, 60.0)
+
+
+def test_temperatures_of_a_case_are_differences():
+    """10 °C warmer than standard is 10 K warmer, not 283.15 K warmer."""
+    assert read_case("temperature_offset_degc = 10").temperature_offset == 10.0
+
+
+def test_units_are_converted():
+    case = read_case("altitude_ft = 6000\n[wind]\nspeed_kt = 20\nfrom_direction_deg = 90\n")
+    assert (case.altitude, case.wind.speed, case.wind.from_direction) == (6000 * FOOT, 20 * KNOT, 90 * DEGREE)
+
+
+BAD = {
+    "aircrft = 'navajo'": r"aircrft: unknown key 'aircrft'\. Did you mean 'aircraft'",
+    "altitude = 6000": r"altitude: the unit is missing: write altitude_ft",
+    "altitude_kt = 6000": r"altitude_kt: unknown unit of altitude 'kt'\..*Known: m, ft",
+    "altitude_parsec = 1": r"unknown unit of altitude 'parsec'",
+    "altitude_ft = 6000\naltitude_m = 1800": r"altitude_ft and altitude_m: one quantity, given twice",
+    "altitude_ft = 'high'": r"altitude_ft: input should be a valid number, not 'high'",
+    "altitude_ft = true": r"altitude_ft: input should be a valid number",
+    "altitude_ft = nan": r"altitude_ft: must be a finite number",
+    "[wind]\nspeed_kt = -5": r"wind\.speed_kt: must not be negative",
+    "[wind]\nspeed = 5": r"wind\.speed: the unit is missing: write speed_kt",
+    "wind = 15": r"wind: .*not 15",
+    "turbulence = 'lite'": r"turbulence: unknown turbulence 'lite'\. Did you mean 'light'\? Known: none, light, moderate",
+    "pilot = 'god'": r"pilot: unknown pilot 'god'\..*Known: none, good, busy",
+    "truth_seed = 1.5": r"truth_seed: input should be a valid integer",
+    "truth_seed = -1": r"truth_seed: must not be negative",
+    "[das]\nair_rate_hz = 0": r"das\.air_rate_hz: must be above 0",
+    "[das]\nair_rate_hz = 200": r"das\.air_rate_hz: must not exceed the simulator's 100 Hz",
+    "[das]\nair_rate_hz = 10\ngps_rate_hz = 20": r"GPS rate \(20 Hz\) must not exceed the air-data rate \(10 Hz\)",
+    "[das]\nvane_noise_rad = -1": r"das\.vane_noise_rad: must not be negative",
+    "[[effects]]\nparameters = {}": r"effects\.0\.name: field required",
+    "[[effects]]\nname = 'lag'\nparameters = { lag_s = 'x' }": r"effects\.0\.parameters\.lag_s: .*valid number",
+    "effects = 'lag'": r"effects: .*valid (tuple|array)",
+    "card = { start = 2020-01-01 }": r"neither number, text",
+    "altitude_ft = = 3": r"not valid TOML",
+}
+
+
+@pytest.mark.parametrize("text", list(BAD))
+def test_each_problem_is_named(text):
+    with pytest.raises(BadInputError, match=BAD[text]):
+        read_case(text)
+
+
+def test_all_problems_at_once():
+    with pytest.raises(BadInputError) as caught:
+        read_case("pilot = 'god'\naltitude = 3\ntruth_seed = 'x'\n[das]\nair_rate_hz = -1\n")
+    message = str(caught.value)
+    assert "4 problems" in message
+    assert all(key in message for key in ("pilot", "altitude", "truth_seed", "das.air_rate_hz"))
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(BadInputError, match=r"nowhere\.toml"):
+        read_case(tmp_path / "nowhere.toml")
+
+
+def test_truth_can_be_left_out():
+    table = case_table(Case(), omit=("pressure_error", "wind", "effects"))
+    assert not {"pressure_error", "wind", "effects"} & set(table)
+    assert table["das"]["gps_rate_hz"] == 50.0
+
+
+toml_values = st.recursive(
+    st.booleans() | st.integers(-(2**62), 2**62) | st.floats(allow_nan=False) | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=150)
+@given(st.dictionaries(st.text(max_size=6), toml_values, max_size=4))
+def test_toml_reads_back(table):
+    assert tomllib.loads(write_toml(table)) == table
+
+
+def test_toml_refuses_what_it_cannot_hold():
+    with pytest.raises(TypeError, match="NoneType"):
+        write_toml({"a": None})

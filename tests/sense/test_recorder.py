@@ -1,0 +1,207 @@
+"""From truth to log: what a perfect system records, what each imperfection does, and what the log must not tell."""
+
+from dataclasses import fields, replace
+from time import process_time
+
+import numpy as np
+import pytest
+import synthetic_flight as fixture
+
+from pitotbench import air
+from pitotbench.records.case import Case, DataSystem, EffectSpec, Wind
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.sense import SYSTEMS, data_system, record
+from pitotbench.sense.channels import CHANNELS
+from pitotbench.sense.sensor import known_curve
+from pitotbench.units import KNOT
+
+CHANNEL_NAMES = [f.name for f in fields(FlightLog) if f.name not in ("header", "air_temperature")]
+
+
+def test_a_perfect_system_records_the_truth():
+    flight = fixture.flight(case=fixture.unbiased())
+    log = record(flight, fixture.PERFECT, 1)
+    for name in ("time", "static_pressure", "velocity_north", "velocity_east", "velocity_down"):
+        np.testing.assert_allclose(getattr(log, name), flight[name], rtol=1e-12, err_msg=name)
+    np.testing.assert_allclose(log.impact_pressure, flight["total_pressure"] - flight["static_pressure"], rtol=1e-9)
+    for channel in CHANNELS:
+        quiet = replace(channel, noise=0.0).deviation(fixture.PERFECT) == channel.deviation(fixture.PERFECT)
+        if quiet:
+            np.testing.assert_allclose(
+                getattr(log, channel.name),
+                flight[channel.name],
+                atol=0.51 * channel.resolution,
+                err_msg=channel.name,
+            )
+    np.testing.assert_array_equal(log.segment, flight.segment)
+    np.testing.assert_array_equal(log.on_condition, flight.on_condition)
+
+
+def test_every_column_of_a_log_is_sensed():
+    log = record(fixture.flight(), SYSTEMS["50/50"], 1)
+    assert set(log.channels()) == set(CHANNEL_NAMES)
+
+
+def test_the_known_error_sits_in_the_impact_pressure_alone():
+    flight = fixture.flight()
+    log = record(flight, fixture.PERFECT, 1)
+    curve = known_curve(flight.case.pressure_error)
+    true = flight["total_pressure"] - flight["static_pressure"]
+    np.testing.assert_allclose(curve.impact_pressure(log.impact_pressure), true, rtol=1e-9)
+    assert np.max(np.abs(log.impact_pressure - true)) > 5.0
+    np.testing.assert_allclose(log.static_pressure, flight["static_pressure"])
+
+
+@pytest.mark.parametrize("recovery", [1.0, 0.9])
+def test_temperature_probe(recovery):
+    flight = fixture.flight()
+    log = record(flight, replace(fixture.PERFECT, recovery_factor=recovery), 1)
+    q, p = flight["total_pressure"] - flight["static_pressure"], flight["static_pressure"]
+    back = air.air_temperature(log.total_temperature, air.mach_from_impact_pressure(q, p), recovery)
+    np.testing.assert_allclose(back, fixture.AIR_TEMPERATURE, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", list(SYSTEMS))
+def test_noise_is_the_systems(name):
+    """The difference to the noiseless log of the same flight has the stated deviation in every channel."""
+    das, flight = SYSTEMS[name], fixture.flight(seconds=400.0)
+    quiet = replace(das, **dict.fromkeys(fixture.NOISE_FIELDS + fixture.RESOLUTION_FIELDS, 0.0))
+    noisy, clean = record(flight, das, 3), record(flight, quiet, 3)
+    deviations = {
+        "impact_pressure": das.impact_pressure_noise,
+        "static_pressure": das.static_pressure_noise,
+        "total_temperature": das.temperature_noise,
+        "velocity_north": das.velocity_noise,
+        "velocity_east": das.velocity_noise,
+        "roll": das.attitude_noise,
+        "pitch_rate": das.rate_noise,
+        "specific_force_z": das.acceleration_noise,
+        "sideslip": das.vane_noise,
+        "altitude": das.altitude_noise,
+    }
+    for channel, deviation in deviations.items():
+        difference = getattr(noisy, channel) - getattr(clean, channel)
+        assert difference.std() == pytest.approx(deviation, rel=0.12), channel
+        assert abs(difference.mean()) < 0.2 * deviation, channel
+
+
+def test_resolution_and_range():
+    das = replace(SYSTEMS["50/50"], impact_pressure_range=2000.0, impact_pressure_resolution=5.0)
+    log = record(fixture.flight(), das, 1)
+    assert log.impact_pressure.max() == 2000.0
+    np.testing.assert_allclose(np.mod(log.impact_pressure, 5.0), 0.0)
+
+
+def test_velocity_is_held_between_fixes():
+    log = record(fixture.flight(), data_system("20/1"), 1)
+    assert log.gps_fresh is not None
+    assert log.gps_fresh.sum() == 31
+    stale = ~log.gps_fresh[1:]
+    assert not np.diff(log.velocity_north)[stale].any()
+    assert not np.diff(log.altitude)[stale].any()
+    assert np.diff(log.velocity_north)[~stale].all()
+    assert np.diff(log.roll)[stale].any()
+
+
+def test_velocity_down_by_system_or_by_wish():
+    flight = fixture.flight()
+    assert record(flight, data_system("20/1"), 1).velocity_down is None
+    assert record(flight, data_system("20/1"), 1, velocity_down=True).velocity_down is not None
+    assert record(flight, data_system("50/50"), 1, velocity_down=False).velocity_down is None
+
+
+def test_leaving_out_velocity_down_moves_no_other_noise():
+    flight = fixture.flight()
+    with_down, without = (record(flight, data_system("50/50"), 1, velocity_down=down) for down in (True, False))
+    for name, values in without.channels().items():
+        np.testing.assert_array_equal(values, getattr(with_down, name), err_msg=name)
+
+
+def test_a_missing_channel_moves_no_other_noise():
+    flight = fixture.flight()
+    fewer = replace(flight, channels={k: v for k, v in flight.channels.items() if k not in ("roll", "elevator")})
+    whole, part = record(flight, data_system("50/50"), 1), record(fewer, data_system("50/50"), 1)
+    assert part.roll is None
+    for name, values in part.channels().items():
+        np.testing.assert_array_equal(values, getattr(whole, name), err_msg=name)
+
+
+def test_latencies():
+    flight = fixture.flight(case=fixture.unbiased())
+    prompt = record(flight, fixture.PERFECT, 1)
+    late = record(flight, replace(fixture.PERFECT, air_latency=0.25, gps_latency=0.4), 1)
+    np.testing.assert_allclose(late.impact_pressure[25:], prompt.impact_pressure[:-25], rtol=1e-9)
+    np.testing.assert_allclose(late.velocity_east[40:], prompt.velocity_east[:-40], rtol=1e-9)
+    np.testing.assert_array_equal(late.roll, prompt.roll)
+
+
+def test_heading_is_interpolated_through_north():
+    flight = fixture.flight()
+    log = record(flight, replace(fixture.PERFECT, air_rate=33.0, gps_rate=33.0), 1)
+    true = np.interp(log.time, flight["time"], np.unwrap(flight["heading"]))
+    error = np.angle(np.exp(1j * (log.heading - true)))
+    assert np.ptp(log.heading) > 6.0
+    assert np.max(np.abs(error)) < 1e-4
+
+
+def test_a_gap_stays_a_gap():
+    flight = fixture.flight(gap=20.0)
+    log = record(flight, data_system("20/1"), 1)
+    assert np.max(np.diff(log.time)) > 19.9
+    error = log.velocity_north - np.interp(log.time, flight["time"], flight["velocity_north"])
+    assert np.max(np.abs(error[log.gps_fresh])) < 0.6
+
+
+def test_same_seed_same_log():
+    flight = fixture.flight()
+    one, two = record(flight, SYSTEMS["20/1"], 7), record(flight, SYSTEMS["20/1"], 7)
+    for name, values in one.channels().items():
+        np.testing.assert_array_equal(values, getattr(two, name), err_msg=name)
+    assert one.header == two.header
+
+
+def test_another_seed_or_rate_is_another_draw():
+    flight = fixture.flight(case=fixture.unbiased())
+    truth = record(flight, fixture.PERFECT, 1).impact_pressure
+    noise = {
+        (rates, seed): (record(flight, data_system(rates), seed).impact_pressure - truth[:: 100 // int(rates[:-4])])
+        for rates, seed in (("50/10", 1), ("50/10", 2), ("25/10", 1))
+    }
+    first = noise["50/10", 1]
+    assert abs(np.corrcoef(first, noise["50/10", 2])[0, 1]) < 0.1
+    assert abs(np.corrcoef(first[::2], noise["25/10", 1])[0, 1]) < 0.12
+    assert abs(np.corrcoef(first[: len(noise["25/10", 1])], noise["25/10", 1])[0, 1]) < 0.12
+
+
+def test_rates_beyond_the_flight_are_refused():
+    with pytest.raises(BadInputError, match="must not exceed the 100 Hz"):
+        record(fixture.flight(), DataSystem(air_rate=120.0), 1)
+
+
+def test_the_header_tells_the_case_and_no_truth():
+    case = Case(wind=Wind(speed=21.7 * KNOT), effects=(EffectSpec("belly_pod", {"drag_area_m2": 0.31}),))
+    header = record(fixture.flight(case=case), SYSTEMS["20/1"], 9).header
+    assert header["seeds"] == {"truth": 1, "sensor": 9}
+    assert header["case"]["das"]["air_rate_hz"] == 20.0
+    assert header["case"]["aircraft"] == "navajo"
+    assert {"pitotbench", "jsbsim", "numpy"} == set(header["versions"])
+    told = repr(header)
+    for secret in ("wind", "pressure_error", "effects", "belly", "21.7", "0.31", "-0.13", "inverse"):
+        assert secret not in told, secret
+
+
+def test_the_digest_tells_cases_apart():
+    def digest(case):
+        return record(fixture.flight(seconds=1.0, case=case), SYSTEMS["20/1"], 9).header["case_sha256"]
+
+    assert digest(Case()) == digest(Case())
+    assert digest(Case()) != digest(Case(wind=Wind(speed=1.0)))
+
+
+def test_a_long_flight_is_sensed_quickly():
+    """21 minutes at 100 Hz: measured 0.06 s; the bound leaves room for a slow machine."""
+    flight = fixture.flight(seconds=1260.0)
+    begin = process_time()
+    record(flight, SYSTEMS["100/100"], 1)
+    assert process_time() - begin < 0.5

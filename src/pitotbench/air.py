@@ -79,22 +79,16 @@ def calibrated_airspeed_slope(impact_pressure: Pascal | float) -> Array:
     q = np.asarray(impact_pressure, dtype=np.float64)
     speed = calibrated_airspeed(q)
     ratio = 1.0 + q / SEA_LEVEL_PRESSURE
-    return np.asarray(
-        SEA_LEVEL_SOUND_SPEED**2 * 5.0 / 7.0 * ratio ** (-5.0 / 7.0) / (SEA_LEVEL_PRESSURE * speed)
-    )
+    return np.asarray(SEA_LEVEL_SOUND_SPEED**2 * 5.0 / 7.0 * ratio ** (-5.0 / 7.0) / (SEA_LEVEL_PRESSURE * speed))
 
 
-def total_temperature(
-    air_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0
-) -> Kelvin:
+def total_temperature(air_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0) -> Kelvin:
     """Temperature a probe reads [K], T_t = T(1 + 0.2 r M²), of an air temperature [K]."""
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(air_temperature * (1.0 + 0.2 * recovery_factor * m * m))
 
 
-def air_temperature(
-    total_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0
-) -> Kelvin:
+def air_temperature(total_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0) -> Kelvin:
     """Air (static) temperature [K] of a probe reading [K]; the inverse of `total_temperature`."""
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(total_temperature / (1.0 + 0.2 * recovery_factor * m * m))

@@ -1,23 +1,41 @@
-"""The conductor: fly, record, calibrate, and hold the answer against the truth. The only room that sees all stages."""
+"""The conductor: fly, record, calibrate, and hold the answer against the truth. Only this room sees all stages."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from pitotbench import air
 from pitotbench.calibrate import CalibrationOptions as CalibrationOptions
 from pitotbench.calibrate import calibrate as calibrate
+from pitotbench.logbook import atomic, write_log
 from pitotbench.pressure_error import MODELS, PressureErrorCurve, TableCurve
 from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.case import Case, PressureErrorSpec, Wind
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.records.score import Score
-from pitotbench.sense import data_system, record
+from pitotbench.sense import data_system, record, truth_path, write_truth
 from pitotbench.simulate import fly as fly
 from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond
 
 SCORED_RANGE = (100.0 * KNOT, 160.0 * KNOT)  # indicated airspeed over which curves are scored and averaged
+
+
+def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
+    """Fly a case, record it with its own data system and write the log; the truth beside it where asked for."""
+    flight = fly(case)
+    log = record(flight, case.das, case.sensor_seed)
+    write_log(log, path)
+    if truth:
+        write_truth(flight, truth_path(path))
+    return log
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all."""
+    with atomic(path) as scratch:
+        scratch.write_text(text, encoding="utf-8")
 
 
 def sense(flight: Flight, das: str) -> FlightLog:
@@ -65,7 +83,7 @@ def score(calibration: Calibration, flight: Flight) -> Score:
     error = (curve.correction - true_correction(flight.case.pressure_error, curve.indicated_airspeed))[inside]
     wind = np.array([calibration.wind.north.value, calibration.wind.east.value])
     return Score(
-        minutes=flown_minutes(flight),
+        minutes=flight.duration / 60.0,
         samples=calibration.samples,
         residual_two_sigma=calibration.residual_two_sigma,
         two_sigma=float(np.mean(curve.two_sigma[inside])),
@@ -74,9 +92,3 @@ def score(calibration: Calibration, flight: Flight) -> Score:
         curve_coverage=float(np.mean(np.abs(error) <= curve.two_sigma[inside])),
         on_condition_share=float(np.mean(flight.on_condition)),
     )
-
-
-def flown_minutes(flight: Flight) -> float:
-    """Recorded minutes, set-up between speeds left out (Martos et al. 2011, Table 2)."""
-    step = float(np.median(np.diff(flight["time"])))
-    return len(flight) * step / 60.0

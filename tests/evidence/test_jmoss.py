@@ -27,8 +27,10 @@ def test_wind_is_near_the_balloon(flight):
     """Within 7 kt of the balloon, component by component; the printed difference is the evidence."""
     name, result = flight
     found = np.array([result.wind.north.value, result.wind.east.value]) / KNOT
-    print(f"{name}: wind toward N, E {found.round(1)} kt, balloon {BALLOON_KT[name]}, "
-          f"2σ {result.wind.north.two_sigma / KNOT:.1f}, {result.wind.east.two_sigma / KNOT:.1f} kt")
+    print(
+        f"{name}: wind toward N, E {found.round(1)} kt, balloon {BALLOON_KT[name]}, "
+        f"2σ {result.wind.north.two_sigma / KNOT:.1f}, {result.wind.east.two_sigma / KNOT:.1f} kt"
+    )
     assert np.all(np.abs(found - BALLOON_KT[name]) < 7.0)
 
 

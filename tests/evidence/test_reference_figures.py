@@ -19,9 +19,7 @@ FIGURES = published_figures("navajo")
 @pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.name)
 def test_the_model_flies_the_published_figure(figure: Figure) -> None:
     row = ReferenceRow(figure, FLOWN[figure.maneuver]("navajo", figure))
-    assert row.within, (
-        f"{figure.name}: {row.model:.1f} against {figure.value} {figure.unit} ({figure.source})"
-    )
+    assert row.within, f"{figure.name}: {row.model:.1f} against {figure.value} {figure.unit} ({figure.source})"
 
 
 def test_every_figure_names_its_source() -> None:

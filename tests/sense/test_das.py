@@ -37,7 +37,7 @@ def test_noise_is_ten_times_the_specification():
 @pytest.mark.parametrize(("knots", "noise_kt"), [(100.0, 0.36), (160.0, 0.22)])
 def test_noise_in_knots(knots, noise_kt):
     slope = air.calibrated_airspeed_slope(air.impact_pressure(knots * KNOT)) / KNOT
-    assert slope * DataSystem().impact_pressure_noise == pytest.approx(noise_kt, abs=0.005)
+    assert slope * DataSystem().impact_pressure_noise == pytest.approx(noise_kt, abs=0.006)
 
 
 @pytest.mark.parametrize(

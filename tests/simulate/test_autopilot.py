@@ -42,9 +42,7 @@ def test_steady_level_flight_is_held(speed_kt: float) -> None:
 
 @pytest.mark.parametrize("speed_kt", [95.0, 100.0, 130.0, 160.0])
 @pytest.mark.parametrize("bank_deg", [30.0, -30.0])
-def test_a_turn_of_30_degrees_of_bank_keeps_height_speed_and_coordination(
-    speed_kt: float, bank_deg: float
-) -> None:
+def test_a_turn_of_30_degrees_of_bank_keeps_height_speed_and_coordination(speed_kt: float, bank_deg: float) -> None:
     plant = airborne(speed_kt)
     plant.set("lateral_mode", BANK_HOLD)
     plant.set("bank_target", bank_deg * DEGREE)
@@ -96,9 +94,7 @@ def test_idle_deceleration_is_level_straight_and_at_negative_thrust(throttle: st
     assert part["manifold_pressure_left"][500:] / INCH_OF_MERCURY == pytest.approx(9.5, abs=0.7)
 
 
-@pytest.mark.parametrize(
-    ("first_kt", "second_kt"), [(160, 140), (140, 120), (120, 100), (100, 120), (140, 160)]
-)
+@pytest.mark.parametrize(("first_kt", "second_kt"), [(160, 140), (140, 120), (120, 100), (100, 120), (140, 160)])
 @pytest.mark.parametrize("rate_kt", [1.0, 2.0])
 def test_a_new_speed_is_captured_without_overshoot(first_kt: float, second_kt: float, rate_kt: float) -> None:
     plant = airborne(first_kt)

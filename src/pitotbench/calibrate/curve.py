@@ -42,8 +42,8 @@ class CurveMap:
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
-    """Round indicated airspeeds [m/s] over the range of the data (its 0.5 to 99.5 percentiles)."""
-    low, high = np.quantile(indicated_airspeed, [0.005, 0.995]) / KNOT
+    """Round indicated airspeeds [m/s] over the range of the data (its 0.1 to 99.9 percentiles)."""
+    low, high = np.quantile(indicated_airspeed, [0.001, 0.999]) / KNOT
     for step in _STEPS_KT:
         first = np.ceil((low - _SLACK_KT) / step) * step
         points = np.arange(first, high + _SLACK_KT, step)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib import import_module
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from pitotbench import bench
 from pitotbench.campaign.plan import Task
 from pitotbench.logbook import write_log
 from pitotbench.records.calibration import Calibration
+from pitotbench.records.case import Case
 from pitotbench.records.case_file import write_case
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
@@ -59,7 +61,7 @@ def perform(task: Task) -> Outcome:
         results = _calibrate(task, system, log, failures)
         rows += [_row(case, system, model, result, flight) for model, result in results.items()]
         if task.draw and results:
-            sections.append(_section(task, system, flight, log, results))
+            sections.append(_section(task, system, flight, results))
     return Outcome(task.name, tuple(rows), tuple(sections), tuple(failures))
 
 
@@ -79,22 +81,17 @@ def _calibrate(task: Task, system: str, log: FlightLog, failures: list[str]) -> 
     return results
 
 
-def _row(case: Any, system: str, model: str, result: Calibration, flight: Flight) -> Row:
+def _row(case: Case, system: str, model: str, result: Calibration, flight: Flight) -> Row:
     return Row(case.maneuver, system, model, case.truth_seed, case.turbulence, bench.score(result, flight))
 
 
-def _section(task: Task, system: str, flight: Flight, log: FlightLog, results: dict[str, Calibration]) -> str:
+def _section(task: Task, system: str, flight: Flight, results: dict[str, Calibration]) -> str:
     # Imported here: a worker that draws nothing need not load the drawing library.
     from pitotbench.show.section import flight_section
 
-    return flight_section(
-        flight,
-        system,
-        log,
-        results,
-        bench.true_correction(flight.case.pressure_error, next(iter(results.values())).curve.indicated_airspeed),
-        first=system == task.systems[0],
-    )
+    spec = flight.case.pressure_error
+    truth = {name: bench.true_correction(spec, r.curve.indicated_airspeed) for name, r in results.items()}
+    return flight_section(flight, system, results, truth, first=system == task.systems[0])
 
 
 def run(tasks: Sequence[Task], executor: Executor | None, step: Callable[[], None]) -> list[Outcome]:
@@ -146,13 +143,12 @@ def executor_for(jobs: int, scheduler: str | None) -> Iterator[Executor | None]:
 @contextmanager
 def _cluster(address: str) -> Iterator[Executor]:
     try:
-        from distributed import Client
+        distributed: Any = import_module("distributed")
     except ImportError as error:
         raise BadInputError("--scheduler needs dask: pip install 'pitotbench[cluster]'") from error
     try:
-        client = Client(address, timeout="10s")
+        client = distributed.Client(address, timeout="10s")
     except (OSError, ValueError) as error:
         raise BadInputError(f"no dask scheduler answers at {address}: {error}") from error
     with client:
-        executor: Executor = client.get_executor()
-        yield executor
+        yield client.get_executor()

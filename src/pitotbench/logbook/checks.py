@@ -15,6 +15,7 @@ from pitotbench.units import Array, Booleans, from_si, to_si
 
 _FEW = 0.01  # share of rows that may be dropped for holding no number
 _MOST = 0.5  # share of rows that may be dropped for a negative impact pressure or a stuck sensor
+_BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
 _STUCK_TIME = 10.0  # s
 _STUCK_RUNS = 10.0  # times the usual time for which a value repeats
 _MOVING = 2.0  # m/s, above which a velocity cannot stand still
@@ -93,6 +94,23 @@ def _implausible(draft: Draft, quantity: Quantity, typical: float) -> str:
     return f"typical values of {written:.4g} {suffix} are not those of an airplane{way_out}"
 
 
+def check_spikes(draft: Draft) -> None:
+    """Drop rows in which a needed channel shows, for a moment, what no airplane can: a glitch of the recorder."""
+    for quantity in draft.numeric():
+        if not quantity.essential or quantity.name == "time":
+            continue
+        values = draft.channels[quantity.name]
+        bad = np.abs(values) > _BEYOND * quantity.high
+        if quantity.low > 0.0:
+            bad |= values < quantity.low / _BEYOND
+        if bad.any():
+            draft.warnings.append(
+                f"column {draft.columns[quantity.name]!r}: impossible values in {int(bad.sum())} rows "
+                f"({draft.named(bad)}): they are dropped"
+            )
+            draft.keep(~bad)
+
+
 def form_impact_pressure(draft: Draft) -> None:
     """Impact pressure from total and static pressure, where the log does not hold it."""
     total = draft.channels.pop("total_pressure", None)
@@ -140,16 +158,15 @@ def check_stuck(draft: Draft) -> None:
         draft.warnings.append(f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?")
         still["static_pressure"][:] = False
     bad = np.any(list(still.values()), axis=0)
-    for name, rows in still.items():
-        if rows.any():
-            draft.warnings.append(
-                f"column {draft.columns[name]!r}: the value stands still for long, the sensor seems stuck "
-                f"({draft.named(rows)}): those rows are dropped"
-            )
+    words = "; ".join(
+        f"column {draft.columns[name]!r} stands still while others move: it seems stuck ({draft.named(rows)})"
+        for name, rows in still.items()
+        if rows.any()
+    )
     if bad.mean() > _MOST:
-        raise BadInputError(
-            f"{bad.mean():.0%} of the rows hold a stuck sensor: {draft.warnings[-1]}; use another log"
-        )
+        raise BadInputError(f"{words}: {bad.mean():.0%} of the log; repair the sensor and fly again")
+    if words:
+        draft.warnings.append(f"{words}: those rows are dropped")
     draft.keep(~bad)
 
 
@@ -204,6 +221,7 @@ CHECKS = (
     check_numbers,
     check_time,
     check_units,
+    check_spikes,
     form_impact_pressure,
     check_impact_pressure,
     check_stuck,

@@ -25,6 +25,7 @@ def read_csv(path: Path) -> Table:
     a last line that breaks off is dropped with a warning.
     """
     data = path.read_bytes()
+    _require_text(data)
     above, comments = _split(data)
     header, warnings = _header(comments)
     first_line = data[above:].split(b"\n", 1)[0]
@@ -38,6 +39,14 @@ def read_csv(path: Path) -> Table:
         warnings.append(f"the header promises {promised} rows, the file holds {found.num_rows}: its end is missing")
     columns = tuple(to_column(column) for column in found.columns)
     return Table(tuple(name.strip() for name in found.column_names), columns, header, tuple(warnings))
+
+
+def _require_text(data: bytes) -> None:
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise BadInputError(f"line {line} is not UTF-8 text: save the log as UTF-8 CSV") from error
 
 
 def _split(data: bytes) -> tuple[int, list[str]]:

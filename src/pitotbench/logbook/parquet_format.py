@@ -20,14 +20,19 @@ def read_parquet(path: Path) -> Table:
     """The table of a Parquet file. Raises BadInputError for a file that is none, or cut off."""
     try:
         found = parquet.ParquetFile(path, memory_map=False).read()
-    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, OSError) as error:
+        names = tuple(found.column_names)
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, OSError, UnicodeDecodeError) as error:
         raise BadInputError(f"not a complete Parquet file: {str(error).splitlines()[0]}") from error
-    text = (found.schema.metadata or {}).get(_KEY, b"").decode("utf-8", errors="replace")
+    header = _header((found.schema.metadata or {}).get(_KEY, b""))
+    return Table(names, tuple(to_column(column) for column in found.columns), header)
+
+
+def _header(stored: bytes) -> dict[str, Any]:
+    text = stored.decode("utf-8", errors="replace")
     try:
-        header = tomllib.loads(text)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError:
-        header = {"comments": text.splitlines()}
-    return Table(tuple(found.column_names), tuple(to_column(column) for column in found.columns), header)
+        return {"comments": text.splitlines()}
 
 
 def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:

@@ -104,7 +104,7 @@ def _check_suffix(column: str, quantity: Quantity, suffix: str) -> None:
         raise BadInputError(f"column {column!r} does not say its unit; name it {usable}")
     if suffix in SUFFIXES:
         raise BadInputError(
-            f"column {column!r}: {suffix!r} is a unit of {SUFFIXES[suffix].dimension}, but {quantity.name} is a "
+            f"column {column!r}: {suffix!r} is a unit of {SUFFIXES[suffix].dimension}, but {quantity.name} is of "
             f"{SUFFIXES[quantity.unit].dimension}; name it {usable}"
         )
     raise BadInputError(f"column {column!r}: {explain('unit suffix', suffix, list(SUFFIXES))} Name it {usable}.")

@@ -29,8 +29,8 @@ class Wind:
 class PressureErrorSpec:
     """The known pressure error Δp/q_c = f(q_ci/q_ref): a model of the table and its parameters.
 
-    The default is a plausible light twin: +0.3 kt at 100, −0.8 kt at 126 and −1.8 kt at 160 KIAS. Its size is chosen
-    so that a Bias fit leaves about twice the residual of the others, as in Martos et al. 2011, Fig 9.
+    The default is a plausible light twin: +0.3 kt at 100, −0.8 kt at 126 and −1.7 kt at 160 KIAS. Its size is
+    chosen so that a Bias fit leaves about twice the residual of the others, as in Martos et al. 2011, Fig 9.
     With `model = "table"`, `airspeed` [m/s, indicated] and `values` [-] hold the curve instead.
     """
 

@@ -44,5 +44,5 @@ class Flight:
 
     @property
     def duration(self) -> float:
-        """Recorded time, first to last sample [s]."""
-        return float(self.channels["time"][-1] - self.channels["time"][0])
+        """Recorded time [s]: set-up between speeds, which is flown but not recorded, does not count."""
+        return len(self) * float(np.median(np.diff(self.channels["time"])))

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """Errors against the truth: `curve_rms_error` and `wind_error` [m/s], `curve_coverage` the share of curve points
-    inside 2σ, over the stated airspeed range; `on_condition_share` of the flight; `minutes` flown; `samples` fitted.
+    """Errors against the truth, over the scored airspeed range.
+
+    Speeds in m/s; `curve_coverage` is the share of curve points inside 2σ, `on_condition_share` that of the flight's
+    samples on condition, `minutes` the recorded time, `samples` the rows fitted.
     """
 
     minutes: float

@@ -1,0 +1,200 @@
+"""The command line: parse, one call to the bench, print. Slow packages load only where needed."""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pitotbench.catalog import UnknownNameError
+from pitotbench.records.errors import BadInputError, NoAnswerError
+
+if TYPE_CHECKING:
+    from pitotbench.records.calibration import Calibration
+    from pitotbench.records.log import FlightLog
+    from pitotbench.units import Array
+
+DONE, BAD_INPUT, NO_ANSWER = 0, 2, 3
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; returns the exit code: 0 done, 2 bad input, 3 not converged or not observable."""
+    return guarded(_parser().parse_args(arguments))
+
+
+def guarded(options: argparse.Namespace) -> int:
+    """Run the parsed command; a refusal becomes one line on standard error and an exit code."""
+    try:
+        return int(options.run(options))
+    except (BadInputError, UnknownNameError) as error:
+        return _refuse(error, BAD_INPUT)
+    except FileNotFoundError as error:
+        return _refuse(BadInputError(f"{error.filename}: no such file"), BAD_INPUT)
+    except NoAnswerError as error:
+        return _refuse(error, NO_ANSWER)
+
+
+def _refuse(error: Exception, code: int) -> int:
+    print(f"pitotbench: {error}", file=sys.stderr)
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="pitotbench", description="A simulated flight-test bench for pitot-static calibration."
+    )
+    commands = parser.add_subparsers(required=True, metavar="command")
+    _add_fly(commands.add_parser("fly", help="fly a case file and write the log"))
+    _add_calibrate(commands.add_parser("calibrate", help="recover the error curve and the wind from a log"))
+    _add_fixed_speed(commands.add_parser("fixed-speed", help="three- and four-leg GPS methods"))
+    add_campaign(commands.add_parser("campaign", help="fly maneuvers, sense and calibrate them"))
+    return parser
+
+
+def _add_fly(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("case", type=Path, help="case file (TOML)")
+    parser.add_argument("-o", "--out", type=Path, required=True, help="log to write: .csv, .parquet or .mat")
+    parser.add_argument("--truth", action="store_true", help="also write <name>.truth.parquet beside the log")
+    parser.set_defaults(run=_fly)
+
+
+def _fly(options: argparse.Namespace) -> int:
+    from pitotbench.bench import fly_to_log
+    from pitotbench.records.case_file import read_case
+
+    log = fly_to_log(read_case(options.case), options.out, options.truth)
+    print(f"{len(log):,} rows written to {options.out}")
+    return DONE
+
+
+def _add_calibrate(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat)")
+    parser.add_argument("--model", default="inverse+", help="pressure-error model (default: %(default)s)")
+    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
+    parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
+    parser.add_argument("--no-down", action="store_true", help="do not use the vertical GPS velocity")
+    parser.add_argument("--method", default="covering", help="covering or paper (default: %(default)s)")
+    parser.add_argument(
+        "--error-location",
+        default="impact",
+        help="impact (as published) or static (static source) (default: %(default)s)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.add_argument("--report", type=Path, help="also write a page (HTML)")
+    parser.set_defaults(run=_calibrate)
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    from pitotbench.bench import CalibrationOptions, calibrate
+    from pitotbench.logbook import read_log
+    from pitotbench.show.tables import calibration_json, print_calibration
+
+    choice = CalibrationOptions(
+        model=options.model,
+        method=options.method,
+        error_location=options.error_location,
+        use_down=not options.no_down,
+        on_condition=options.on_condition,
+        mach_max=options.mach_max,
+    )
+    logs = [(path, read_log(path, options.mapping)) for path in options.logs]
+    results = [(path, log, calibrate(log, choice)) for path, log in logs]
+    if options.report:
+        _write_report(options.report, results)
+    if options.json:
+        documents = [calibration_json(result) for _, _, result in results]
+        print(json.dumps(documents[0] if len(documents) == 1 else documents, indent=1))
+        return DONE
+    from rich.console import Console
+
+    for path, _, result in results:
+        console = Console(highlight=False, soft_wrap=True)
+        console.print(f"[bold]{path.name}[/bold]")
+        print_calibration(result, console)
+    return DONE
+
+
+def _write_report(path: Path, results: "Sequence[tuple[Path, FlightLog, Calibration]]") -> None:
+    from pitotbench.bench import write_text
+    from pitotbench.show.report import log_page
+    from pitotbench.show.section import log_section
+
+    sections = [log_section(source.name, log, result) for source, log, result in results]
+    title = "Pitot-static calibration: " + ", ".join(source.name for source, _, _ in results)
+    write_text(path, log_page(title, "from measured logs", sections))
+
+
+def _add_fixed_speed(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--ground-speed-kt", required=True, help="ground speed of each leg, with commas [kt]")
+    parser.add_argument("--track-deg", required=True, help="true track of each leg, with commas [°]")
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.set_defaults(run=_fixed_speed)
+
+
+def _fixed_speed(options: argparse.Namespace) -> int:
+    from pitotbench.calibrate.fixed_speed import fixed_speed
+    from pitotbench.show.tables import fixed_speed_json
+    from pitotbench.units import DEGREE, KNOT
+
+    speeds, tracks = (
+        _numbers(options.ground_speed_kt, "--ground-speed-kt"),
+        _numbers(options.track_deg, "--track-deg"),
+    )
+    found = fixed_speed(speeds * KNOT, tracks * DEGREE)
+    answer = fixed_speed_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
+    if options.json:
+        print(json.dumps(answer, indent=1))
+        return DONE
+    spread = "" if answer["spread_kt"] is None else f", spread {answer['spread_kt']:.4f} kt"
+    print(f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}")
+    print(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°")
+    return DONE
+
+
+def _numbers(text: str, flag: str) -> "Array":
+    import numpy as np
+
+    try:
+        return np.array([float(part) for part in text.split(",")])
+    except ValueError as error:
+        raise BadInputError(
+            f"{flag} takes numbers with commas between them, such as 178,185,188; got {text!r}"
+        ) from error
+
+
+def add_campaign(parser: argparse.ArgumentParser) -> None:
+    """The flags of a campaign, shared by `pitotbench campaign` and `scripts/run_campaign.py`."""
+    from pitotbench.simulate.maneuvers import MANEUVERS
+
+    parser.add_argument("--maneuver", required=True, help=f"{', '.join(MANEUVERS)}, a comma list, or all")
+    parser.add_argument("--das", required=True, help="20/1, 50/50, 100/100, any A/G in Hz, a comma list, or all")
+    parser.add_argument(
+        "--model", default="inverse+", help="model, comma list, or all four of the study (default: %(default)s)"
+    )
+    parser.add_argument("--method", default="covering", help="covering or paper (default: %(default)s)")
+    parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")
+    parser.add_argument("--wind-kt", type=float, default=15.0, help="wind speed [kt] (default: %(default)g)")
+    parser.add_argument(
+        "--wind-from-deg", type=float, default=300.0, help="wind direction [°] (default: %(default)g)"
+    )
+    parser.add_argument("--pilot", default="none", help="none, good or busy (default: %(default)s)")
+    parser.add_argument("--aircraft", default="navajo", help="aircraft to fly (default: %(default)s)")
+    parser.add_argument("--seeds", type=int, default=1, help="flights of each maneuver, seeds 1 to N (default: 1)")
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
+    parser.add_argument("--scheduler", help="address of a dask scheduler, tcp://host:port")
+    parser.add_argument("--log-format", default="parquet", help="parquet, csv or mat (default: %(default)s)")
+    parser.add_argument("--out", type=Path, help="folder for the results (default: out/<maneuver>-<das>)")
+    parser.set_defaults(run=run_campaign)
+
+
+def run_campaign(options: argparse.Namespace) -> int:
+    """Fly a campaign, print its table and name its report."""
+    from pitotbench.campaign.command import request_of, run_and_print
+
+    return DONE if run_and_print(request_of(options)) else NO_ANSWER
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,158 @@
+"""Tables for the terminal, for pages and for programs; units in every heading."""
+
+from typing import Any
+
+import pandas as pd
+from rich.box import SIMPLE_HEAVY
+from rich.console import Console
+from rich.table import Table
+
+from pitotbench.records.calibration import Calibration, Estimate
+from pitotbench.units import DEGREE, KNOT
+
+CAMPAIGN_COLUMNS: dict[str, tuple[str, str]] = {
+    "maneuver": ("maneuver", ""),
+    "das": ("DAS\n[Hz]", ""),
+    "model": ("model", ""),
+    "minutes": ("time\n[min]", ".1f"),
+    "samples": ("samples\n[-]", ",.0f"),
+    "residual_two_sigma_kt": ("residual 2σ\n[kt]", ".2f"),
+    "two_sigma_kt": ("mean curve 2σ\n[kt]", ".3f"),
+    "curve_rms_error_kt": ("true rms error\n[kt]", ".3f"),
+    "wind_error_kt": ("wind error\n[kt]", ".3f"),
+    "curve_coverage": ("curve inside 2σ\n[%]", ".0%"),
+}
+
+
+def campaign_table(results: pd.DataFrame) -> pd.DataFrame:
+    """The mean over seeds of a campaign's results, one row a maneuver, data system and model."""
+    keys = ["maneuver", "das", "model"]
+    return results.groupby(keys, sort=False).mean(numeric_only=True).reset_index()
+
+
+def print_campaign(results: pd.DataFrame, console: Console) -> None:
+    """Print the campaign's table."""
+    table = Table(header_style="bold", pad_edge=False, box=SIMPLE_HEAVY)
+    for heading, style in CAMPAIGN_COLUMNS.values():
+        table.add_column(heading, justify="right" if style else "left")
+    for _, row in campaign_table(results).iterrows():
+        table.add_row(*(_text(row[name], style) for name, (_, style) in CAMPAIGN_COLUMNS.items()))
+    console.print(table)
+
+
+def campaign_html(results: pd.DataFrame) -> str:
+    """The same table as HTML."""
+    head = "".join(f"<th>{heading.replace(chr(10), '<br>')}</th>" for heading, _ in CAMPAIGN_COLUMNS.values())
+    body = ""
+    for _, row in campaign_table(results).iterrows():
+        body += "<tr>" + "".join(f"<td>{_text(row[n], s)}</td>" for n, (_, s) in CAMPAIGN_COLUMNS.items()) + "</tr>"
+    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def _text(value: Any, style: str) -> str:
+    return format(value, style).replace("%", "") if style else str(value)
+
+
+def print_calibration(result: Calibration, console: Console) -> None:
+    """Print one calibration: curve, parameters, wind, the two kinds of 2σ, warnings."""
+    curve = result.curve
+    table = Table(
+        header_style="bold", pad_edge=False, title=f"{result.model}, method {result.method}", title_justify="left"
+    )
+    for heading in ("indicated\n[kt]", "correction\n[kt]", "2σ\n[kt]", "white 2σ\n[kt]", "Δp/q_c\n[-]", "2σ\n[-]"):
+        table.add_column(heading, justify="right")
+    for speed, value, bound, white, ratio, ratio_bound in _curve_rows(result):
+        table.add_row(
+            f"{speed:.0f}", f"{value:+.2f}", f"{bound:.2f}", f"{white:.2f}", f"{ratio:+.4f}", f"{ratio_bound:.4f}"
+        )
+    console.print(table)
+    for parameter in result.parameters:
+        console.print(f"{parameter.name} = {parameter.value:+.5f} ± {parameter.two_sigma:.5f} (2σ) [-]")
+    for part in _winds(result):
+        console.print(f"wind toward {part.name} {part.value / KNOT:+.2f} ± {part.two_sigma / KNOT:.2f} kt (2σ)")
+    console.print(
+        f"residual 2σ {result.residual_two_sigma / KNOT:.2f} kt, {result.samples:,} samples, "
+        f"condition number {result.condition_number:.1e}; {result.reason}"
+    )
+    console.print(f"x = q_ci / {result.reference_pressure:.2f} Pa; curve of {len(curve.correction)} points")
+    for warning in result.warnings:
+        console.print(f"warning: {warning}", style="yellow")
+
+
+def curve_html(result: Calibration) -> str:
+    """The curve as an HTML table that folds away."""
+    head = "".join(
+        f"<th>{h}</th>"
+        for h in ("indicated [kt]", "correction [kt]", "2σ [kt]", "white 2σ [kt]", "Δp/q<sub>c</sub> [-]", "2σ [-]")
+    )
+    body = "".join(
+        f"<tr><td>{s:.0f}</td><td>{v:+.2f}</td><td>{b:.2f}</td><td>{w:.2f}</td><td>{r:+.4f}</td><td>{rb:.4f}</td></tr>"
+        for s, v, b, w, r, rb in _curve_rows(result)
+    )
+    parameters = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
+    return (
+        f"<details><summary>The curve in numbers</summary><table><thead><tr>{head}</tr></thead>"
+        f"<tbody>{body}</tbody></table><p>{parameters} (2σ), x = q<sub>ci</sub> / {result.reference_pressure:.2f} Pa. "
+        f"{result.reason}.</p>"
+        f"</details>"
+    )
+
+
+def _curve_rows(result: Calibration) -> list[tuple[float, ...]]:
+    c = result.curve
+    columns = (
+        c.indicated_airspeed / KNOT,
+        c.correction / KNOT,
+        c.two_sigma / KNOT,
+        c.white_two_sigma / KNOT,
+        c.normalized_pressure_error,
+        c.normalized_two_sigma,
+    )
+    return [tuple(float(v) for v in row) for row in zip(*columns, strict=True)]
+
+
+def _winds(result: Calibration) -> list[Estimate]:
+    return [part for part in (result.wind.north, result.wind.east, result.wind.down) if part is not None]
+
+
+def calibration_json(result: Calibration) -> dict[str, Any]:
+    """A calibration as plain data with the keys of the command line's contract."""
+    names = (
+        "indicated_airspeed_kt",
+        "correction_kt",
+        "two_sigma_kt",
+        "white_two_sigma_kt",
+        "normalized_pressure_error",
+        "normalized_two_sigma",
+    )
+    down = result.wind.down
+    return {
+        "model": result.model,
+        "parameters": [{"name": p.name, "value": p.value, "two_sigma": p.two_sigma} for p in result.parameters],
+        "reference_pressure_pa": result.reference_pressure,
+        "wind": {
+            "north_kt": result.wind.north.value / KNOT,
+            "east_kt": result.wind.east.value / KNOT,
+            "down_kt": down.value / KNOT if down else None,
+            "north_two_sigma_kt": result.wind.north.two_sigma / KNOT,
+            "east_two_sigma_kt": result.wind.east.two_sigma / KNOT,
+            "down_two_sigma_kt": down.two_sigma / KNOT if down else None,
+        },
+        "curve": [dict(zip(names, row, strict=True)) for row in _curve_rows(result)],
+        "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
+        "samples": result.samples,
+        "converged": result.converged,
+        "warnings": list(result.warnings),
+    }
+
+
+def fixed_speed_json(
+    true_airspeed: float, spread: float | None, wind_speed: float, wind_from: float
+) -> dict[str, Any]:
+    """A fixed-speed answer (SI) as plain data in knots and degrees."""
+    return {
+        "true_airspeed_kt": true_airspeed / KNOT,
+        "spread_kt": None if spread is None else spread / KNOT,
+        "wind_speed_kt": wind_speed / KNOT,
+        "wind_from_deg": wind_from / DEGREE,
+    }

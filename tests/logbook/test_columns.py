@@ -1,0 +1,117 @@
+"""Column names: every quantity in every unit of its dimension, and an answer to each wrong one."""
+
+import numpy as np
+import pytest
+import sample_log as sample
+
+from pitotbench.logbook import QUANTITIES, read_log
+from pitotbench.logbook.quantities import parse_column
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.units import SUFFIXES, from_si
+
+EVERY_COLUMN = [(q.name, s) for q in QUANTITIES.values() for s in (q.suffixes or [""])]
+
+
+@pytest.mark.parametrize(("name", "suffix"), EVERY_COLUMN)
+def test_every_quantity_in_every_unit_is_recognized(name, suffix):
+    column = f"{name}_{suffix}" if suffix else name
+    assert parse_column(column) == (QUANTITIES[name], suffix)
+
+
+def test_the_table_is_the_record():
+    fields = set(FlightLog.__dataclass_fields__) - {"header"}
+    assert set(QUANTITIES) == fields | {"total_pressure"}
+
+
+@pytest.mark.parametrize("quantity", [q for q in QUANTITIES.values() if q.unit], ids=lambda q: q.name)
+def test_canonical_columns_are_si(quantity):
+    unit = SUFFIXES[quantity.unit]
+    assert (unit.factor, unit.offset) == (1.0, 0.0)
+
+
+def test_foreign_units_become_si(tmp_path):
+    table = sample.columns()
+    other = {
+        "time_s": "time_ms",
+        "impact_pressure_pa": "impact_pressure_psf",
+        "static_pressure_pa": "static_pressure_inhg",
+        "total_temperature_k": "total_temperature_degc",
+        "velocity_north_mps": "velocity_north_kt",
+        "velocity_east_mps": "velocity_east_fps",
+        "altitude_m": "altitude_ft",
+        "specific_force_z_mps2": "specific_force_z_g",
+        "angle_of_attack_rad": "angle_of_attack_deg",
+        "propeller_speed_left_radps": "propeller_speed_left_rpm",
+    }
+    written = {
+        other.get(name, name): from_si(values, other[name].rpartition("_")[2]) if name in other else values
+        for name, values in table.items()
+    }
+    log = read_log(sample.write(tmp_path / "log.csv", written))
+    for name in other:
+        quantity, _ = parse_column(name)
+        np.testing.assert_allclose(getattr(log, quantity.name), table[name], rtol=1e-12, atol=1e-9, err_msg=name)
+    assert "warnings" not in log.header
+
+
+def test_total_pressure_serves_for_impact_pressure(tmp_path):
+    table = sample.columns()
+    impact = table.pop("impact_pressure_pa")
+    table["total_pressure_hpa"] = (impact + table["static_pressure_pa"]) / 100.0
+    log = read_log(sample.write(tmp_path / "log.csv", table))
+    np.testing.assert_allclose(log.impact_pressure, impact, atol=1e-6)
+
+
+def test_impact_pressure_goes_before_total_pressure(tmp_path):
+    table = sample.columns()
+    table["total_pressure_pa"] = table["static_pressure_pa"] + 3000.0
+    log = read_log(sample.write(tmp_path / "log.csv", table))
+    np.testing.assert_array_equal(log.impact_pressure, table["impact_pressure_pa"])
+    assert any("impact pressure is used" in warning for warning in log.header["warnings"])
+
+
+WRONG_NAMES = {
+    "static_pressure_bar": r"unknown unit suffix 'bar'\..*Known: s, ms, pa, hpa.*Name it static_pressure_pa",
+    "static_pressure_kt": r"'kt' is a unit of speed, but static_pressure is of pressure; name it static_",
+    "static_pressure": r"does not say its unit; name it static_pressure_pa, static_pressure_hpa",
+    "roll_rate_deg": r"'deg' is a unit of angle, but roll_rate is of angular rate",
+    "throttle_left_pct": r"throttle_left has no unit",
+}
+
+
+@pytest.mark.parametrize("column", list(WRONG_NAMES))
+def test_wrong_names_are_answered(column):
+    with pytest.raises(BadInputError, match=WRONG_NAMES[column]):
+        parse_column(column)
+
+
+@pytest.mark.parametrize("column", ["oil_temperature_degc", "pressure_altitude_ft", "mass_flow_kgps", "times", ""])
+def test_strangers_are_not_ours(column):
+    assert parse_column(column) is None
+
+
+def test_strangers_are_named_in_a_warning(tmp_path):
+    table = {**sample.columns(), "oil_temperature_degc": np.full(sample.ROWS, 90.0)}
+    log = read_log(sample.write(tmp_path / "log.csv", table))
+    assert any("oil_temperature_degc" in warning for warning in log.header["warnings"])
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_other_delimiters(tmp_path, delimiter):
+    table = {name: values for name, values in sample.columns().items() if name != "segment"}
+    path = sample.write(tmp_path / "log.csv", table)
+    path.write_text(path.read_text().replace(",", delimiter))
+    assert len(read_log(path)) == sample.ROWS
+
+
+@pytest.mark.parametrize("above", ["\ufeff", "# made by hand: no TOML = at all\n", "\n\n# note = 'x'\n"])
+def test_what_may_stand_above(tmp_path, above):
+    assert len(read_log(sample.write(tmp_path / "log.csv", sample.columns(), above))) == sample.ROWS
+
+
+def test_spaces_around_names_and_flags_as_numbers(tmp_path):
+    table = {f" {name} ": values for name, values in sample.columns().items()}
+    table[" on_condition "] = table[" on_condition "].astype(int)
+    log = read_log(sample.write(tmp_path / "log.csv", table))
+    np.testing.assert_array_equal(log.on_condition, sample.log().on_condition)

@@ -1,0 +1,183 @@
+"""Foreign logs by a mapping: one file or several on one time base, shipped or the user's own."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sample_log as sample
+
+from pitotbench import air
+from pitotbench.catalog import UnknownNameError
+from pitotbench.logbook import read_log, shipped_mappings
+from pitotbench.logbook.mapping import find_mapping
+from pitotbench.logbook.quantities import parse_column
+from pitotbench.records.errors import BadInputError
+from pitotbench.units import FOOT, KNOT, PSI
+
+DATA = Path(os.environ.get("PITOTBENCH_DATA", Path(__file__).parents[3] / "shared" / "data"))
+OWN = """
+[columns]
+clock = "time_s"
+qc_mbar = "impact_pressure_hpa"
+ps = { name = "static_pressure_pa", factor = 1000.0, offset = 200.0 }
+vn = "velocity_north_kt"
+ve = "velocity_east_kt"
+"""
+SEVERAL = """
+[[files]]
+file = "*air.csv"
+[files.columns]
+us = { name = "time_s", factor = 1e-6 }
+q = "impact_pressure_pa"
+p = "static_pressure_pa"
+[[files]]
+file = "*gps.csv"
+join = "JOIN"
+[files.columns]
+us = { name = "time_s", factor = 1e-6 }
+n = "velocity_north_mps"
+e = "velocity_east_mps"
+"""
+
+
+def real(*parts: str) -> Path:
+    path = DATA.joinpath(*parts)
+    if not path.exists():
+        pytest.skip(f"no {path.name}: set PITOTBENCH_DATA to the folder of the real logs")
+    return path
+
+
+@pytest.mark.parametrize("name", list(shipped_mappings()))
+def test_shipped_mappings_name_real_columns(name):
+    targets = [target.name for file in find_mapping(name).files for target in file.columns]
+    found = {parse_column(target)[0].name for target in targets}
+    assert {"time", "static_pressure", "velocity_north", "velocity_east"} <= found
+    assert found & {"impact_pressure", "total_pressure"}
+
+
+def test_an_own_mapping(tmp_path):
+    (tmp_path / "m.toml").write_text(OWN)
+    t = sample.columns()
+    table = {
+        "clock": t["time_s"],
+        "qc_mbar": t["impact_pressure_pa"] / 100.0,
+        "ps": (t["static_pressure_pa"] - 200.0) / 1000.0,
+        "vn": t["velocity_north_mps"] / KNOT,
+        "ve": t["velocity_east_mps"] / KNOT,
+        "altitude_furlong": t["altitude_m"],  # not mapped, so its name does not matter
+    }
+    log = read_log(sample.write(tmp_path / "log.csv", table), mapping=tmp_path / "m.toml")
+    np.testing.assert_allclose(log.impact_pressure, t["impact_pressure_pa"])
+    np.testing.assert_allclose(log.static_pressure, t["static_pressure_pa"])
+    np.testing.assert_allclose(log.velocity_east, t["velocity_east_mps"])
+    assert "warnings" not in log.header
+
+
+def several(folder: Path, join: str) -> Path:
+    """Air data at 10 Hz, GPS at 2 Hz, 50 ms later and for a shorter time."""
+    (folder / "m.toml").write_text(SEVERAL.replace("JOIN", join))
+    t = sample.columns()
+    air_data = {"us": t["time_s"] * 1e6, "q": t["impact_pressure_pa"], "p": t["static_pressure_pa"]}
+    fixes = np.arange(2, 500, 5)
+    gps = {
+        "us": (t["time_s"][fixes] + 0.05) * 1e6,
+        "n": t["velocity_north_mps"][fixes],
+        "e": t["velocity_east_mps"][fixes],
+    }
+    sample.write(folder / "07_gps.csv", gps)
+    return sample.write(folder / "07_air.csv", air_data)
+
+
+@pytest.mark.parametrize("join", ["last", "nearest", "linear"])
+def test_several_files(tmp_path, join):
+    path = several(tmp_path, join)
+    log = read_log(path, mapping=tmp_path / "m.toml")
+    assert (log.time[0], log.time[-1]) == pytest.approx((0.3, 49.7))  # where both files have something to say
+    clock = 0.25 + 0.5 * np.arange(100)
+    north = sample.columns()["velocity_north_mps"][2:500:5]
+    distance = log.time[:, None] - clock[None, :]
+    pick = {
+        "last": np.argmin(np.where(distance < -1e-9, np.inf, distance), axis=1),
+        "nearest": np.argmin(np.abs(distance), axis=1),
+    }
+    expected = north[pick[join]] if join in pick else np.interp(log.time, clock, north)
+    ties = np.abs(np.abs(distance).min(axis=1) - 0.25) < 1e-6
+    np.testing.assert_allclose(log.velocity_north[~ties], expected[~ties], rtol=1e-9)
+
+
+def test_the_folder_serves_for_the_file(tmp_path):
+    path = several(tmp_path, "last")
+    by_file, by_folder = (read_log(p, mapping=tmp_path / "m.toml") for p in (path, tmp_path))
+    np.testing.assert_array_equal(by_file.velocity_north, by_folder.velocity_north)
+
+
+def test_files_that_are_not_there(tmp_path):
+    path = several(tmp_path, "last")
+    mapping = tmp_path / "m.toml"
+    with pytest.raises(BadInputError, match=r"expects the folder of the log or its file '\*air.csv'"):
+        read_log(tmp_path / "07_gps.csv", mapping=mapping)
+    (tmp_path / "08_air.csv").write_bytes(path.read_bytes())
+    with pytest.raises(BadInputError, match=r"several files .*07_air.csv, 08_air.csv"):
+        read_log(tmp_path, mapping=mapping)
+    with pytest.raises(BadInputError, match=r"needs '08_gps.csv' beside"):
+        read_log(tmp_path / "08_air.csv", mapping=mapping)
+
+
+def test_unknown_mapping_names_the_shipped(tmp_path):
+    with pytest.raises(UnknownNameError, match=r"unknown mapping 'jmos'\. Did you mean 'jmoss'"):
+        read_log(tmp_path / "log.csv", mapping="jmos")
+
+
+BAD_MAPPINGS = {
+    "[columns": r"not valid TOML",
+    "": r"either \[columns\] or \[\[files\]\]",
+    "[columns]\nx = 3": r"columns\.x",
+    "[columns]\nx = 'time_s'\n[[files]]\ncolumns = { y = 'time_s' }": r"either",
+    "[[files]]\njoin = 'mean'\ncolumns = { y = 'time_s' }": r"unknown join 'mean'. Known: last, nearest, linear",
+    "titel = 'x'\n[columns]\nx = 'time_s'": r"titel",
+    "[columns]\ntime_s = 'clock_s'": r"names 'clock_s', which is no column",
+    "[columns]\ntime_s = 'time_kt'": r"'kt' is a unit of speed, but time is of time",
+    "[columns]\nt = 'time_s'": r"column 't' is missing",
+}
+
+
+@pytest.mark.parametrize("text", list(BAD_MAPPINGS))
+def test_bad_mappings(tmp_path, text):
+    (tmp_path / "m.toml").write_text(text)
+    path = sample.write(tmp_path / "log.csv", sample.columns())
+    with pytest.raises(BadInputError, match=BAD_MAPPINGS[text]):
+        read_log(path, mapping=tmp_path / "m.toml")
+
+
+def test_a_mapping_file_that_is_not_there(tmp_path):
+    with pytest.raises(BadInputError, match=r"none\.toml: cannot be read"):
+        read_log(tmp_path / "log.csv", mapping=tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize(("name", "rows"), [("CLASS55.csv", 8885), ("CLASS65.csv", 8178)])
+def test_jmoss_logs(name, rows):
+    """A jet at Mach 0.52 to 1.05, 20 Hz, velocity renewed at 5 Hz; against the raw file by another reader."""
+    path = real("jmoss", name)
+    log = read_log(path, mapping="jmoss")
+    raw = np.genfromtxt(path, delimiter=",", names=True)
+    assert len(log) == rows == len(raw)
+    np.testing.assert_allclose(log.impact_pressure, (raw["total_pres_psi"] - raw["static_pres_psi"]) * PSI)
+    np.testing.assert_allclose(log.velocity_north, raw["north_vel_fps"] * FOOT)
+    np.testing.assert_allclose(log.altitude, raw["height_ft"] * FOOT)
+    mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
+    assert 0.4 < mach.min() < 0.6
+    assert 0.9 < mach.max() < 1.1
+    assert "warnings" not in log.header
+
+
+@pytest.mark.parametrize("parts", [("seaway",), ("seaway", "differential_pressure_0.csv")])
+def test_seaway_log(parts):
+    """A solar airplane: 1 Hz, differential pressure with its zero near 100 Pa, which the reader reports."""
+    log = read_log(real(*parts), mapping="seaway")
+    assert 950 < len(log) <= 974
+    assert 90.0 < np.median(log.impact_pressure[:100]) < 125.0
+    assert 95e3 < np.median(log.static_pressure) < 103e3
+    assert np.hypot(log.velocity_north, log.velocity_east).max() > 8.0
+    assert np.median(np.diff(log.time)) == pytest.approx(1.0, abs=0.1)
+    assert any("units and zero" in warning for warning in log.header["warnings"])

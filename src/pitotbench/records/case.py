@@ -6,7 +6,6 @@ Values are SI and radians; `metadata["suffix"]` names the unit in which a value 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 from pitotbench.units import DEGREE, FOOT, KNOT
@@ -80,7 +79,7 @@ class EffectSpec:
     """One physical effect of the effects table with its parameters (names carry their unit suffix)."""
 
     name: str
-    parameters: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +92,7 @@ class Case:
 
     aircraft: str = "navajo"
     maneuver: str = "step_decrease"
-    card: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    card: Mapping[str, Any] = field(default_factory=dict)
     altitude: float = field(default=6000.0 * FOOT, metadata={"suffix": "ft"})
     temperature_offset: float = field(default=0.0, metadata={"suffix": "k"})
     wind: Wind = field(default_factory=Wind)

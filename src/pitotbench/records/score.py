@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Score:
     """Errors against the truth, over the scored airspeed range.
 
-    Speeds in m/s; `curve_coverage` is the share of curve points inside 2σ, `on_condition_share` that of the flight's
-    samples on condition, `minutes` the recorded time, `samples` the rows fitted.
+    Speeds in m/s; `curve_coverage` is the share of curve points inside 2σ, `on_condition_share` that of the
+    flight's samples on condition, `minutes` the recorded time, `samples` the rows fitted.
     """
 
     minutes: float

@@ -92,7 +92,8 @@ def curve_html(result: Calibration) -> str:
     parameters = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
     return (
         f"<details><summary>The curve in numbers</summary><table><thead><tr>{head}</tr></thead>"
-        f"<tbody>{body}</tbody></table><p>{parameters} (2σ), x = q<sub>ci</sub> / {result.reference_pressure:.2f} Pa. "
+        f"<tbody>{body}</tbody></table>"
+        f"<p>{parameters} (2σ), x = q<sub>ci</sub> / {result.reference_pressure:.2f} Pa. "
         f"{result.reason}.</p>"
         f"</details>"
     )

@@ -98,6 +98,11 @@ def test_probe_temperature_inverts(temperature, mach, recovery):
     assert air.air_temperature(probe, mach, recovery) == pytest.approx(temperature, rel=1e-14)
 
 
+def test_recovery_factor_takes_its_share_of_the_heating():
+    """T_t/T = 1 + 0.2 r M²: at Mach 0.5 and r = 0.9 the 250 K air reads 261.25 K."""
+    assert air.total_temperature(250.0, 0.5, 0.9) == pytest.approx(261.25)
+
+
 @given(st.floats(20.0, 300.0))
 def test_slope_is_the_derivative(speed):
     q = float(air.impact_pressure(speed))

@@ -15,7 +15,7 @@ from pitotbench.records.case import Case, PressureErrorSpec, Wind
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.records.score import Score
-from pitotbench.sense import data_system, record, truth_path, write_truth
+from pitotbench.sense import data_system, record, write_truth
 from pitotbench.simulate import fly as fly
 from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond
 
@@ -28,7 +28,7 @@ def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
     log = record(flight, case.das, case.sensor_seed)
     write_log(log, path)
     if truth:
-        write_truth(flight, truth_path(path))
+        write_truth(flight, path)
     return log
 
 

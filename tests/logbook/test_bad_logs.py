@@ -189,7 +189,8 @@ def test_gps_blank_between_fixes_is_held(tmp_path):
     assert len(log) == sample.ROWS - 3
     np.testing.assert_array_equal(log.gps_fresh, ~stale[3:])
     assert log.velocity_north[9] == log.velocity_north[0] != log.velocity_north[10]
-    assert any("blank between fixes (one in 10 rows)" in w for w in log.header["warnings"])
+    assert len(log.header["warnings"]) == 1
+    assert "blank between fixes (one in 10 rows)" in log.header["warnings"][0]
 
 
 def test_warnings_go_with_the_log(tmp_path):
@@ -254,7 +255,7 @@ def test_paths_that_are_no_log(tmp_path):
 @pytest.mark.parametrize("name", ["flight.ulg", "flight.BIN"])
 def test_flight_controller_logs_point_at_the_way(tmp_path, name):
     (tmp_path / name).write_bytes(b"ULog")
-    with pytest.raises(BadInputError, match=r"as CSV .*pitotbench\[logs\].*--mapping"):
+    with pytest.raises(BadInputError, match=r"pitotbench\[logs\].*--mapping"):
         read_log(tmp_path / name)
 
 

@@ -10,8 +10,10 @@ import sample_log as sample
 from pitotbench import air
 from pitotbench.catalog import UnknownNameError
 from pitotbench.logbook import read_log, shipped_mappings
+from pitotbench.logbook.joining import join_tables
 from pitotbench.logbook.mapping import find_mapping
 from pitotbench.logbook.quantities import parse_column
+from pitotbench.logbook.table import Table
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import FOOT, KNOT, PSI
 
@@ -104,6 +106,22 @@ def test_several_files(tmp_path, join):
     expected = north[pick[join]] if join in pick else np.interp(log.time, clock, north)
     ties = np.abs(np.abs(distance).min(axis=1) - 0.25) < 1e-6
     np.testing.assert_allclose(log.velocity_north[~ties], expected[~ties], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("join", "expected"), [("last", [1, 2, 2]), ("nearest", [1, 2, 3]), ("linear", [1, 2, 2.75])]
+)
+def test_joins(join, expected):
+    """A sample of the same instant counts as the last one."""
+    base = Table(("time_s",), (np.array([0.0, 1.0, 1.75]),))
+    other = Table(("time_s", "altitude_m"), (np.array([0.0, 1.0, 2.0]), np.array([1.0, 2.0, 3.0])))
+    np.testing.assert_allclose(join_tables(base, [(other, join)]).column("altitude_m"), expected)
+
+
+def test_files_without_a_common_time():
+    early, late = (Table(("time_s",), (np.array([t, t + 1.0]),)) for t in (0.0, 10.0))
+    with pytest.raises(BadInputError, match="do not overlap in time"):
+        join_tables(early, [(late, "last")])
 
 
 def test_the_folder_serves_for_the_file(tmp_path):

@@ -75,6 +75,14 @@ def test_a_failed_write_leaves_nothing(tmp_path, monkeypatch):
     assert (tmp_path / "log.csv").read_bytes() == good
 
 
+def test_an_old_log_is_replaced_not_overwritten(tmp_path):
+    """Whoever still reads the old file reads it to its end."""
+    write_log(sample.log(), tmp_path / "log.csv")
+    (tmp_path / "old").hardlink_to(tmp_path / "log.csv")
+    write_log(sample.log().select(np.arange(50)), tmp_path / "log.csv")
+    assert (tmp_path / "old").stat().st_size > 5 * (tmp_path / "log.csv").stat().st_size
+
+
 def test_a_folder_that_is_not_there(tmp_path):
     with pytest.raises(BadInputError, match="cannot be written"):
         write_log(sample.log(), tmp_path / "no" / "log.csv")

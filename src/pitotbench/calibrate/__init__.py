@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from pitotbench.calibrate.covering import fit_covering
 from pitotbench.calibrate.fixed_speed import FixedSpeedResult as FixedSpeedResult
@@ -29,7 +30,12 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     Raises BadInputError for a log that cannot be used, NoAnswerError for one that does not determine the answer.
     Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for the methods.
     """
-    options = options or CalibrationOptions()
+    # One thread: faster on arrays of this size, and the same digits on any number of cores.
+    with threadpool_limits(limits=1):
+        return _calibrate(log, options or CalibrationOptions())
+
+
+def _calibrate(log: FlightLog, options: CalibrationOptions) -> Calibration:
     obs = observe(log, options)
     model = PredictionModel(
         MODELS[options.model], _reference(obs), options.error_location == "static", options.wind_down

@@ -8,8 +8,9 @@ from pitotbench.pressure_error import MODELS
 from pitotbench.records.case import Case
 from pitotbench.sense import SYSTEMS, data_system
 from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate.hangar import find_aircraft
 
-PAPER_MODELS = ("quadratic", "linear", "inverse+", "bias")  # Martos et al. 2011, Fig 9
+PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")  # Martos et al. 2011, Fig 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +51,7 @@ def plan(
 
     Raises UnknownNameError or BadInputError for a name that does not exist, before anything is flown.
     """
+    find_aircraft(base.aircraft)
     flown = names(maneuvers, list(MANEUVERS))
     sensed = names(systems, list(SYSTEMS))
     fitted = names(models, PAPER_MODELS)

@@ -4,21 +4,18 @@ Rows are counted from 1, the first below the line of column names.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.holding import hold_fixes
 from pitotbench.logbook.quantities import Quantity
+from pitotbench.logbook.stuck import check_stuck
 from pitotbench.records.errors import BadInputError
-from pitotbench.units import Array, Booleans, from_si, to_si
+from pitotbench.units import from_si, to_si
 
 _FEW = 0.01  # share of rows that may be dropped for holding no number
-_MOST = 0.5  # share of rows that may be dropped for a negative impact pressure or a stuck sensor
+_MOST = 0.5  # share of rows that may be dropped for a negative impact pressure
 _BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
-_STUCK_TIME = 10.0  # s
-_STUCK_RUNS = 10.0  # times the usual time for which a value repeats
-_MOVING = 2.0  # m/s, above which a velocity cannot stand still
 _FLYING = 5.0  # m/s over ground, above which airspeed and ground speed are compared
 _SPEED_RATIO = 1.6  # airspeed over ground speed, or its inverse: a knot is 1.94 times a meter per second
 _WRONG_RATIO = 2.5
@@ -141,57 +138,6 @@ def check_impact_pressure(draft: Draft) -> None:
             f"({draft.named(negative)}): they are dropped"
         )
         draft.keep(~negative)
-
-
-def check_stuck(draft: Draft) -> None:
-    """Drop rows in which the impact pressure, the static pressure or the GPS velocity stands still for long."""
-    speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
-    if np.ptp(draft.channels["velocity_north"]) == 0.0 and np.ptp(draft.channels["velocity_east"]) == 0.0:
-        raise BadInputError("the GPS velocity is the same in every row: the receiver is stuck; use another log")
-    velocity = ["velocity_north", "velocity_east"]
-    still = {
-        "impact_pressure": _stuck(draft, ["impact_pressure"], velocity) & (speed > _MOVING),
-        "static_pressure": _stuck(draft, ["static_pressure"], ["impact_pressure"]) & (speed > _MOVING),
-        "velocity_north": _stuck(draft, velocity, ["impact_pressure"]) & (speed > _MOVING),
-    }
-    if np.ptp(draft.channels["static_pressure"]) == 0.0:
-        draft.warnings.append(f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?")
-        still["static_pressure"][:] = False
-    bad = np.any(list(still.values()), axis=0)
-    words = "; ".join(
-        f"column {draft.columns[name]!r} stands still while others move: it seems stuck ({draft.named(rows)})"
-        for name, rows in still.items()
-        if rows.any()
-    )
-    if bad.mean() > _MOST:
-        raise BadInputError(f"{words}: {bad.mean():.0%} of the log; repair the sensor and fly again")
-    if words:
-        draft.warnings.append(f"{words}: those rows are dropped")
-    draft.keep(~bad)
-
-
-def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
-    """Rows in a run of equal values much longer than usual (a GPS is held, a coarse sensor repeats) in which
-    another sensor moves."""
-    changed, moved = _changes(draft, names), np.r_[0, np.cumsum(_changes(draft, others))]
-    first = np.r_[0, np.flatnonzero(changed) + 1]
-    last = np.r_[first[1:] - 1, len(draft.rows) - 1]
-    lasting = draft.channels["time"][last] - draft.channels["time"][first]
-    limit = max(_STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first))))
-    bad = np.zeros(len(draft.rows), dtype=np.bool_)
-    long = (lasting > limit) & (moved[last] > moved[first])
-    for a, b in zip(first[long], last[long], strict=True):
-        bad[a : b + 1] = True
-    return bad
-
-
-def _changes(draft: Draft, names: list[str]) -> Booleans:
-    """True where a row differs from the one before, from the second row on."""
-    return np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0)
-
-
-def _run_times(time: Array, first: NDArray[np.intp]) -> Array:
-    return np.diff(time[first]) if len(first) > 1 else np.zeros(1)
 
 
 def check_speeds(draft: Draft) -> None:

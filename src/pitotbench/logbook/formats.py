@@ -32,8 +32,9 @@ FORMATS: Catalog[Format] = Catalog(
     },
 )
 _FLIGHT_CONTROLLERS = {
-    ".ulg": "PX4 ULog: write its topics as CSV (`ulog2csv FILE.ulg`, in the extra pitotbench[logs])",
-    ".bin": "ArduPilot DataFlash: write its messages as CSV (`mavlogdump.py --format csv`, in pitotbench[logs])",
+    ".ulg": "a PX4 ULog is read, by pitotbench[logs], with a mapping of its topics: --mapping seaway, or FILE.toml",
+    ".bin": "an ArduPilot DataFlash log is not read: write its messages as CSV (`mavlogdump.py --format csv`, in "
+    "pitotbench[logs]) and read those with a mapping: --mapping FILE.toml",
 }
 
 
@@ -41,9 +42,7 @@ def format_of(path: Path) -> Format:
     """The format of a file by its suffix. Raises BadInputError for a suffix that is none of ours."""
     suffix = path.suffix.lower()
     if suffix in _FLIGHT_CONTROLLERS:
-        raise BadInputError(
-            f"{_FLIGHT_CONTROLLERS[suffix]} and read that with a mapping: --mapping seaway, or your own FILE.toml"
-        )
+        raise BadInputError(_FLIGHT_CONTROLLERS[suffix])
     if suffix not in FORMATS:
         raise BadInputError(
             f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}; rename or convert it"

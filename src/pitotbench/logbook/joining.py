@@ -1,6 +1,7 @@
 """A foreign log through its mapping: files found, columns renamed, all brought onto one time base."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,10 +11,12 @@ from numpy.typing import NDArray
 from pitotbench.logbook.mapping import MappedFile, Mapping
 from pitotbench.logbook.quantities import QUANTITIES, parse_column
 from pitotbench.logbook.table import Column, Table, numbers
+from pitotbench.logbook.ulog_format import read_topics
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import Array, to_si
 
 ReadTable = Callable[[Path], Table]
+ULOG_SUFFIX = ".ulg"
 
 
 def read_mapped(path: Path, mapping: Mapping, read_table: ReadTable) -> Table:
@@ -22,15 +25,32 @@ def read_mapped(path: Path, mapping: Mapping, read_table: ReadTable) -> Table:
     Raises BadInputError for a file or column that is missing or ambiguous.
     """
     tables = []
-    for entry, found in zip(mapping.files, find_files(path, mapping), strict=True):
-        try:
-            tables.append(rename(read_table(found), entry))
-        except BadInputError as error:
-            raise BadInputError(f"{found.name}: {error}") from error
-    base, others = tables[0], list(zip(tables[1:], mapping.files[1:], strict=True))
-    if not others:
-        return base
-    return join_tables(base, [(table, entry.join) for table, entry in others])
+    for entry, table in zip(mapping.files, _tables(path, mapping, read_table), strict=True):
+        with _within(entry.pattern if len(mapping.files) > 1 else "mapping"):
+            tables.append(rename(table, entry))
+    if len(tables) == 1:
+        return tables[0]
+    return join_tables(tables[0], [(t, e.join) for t, e in zip(tables[1:], mapping.files[1:], strict=True)])
+
+
+def _tables(path: Path, mapping: Mapping, read_table: ReadTable) -> list[Table]:
+    """One table for each file of the mapping; of a ULog, each file's topic."""
+    if path.suffix.lower() == ULOG_SUFFIX:
+        return read_topics(path, [entry.pattern.removeprefix("*").removesuffix(".csv") for entry in mapping.files])
+    tables = []
+    for file in find_files(path, mapping):
+        with _within(file.name):
+            tables.append(read_table(file))
+    return tables
+
+
+@contextmanager
+def _within(part: str) -> Iterator[None]:
+    """Say in which part of a log an error lies."""
+    try:
+        yield
+    except BadInputError as error:
+        raise BadInputError(f"{part}: {error}") from error
 
 
 def find_files(path: Path, mapping: Mapping) -> list[Path]:

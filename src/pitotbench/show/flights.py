@@ -68,13 +68,15 @@ def draw_history(axes: Axes, flight: Flight, values: Array, title: str, label: s
 
 
 def _minutes(flight: Flight) -> Array:
-    return (flight["time"] - flight["time"][0]) / 60.0
+    begin = float(flight["time"][0])
+    return (flight["time"] - begin) / 60.0
 
 
 def _unwrapped(heading: Array) -> Array:
     """True heading [°] without jumps at north, starting between −180 and 180°."""
     degrees = np.unwrap(heading) / DEGREE
-    return np.asarray(degrees - 360.0 * np.round(degrees[0] / 360.0))
+    whole_turns = 360.0 * np.round(degrees[0] / 360.0)
+    return np.asarray(degrees - whole_turns, dtype=np.float64)
 
 
 def _band(axes: Axes, flight: Flight, values: Array, half: float) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 import pandas as pd
 from rich.box import SIMPLE_HEAVY
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from pitotbench.records.calibration import Calibration, Estimate
@@ -34,7 +35,7 @@ def print_campaign(results: pd.DataFrame, console: Console) -> None:
     """Print the campaign's table."""
     table = Table(header_style="bold", pad_edge=False, box=SIMPLE_HEAVY)
     for heading, style in CAMPAIGN_COLUMNS.values():
-        table.add_column(heading, justify="right" if style else "left")
+        table.add_column(escape(heading), justify="right" if style else "left")
     for _, row in campaign_table(results).iterrows():
         table.add_row(*(_text(row[name], style) for name, (_, style) in CAMPAIGN_COLUMNS.items()))
     console.print(table)
@@ -60,14 +61,14 @@ def print_calibration(result: Calibration, console: Console) -> None:
         header_style="bold", pad_edge=False, title=f"{result.model}, method {result.method}", title_justify="left"
     )
     for heading in ("indicated\n[kt]", "correction\n[kt]", "2σ\n[kt]", "white 2σ\n[kt]", "Δp/q_c\n[-]", "2σ\n[-]"):
-        table.add_column(heading, justify="right")
+        table.add_column(escape(heading), justify="right")
     for speed, value, bound, white, ratio, ratio_bound in _curve_rows(result):
         table.add_row(
             f"{speed:.0f}", f"{value:+.2f}", f"{bound:.2f}", f"{white:.2f}", f"{ratio:+.4f}", f"{ratio_bound:.4f}"
         )
     console.print(table)
     for parameter in result.parameters:
-        console.print(f"{parameter.name} = {parameter.value:+.5f} ± {parameter.two_sigma:.5f} (2σ) [-]")
+        console.print(f"{parameter.name} = {parameter.value:+.5f} ± {parameter.two_sigma:.5f} (2σ)")
     for part in _winds(result):
         console.print(f"wind toward {part.name} {part.value / KNOT:+.2f} ± {part.two_sigma / KNOT:.2f} kt (2σ)")
     console.print(

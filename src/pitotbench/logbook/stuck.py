@@ -1,0 +1,65 @@
+"""Sensors that stand still while others move."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.logbook.draft import Draft
+from pitotbench.records.errors import BadInputError
+from pitotbench.units import Array, Booleans
+
+_MOST = 0.5  # share of rows that may be dropped for a stuck sensor
+_STUCK_TIME = 10.0  # s
+_STUCK_RUNS = 10.0  # times the usual time for which a value repeats
+_MOVING = 2.0  # m/s, above which a velocity cannot stand still
+
+
+def check_stuck(draft: Draft) -> None:
+    """Drop rows in which the impact pressure, the static pressure or the GPS velocity stands still for long."""
+    speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
+    if np.ptp(draft.channels["velocity_north"]) == 0.0 and np.ptp(draft.channels["velocity_east"]) == 0.0:
+        raise BadInputError("the GPS velocity is the same in every row: the receiver is stuck; use another log")
+    velocity = ["velocity_north", "velocity_east"]
+    still = {
+        "impact_pressure": _stuck(draft, ["impact_pressure"], velocity) & (speed > _MOVING),
+        "static_pressure": _stuck(draft, ["static_pressure"], ["impact_pressure"]) & (speed > _MOVING),
+        "velocity_north": _stuck(draft, velocity, ["impact_pressure"]) & (speed > _MOVING),
+    }
+    if np.ptp(draft.channels["static_pressure"]) == 0.0:
+        draft.warnings.append(f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?")
+        still["static_pressure"][:] = False
+    bad = np.any(list(still.values()), axis=0)
+    words = "; ".join(
+        f"column {draft.columns[name]!r} stands still while others move: it seems stuck ({draft.named(rows)})"
+        for name, rows in still.items()
+        if rows.any()
+    )
+    if bad.mean() > _MOST:
+        raise BadInputError(f"{words}: {bad.mean():.0%} of the log; repair the sensor and fly again")
+    if words:
+        draft.warnings.append(f"{words}: those rows are dropped")
+    draft.keep(~bad)
+
+
+def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
+    """Rows in a run of equal values much longer than usual (a GPS is held, a coarse sensor repeats) in which
+    another sensor moves."""
+    changed, moved = _changes(draft, names), np.r_[0, np.cumsum(_changes(draft, others))]
+    first = np.r_[0, np.flatnonzero(changed) + 1]
+    last = np.r_[first[1:] - 1, len(draft.rows) - 1]
+    lasting = draft.channels["time"][last] - draft.channels["time"][first]
+    limit = max(_STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first))))
+    bad = np.zeros(len(draft.rows), dtype=np.bool_)
+    long = (lasting > limit) & (moved[last] > moved[first])
+    for a, b in zip(first[long], last[long], strict=True):
+        bad[a : b + 1] = True
+    return bad
+
+
+def _changes(draft: Draft, names: list[str]) -> Booleans:
+    """True where a row differs from the one before, from the second row on."""
+    changed: Booleans = np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0)
+    return changed
+
+
+def _run_times(time: Array, first: NDArray[np.intp]) -> Array:
+    return np.diff(time[first]) if len(first) > 1 else np.zeros(1)

@@ -1,0 +1,146 @@
+"""The command line's contract: what it prints, its exit codes, one clear error, nothing half-written."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import trajectories as fixture
+
+from pitotbench.cli import main
+from pitotbench.logbook import write_log
+from pitotbench.simulate import MANEUVERS
+
+CURVE_KEYS = {
+    "indicated_airspeed_kt", "correction_kt", "two_sigma_kt", "white_two_sigma_kt", "normalized_pressure_error",
+    "normalized_two_sigma",
+}  # fmt: skip
+WIND_KEYS = {
+    "north_kt", "east_kt", "down_kt", "north_two_sigma_kt", "east_two_sigma_kt", "down_two_sigma_kt",
+}  # fmt: skip
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "flight.csv"
+    write_log(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air()), path)
+    return path
+
+
+def test_calibrate_json_holds_the_contract(log, capsys):
+    assert main(["calibrate", str(log), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    keys = {"model", "parameters", "wind", "curve", "residual_two_sigma_kt", "samples", "converged", "warnings"}
+    assert keys <= set(answer)
+    assert set(answer["wind"]) == WIND_KEYS
+    assert all(set(point) == CURVE_KEYS for point in answer["curve"])
+    assert [p["name"] for p in answer["parameters"]] == ["k1", "k2", "k3"]
+    middle = answer["curve"][len(answer["curve"]) // 2]
+    truth = fixture.true_correction(np.array([middle["indicated_airspeed_kt"]]) * 1852 / 3600)[0] * 3600 / 1852
+    assert abs(middle["correction_kt"] - truth) < 2 * middle["two_sigma_kt"]
+
+
+def test_calibrate_prints_units_and_writes_a_page(log, tmp_path, capsys):
+    page = tmp_path / "page.html"
+    assert main(["calibrate", str(log), "--model", "quadratic", "--report", str(page)]) == 0
+    assert "[kt]" in capsys.readouterr().out
+    assert "<svg" in page.read_text(encoding="utf-8")
+
+
+def test_fixed_speed_worked_example(capsys):
+    flags = ["--ground-speed-kt", "178,185,188,184", "--track-deg", "178,82,355,265", "--json"]
+    assert main(["fixed-speed", *flags]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["true_airspeed_kt"] == pytest.approx(183.7267, abs=5e-5)
+    assert answer["spread_kt"] == pytest.approx(0.8271, abs=5e-5)
+
+
+def test_fly_writes_a_log_without_truth(tmp_path, capsys):
+    case = tmp_path / "case.toml"
+    case.write_text(
+        'maneuver = "rapid_decel"\nturbulence = "none"\n[pressure_error]\nparameters = [0.012345, 0.0, 0.0]\n'
+    )
+    out = tmp_path / "log.csv"
+    assert main(["fly", str(case), "-o", str(out)]) == 0
+    text = out.read_text(encoding="utf-8")
+    assert "time_s" in text
+    assert "0.012345" not in text
+    assert not list(tmp_path.glob("*.truth.*"))
+    assert main(["fly", str(case), "-o", str(out), "--truth"]) == 0
+    assert (tmp_path / "log.truth.parquet").exists()
+
+
+@pytest.mark.parametrize(
+    ("flags", "says"),
+    [
+        (["--maneuver", "step_decreas", "--das", "20/1"], "'step_decrease'"),
+        (["--maneuver", "circle", "--das", "20-1"], "20/1"),
+        (["--maneuver", "circle", "--das", "1/20"], "GPS rate"),
+        (["--maneuver", "circle", "--das", "20/1", "--model", "cubic"], "Known"),
+        (["--maneuver", "circle", "--das", "20/1", "--turbulence", "lite"], "'light'"),
+        (["--maneuver", "circle", "--das", "20/1", "--pilot", "ace"], "none, good, busy"),
+        (["--maneuver", "circle", "--das", "20/1", "--aircraft", "navaho"], "navajo"),
+        (["--maneuver", "circle", "--das", "20/1", "--seeds", "0"], "--seeds"),
+        (["--maneuver", "circle", "--das", "20/1", "--wind-kt", "-5"], "--wind-kt"),
+    ],
+)
+def test_campaign_refuses_wrong_names_and_leaves_nothing(flags, says, tmp_path, capsys):
+    out = tmp_path / "out"
+    code = main(["campaign", *flags, "--jobs", "1", "--out", str(out)])
+    error = capsys.readouterr().err
+    assert code == 2
+    assert says in error
+    assert "Traceback" not in error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_campaign_does_not_replace_a_stranger_folder(tmp_path, capsys):
+    (tmp_path / "thesis.txt").write_text("mine")
+    flags = ["--maneuver", "rapid_decel", "--das", "20/1", "--jobs", "1", "--out", str(tmp_path)]
+    assert main(["campaign", *flags]) == 2
+    assert (tmp_path / "thesis.txt").read_text() == "mine"
+    assert "choose another --out" in capsys.readouterr().err
+
+
+def bad_logs(folder: Path):
+    frame = pd.DataFrame({
+        "time_s": np.arange(50.0), "impact_pressure_pa": 2000.0 + np.arange(50.0), "static_pressure_pa": 80000.0,
+        "velocity_north_mps": 60.0 + np.arange(50.0) / 10, "velocity_east_mps": 1.0 + np.arange(50.0) / 100,
+    })  # fmt: skip
+    cases = {
+        "empty": (frame.iloc[:0], 2, "empty"),
+        "unit": (frame.rename(columns={"impact_pressure_pa": "impact_pressure_bar"}), 2, "bar"),
+        "column": (frame.drop(columns="static_pressure_pa"), 2, "static_pressure"),
+        "heading": (frame, 3, "heading"),
+        "nan": (frame.assign(impact_pressure_pa=np.nan), 2, "impact_pressure"),
+        "time": (frame.assign(time_s=frame.time_s.to_numpy()[::-1]), 2, "time"),
+    }
+    for name, (table, code, says) in cases.items():
+        path = folder / f"{name}.csv"
+        table.to_csv(path, index=False)
+        yield path, code, says
+
+
+def test_bad_logs_get_one_clear_error_and_no_page(tmp_path, capsys):
+    for path, code, says in bad_logs(tmp_path):
+        page = tmp_path / "page.html"
+        assert main(["calibrate", str(path), "--json", "--report", str(page)]) == code, path
+        captured = capsys.readouterr()
+        assert says in captured.err, path
+        assert captured.out == ""
+        assert "Traceback" not in captured.err
+        assert not page.exists()
+
+
+def test_missing_file_is_bad_input(capsys):
+    assert main(["calibrate", "no-such-log.csv"]) == 2
+    assert "no-such-log.csv" in capsys.readouterr().err
+
+
+def test_help_lists_every_maneuver(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["campaign", "--help"])
+    assert stop.value.code == 0
+    text = capsys.readouterr().out
+    assert all(name in text for name in MANEUVERS)

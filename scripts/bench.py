@@ -27,7 +27,7 @@ FIT_ROWS = 36_000
 
 def main() -> None:
     print(f"recorded flight / bare JSBSim loop                     {overhead_ratio():6.2f}   (limit 1.35)")
-    flight = fly(Case(maneuver="four_leg"))
+    flight = fly(Case(maneuver="circle"))
     log = record(flight, data_system("100/100"), 1)
     fit = fit_times(log.select(np.arange(min(FIT_ROWS, len(log)))))
     print(f"rows fitted: {fit.rows} x 3 outputs, 5 parameters; SciPy alone {fit.scipy:.3f} s")

@@ -1,9 +1,10 @@
 """FlightLog to Calibration. Nothing in this room can reach the truth of a simulated flight."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from pitotbench.calibrate.covering import fit_covering
 from pitotbench.calibrate.fixed_speed import FixedSpeedResult as FixedSpeedResult
@@ -31,8 +32,14 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for the methods.
     """
     # One thread: faster on arrays of this size, and the same digits on any number of cores.
-    with threadpool_limits(limits=1):
+    with _threads().limit(limits=1):
         return _calibrate(log, options or CalibrationOptions())
+
+
+@cache
+def _threads() -> ThreadpoolController:
+    """Looked up once: finding the loaded libraries takes longer than a fit."""
+    return ThreadpoolController()
 
 
 def _calibrate(log: FlightLog, options: CalibrationOptions) -> Calibration:

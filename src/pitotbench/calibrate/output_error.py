@@ -16,6 +16,7 @@ from pitotbench.units import Array
 _DECREMENT = 1e-3  # standard errors: the step left to take, in the metric of the information matrix
 _ITERATIONS = 50
 _HALVINGS = 8
+_ARMIJO = 0.2
 _NOISE_FLOOR = 1e-10  # (m/s)²: data without noise still have a scale on which a step is small
 
 Outputs = Callable[[Array], tuple[Array, Array]]
@@ -53,9 +54,10 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
                 "fly more headings and a wider speed range, or choose a model with fewer parameters"
             )
         step = np.linalg.solve(information / np.outer(scale, scale), gradient / scale) / scale
-        theta, residuals, jacobian = _line_search(outputs, theta, step, noise, residuals)
+        descent = max(float(gradient @ step), 0.0)
+        theta, residuals, jacobian = _line_search(outputs, theta, step, descent, noise, residuals)
         noise = _residual_covariance(residuals)
-        if np.sqrt(max(float(gradient @ step), 0.0)) < _DECREMENT:
+        if np.sqrt(descent) < _DECREMENT:
             information, _ = _normal_equations(residuals, jacobian, noise)
             covariance = np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale)
             reason = f"step below {_DECREMENT:g} standard errors after {iteration} iterations"
@@ -67,18 +69,27 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
 
 
 def _line_search(
-    outputs: Outputs, theta: Array, step: Array, noise: Array, residuals: Array
+    outputs: Outputs, theta: Array, step: Array, descent: float, noise: Array, residuals: Array
 ) -> tuple[Array, Array, Array]:
-    """Take the step, halved until the weighted sum of squares does not grow."""
+    """Take the step, halved until the weighted squares fall by a fair share of what the gradient promises.
+
+    `descent` is gradient · step. Without the Armijo condition a curved valley is crossed from side to side.
+    """
     weight = np.asarray(np.linalg.inv(noise))
     before = _weighted_squares(residuals, weight)
     for halving in range(_HALVINGS):
-        candidate = theta + step * 0.5**halving
-        new, jacobian = outputs(candidate)
-        after = _weighted_squares(new, weight)
-        if np.isfinite(after) and after <= before * (1.0 + 1e-9):
-            break
-    return candidate, new, jacobian
+        share = 0.5**halving
+        with np.errstate(invalid="ignore"):  # a step too far may leave the model's domain: it is halved
+            new, jacobian = outputs(theta + share * step)
+            after = _weighted_squares(new, weight)
+        if np.isfinite(after) and after <= before * (1.0 + 1e-9) - 2.0 * _ARMIJO * share * descent:
+            return theta + share * step, new, jacobian
+    if not np.isfinite(after):
+        raise NoAnswerError(
+            "the fit leaves the domain of the model (an impact pressure below zero): "
+            "check the log for gross errors, or choose a model with fewer parameters"
+        )
+    return theta + share * step, new, jacobian
 
 
 def _weighted_squares(residuals: Array, weight: Array) -> float:

@@ -41,4 +41,4 @@ def explain(kind: str, name: str, known: Mapping[str, object] | list[str]) -> st
     names = list(known)
     near = get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f" Did you mean {near[0]!r}?" if near else ""
-    return f"unknown {kind} {name!r}.{hint} Known: {', '.join(names)}."
+    return f"unknown {kind} {name!r}.{hint} Known: {', '.join(names) or 'none'}."

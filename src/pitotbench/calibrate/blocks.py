@@ -10,8 +10,8 @@ from pitotbench.estimate.markov_noise import Intervals
 from pitotbench.units import Array
 
 _BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensors' sampling
-_SHORT_BLOCK = 0.5  # s, where there are less than
-_LONG = 120.0  # s of data
+_SHORT, _SHORT_BLOCK = 120.0, 0.5  # s: below so much data, so long a block
+_LONG, _LONG_BLOCK = 480.0, 2.0  # s: above so much data, so long a block
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,9 +38,9 @@ class Blocks:
 
 
 def divide(obs: Observations) -> Blocks:
-    """Blocks of one second (half a second below two minutes of data), never across a gap."""
+    """Blocks of one second (half below two minutes of data, two above eight), never across a gap."""
     duration = len(obs) * float(np.median(np.diff(obs.time)))
-    length = _BLOCK if duration >= _LONG else _SHORT_BLOCK
+    length = _SHORT_BLOCK if duration < _SHORT else _LONG_BLOCK if duration > _LONG else _BLOCK
     offset = obs.time - obs.time[0]
     cell = np.floor((offset + 0.5 * length) / length).astype(np.intp)
     part_step = int(cell[-1]) + 2

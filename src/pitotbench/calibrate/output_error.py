@@ -13,7 +13,7 @@ import numpy as np
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
-_DECREMENT = 1e-3  # standard errors: the step left to take, in the metric of the information matrix
+_DECREMENT = 0.02  # standard errors: the step left to take, in the metric of the information matrix
 _ITERATIONS = 50
 _HALVINGS = 8
 _ARMIJO = 0.2

@@ -101,14 +101,12 @@ class MarkovNoise:
 
     def weigh(self, data: Array) -> Array:
         """C⁻¹ times data of shape (n, k)."""
-        scaled = data / self._variance[:, None]
+        scaled = data.T / self._variance  # one row a column of the data: contiguous, as the banded solver wants it
         if not self._loads:
-            return scaled
-        right = np.zeros((self._states, data.shape[1]))
+            return scaled.T
+        right = np.zeros((data.shape[1], self._states))
         for p, load in enumerate(self._loads):
-            right[self._left + p] += load[:, None] * scaled
-        state, _ = dpbtrs(self._factor, right, lower=1)
-        explained = np.zeros_like(scaled)
-        for p, load in enumerate(self._loads):
-            explained += load[:, None] * state[self._left + p]
-        return np.asarray(scaled - explained / self._variance[:, None])
+            right[:, self._left + p] += load * scaled
+        state = dpbtrs(self._factor, right.T, lower=1, overwrite_b=1)[0].T
+        explained = sum(load * state[:, self._left + p] for p, load in enumerate(self._loads))
+        return np.asarray(scaled - explained / self._variance).T

@@ -8,15 +8,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import Bounds, minimize
 
 from pitotbench.estimate.markov_noise import MarkovNoise
 from pitotbench.estimate.mixture import composite_design
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
-_DIFFERENCE = 0.15  # step for second differences of the log-posterior, in units of ln φ
-_SEARCH = 1e-6  # relative change of the log-posterior (hundreds) that ends the search for its mode
+_DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
+_STEPS, _HALVINGS = 40, 12
+_SETTLED, _ROUGHLY = 2e-3, 0.2  # what a further step would add to the log-posterior
+_FLATTEST = 0.2  # second derivative below which a direction counts as flat
+_LONGEST = 2.0  # step in ln φ
 _NARROWEST, _WIDEST = 0.05, 1.2  # bounds on a node's standard deviation in ln φ
 
 NoiseOf = Callable[[Array], MarkovNoise]
@@ -71,52 +73,92 @@ def solve(problem: Regression, noise: MarkovNoise) -> tuple[Array, Array]:
 
 
 def most_likely_noise(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array) -> Array:
-    """The mode of the posterior of φ = ln(noise parameters), (d,), searched from `start`.
+    """The mode of the posterior of φ = ln(noise parameters), (d,), roughly, searched from `start`.
 
     Raises NoAnswerError where none is found.
     """
-
-    def cost(phi: Array) -> float:
-        return -restricted_log_likelihood(problem, noise_of(phi)) - log_prior(phi)
-
-    limits = Bounds(start - 12.0, start + 8.0)
-    result = minimize(cost, start, method="L-BFGS-B", bounds=limits, options={"maxiter": 100, "ftol": _SEARCH})
-    if not np.all(np.isfinite(result.x)) or not np.isfinite(result.fun):
-        raise NoAnswerError("the noise of this log has no most likely level: look for stuck or constant channels")
-    return np.asarray(result.x)
+    return _climb(_log_posterior(problem, noise_of, log_prior), start, _ROUGHLY)[0]
 
 
 def noise_posterior(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> tuple[NoiseNode, ...]:
     """Nodes of the posterior of φ, each with its β; `start` is a first guess of the mode."""
-
-    def log_posterior(phi: Array) -> float:
-        return restricted_log_likelihood(problem, noise_of(phi)) + log_prior(phi)
-
-    mode = most_likely_noise(problem, noise_of, log_prior, start)
+    mode, curvature = _climb(_log_posterior(problem, noise_of, log_prior), start, _SETTLED)
     design = composite_design(len(mode))
-    places = mode + design.points @ _principal_axes(log_posterior, mode).T
-    heights = np.array([log_posterior(phi) for phi in places])
+    places = mode + design.points @ _principal_axes(curvature).T
+    noises = [noise_of(phi) for phi in places]
+    heights = np.array(
+        [
+            restricted_log_likelihood(problem, noise) + log_prior(phi)
+            for noise, phi in zip(noises, places, strict=True)
+        ]
+    )
     weights = design.weights * np.exp(heights - heights.max())
     weights /= weights.sum()
-    answers = [solve(problem, noise_of(phi)) for phi in places]
+    answers = [solve(problem, noise) for noise in noises]
     return tuple(
         NoiseNode(phi, float(weight), *answer) for phi, weight, answer in zip(places, weights, answers, strict=True)
     )
 
 
-def _principal_axes(log_posterior: LogPrior, mode: Array) -> Array:
-    """Columns: principal axes of the posterior around its mode, one standard deviation long."""
-    d, h = len(mode), _DIFFERENCE
+def _log_posterior(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> LogPrior:
+    def log_posterior(phi: Array) -> float:
+        return restricted_log_likelihood(problem, noise_of(phi)) + log_prior(phi)
+
+    return log_posterior
+
+
+def _climb(function: LogPrior, start: Array, enough: float) -> tuple[Array, Array]:
+    """The maximum of a smooth function of few variables, and minus its second derivatives there.
+
+    Ends where a further step would add less than `enough`.
+
+    Newton's method on differences: the second derivatives are wanted anyway, and a quasi-Newton search takes twice
+    the evaluations to learn them. Raises NoAnswerError where it does not settle.
+    """
+    place, here = start, function(start)
+    for _ in range(_STEPS):
+        slope, curvature = _derivatives(function, place, here)
+        values, vectors = np.linalg.eigh(curvature)
+        step = vectors @ ((vectors.T @ slope) / np.maximum(np.abs(values), _FLATTEST))
+        step *= min(1.0, _LONGEST / float(np.linalg.norm(step)))
+        if float(slope @ step) < enough:
+            return place, curvature
+        before = here
+        place, here = _uphill(function, place, here, step)
+        if here <= before:
+            return place, curvature
+    raise NoAnswerError("the noise of this log has no most likely level: look for stuck or constant channels")
+
+
+def _uphill(function: LogPrior, place: Array, here: float, step: Array) -> tuple[Array, float]:
+    """The step, halved until it climbs; no step where none does."""
+    for _ in range(_HALVINGS):
+        there = function(place + step)
+        if np.isfinite(there) and there > here:
+            return place + step, there
+        step = 0.5 * step
+    return place, here
+
+
+def _derivatives(function: LogPrior, place: Array, here: float) -> tuple[Array, Array]:
+    """Central first derivatives (d,) and minus the second derivatives (d, d)."""
+    d, h = len(place), _DIFFERENCE
     step = np.eye(d) * h
-    center = log_posterior(mode)
-    curvature = np.empty((d, d))
+    ahead = np.array([function(place + step[i]) for i in range(d)])
+    behind = np.array([function(place - step[i]) for i in range(d)])
+    curvature = np.diag((2.0 * here - ahead - behind) / h**2)
     for i in range(d):
-        curvature[i, i] = (2.0 * center - log_posterior(mode + step[i]) - log_posterior(mode - step[i])) / h**2
         for j in range(i):
-            mixed = sum(a * b * log_posterior(mode + a * step[i] + b * step[j]) for a in (1, -1) for b in (1, -1))
-            curvature[i, j] = curvature[j, i] = -mixed / (4.0 * h**2)
+            both = function(place + step[i] + step[j])
+            mixed = (both - ahead[i] - ahead[j] + here) / h**2
+            curvature[i, j] = curvature[j, i] = -mixed
+    return (ahead - behind) / (2.0 * h), curvature
+
+
+def _principal_axes(curvature: Array) -> Array:
+    """Columns: principal axes of the posterior around its mode, one standard deviation long."""
     values, vectors = np.linalg.eigh(curvature)
     deviations = np.clip(1.0 / np.sqrt(np.maximum(values, 1e-6)), _NARROWEST, _WIDEST)
     return np.asarray(vectors * deviations)

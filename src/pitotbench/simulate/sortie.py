@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.effects import EFFECTS
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
 from pitotbench.simulate.atmosphere import Air
@@ -30,6 +31,8 @@ def fly(case: Case, progress: Progress | None = None) -> Flight:
     SimulationError where the case cannot be flown.
     """
     maneuver = MANEUVERS[case.maneuver]
+    for effect in case.effects:
+        _ = EFFECTS[effect.name]
     card = override(maneuver.card, case.card)
     air = Air.of(case)
     pilot = PILOTS[case.pilot]

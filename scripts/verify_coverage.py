@@ -1,0 +1,27 @@
+"""Fly the coverage campaign: every maneuver, data system and turbulence, many seeds never used in development.
+
+    python scripts/verify_coverage.py --seeds 400 --out docs
+
+Writes coverage.csv (one line a cell), coverage.png and coverage.md. About 25 CPU seconds a seed.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+from pitotbench.campaign.verify import verify
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=400, help="flights a cell (default: %(default)s)")
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
+    parser.add_argument("--minutes", type=float, help="stop after so many minutes, with whole seeds only")
+    parser.add_argument("--out", type=Path, default=Path("docs"), help="folder (default: %(default)s)")
+    options = parser.parse_args()
+    verify(options.seeds, options.out, options.jobs, options.minutes)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

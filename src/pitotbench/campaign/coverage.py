@@ -1,0 +1,106 @@
+"""Do the bounds cover? Many flights with random truth, every cell, with what the estimator does not know unknown."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from pitotbench import bench
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.case import Case, PressureErrorSpec, Wind
+from pitotbench.records.errors import NoAnswerError
+from pitotbench.records.flight import Flight
+from pitotbench.units import KNOT
+
+SYSTEMS = ("20/1", "50/50", "100/100")
+TURBULENCE = ("none", "light", "moderate")
+FIRST_SCORED_SEED = 100_001  # development uses seeds below; the two never meet
+STRONGEST_WIND = 25.0 * KNOT
+
+# Random truth: the default curve's terms, each times a random size (standard deviations below).
+_CENTER = np.array([-0.06, 0.006, 0.06])
+_SPREAD = np.array([0.03, 0.004, 0.03])
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One flight of the coverage campaign."""
+
+    maneuver: str
+    turbulence: str
+    seed: int
+
+    def case(self) -> Case:
+        """The case, its wind and its pressure error drawn from the trial's seed."""
+        rng = np.random.default_rng([self.seed, 77])
+        speed, direction = STRONGEST_WIND * np.sqrt(rng.uniform()), rng.uniform(0.0, 2.0 * np.pi)
+        parameters = tuple(float(k) for k in _CENTER + _SPREAD * rng.standard_normal(3))
+        return Case(
+            maneuver=self.maneuver,
+            turbulence=self.turbulence,
+            wind=Wind(speed=float(speed), from_direction=float(direction)),
+            pressure_error=PressureErrorSpec(parameters=parameters),
+            truth_seed=self.seed,
+            sensor_seed=self.seed,
+        )
+
+
+def trials(maneuvers: list[str], seeds: int, first: int = FIRST_SCORED_SEED) -> list[Trial]:
+    """All trials, seed by seed, so that a campaign cut short has every cell equally often."""
+    return [Trial(m, t, s) for s in range(first, first + seeds) for m in maneuvers for t in TURBULENCE]
+
+
+def score_trial(trial: Trial) -> list[dict[str, object]]:
+    """Fly a trial once, sense it by every data system, calibrate; one row a data system."""
+    flight = bench.fly(trial.case())
+    return list(_rows(trial, flight))
+
+
+def _rows(trial: Trial, flight: Flight) -> Iterator[dict[str, object]]:
+    for system in SYSTEMS:
+        log = bench.sense(flight, system)
+        base = {"maneuver": trial.maneuver, "turbulence": trial.turbulence, "das": system, "seed": trial.seed}
+        try:
+            ours = bench.calibrate(log, bench.CalibrationOptions())
+            paper = bench.calibrate(log, bench.CalibrationOptions(method="paper"))
+        except NoAnswerError as error:
+            yield base | {"failed": str(error)}
+            continue
+        yield base | {"failed": ""} | _figures(flight, ours, paper)
+
+
+def _figures(flight: Flight, ours: Calibration, paper: Calibration) -> dict[str, float]:
+    curve, inside = ours.curve, bench.scored(ours.curve)
+    truth = bench.true_correction(flight.case.pressure_error, curve.indicated_airspeed)
+    error, bound = (curve.correction - truth)[inside], curve.two_sigma[inside]
+    published = (paper.curve.correction - truth)[inside]
+    wind = np.array([ours.wind.north.value, ours.wind.east.value]) - bench.wind_toward(flight.case.wind)[:2]
+    wind_bound = np.array([ours.wind.north.two_sigma, ours.wind.east.two_sigma])
+    return {
+        "coverage": float(np.mean(np.abs(error) <= bound)),
+        "white_coverage": float(np.mean(np.abs(error) <= curve.white_two_sigma[inside])),
+        "wind_coverage": float(np.mean(np.abs(wind) <= wind_bound)),
+        "two_sigma_kt": float(np.mean(bound)) / KNOT,
+        "mean_error_kt": float(np.mean(error)) / KNOT,
+        "rms_error_kt": float(np.sqrt(np.mean(error**2))) / KNOT,
+        "paper_rms_error_kt": float(np.sqrt(np.mean(published**2))) / KNOT,
+        "residual_two_sigma_kt": ours.residual_two_sigma / KNOT,
+    }
+
+
+def summarize(rows: pd.DataFrame) -> pd.DataFrame:
+    """One line a cell: shares [%] with their standard errors, errors and bounds [kt]."""
+    good = rows[rows["failed"] == ""]
+    groups = good.groupby(["maneuver", "turbulence", "das"], sort=False)
+    table = pd.DataFrame({"flights": groups.size()})
+    for name in ("coverage", "wind_coverage", "white_coverage"):
+        table[f"{name}_percent"] = 100.0 * groups[name].mean()
+    table["coverage_se_percent"] = 100.0 * groups["coverage"].sem()
+    table["two_sigma_kt"] = groups["two_sigma_kt"].mean()
+    for name in ("rms_error_kt", "paper_rms_error_kt"):
+        table[name] = groups[name].apply(lambda values: float(np.sqrt(np.mean(np.square(values)))))
+    table["bias_kt"] = groups["mean_error_kt"].mean()
+    table["bias_over_se"] = groups["mean_error_kt"].mean() / groups["mean_error_kt"].sem()
+    table["residual_two_sigma_kt"] = groups["residual_two_sigma_kt"].mean()
+    return table.reset_index()

@@ -1,0 +1,83 @@
+"""The coverage campaign as a map and a page: does the bound hold what it promises, in every cell?"""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pitotbench.show.style import BLUE, GREY, ORANGE, canvas
+
+_PROMISE = 95.0  # percent
+_COLUMNS = {
+    "maneuver": "maneuver",
+    "turbulence": "turbulence",
+    "das": "DAS [Hz]",
+    "coverage_percent": "curve inside 2σ [%]",
+    "coverage_se_percent": "± [%]",
+    "wind_coverage_percent": "wind inside 2σ [%]",
+    "white_coverage_percent": "inside white 2σ [%]",
+    "two_sigma_kt": "mean 2σ [kt]",
+    "rms_error_kt": "true rms error [kt]",
+    "paper_rms_error_kt": "paper's method, rms error [kt]",
+    "bias_kt": "mean error [kt]",
+    "bias_over_se": "mean error / its SE [-]",
+}
+_TWO_DIGITS = {"two_sigma_kt", "rms_error_kt", "paper_rms_error_kt", "bias_kt"}
+
+
+def coverage_picture(cells: pd.DataFrame, path: Path) -> None:
+    """Coverage of every cell, and the bound against the true error, as PNG."""
+    labels = [
+        f"{m.replace('_', ' ')}, {t}, {d}"
+        for m, t, d in zip(cells.maneuver, cells.turbulence, cells.das, strict=True)
+    ]
+    place = np.arange(len(cells))[::-1]
+    with canvas(1, 2, 12.0, 0.19 * len(cells) + 1.4) as (figure, (share, size)):
+        share.axvspan(_PROMISE - 2.0, _PROMISE + 2.0, color="#E3F1E9", label="95 ± 2 %")
+        share.errorbar(
+            cells.coverage_percent,
+            place,
+            xerr=2.0 * cells.coverage_se_percent,
+            fmt="o",
+            ms=4,
+            color=BLUE,
+            label="curve, 2σ",
+        )
+        share.plot(cells.white_coverage_percent, place, "x", color=ORANGE, ms=4, label="curve, white 2σ")
+        share.plot(cells.wind_coverage_percent, place, ".", color=GREY, ms=5, label="wind, 2σ")
+        share.set_yticks(place, labels, fontsize=7)
+        share.set(title="Share inside the bound", xlabel="[%]", xlim=(0.0, 101.0))
+        share.legend(loc="upper center", fontsize=7.5)
+        size.plot(2.0 * cells.rms_error_kt, place, "o", ms=4, color=ORANGE, label="2 x true rms error")
+        size.plot(cells.two_sigma_kt, place, "o", ms=4, color=BLUE, label="mean 2σ")
+        size.plot(
+            2.0 * cells.paper_rms_error_kt, place, "x", ms=4, color=GREY, label="2 x rms error, paper's method"
+        )
+        size.set_yticks(place, [])
+        size.set(title="Bound and true error", xlabel="[kt]", xscale="log")
+        size.legend(loc="best", fontsize=7.5)
+        figure.savefig(path, dpi=110)
+
+
+def coverage_page(cells: pd.DataFrame, provenance: str) -> str:
+    """The Markdown page: what was flown, the map, every cell in numbers."""
+    head = "| " + " | ".join(_COLUMNS.values()) + " |\n|" + "---|" * len(_COLUMNS)
+    lines = ["| " + " | ".join(_cell(row[name], name) for name in _COLUMNS) + " |" for _, row in cells.iterrows()]
+    low, high = cells.coverage_percent.min(), cells.coverage_percent.max()
+    within = int((np.abs(cells.coverage_percent - _PROMISE) <= 2.0).sum())
+    return (
+        "# Do the bounds cover?\n\n"
+        f"{provenance}\n\n"
+        "Every flight has a random wind up to 25 kt from any direction and a random Inverse+ pressure error; the\n"
+        "log is calibrated with Inverse+, with the noise unknown to the estimator. A cell's share is over all points\n"
+        "of the curve from 100 to 160 KIAS and over all flights; ± is its standard error over flights.\n"
+        "`make verify` repeats it.\n\n"
+        f"Coverage of the curve over the {len(cells)} cells: {low:.1f} to {high:.1f} %, {within} of them within 95 ± 2 %.\n\n"
+        "![Coverage map](coverage.png)\n\n" + head + "\n" + "\n".join(lines) + "\n"
+    )
+
+
+def _cell(value: object, name: str) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value:.3f}" if name in _TWO_DIGITS else f"{value:.1f}"

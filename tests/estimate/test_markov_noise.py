@@ -26,7 +26,7 @@ def dense(intervals, white, processes):
     n, total = len(start), np.diag(white)
     for p in processes:
         cell = np.exp(-lag / p.correlation_time[0]).reshape(n, POINTS, n, POINTS).mean(axis=(1, 3))
-        total = total + p.deviation**2 * np.outer(p.loading, p.loading) * cell
+        total = total + p.deviation**2 * (p.loading @ p.loading.T) * cell
     return total
 
 
@@ -40,7 +40,7 @@ def test_products_and_determinant_match_the_dense_covariance(seed, count, deviat
     n, states = len(intervals.left), len(intervals.edges)
     white = rng.uniform(0.05, 0.3, n)
     processes = [
-        MarkovProcess(deviation * (j + 1), np.full(states, scale * 3.0**j), rng.uniform(-1, 1, n))
+        MarkovProcess(deviation * (j + 1), np.full(states, scale * 3.0**j), rng.uniform(-1, 1, (n, 1 + j % 2)))
         for j in range(count)
     ]
     noise, covariance = MarkovNoise(intervals, white, processes), dense(intervals, white, processes)
@@ -52,7 +52,7 @@ def test_products_and_determinant_match_the_dense_covariance(seed, count, deviat
 
 def test_a_long_gap_makes_parts_independent():
     intervals = Intervals(np.array([0.0, 1.0, 1e6, 1e6 + 1.0]), np.array([0, 2]))
-    process = MarkovProcess(1.0, np.full(4, 10.0), np.ones(2))
+    process = MarkovProcess(1.0, np.full(4, 10.0), np.ones((2, 1)))
     weighed = MarkovNoise(intervals, np.full(2, 0.1), [process]).weigh(np.array([[1.0], [0.0]]))
     assert abs(weighed[1, 0]) < 1e-12
 

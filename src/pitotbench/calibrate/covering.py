@@ -90,7 +90,7 @@ def _noise_family(blocks: Blocks, airspeed: Array, along: Array, sensor: Array) 
 
     def noise_of(phi: Array) -> MarkovNoise:
         deviation, length, white = np.exp(phi)
-        gust = [MarkovProcess(deviation, length / at_edges, loading) for loading in along.T]
+        gust = [MarkovProcess(deviation, length / at_edges, along)]
         return MarkovNoise(blocks.intervals, sensor + white**2 + _WHITE_FLOOR, gust)
 
     return noise_of
@@ -106,5 +106,8 @@ def _log_prior(phi: Array) -> float:
 
 
 def _first_guess(problem: Regression) -> Array:
-    level = max(float(np.std(problem.response)), 1e-3)
-    return np.log([level, GUST_LENGTH, 0.3 * level])
+    """From the residual of least squares: what neighbors share is gust, the rest is white."""
+    rest = problem.response - problem.regressors @ np.linalg.lstsq(problem.regressors, problem.response)[0]
+    total = max(float(np.mean(rest**2)), _WHITE_FLOOR)
+    shared = float(np.clip(np.mean(rest[1:] * rest[:-1]), 0.05 * total, 0.98 * total))
+    return np.log([np.sqrt(shared), GUST_LENGTH, np.sqrt(total - shared)])

@@ -1,4 +1,4 @@
-"""Do the bounds cover? Many flights with random truth, every cell, with what the estimator does not know unknown."""
+"""Do the bounds cover? Many flights with random truth in every cell; the noise stays unknown to the estimator."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

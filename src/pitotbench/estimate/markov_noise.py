@@ -35,8 +35,9 @@ class Intervals:
 
 @dataclass(frozen=True, slots=True)
 class MarkovProcess:
-    """One process: standard deviation [unit of the data], correlation time at the edges [s], (s,), and its loading
-    on each interval, (n,) (ones for noise that adds directly, a direction cosine for a wind component)."""
+    """A vector of independent, equal components: standard deviation [unit of the data], correlation time at the edges
+    [s], (s,), and the loading of each interval on each component, (n, c) (a column of ones for noise that adds
+    directly, direction cosines for the components of a wind)."""
 
     deviation: float
     correlation_time: Seconds
@@ -51,62 +52,81 @@ class MarkovNoise:
     """
 
     def __init__(self, intervals: Intervals, white: Array, processes: Sequence[MarkovProcess]) -> None:
-        self.log_determinant = 0.0
-        self._variance = white.copy()
-        self._left = intervals.left * len(processes)
-        self._states = len(intervals.edges) * len(processes)
+        # Between two edges without data lies an empty interval, of no load and no weight: so that every array is
+        # regular and slices serve where indices would take longer than the arithmetic.
+        self._rows = intervals.left
+        self._variance = np.ones(len(intervals.edges) - 1)
+        self._variance[self._rows] = white
+        self._width = sum(process.loading.shape[1] for process in processes)
+        self._states = len(intervals.edges) * self._width
         self._loads = self._interval_means(intervals, processes)
-        self.log_determinant += float(np.sum(np.log(self._variance)))
+        self.log_determinant = float(np.sum(np.log(self._variance)))
         if processes:
             self._factor = self._posterior_precision(np.diff(intervals.edges), processes)
 
     def _interval_means(self, intervals: Intervals, processes: Sequence[MarkovProcess]) -> list[Array]:
-        """Loads of the interval means on the processes at their two edges; the bridges' rests join the white part.
+        """Loads of the interval means on the components at their two edges; the bridges' rests join the white part.
 
         With a = Δ/τ: E[mean | edges] = tanh(a/2)/a · (sum of the edges), and the rest follows from the total.
         """
-        loads = []
+        loads: list[Array] = []
         for process in processes:
             a = intervals.length / process.correlation_time[intervals.left]
             share = np.tanh(0.5 * a) / a
             decay = np.exp(-a)
             rest = 2.0 * (a - 1.0 + decay) / a**2 - 2.0 * share**2 * (1.0 + decay)
-            scale = process.deviation * process.loading
-            self._variance += scale**2 * np.where(a < _SMALL, a / 6.0, rest)
-            loads.append(scale * share)
+            rest = np.where(a < _SMALL, a / 6.0, rest)
+            self._variance[self._rows] += process.deviation**2 * np.sum(process.loading**2, axis=1) * rest
+            for component in process.loading.T:
+                loads.append(np.zeros(len(self._variance)))
+                loads[-1][self._rows] = process.deviation * share * component
         return loads + loads
+
+    def _at(self, place: int) -> slice:
+        """The states that the place-th load of every interval multiplies (left edges first, then right ones)."""
+        return slice(place, place + self._states - self._width, self._width)
 
     def _posterior_precision(self, step: Seconds, processes: Sequence[MarkovProcess]) -> Array:
         """Banded Cholesky factor of the states' precision given the data; states interleaved by edge."""
-        m = len(processes)
+        m = self._width
         bands = np.zeros((2 * m, self._states))
-        for j, process in enumerate(processes):
+        first = 0
+        for process in processes:
             decay = np.exp(-step / process.correlation_time[1:])
             innovation = -np.expm1(-2.0 * step / process.correlation_time[1:])
-            diagonal = bands[0, j::m]
-            diagonal += 1.0
-            diagonal[1:] += 1.0 / innovation - 1.0
+            diagonal = np.ones(len(step) + 1)
+            diagonal[1:] = 1.0 / innovation
             diagonal[:-1] += decay**2 / innovation
-            bands[m, j : self._states - m : m] -= decay / innovation
-            self.log_determinant += float(np.sum(np.log(innovation)))
-        for p, load in enumerate(self._loads):
-            weighted = load / self._variance
-            for q in range(p + 1):
-                bands[p - q, self._left + q] += weighted * self._loads[q]
-        factor, failed = dpbtrf(bands, lower=1)
+            count = process.loading.shape[1]
+            for j in range(first, first + count):
+                bands[0, j::m] = diagonal
+                bands[m, j : self._states - m : m] = -decay / innovation
+            self.log_determinant += count * float(np.sum(np.log(innovation)))
+            first += count
+        self._add_data(bands)
+        factor, failed = dpbtrf(bands, lower=1, overwrite_ab=1)
         if failed:
             raise np.linalg.LinAlgError("the covariance of the noise is not positive definite")
         self.log_determinant += 2.0 * float(np.sum(np.log(factor[0])))
         return np.asarray(factor)
 
+    def _add_data(self, bands: Array) -> None:
+        """Add what the data know of the states: the products of the loads over the white variance."""
+        for p, load in enumerate(self._loads):
+            weighted = load / self._variance
+            for q in range(p + 1):
+                bands[p - q, self._at(q)] += weighted * self._loads[q]
+
     def weigh(self, data: Array) -> Array:
         """C⁻¹ times data of shape (n, k)."""
-        scaled = data.T / self._variance  # one row a column of the data: contiguous, as the banded solver wants it
-        if not self._loads:
-            return scaled.T
-        right = np.zeros((data.shape[1], self._states))
-        for p, load in enumerate(self._loads):
-            right[:, self._left + p] += load * scaled
-        state = dpbtrs(self._factor, right.T, lower=1, overwrite_b=1)[0].T
-        explained = sum(load * state[:, self._left + p] for p, load in enumerate(self._loads))
-        return np.asarray(scaled - explained / self._variance).T
+        scaled = np.zeros((data.shape[1], len(self._variance)))  # transposed: as the banded solver wants it
+        scaled[:, self._rows] = data.T
+        scaled /= self._variance
+        if self._loads:
+            right = np.zeros((data.shape[1], self._states))
+            for p, load in enumerate(self._loads):
+                right[:, self._at(p)] += load * scaled
+            state = dpbtrs(self._factor, right.T, lower=1, overwrite_b=1)[0].T
+            for p, load in enumerate(self._loads):
+                scaled -= load * state[:, self._at(p)] / self._variance
+        return scaled[:, self._rows].T

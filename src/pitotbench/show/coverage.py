@@ -68,9 +68,9 @@ def coverage_page(cells: pd.DataFrame, provenance: str) -> str:
     return (
         "# Do the bounds cover?\n\n"
         f"{provenance}\n\n"
-        "Every flight has a random wind up to 25 kt from any direction and a random Inverse+ pressure error; the\n"
-        "log is calibrated with Inverse+, with the noise unknown to the estimator. A cell's share is over all points\n"
-        "of the curve from 100 to 160 KIAS and over all flights; ± is its standard error over flights.\n"
+        "Every flight has a random wind up to 25 kt from any direction and a random Inverse+ pressure error; the log\n"
+        "is calibrated with Inverse+, with the noise unknown to the estimator. A cell's share is over all points of\n"
+        "the curve from 100 to 160 KIAS and over all flights; ± is its standard error over flights.\n"
         "`make verify` repeats it.\n\n"
         f"Coverage of the curve over the {len(cells)} cells: {low:.1f} to {high:.1f} %, {within} of them within 95 ± 2 %.\n\n"
         "![Coverage map](coverage.png)\n\n" + head + "\n" + "\n".join(lines) + "\n"

@@ -65,7 +65,7 @@ def assemble(
         reference_pressure=model.reference_pressure,
         wind=_wind(model, answer),
         curve=_curve(model, obs, white, answer),
-        residual_two_sigma=2.0 * float(np.std(_residuals(model, obs, white.theta, held=True).airspeed)),
+        residual_two_sigma=_published_two_sigma(options, model, obs, white),
         samples=len(obs),
         converged=True,
         reason=white.reason,
@@ -74,6 +74,16 @@ def assemble(
         warnings=warnings,
         diagnostics={"iterations": white.iterations, **diagnostics},
     )
+
+
+def _published_two_sigma(
+    options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
+) -> float:
+    """2σ of the residual between data and model as airspeed [m/s], of the fit as the paper does it."""
+    airspeed = (
+        white.residuals[0] if options.form == "scalar" else _residuals(model, obs.as_held(), white.theta).airspeed
+    )
+    return 2.0 * float(np.std(airspeed))
 
 
 def _parameters(model: PredictionModel, answer: Answer) -> tuple[Estimate, ...]:
@@ -109,8 +119,8 @@ def _curve(model: PredictionModel, obs: Observations, white: OutputErrorFit, ans
     )
 
 
-def _residuals(model: PredictionModel, obs: Observations, theta: Array, held: bool = False) -> Residuals:
-    prediction = model.predict(theta, obs.as_held() if held else obs)
+def _residuals(model: PredictionModel, obs: Observations, theta: Array) -> Residuals:
+    prediction = model.predict(theta, obs)
     indicated = air.calibrated_airspeed(obs.impact_pressure)
     airspeed = indicated - air.calibrated_airspeed(prediction.indicated)
     return Residuals(time=obs.time, indicated_airspeed=indicated, airspeed=airspeed, used=obs.used)

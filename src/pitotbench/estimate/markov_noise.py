@@ -35,9 +35,9 @@ class Intervals:
 
 @dataclass(frozen=True, slots=True)
 class MarkovProcess:
-    """A vector of independent, equal components: standard deviation [unit of the data], correlation time at the edges
-    [s], (s,), and the loading of each interval on each component, (n, c) (a column of ones for noise that adds
-    directly, direction cosines for the components of a wind)."""
+    """A vector of independent, equal components: standard deviation [unit of the data], correlation time at the
+    edges [s], (s,), and the loading of each interval on each component, (n, c) (a column of ones for noise that
+    adds directly, direction cosines for the components of a wind)."""
 
     deviation: float
     correlation_time: Seconds

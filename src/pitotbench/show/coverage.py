@@ -22,6 +22,20 @@ _COLUMNS = {
     "bias_kt": "mean error [kt]",
     "bias_over_se": "mean error / its SE [-]",
 }
+_PAGE = """# Do the bounds cover?
+
+{provenance}
+
+Every flight has a random wind up to 25 kt from any direction and a random Inverse+ pressure error; the log is
+calibrated with Inverse+, with the noise unknown to the estimator. A cell's share is over all points of the curve
+from 100 to 160 KIAS and over all flights; ± is its standard error over flights. `make verify` repeats it.
+
+Coverage of the curve: {verdict}.
+
+![Coverage map](coverage.png)
+
+{table}
+"""
 _TWO_DIGITS = {"two_sigma_kt", "rms_error_kt", "paper_rms_error_kt", "bias_kt"}
 
 
@@ -65,16 +79,8 @@ def coverage_page(cells: pd.DataFrame, provenance: str) -> str:
     lines = ["| " + " | ".join(_cell(row[name], name) for name in _COLUMNS) + " |" for _, row in cells.iterrows()]
     low, high = cells.coverage_percent.min(), cells.coverage_percent.max()
     within = int((np.abs(cells.coverage_percent - _PROMISE) <= 2.0).sum())
-    return (
-        "# Do the bounds cover?\n\n"
-        f"{provenance}\n\n"
-        "Every flight has a random wind up to 25 kt from any direction and a random Inverse+ pressure error; the log\n"
-        "is calibrated with Inverse+, with the noise unknown to the estimator. A cell's share is over all points of\n"
-        "the curve from 100 to 160 KIAS and over all flights; ± is its standard error over flights.\n"
-        "`make verify` repeats it.\n\n"
-        f"Coverage of the curve over the {len(cells)} cells: {low:.1f} to {high:.1f} %, {within} of them within 95 ± 2 %.\n\n"
-        "![Coverage map](coverage.png)\n\n" + head + "\n" + "\n".join(lines) + "\n"
-    )
+    verdict = f"{low:.1f} to {high:.1f} % over the {len(cells)} cells; {within} of them lie within 95 ± 2 %"
+    return _PAGE.format(provenance=provenance, verdict=verdict, table="\n".join([head, *lines]))
 
 
 def _cell(value: object, name: str) -> str:

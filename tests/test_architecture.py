@@ -18,7 +18,7 @@ def test_calibrate_and_estimate_load_without_the_truth():
         "import pitotbench.calibrate\n"
         "bad = [m for m in sys.modules if m.startswith(('pitotbench.simulate', 'pitotbench.sense',"
         " 'pitotbench.records.flight', 'pitotbench.records.case', 'jsbsim', 'matplotlib'))]\n"
-        "sys.exit(','.join(bad))"
+        "sys.exit(','.join(bad) or 0)"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, str(ROOT / "src" / "pitotbench")], capture_output=True, text=True, check=False
@@ -28,7 +28,7 @@ def test_calibrate_and_estimate_load_without_the_truth():
 
 def test_scripts_are_short():
     for script in (ROOT / "scripts").glob("*.py"):
-        assert len(script.read_text(encoding="utf-8").splitlines()) <= 60, script.name
+        assert len(script.read_text(encoding="utf-8").splitlines()) <= 40, script.name
 
 
 @pytest.mark.parametrize("name", ["utils", "helpers", "common", "misc"])

@@ -6,6 +6,7 @@ from time import process_time
 
 import numpy as np
 from scipy.optimize import least_squares
+from threadpoolctl import threadpool_limits
 
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.calibrate.observations import observe
@@ -45,13 +46,16 @@ def fit_times(log: FlightLog) -> FitTimes:
         return -outputs(theta)[1].reshape(-1, len(theta))
 
     paper = CalibrationOptions(method="paper", form="vector")
-    return FitTimes(
-        rows=len(obs),
-        scipy=_least(lambda: least_squares(flat_residual, start, jac=flat_jacobian, method="lm", x_scale="jac")),
-        vector=_least(lambda: calibrate(log, paper)),
-        covering=_least(lambda: calibrate(log)),
-        evaluation=_least(lambda: outputs(start)),
-    )
+    with threadpool_limits(limits=1):
+        return FitTimes(
+            rows=len(obs),
+            scipy=_least(
+                lambda: least_squares(flat_residual, start, jac=flat_jacobian, method="lm", x_scale="jac")
+            ),
+            vector=_least(lambda: calibrate(log, paper)),
+            covering=_least(lambda: calibrate(log)),
+            evaluation=_least(lambda: outputs(start)),
+        )
 
 
 def _least(work: Callable[[], object]) -> float:

@@ -2,8 +2,7 @@
 
     python scripts/bench.py
 
-CPU seconds of one thread, the least of several tries. Times vary with a machine's load; the ratios hold.
-"""
+CPU seconds of one thread, the least of several tries."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory

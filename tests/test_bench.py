@@ -1,0 +1,47 @@
+"""End to end: fly a known error, find it; the score; the log that is written carries no truth."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pitotbench import bench
+from pitotbench.catalog import UnknownNameError
+from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
+from pitotbench.simulate import MANEUVERS
+from pitotbench.units import DEGREE, KNOT
+
+
+@pytest.mark.parametrize("maneuver", list(MANEUVERS))
+def test_the_injected_curve_comes_back_in_calm_air(maneuver, smooth_flights):
+    flight = smooth_flights[maneuver]
+    score = bench.score(bench.calibrate(bench.sense(flight, "50/50")), flight)
+    assert score.curve_rms_error <= 0.05 * KNOT
+    assert score.wind_error <= 0.05 * KNOT
+
+
+@pytest.mark.parametrize("maneuver", ["four_leg", "circle"])
+def test_light_turbulence_stays_inside_three_sigma(maneuver, light_flights):
+    flight = light_flights[maneuver]
+    result = bench.calibrate(bench.sense(flight, "20/1"))
+    truth = bench.true_correction(flight.case.pressure_error, result.curve.indicated_airspeed)
+    assert np.all(np.abs(result.curve.correction - truth) <= 1.5 * result.curve.two_sigma)
+
+
+def test_a_constant_shift_of_the_truth_is_scored_as_such(smooth_flights):
+    """The score compares with the flight's own truth: another truth gives another score."""
+    flight = smooth_flights["rapid_decel"]
+    result = bench.calibrate(bench.sense(flight, "50/50"))
+    shifted = replace(flight.case, pressure_error=PressureErrorSpec(parameters=(-0.04, 0.006, 0.06)))
+    moved = replace(flight, case=shifted)
+    assert bench.score(result, moved).curve_rms_error > 10.0 * bench.score(result, flight).curve_rms_error
+
+
+def test_wind_blows_from_where_it_is_said():
+    north, east, down = bench.wind_toward(Wind(speed=10.0, from_direction=90.0 * DEGREE, up=1.0))
+    assert (north, east, down) == pytest.approx((0.0, -10.0, -1.0), abs=1e-12)
+
+
+def test_an_unknown_effect_is_refused_not_ignored():
+    with pytest.raises(UnknownNameError, match="effect"):
+        bench.fly(Case(effects=(EffectSpec("belly_pod"),)))

@@ -8,12 +8,15 @@ See --help for wind, turbulence, pilot, seeds, processes and the output folder.
 
 import argparse
 import sys
+from pathlib import Path
 
-from pitotbench.cli import add_campaign, guarded
+sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
+
+from pitotbench.cli import OneLineParser, add_campaign, guarded
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = OneLineParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_campaign(parser)
     return guarded(parser.parse_args())
 

@@ -16,7 +16,9 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.records.score import Score
 from pitotbench.sense import data_system, record, write_truth
+from pitotbench.simulate import MANEUVERS
 from pitotbench.simulate import fly as fly
+from pitotbench.simulate.maneuvers.card import override
 from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond
 
 SCORED_RANGE = (100.0 * KNOT, 160.0 * KNOT)  # indicated airspeed over which curves are scored and averaged
@@ -46,6 +48,16 @@ def sense(flight: Flight, das: str) -> FlightLog:
 def with_das(case: Case, das: str) -> Case:
     """The same case with another data system."""
     return replace(case, das=data_system(das))
+
+
+def tolerances(case: Case) -> dict[str, float]:
+    """Half-widths of the tolerances on the case's card [SI], by channel of the flight."""
+    card = override(MANEUVERS[case.maneuver].card, case.card)
+    return {
+        "calibrated_airspeed": card.airspeed_tolerance,
+        "heading": card.heading_tolerance,
+        "altitude": card.altitude_tolerance,
+    }
 
 
 def true_curve(spec: PressureErrorSpec) -> PressureErrorCurve | TableCurve:

@@ -5,12 +5,13 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 if TYPE_CHECKING:
+    from pitotbench.calibrate.options import CalibrationOptions
     from pitotbench.records.calibration import Calibration
     from pitotbench.records.log import FlightLog
     from pitotbench.units import Array
@@ -23,14 +24,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return guarded(_parser().parse_args(arguments))
 
 
+class OneLineParser(argparse.ArgumentParser):
+    """A parser whose refusals are one line, like every other error of the command line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
 def guarded(options: argparse.Namespace) -> int:
     """Run the parsed command; a refusal becomes one line on standard error and an exit code."""
     try:
         return int(options.run(options))
     except (BadInputError, UnknownNameError) as error:
         return _refuse(error, BAD_INPUT)
-    except FileNotFoundError as error:
-        return _refuse(BadInputError(f"{error.filename}: no such file"), BAD_INPUT)
+    except OSError as error:
+        return _refuse(BadInputError(f"{error.filename or 'file'}: {error.strerror or error}"), BAD_INPUT)
     except NoAnswerError as error:
         return _refuse(error, NO_ANSWER)
 
@@ -41,7 +49,7 @@ def _refuse(error: Exception, code: int) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = OneLineParser(
         prog="pitotbench", description="A simulated flight-test bench for pitot-static calibration."
     )
     commands = parser.add_subparsers(required=True, metavar="command")
@@ -70,16 +78,15 @@ def _fly(options: argparse.Namespace) -> int:
 
 def _add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat)")
-    parser.add_argument("--model", default="inverse+", help="pressure-error model (default: %(default)s)")
+    parser.add_argument("--model", help="pressure-error model (default: the mapping's, else inverse+)")
     parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
     parser.add_argument("--no-down", action="store_true", help="do not use the vertical GPS velocity")
-    parser.add_argument("--method", default="covering", help="covering or paper (default: %(default)s)")
+    parser.add_argument("--method", help="covering or paper (default: covering)")
     parser.add_argument(
         "--error-location",
-        default="impact",
-        help="impact (as published) or static (static source) (default: %(default)s)",
+        help="impact (as published) or static (static source) (default: the mapping's, else impact)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
@@ -87,18 +94,11 @@ def _add_calibrate(parser: argparse.ArgumentParser) -> None:
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    from pitotbench.bench import CalibrationOptions, calibrate
+    from pitotbench.bench import calibrate
     from pitotbench.logbook import read_log
     from pitotbench.show.tables import calibration_json, print_calibration
 
-    choice = CalibrationOptions(
-        model=options.model,
-        method=options.method,
-        error_location=options.error_location,
-        use_down=not options.no_down,
-        on_condition=options.on_condition,
-        mach_max=options.mach_max,
-    )
+    choice = _choice(options)
     logs = [(path, read_log(path, options.mapping)) for path in options.logs]
     results = [(path, log, calibrate(log, choice)) for path, log in logs]
     if options.report:
@@ -114,6 +114,23 @@ def _calibrate(options: argparse.Namespace) -> int:
         console.print(f"[bold]{path.name}[/bold]")
         print_calibration(result, console)
     return DONE
+
+
+_CHOICES = ("model", "method", "error_location", "mach_max")
+
+
+def _choice(options: argparse.Namespace) -> "CalibrationOptions":
+    """What the user states, before what the mapping advises, before the defaults."""
+    from pitotbench.calibrate.options import options_from
+    from pitotbench.logbook import find_mapping
+
+    advised = find_mapping(options.mapping).calibrate if options.mapping else {}
+    stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}
+    if options.no_down:
+        stated["use_down"] = False
+    if options.on_condition:
+        stated["on_condition"] = True
+    return options_from({**advised, **stated})
 
 
 def _write_report(path: Path, results: "Sequence[tuple[Path, FlightLog, Calibration]]") -> None:
@@ -171,7 +188,9 @@ def add_campaign(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--maneuver", required=True, help=f"{', '.join(MANEUVERS)}, a comma list, or all")
     parser.add_argument("--das", required=True, help="20/1, 50/50, 100/100, any A/G in Hz, a comma list, or all")
     parser.add_argument(
-        "--model", default="inverse+", help="model, comma list, or all four of the study (default: %(default)s)"
+        "--model",
+        default="inverse+",
+        help="model, comma list, or all: inverse+, quadratic, linear, bias (default: %(default)s)",
     )
     parser.add_argument("--method", default="covering", help="covering or paper (default: %(default)s)")
     parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")
@@ -181,9 +200,13 @@ def add_campaign(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--pilot", default="none", help="none, good or busy (default: %(default)s)")
     parser.add_argument("--aircraft", default="navajo", help="aircraft to fly (default: %(default)s)")
-    parser.add_argument("--seeds", type=int, default=1, help="flights of each maneuver, seeds 1 to N (default: 1)")
+    parser.add_argument(
+        "--seeds", type=int, default=1, help="flights of each maneuver: truth and sensor seeds 1 to N (default: 1)"
+    )
     parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
-    parser.add_argument("--scheduler", help="address of a dask scheduler, tcp://host:port")
+    parser.add_argument(
+        "--scheduler", help="address of a dask scheduler, tcp://host:port, whose workers see the folder of --out"
+    )
     parser.add_argument("--log-format", default="parquet", help="parquet, csv or mat (default: %(default)s)")
     parser.add_argument("--out", type=Path, help="folder for the results (default: out/<maneuver>-<das>)")
     parser.set_defaults(run=run_campaign)

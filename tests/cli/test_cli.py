@@ -144,3 +144,24 @@ def test_help_lists_every_maneuver(capsys):
     assert stop.value.code == 0
     text = capsys.readouterr().out
     assert all(name in text for name in MANEUVERS)
+
+
+def _model_of(arguments, capsys):
+    assert main([*arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)["model"]
+
+
+def test_a_mapping_advises_and_a_flag_decides(log, tmp_path, capsys):
+    columns = next(line for line in log.read_text().splitlines() if not line.startswith("#")).split(",")
+    mapping = tmp_path / "mine.toml"
+    lines = ["[columns]", *(f'{name} = "{name}"' for name in columns), "[calibrate]", 'model = "linear"']
+    mapping.write_text("\n".join(lines))
+    assert _model_of(["calibrate", str(log), "--mapping", str(mapping)], capsys) == "linear"
+    assert _model_of(["calibrate", str(log), "--mapping", str(mapping), "--model", "bias"], capsys) == "bias"
+
+
+def test_a_mapping_with_a_wrong_choice_is_refused(log, tmp_path, capsys):
+    mapping = tmp_path / "mine.toml"
+    mapping.write_text('[columns]\ntime_s = "time_s"\n[calibrate]\nmodle = "linear"\n')
+    assert main(["calibrate", str(log), "--mapping", str(mapping)]) == 2
+    assert "Did you mean 'model'" in capsys.readouterr().err

@@ -3,42 +3,82 @@
 import re
 
 import numpy as np
+import pandas as pd
 import pytest
 import trajectories as fixture
 
+from pitotbench.bench import tolerances
 from pitotbench.calibrate import calibrate
-from pitotbench.show.curves import calibration_figure, residual_autocorrelation
-from pitotbench.show.flights import flight_figure
-from pitotbench.show.section import words
-from pitotbench.show.style import broken, thin
+from pitotbench.show.answer import answer_of
+from pitotbench.show.curves import curve_panels
+from pitotbench.show.flights import flight_panels
+from pitotbench.show.remarks import remarks
+from pitotbench.show.report import log_page
+from pitotbench.show.residuals import residual_autocorrelation, residual_panels
+from pitotbench.show.section import log_section
+from pitotbench.show.style import Panel, broken, thin
 from pitotbench.units import KNOT
 
 
 @pytest.fixture(scope="module")
-def result():
-    return calibrate(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air()))
+def log():
+    return fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
 
 
-def test_calibration_figure_labels_carry_units(result):
-    drawing = calibration_figure({"inverse+": result}, {"inverse+": result.curve.correction})
-    text = " ".join(re.findall(r"<text[^>]*>([^<]*)</text>", drawing))
-    for wanted in ("Error curve", "indicated airspeed [kt]", "FAR 25.1323(c)", "truth", "lag [s]", "time [min]"):
+@pytest.fixture(scope="module")
+def result(log):
+    return calibrate(log)
+
+
+def _words(panels: list[Panel]) -> str:
+    drawn = " ".join(text for p in panels for text in re.findall(r"<text[^>]*>([^<]*)</text>", p.drawing))
+    return drawn + " ".join(f"{p.title} {p.note}" for p in panels)
+
+
+def test_curve_panels_carry_units_truth_and_the_limit(result):
+    text = _words(curve_panels({"inverse+": result}, {"inverse+": result.curve.correction}))
+    for wanted in ("Error curve", "indicated airspeed [kt]", "FAR 25.1323(c)", "truth", "white 2σ"):
         assert wanted in text
 
 
-def test_flight_figure_shows_wind_and_tolerances(smooth_flights):
-    drawing = flight_figure(smooth_flights["rapid_decel"])
-    assert "wind 15 kt" in drawing
-    assert "tolerance ±50" in drawing
-    assert "altitude [ft]" in drawing
+def test_residual_panels_carry_units(result):
+    text = _words(residual_panels(result))
+    for wanted in ("Data density", "lag [s]", "time [min]", "measured − predicted [kt]"):
+        assert wanted in text
 
 
-def test_words_state_both_kinds_of_two_sigma(result):
-    text = words(result, "20/1")
-    assert f"{result.residual_two_sigma / KNOT:.2f} kt" in text
-    assert "±" in text
-    speed = np.hypot(*fixture.WIND) / KNOT
-    assert f"Wind {speed:.0f}" in re.sub(r"Wind (\d+)\.\d", lambda m: f"Wind {round(float(m.group(0)[5:]))}", text)
+def test_flight_panels_show_wind_and_tolerances(smooth_flights):
+    flight = smooth_flights["rapid_decel"]
+    text = _words(flight_panels(flight, tolerances(flight.case)))
+    assert "15 kt" in text
+    assert "tolerance ±50" in text
+    assert "altitude [ft]" in text
+
+
+def test_answer_gives_curve_and_wind_with_their_bounds(result):
+    answer = answer_of(result, "step decrease 10/10")
+    assert answer.wind_kt == pytest.approx(np.hypot(*fixture.WIND) / KNOT, abs=3.0 * answer.wind_two_sigma_kt)
+    assert [c.indicated_kt for c in answer.corrections] == sorted(c.indicated_kt for c in answer.corrections)
+    assert all(c.two_sigma_kt > 0.0 for c in answer.corrections)
+
+
+def test_log_page_is_whole_and_self_contained(log, result):
+    page = log_page("A log", "from measured logs", [log_section("a & b.csv", log, result)])
+    assert "a &amp; b.csv" in page
+    assert "<svg" in page
+    assert not re.search(r'(src|href)="https?:', page)
+
+
+def test_remarks_tell_the_smallest_residual_from_the_best_known_curve():
+    row = {"model": "inverse+", "das": "20/1", "curve_coverage": 1.0, "on_condition_share": 1.0}
+    table = pd.DataFrame(
+        [
+            row | {"maneuver": "step_decrease", "residual_two_sigma_kt": 0.5, "two_sigma_kt": 0.4},
+            row | {"maneuver": "four_leg", "residual_two_sigma_kt": 0.9, "two_sigma_kt": 0.1},
+        ]
+    )
+    (sentence,) = remarks(table, [])
+    assert "do not choose a maneuver by its residual" in sentence
 
 
 def test_autocorrelation_of_a_gust_is_long(result):

@@ -1,6 +1,8 @@
 """What the user can choose about a calibration, in one record."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
 
 from pitotbench.catalog import explain
 from pitotbench.pressure_error import MODELS
@@ -45,3 +47,15 @@ class CalibrationOptions:
                 raise BadInputError(explain(kind, value, list(known)))
         if self.form == "vector" and self.method != "paper":
             raise BadInputError("the vector form belongs to the method 'paper'; use --method paper with it")
+
+
+def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:
+    """Options from choices by name. Raises BadInputError for an unknown name or a value of a wrong kind."""
+    known = [field.name for field in fields(CalibrationOptions)]
+    for name in choices:
+        if name not in known:
+            raise BadInputError(explain("calibration option", name, known))
+    try:
+        return CalibrationOptions(**choices)
+    except TypeError as error:
+        raise BadInputError(f"calibration options: {error}") from error

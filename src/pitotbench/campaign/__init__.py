@@ -91,15 +91,12 @@ def _page(
 ) -> str:
     from pitotbench.show.report import campaign_page  # loads the drawing library: only when a page is made
 
-    flown = ", ".join(dict.fromkeys(name.replace("_", " ") for name in table.maneuver))
     subtitle = (
         f"{', '.join(dict.fromkeys(table.das))} Hz · {request.base.turbulence} turbulence · "
         f"{request.seeds} seed{'s' if request.seeds > 1 else ''} · simulated flights of {request.base.aircraft}"
     )
     sections = [section for outcome in outcomes for section in outcome.sections]
-    return campaign_page(
-        f"Pitot-static calibration: {flown}", subtitle, table, sections, failures, write_case(task.case)
-    )
+    return campaign_page(subtitle, table, sections, failures, write_case(task.case))
 
 
 def _progress() -> Progress:

@@ -3,6 +3,7 @@
 import argparse
 import re
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 
 from rich.console import Console
@@ -17,7 +18,7 @@ from pitotbench.records.errors import BadInputError
 from pitotbench.show.tables import print_campaign
 from pitotbench.units import DEGREE, KNOT
 
-_TABLE_WIDTH = 124  # columns: the campaign's table never folds
+_TABLE_WIDTH = 140  # columns: the campaign's table never folds
 
 
 def request_of(options: argparse.Namespace) -> CampaignRequest:
@@ -29,6 +30,8 @@ def request_of(options: argparse.Namespace) -> CampaignRequest:
         raise BadInputError("--seeds and --jobs count from 1")
     if not 0.0 <= options.wind_kt <= 100.0:
         raise BadInputError(f"--wind-kt {options.wind_kt:g}: the bench flies in 0 to 100 kt of wind")
+    if not isfinite(options.wind_from_deg):
+        raise BadInputError(f"--wind-from-deg {options.wind_from_deg:g}: give the direction in degrees, 0 to 360")
     wind = Wind(speed=options.wind_kt * KNOT, from_direction=options.wind_from_deg % 360.0 * DEGREE)
     base = replace(Case(), aircraft=options.aircraft, turbulence=options.turbulence, pilot=options.pilot, wind=wind)
     return CampaignRequest(

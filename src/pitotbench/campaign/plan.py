@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.pressure_error import MODELS
 from pitotbench.records.case import Case
+from pitotbench.records.errors import BadInputError
 from pitotbench.sense import SYSTEMS, data_system
 from pitotbench.simulate import MANEUVERS
 from pitotbench.simulate.hangar import find_aircraft
@@ -31,9 +32,11 @@ class Task:
         return f"{self.case.maneuver}-seed{self.case.truth_seed}"
 
 
-def names(text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Names of a comma list; `all` stands for every known one."""
+def names(kind: str, text: str, known: Sequence[str]) -> tuple[str, ...]:
+    """Names of a comma list, each once; `all` stands for every known one. Raises BadInputError for none."""
     chosen = tuple(part.strip() for part in text.split(",") if part.strip())
+    if not chosen:
+        raise BadInputError(f"no {kind} is named: give one, several with commas, or all ({', '.join(known)})")
     return tuple(known) if chosen == ("all",) else tuple(dict.fromkeys(chosen))
 
 
@@ -52,13 +55,12 @@ def plan(
     Raises UnknownNameError or BadInputError for a name that does not exist, before anything is flown.
     """
     find_aircraft(base.aircraft)
-    flown = names(maneuvers, list(MANEUVERS))
-    sensed = names(systems, list(SYSTEMS))
-    fitted = names(models, PAPER_MODELS)
+    flown = names("maneuver", maneuvers, list(MANEUVERS))
+    # One spelling of a system, `20/1` for `20.0/1`, is one name of its logs and one row of the results.
+    sensed = tuple(dict.fromkeys(data_system(name).label for name in names("data system", systems, list(SYSTEMS))))
+    fitted = names("model", models, PAPER_MODELS)
     for name in flown:
         _ = MANEUVERS[name]
-    for name in sensed:
-        data_system(name)
     for name in fitted:
         _ = MODELS[name]
     return [

@@ -20,6 +20,7 @@ from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.records.score import Score
+from pitotbench.show.answer import Section
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -42,7 +43,7 @@ class Outcome:
 
     task: str
     rows: tuple[Row, ...]
-    sections: tuple[str, ...]
+    sections: tuple[Section, ...]
     failures: tuple[str, ...]
 
 
@@ -53,7 +54,7 @@ def perform(task: Task) -> Outcome:
     Path(task.folder, "cases").mkdir(parents=True, exist_ok=True)
     Path(task.folder, "cases", f"{task.name}.toml").write_text(write_case(case), encoding="utf-8")
     rows: list[Row] = []
-    sections: list[str] = []
+    sections: list[Section] = []
     failures: list[str] = []
     for system in task.systems:
         log = bench.sense(flight, system)
@@ -85,13 +86,15 @@ def _row(case: Case, system: str, model: str, result: Calibration, flight: Fligh
     return Row(case.maneuver, system, model, case.truth_seed, case.turbulence, bench.score(result, flight))
 
 
-def _section(task: Task, system: str, flight: Flight, results: dict[str, Calibration]) -> str:
+def _section(task: Task, system: str, flight: Flight, results: dict[str, Calibration]) -> Section:
     # Imported here: a worker that draws nothing need not load the drawing library.
     from pitotbench.show.section import flight_section
 
     spec = flight.case.pressure_error
     truth = {name: bench.true_correction(spec, r.curve.indicated_airspeed) for name, r in results.items()}
-    return flight_section(flight, system, results, truth, first=system == task.systems[0])
+    # The flight is the same for every data system: it is drawn once.
+    tolerances = bench.tolerances(flight.case) if system == task.systems[0] else None
+    return flight_section(flight, system, results, truth, tolerances)
 
 
 def run(tasks: Sequence[Task], executor: Executor | None, step: Callable[[], None]) -> list[Outcome]:
@@ -110,7 +113,7 @@ def run(tasks: Sequence[Task], executor: Executor | None, step: Callable[[], Non
     for future in as_completed(futures):
         number = futures[future]
         failed = future.exception()
-        done[number] = Outcome(tasks[number].name, (), (), (str(failed),)) if failed else future.result()
+        done[number] = _lost(tasks[number], failed) if failed else future.result()
         step()
     return [done[number] for number in range(len(tasks))]
 
@@ -118,8 +121,15 @@ def run(tasks: Sequence[Task], executor: Executor | None, step: Callable[[], Non
 def _guarded(task: Task) -> Outcome:
     try:
         return perform(task)
-    except (BadInputError, NoAnswerError, RuntimeError, ValueError) as error:
-        return Outcome(task.name, (), (), (f"{task.name}: {error}",))
+    except Exception as error:  # whatever it is, it is reported and the other flights are kept
+        return _lost(task, error)
+
+
+def _lost(task: Task, error: BaseException) -> Outcome:
+    """The outcome of a task that gave nothing; an error that is not ours also names its kind."""
+    ours = isinstance(error, BadInputError | NoAnswerError)
+    text = str(error) if ours else f"{type(error).__name__}: {error}"
+    return Outcome(task.name, (), (), (f"{task.name}: {text}",))
 
 
 @contextmanager
@@ -134,10 +144,20 @@ def executor_for(jobs: int, scheduler: str | None) -> Iterator[Executor | None]:
     elif jobs <= 1:
         yield None
     else:
-        for variable in _THREADS:  # one flight a core: threads inside a fit would only compete
-            os.environ.setdefault(variable, "1")
-        with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        with _one_thread(), ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
             yield pool
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """One flight a core: threads inside a fit would only compete. Processes started inside inherit it."""
+    before = {variable: os.environ.get(variable) for variable in _THREADS}
+    os.environ.update({variable: "1" for variable, value in before.items() if value is None})
+    try:
+        yield
+    finally:
+        for variable in (name for name, value in before.items() if value is None):
+            os.environ.pop(variable, None)
 
 
 @contextmanager

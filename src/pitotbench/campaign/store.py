@@ -23,16 +23,26 @@ def appearing_folder(target: Path) -> Iterator[Path]:
     """
     if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / RESULTS).exists())):
         raise BadInputError(f"{target} exists and holds no campaign's results; choose another --out")
-    target.parent.mkdir(parents=True, exist_ok=True)
-    scratch = Path(mkdtemp(prefix=f".{target.name}-", dir=target.parent))
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        scratch = Path(mkdtemp(prefix=f".{target.name}-", dir=target.parent))
+    except OSError as error:
+        raise BadInputError(f"{target}: cannot be made: {error.strerror or error}; choose another --out") from error
     try:
         yield scratch
-        if target.exists():
-            shutil.rmtree(target)
         scratch.chmod(0o755)
-        scratch.rename(target)
+        _replace(target, scratch)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _replace(target: Path, scratch: Path) -> None:
+    """Put the new folder in place of an earlier one, which is deleted only once the new one stands."""
+    earlier = scratch.with_name(f"{scratch.name}-earlier")
+    if target.exists():
+        target.rename(earlier)
+    scratch.rename(target)
+    shutil.rmtree(earlier, ignore_errors=True)
 
 
 def results_table(outcomes: Sequence[Outcome]) -> pd.DataFrame:

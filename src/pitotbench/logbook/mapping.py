@@ -15,7 +15,8 @@ join = "linear"                      # or "last" (held) or "nearest"
 [files.columns]
 ...
 ```
-A mapping of one file may write `[columns]` at the top instead.
+A mapping of one file may write `[columns]` at the top instead. A table `[calibrate]` (`model = "quadratic"`,
+`mach_max = 0.93`) holds the choices that suit such logs; what a user states comes first.
 """
 
 import tomllib
@@ -49,6 +50,7 @@ class _Document(BaseModel):
     title: str = ""
     columns: dict[str, str | _Target] = {}
     files: list[_File] = []
+    calibrate: dict[str, str | float | bool] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,10 +74,11 @@ class MappedFile:
 
 @dataclass(frozen=True, slots=True)
 class Mapping:
-    """A mapping: its files, the first of which gives the time base."""
+    """A mapping: its files, the first of which gives the time base, and calibration choices that suit such logs."""
 
     title: str
     files: tuple[MappedFile, ...]
+    calibrate: dict[str, str | float | bool]
 
 
 JOINS = ("last", "nearest", "linear")
@@ -117,7 +120,8 @@ def parse_mapping(name: str, text: str) -> Mapping:
     for file in files:
         if file.join not in JOINS:
             raise BadInputError(f"mapping {name}: unknown join {file.join!r}. Known: {', '.join(JOINS)}")
-    return Mapping(document.title, tuple(MappedFile(f.file, f.join, _renamed(f.columns)) for f in files))
+    mapped = tuple(MappedFile(f.file, f.join, _renamed(f.columns)) for f in files)
+    return Mapping(document.title, mapped, document.calibrate)
 
 
 def _renamed(columns: dict[str, Any]) -> tuple[Renamed, ...]:

@@ -2,22 +2,22 @@
 
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from hashlib import sha256
 
 import matplotlib as mpl
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pitotbench.units import Array
 
-mpl.use("Agg")
-
 # Okabe and Ito (2008): eight colors for all kinds of color vision.
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
 INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
+WIDE, NARROW = (4.6, 2.9), (3.6, 2.5)  # in: two and three panels a row of a desktop page
 _MOST_POINTS = 1500
 
 _SHEET = {
@@ -27,7 +27,7 @@ _SHEET = {
     "axes.titlesize": 11,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
-    "axes.labelsize": 9.5,
+    "axes.labelsize": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
@@ -36,8 +36,12 @@ _SHEET = {
     "grid.linewidth": 0.7,
     "xtick.labelsize": 8.5,
     "ytick.labelsize": 8.5,
-    "legend.fontsize": 8.5,
+    "xtick.color": "#555555",
+    "ytick.color": "#555555",
+    "legend.fontsize": 8,
     "legend.frameon": False,
+    "legend.handlelength": 1.6,
+    "legend.columnspacing": 1.4,
     "lines.linewidth": 1.4,
     "font.family": "sans-serif",
     "svg.fonttype": "none",
@@ -46,30 +50,60 @@ _SHEET = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """One picture of a page: its title and note are the page's text, the drawing is an SVG element."""
+
+    title: str
+    drawing: str
+    note: str = ""
+
+
+def panel(
+    title: str,
+    draw: Callable[[Axes], None],
+    note: str = "",
+    size: tuple[float, float] = WIDE,
+    legend_columns: int = 3,
+) -> Panel:
+    """A panel of a size [in] with what `draw` puts on its axes; labeled artists go to a legend above the data."""
+    with canvas(1, 1, *size) as (figure, (axes,)):
+        draw(axes)
+        handles, labels = axes.get_legend_handles_labels()
+        if handles:
+            figure.legend(handles, labels, loc="outside upper left", ncols=legend_columns, borderaxespad=0.1)
+        return Panel(title, svg(figure, title), note)
+
+
 @contextmanager
 def canvas(rows: int, columns: int, width: float, height: float) -> Iterator[tuple[Figure, list[Axes]]]:
-    """A styled figure [in] with its axes in reading order, closed at the end."""
+    """A styled figure [in] with its axes in reading order; drawing and saving happen inside the `with`."""
     with mpl.rc_context(_SHEET):  # type: ignore[arg-type]
-        figure, axes = plt.subplots(rows, columns, figsize=(width, height), squeeze=False, layout="constrained")
-        try:
-            yield figure, list(axes.ravel())
-        finally:
-            plt.close(figure)
+        figure = Figure(figsize=(width, height), layout="constrained")
+        yield figure, list(figure.subplots(rows, columns, squeeze=False).ravel())
 
 
-def svg(figure: Figure) -> str:
-    """The figure as an SVG element without a fixed size, so that a page can scale it."""
+def svg(figure: Figure, label: str) -> str:
+    """The figure as an SVG element without a fixed size, so that a page can scale it; `label` is read aloud."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()
-    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
+    text = re.sub(r'<g id="[^"]*"', "<g", text)
     head, rest = text.split(">", 1)
-    return re.sub(r' (width|height)="[^"]*pt"', "", head) + ">" + rest
+    head = re.sub(r' (width|height)="[^"]*pt"', "", head) + f' role="img" aria-label="{label}"'
+    return head + ">" + _own_names(rest)
+
+
+def _own_names(text: str) -> str:
+    """Names of clips and markers made the drawing's own: a page holds many drawings."""
+    mark = sha256(text.encode()).hexdigest()[:8]
+    return re.sub(r'(\bid="|url\(#|href="#)([^")]+)', rf"\1\2-{mark}", text)
 
 
 def thin(*arrays: Array) -> list[Array]:
     """Every n-th sample, so that a line has at most some 1,500 points."""
-    step = max(1, len(arrays[0]) // _MOST_POINTS)
+    step = max(1, -(-len(arrays[0]) // _MOST_POINTS))
     return [array[::step] for array in arrays]
 
 

@@ -1,5 +1,6 @@
 """Tables for the terminal, for pages and for programs; units in every heading."""
 
+from html import escape as escape_html
 from typing import Any
 
 import pandas as pd
@@ -35,7 +36,7 @@ def print_campaign(results: pd.DataFrame, console: Console) -> None:
     """Print the campaign's table."""
     table = Table(header_style="bold", pad_edge=False, box=SIMPLE_HEAVY)
     for heading, style in CAMPAIGN_COLUMNS.values():
-        table.add_column(escape(heading), justify="right" if style else "left")
+        table.add_column(escape(heading), justify="right" if style else "left", no_wrap=True)
     for _, row in campaign_table(results).iterrows():
         table.add_row(*(_text(row[name], style) for name, (_, style) in CAMPAIGN_COLUMNS.items()))
     console.print(table)
@@ -46,8 +47,10 @@ def campaign_html(results: pd.DataFrame) -> str:
     head = "".join(f"<th>{heading.replace(chr(10), '<br>')}</th>" for heading, _ in CAMPAIGN_COLUMNS.values())
     body = ""
     for _, row in campaign_table(results).iterrows():
-        body += "<tr>" + "".join(f"<td>{_text(row[n], s)}</td>" for n, (_, s) in CAMPAIGN_COLUMNS.items()) + "</tr>"
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+        cells = (escape_html(_text(row[name], style)) for name, (_, style) in CAMPAIGN_COLUMNS.items())
+        body += "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    table = f'<table class="campaign"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+    return f'<div class="scroll">{table}</div>'
 
 
 def _text(value: Any, style: str) -> str:
@@ -92,8 +95,8 @@ def curve_html(result: Calibration) -> str:
     )
     parameters = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
     return (
-        f"<details><summary>The curve in numbers</summary><table><thead><tr>{head}</tr></thead>"
-        f"<tbody>{body}</tbody></table>"
+        f'<details><summary>The curve in numbers</summary><div class="scroll"><table><thead><tr>{head}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>"
         f"<p>{parameters} (2σ), x = q<sub>ci</sub> / {result.reference_pressure:.2f} Pa. "
         f"{result.reason}.</p>"
         f"</details>"
@@ -131,7 +134,6 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
     return {
         "model": result.model,
         "parameters": [{"name": p.name, "value": p.value, "two_sigma": p.two_sigma} for p in result.parameters],
-        "reference_pressure_pa": result.reference_pressure,
         "wind": {
             "north_kt": result.wind.north.value / KNOT,
             "east_kt": result.wind.east.value / KNOT,

@@ -16,7 +16,7 @@ from pitotbench.units import Array
 
 _DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
 _STEPS, _HALVINGS = 40, 12
-_SETTLED, _ROUGHLY = 2e-3, 0.2  # what a further step would add to the log-posterior
+_SETTLED, _ROUGHLY = 0.1, 0.3  # what the last step still adds to the log-posterior; after it, far less
 _FLATTEST = 0.2  # second derivative below which a direction counts as flat
 _LONGEST = 2.0  # step in ln φ
 _NARROWEST, _WIDEST = 0.05, 1.2  # bounds on a node's standard deviation in ln φ
@@ -28,11 +28,13 @@ LogPrior = Callable[[Array], float]
 @dataclass(frozen=True, slots=True)
 class Regression:
     """The linear problem: response (n,), regressors (n, p), instruments (n, p) (the regressors, or cleaner
-    copies of them that do not share their measurement noise)."""
+    copies of them that do not share their measurement noise), and the precision of each coefficient's prior
+    around zero, (p,); 0 where nothing is known before."""
 
     response: Array
     regressors: Array
     instruments: Array
+    prior_precision: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +51,7 @@ def restricted_log_likelihood(problem: Regression, noise: MarkovNoise) -> float:
     """The restricted log-likelihood of the residuals (Harville 1974), up to a constant."""
     data = np.concatenate([problem.regressors, problem.response[:, None]], axis=1)
     products = data.T @ noise.weigh(data)
+    products.flat[: -1 : len(products) + 1] += problem.prior_precision
     scale = np.sqrt(np.diag(products))
     # The last row of the factor is the response explained by the regressors and what is left of it.
     pivots = np.diag(np.linalg.cholesky(products / scale[:, None] / scale)) * scale
@@ -63,8 +66,9 @@ def solve(problem: Regression, noise: MarkovNoise) -> tuple[Array, Array]:
     """
     p = problem.regressors.shape[1]
     weighed = noise.weigh(problem.instruments)
-    normal = weighed.T @ problem.regressors
-    spread = weighed.T @ problem.instruments
+    prior = np.diag(problem.prior_precision)
+    normal = weighed.T @ problem.regressors + prior
+    spread = weighed.T @ problem.instruments + prior
     scale = np.sqrt(np.diag(spread))
     inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     estimate = inverse @ (weighed.T @ problem.response)
@@ -112,7 +116,7 @@ def _log_posterior(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) 
 def _climb(function: LogPrior, start: Array, enough: float) -> tuple[Array, Array]:
     """The maximum of a smooth function of few variables, and minus its second derivatives there.
 
-    Ends where a further step would add less than `enough`.
+    Ends with a step that adds less than `enough`.
 
     Newton's method on differences: the second derivatives are wanted anyway, and a quasi-Newton search takes twice
     the evaluations to learn them. Raises NoAnswerError where it does not settle.
@@ -124,7 +128,7 @@ def _climb(function: LogPrior, start: Array, enough: float) -> tuple[Array, Arra
         step = vectors @ ((vectors.T @ slope) / np.maximum(np.abs(values), _FLATTEST))
         step *= min(1.0, _LONGEST / float(np.linalg.norm(step)))
         if float(slope @ step) < enough:
-            return place, curvature
+            return place + step, curvature
         before = here
         place, here = _uphill(function, place, here, step)
         if here <= before:

@@ -1,21 +1,24 @@
 """FlightLog to Calibration. Nothing in this room can reach the truth of a simulated flight."""
 
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from pitotbench.calibrate.covering import fit_covering
+from pitotbench.calibrate.evidence import Candidate
 from pitotbench.calibrate.fixed_speed import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibrate.fixed_speed import fixed_speed as fixed_speed
 from pitotbench.calibrate.observability import require_observable, require_useful
 from pitotbench.calibrate.observations import Observations, observe
+from pitotbench.calibrate.options import AUTO
 from pitotbench.calibrate.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.paper import fit_scalar, fit_vector
 from pitotbench.calibrate.prediction import PredictionModel
 from pitotbench.calibrate.result import Answer, answer_of, assemble
+from pitotbench.calibrate.structure import calibrate_auto
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.log import FlightLog
@@ -44,15 +47,34 @@ def _threads() -> ThreadpoolController:
 
 def _calibrate(log: FlightLog, options: CalibrationOptions) -> Calibration:
     obs = observe(log, options)
-    model = PredictionModel(
-        MODELS[options.model], _reference(obs), options.error_location == "static", options.wind_down
-    )
+    if options.model == AUTO:
+        fit = partial(_candidate, options, obs)
+        calibration = calibrate_auto(options, obs, fit, lambda chosen: _warnings(log, obs, chosen.white))
+        require_useful(calibration)
+        return calibration
+    model = _model(options.model, options, obs)
     require_observable(model, obs)
     white = fit_vector(model, obs, log) if options.form == "vector" else fit_scalar(model, obs)
     answer, diagnostics = _bound(options, model, obs, white)
     calibration = assemble(options, model, obs, white, answer, diagnostics, _warnings(log, obs, white))
     require_useful(calibration)
     return calibration
+
+
+def _model(name: str, options: CalibrationOptions, obs: Observations) -> PredictionModel:
+    """What is fitted; a model with knots gets them over the range of the data."""
+    reference = _reference(obs)
+    low, high = np.quantile(obs.impact_pressure, [0.005, 0.995]) / reference
+    error = MODELS[name].spread_over(float(low), float(max(high, 1.01 * low)))
+    return PredictionModel(error, reference, options.error_location == "static", options.wind_down)
+
+
+def _candidate(options: CalibrationOptions, obs: Observations, name: str) -> Candidate:
+    """One model, fitted to be weighed. Raises NoAnswerError where the log does not determine it."""
+    model = _model(name, options, obs)
+    require_observable(model, obs)
+    white = fit_scalar(model, obs)
+    return Candidate(name, model, white, fit_covering(model, obs, white.theta))
 
 
 def _bound(

@@ -42,6 +42,8 @@ class CoveringFit:
     gust_deviation: float
     gust_length: float
     blocks: int
+    problem: Regression  # linearized at θ0
+    noise_of: NoiseOf
 
 
 def fit_covering(model: PredictionModel, obs: Observations, start: Array) -> CoveringFit:
@@ -56,7 +58,9 @@ def fit_covering(model: PredictionModel, obs: Observations, start: Array) -> Cov
     problem, noise_of = _block_problem(model, obs, blocks, theta, gust_variance=float(np.exp(2.0 * mode[0])))
     nodes = noise_posterior(problem, noise_of, _log_prior, mode)
     best = max(nodes, key=lambda node: node.weight).noise
-    return CoveringFit(theta, nodes, float(np.exp(best[0])), float(np.exp(best[1])), len(blocks.count))
+    return CoveringFit(
+        theta, nodes, float(np.exp(best[0])), float(np.exp(best[1])), len(blocks.count), problem, noise_of
+    )
 
 
 def _block_problem(

@@ -4,10 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from pitotbench.catalog import explain
+from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.pressure_error import MODELS
 from pitotbench.records.errors import BadInputError
 
+AUTO = "auto"  # every model of the table, weighted
 METHODS = ("covering", "paper")
 FORMS = ("scalar", "vector")
 ERROR_LOCATIONS = ("impact", "static")
@@ -17,7 +18,7 @@ ERROR_LOCATIONS = ("impact", "static")
 class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
 
-    model: name in the table of pressure-error models. method: `covering` (generalized least squares with a
+    model: name in the table of pressure-error models, or `auto` (see `structure`). method: `covering` (generalized least squares with a
     bound that is meant to cover) or `paper` (output error with white residuals). form: `scalar` (impact
     pressure predicted from ground velocity and wind) or `vector` (ground velocity predicted from airspeed,
     attitude and flow angles; method `paper` only). error_location: `impact` (the paper: the error corrupts the
@@ -37,7 +38,7 @@ class CalibrationOptions:
     recovery_factor: float = 1.0
 
     def __post_init__(self) -> None:
-        _ = MODELS[self.model]
+        require_model(self.model)
         for kind, value, known in (
             ("method", self.method, METHODS),
             ("form", self.form, FORMS),
@@ -47,6 +48,14 @@ class CalibrationOptions:
                 raise BadInputError(explain(kind, value, list(known)))
         if self.form == "vector" and self.method != "paper":
             raise BadInputError("the vector form belongs to the method 'paper'; use --method paper with it")
+        if self.model == AUTO and self.method != "covering":
+            raise BadInputError("models can only be weighed with the method 'covering'; name one with --model")
+
+
+def require_model(name: str) -> None:
+    """Raise UnknownNameError unless a model of the table has this name, or it is `auto`."""
+    if name not in MODELS and name != AUTO:
+        raise UnknownNameError(explain(MODELS.kind, name, [*MODELS, AUTO]))
 
 
 def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:

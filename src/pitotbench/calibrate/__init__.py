@@ -7,9 +7,9 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from pitotbench.calibrate.covering import fit_covering
-from pitotbench.calibrate.evidence import Candidate
 from pitotbench.calibrate.fixed_speed import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibrate.fixed_speed import fixed_speed as fixed_speed
+from pitotbench.calibrate.judgment import Candidate
 from pitotbench.calibrate.observability import require_observable, require_useful
 from pitotbench.calibrate.observations import Observations, observe
 from pitotbench.calibrate.options import AUTO

@@ -63,6 +63,13 @@ def fit_covering(model: PredictionModel, obs: Observations, start: Array) -> Cov
     )
 
 
+def linearized(
+    model: PredictionModel, obs: Observations, theta: Array, gust_deviation: float
+) -> tuple[Regression, NoiseOf]:
+    """The problem of a model at θ (p,), on the blocks of `fit_covering`, and the family of its noise."""
+    return _block_problem(model, obs, divide(obs), theta, gust_variance=gust_deviation**2)
+
+
 def _block_problem(
     model: PredictionModel, obs: Observations, blocks: Blocks, theta: Array, gust_variance: float = 0.0
 ) -> tuple[Regression, NoiseOf]:

@@ -1,12 +1,13 @@
-"""What is thought of a pressure-error curve before the flight: one prior for all models, so that their evidence
-can be compared.
+"""What is thought of a pressure-error curve before the flight: a law of the table, and a departure from it.
 
-The curve over the flown range of ln x is a sum of orthonormal (Legendre) polynomials with independent Gaussian
-coefficients. Level and slope are wide, and the higher a degree the smaller its coefficient: as 1/degree², the rate
-of a curve with a square-integrable second derivative. A model with fewer parameters gets the same density,
-restricted to the curves that it can draw, and so no model is favored by how its terms are scaled.
+No airplane knows our formulas, so each is taken as a first approximation. Over the flown range of ln x the curve is
+a law plus a sum of orthonormal (Legendre) polynomials from degree 2 on, with independent Gaussian coefficients that
+fall as 1/degree², the rate of curves with a square-integrable second derivative. How large the departure is, is
+unknown: each size of a ladder is as likely. Where a flight leaves gaps between its speeds, the departure keeps the
+bound from closing there.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,32 +16,73 @@ from numpy.polynomial import legendre
 from pitotbench.pressure_error import PressureErrorModel
 from pitotbench.units import Array
 
-_LEVEL = 0.06  # Δp/q_c, standard deviation of level and slope: 4 kt at 130 kt
-_POINTS = 24  # nodes over the range, more than the degrees used
+LEVEL = 0.06  # Δp/q_c, standard deviation of a curve's level and slope: 4 kt at 130 kt
+DEPARTURES = (0.0005, 0.001, 0.002, 0.004, 0.008)  # Δp/q_c, root mean square: 0.03 to 0.5 kt at 130 kt
+_LAWLESS = "spline"  # the model whose law is a straight line in ln x: all else is departure
+_LAWLESS_SHARE = 0.5  # as likely as not, the curve follows no law of the table
 _DEGREES = 16
-_BENDS = (0.25, 0.5, 1.0, 2.0)  # how much the curve bends, against level and slope: unknown, each as likely
+_POINTS = 24  # of the quadrature, more than the degrees
 
 
 @dataclass(frozen=True, slots=True)
-class CurvePrior:
-    """The prior over x from low to high; `level` [-] is the standard deviation of the curve's level."""
+class Hypothesis:
+    """One thought: a model as the law, the departure's size [-], its probability before the flight, and the
+    covariance of the curve's values at the points asked for, (c, c)."""
 
-    low: float
-    high: float
-    level: float = _LEVEL
+    name: str
+    departure: float
+    probability: float
+    covariance: Array
 
-    def precisions(self, model: PressureErrorModel) -> Array:
-        """Prior precision of the model's parameters, one a degree of bending, (4, k, k)."""
-        # Gauss-Legendre nodes and weights make the products of polynomials exact.
-        place, weight = legendre.leggauss(_POINTS)
-        middle, half = 0.5 * np.log(self.high * self.low), 0.5 * np.log(self.high / self.low)
-        basis = model.basis(np.exp(middle + half * place))
-        degree = np.arange(_DEGREES)
-        polynomials = legendre.legvander(place, _DEGREES - 1) * np.sqrt(2.0 * degree + 1.0)
-        coefficients = polynomials.T @ (0.5 * weight[:, None] * basis)
-        return np.stack([self._precision(coefficients, degree, bend) for bend in _BENDS])
 
-    def _precision(self, coefficients: Array, degree: Array, bend: float) -> Array:
-        deviation = self.level * np.where(degree < 2, 1.0, bend / np.maximum(degree, 1) ** 2)
-        scaled = coefficients / deviation[:, None]
-        return np.asarray(scaled.T @ scaled)
+def hypotheses(laws: Sequence[PressureErrorModel], x: Array, level: float = LEVEL) -> list[Hypothesis]:
+    """All laws with all sizes of departure, for the curve at increasing points x (c,) that span the range.
+
+    `level` [-] is the standard deviation of level and slope.
+    """
+    place = 2.0 * np.log(x / x[0]) / np.log(x[-1] / x[0]) - 1.0
+    departure = _departure(place)
+    return [
+        Hypothesis(
+            law.name,
+            size,
+            _share(law, laws) / len(DEPARTURES),
+            _of_law(law, x, level) + size**2 * departure,
+        )
+        for law in laws
+        for size in DEPARTURES
+    ]
+
+
+def _share(law: PressureErrorModel, laws: Sequence[PressureErrorModel]) -> float:
+    others = sum(other.name != _LAWLESS for other in laws)
+    if others in (0, len(laws)):
+        return 1.0 / len(laws)
+    return _LAWLESS_SHARE if law.name == _LAWLESS else (1.0 - _LAWLESS_SHARE) / others
+
+
+def _departure(place: Array) -> Array:
+    """Covariance at places in [-1, 1] of departures whose root mean square is 1."""
+    degree = np.arange(2, _DEGREES)
+    variance = degree.astype(np.float64) ** -4
+    polynomials = _orthonormal(place)[:, 2:]
+    return np.asarray((polynomials * variance) @ polynomials.T / variance.sum())
+
+
+def _of_law(law: PressureErrorModel, x: Array, level: float) -> Array:
+    """Covariance at x of the curves that the law can draw: of all such, those of moderate level and slope and a
+    bend that falls with the degree are likelier, whatever the scale of the law's terms."""
+    if law.name == _LAWLESS:
+        line = _orthonormal(np.linspace(-1.0, 1.0, len(x)))[:, :2]
+        return level**2 * line @ line.T
+    place, weight = legendre.leggauss(_POINTS)
+    inner = np.exp(0.5 * np.log(x[0] * x[-1]) + 0.5 * np.log(x[-1] / x[0]) * place)
+    coefficients = _orthonormal(place).T @ (0.5 * weight[:, None] * law.basis(inner))
+    scaled = coefficients / (level / np.maximum(np.arange(_DEGREES), 1.0) ** 2)[:, None]
+    basis = law.basis(x)
+    return np.asarray(basis @ np.linalg.solve(scaled.T @ scaled, basis.T))
+
+
+def _orthonormal(place: Array) -> Array:
+    """Legendre polynomials at places in [-1, 1], (n, degrees), each with a mean square of 1."""
+    return np.asarray(legendre.legvander(place, _DEGREES - 1) * np.sqrt(2.0 * np.arange(_DEGREES) + 1.0))

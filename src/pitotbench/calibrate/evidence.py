@@ -1,119 +1,98 @@
-"""How likely a log makes a model: its evidence under the common prior of curves, and the usual criteria beside it.
+"""How likely a log makes each thought of the curve, and the answer when none of them is sure.
 
-Restricted likelihoods of models with different terms cannot be compared: each leaves out other contrasts of the
-data. With a proper prior N(0, S) on the curve's parameters k and flat ones on what all models share (the wind), the
-evidence given the noise φ is, exactly, the restricted likelihood times N(k̂; 0, S + V), where k̂ and V are the
-estimate and covariance without the prior; it is then summed over the nodes of φ and the degrees of bending.
+The curve is described by a fine spline, whose parameters are its values at many knots: every hypothesis is then a
+Gaussian prior on them, and all share one linearization, one set of noises and one set of data. Their evidences are
+therefore comparable, which restricted likelihoods of models with different terms are not: those leave out different
+contrasts of the data. The wind's prior is flat, and the same for all.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import logsumexp
 
 from pitotbench.calibrate.covering import CoveringFit
-from pitotbench.calibrate.curve_prior import CurvePrior
-from pitotbench.calibrate.observations import Observations
-from pitotbench.calibrate.output_error import OutputErrorFit
-from pitotbench.calibrate.prediction import PredictionModel
-from pitotbench.calibrate.result import Answer, answer_of
-from pitotbench.estimate.held_out import aicc, bic, held_out_log_density, log_likelihood
-from pitotbench.estimate.restricted_likelihood import Regression
+from pitotbench.calibrate.curve_prior import Hypothesis
+from pitotbench.calibrate.result import Answer
+from pitotbench.estimate.markov_noise import MarkovNoise
+from pitotbench.estimate.restricted_likelihood import Regression, restricted_log_likelihood
 from pitotbench.units import Array
 
-SEGMENTS = 10  # stretches of equal length, each predicted from the others
+_NEGLIGIBLE = 1e-6  # weight of a Gaussian that no bound would notice
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
-    """One model of the table, fitted."""
+class Moments:
+    """All that a noise leaves to know of the data: with weights C⁻¹, the products of regressors X, instruments Z and
+    response y, and log|C|; `log_mass` is the noise's own weight: prior and volume of its node."""
 
-    name: str
-    model: PredictionModel
-    white: OutputErrorFit
-    fit: CoveringFit
-
-
-@dataclass(frozen=True, slots=True)
-class Judgment:
-    """What speaks for a candidate: logarithm of its evidence, greatest log-likelihood, AICc and BIC of the whitened
-    residual, log predictive density of every stretch given the others; and its answer under the prior."""
-
-    candidate: Candidate
-    answer: Answer
-    log_evidence: float
-    log_likelihood: float
-    aicc: float
-    bic: float
-    held_out: Array
+    information: Array  # XᵀC⁻¹X
+    normal: Array  # ZᵀC⁻¹X
+    spread: Array  # ZᵀC⁻¹Z
+    gradient: Array  # XᵀC⁻¹y
+    instrumental_gradient: Array  # ZᵀC⁻¹y
+    square: float  # yᵀC⁻¹y
+    log_determinant: float
+    log_mass: float
 
 
-def judge(candidate: Candidate, obs: Observations, prior: CurvePrior) -> Judgment:
-    """Judge a candidate; only differences between candidates of one log mean anything."""
-    fit, model = candidate.fit, candidate.model
-    precisions = prior.precisions(model.error)
-    answer, log_evidence = informed(answer_of(fit), np.array([n.log_mass for n in fit.nodes]), precisions)
-    likeliest = fit.noise_of(max(fit.nodes, key=lambda node: node.weight).noise)
-    # The residuals are in airspeed; as densities of what was measured they are divided by the slope.
-    scale = _log_slopes(candidate, obs)
-    best = log_likelihood(fit.problem, likeliest) - float(np.sum(scale))
-    free = fit.problem.regressors.shape[1] + len(fit.nodes[0].noise)
-    middle = precisions[len(precisions) // 2]
-    centered = _from_zero(fit.problem, fit.theta[: model.error_count])
-    padded = _padded(middle, centered.regressors.shape[1])
-    segment = _segments(fit.blocks)
-    return Judgment(
-        candidate,
-        answer,
-        log_evidence - float(np.sum(scale)),
-        best,
-        aicc(best, free, fit.blocks),
-        bic(best, free, fit.blocks),
-        held_out_log_density(centered, likeliest, padded, segment) - scale,
+def moments(problem: Regression, noise: MarkovNoise, log_mass: float) -> Moments:
+    """The moments of a problem under one noise."""
+    X, Z, y = problem.regressors, problem.instruments, problem.response[:, None]
+    weighed, weighed_instruments = noise.weigh(np.hstack([X, y])), noise.weigh(Z)
+    return Moments(
+        information=X.T @ weighed[:, :-1],
+        normal=weighed_instruments.T @ X,
+        spread=weighed_instruments.T @ Z,
+        gradient=X.T @ weighed[:, -1],
+        instrumental_gradient=weighed_instruments.T @ y[:, 0],
+        square=float(y[:, 0] @ weighed[:, -1]),
+        log_determinant=noise.log_determinant,
+        log_mass=log_mass,
     )
 
 
-def informed(answer: Answer, log_masses: Array, precisions: Array) -> tuple[Answer, float]:
-    """Fold a prior around zero on the first parameters into a mixture of Gaussians found without one.
+def noise_masses(fit: CoveringFit) -> Array:
+    """Log of prior times volume of the nodes of a fit's noise: what is left when its likelihood is taken off."""
+    likelihoods = [restricted_log_likelihood(fit.problem, fit.noise_of(node.noise)) for node in fit.nodes]
+    return np.array([node.log_mass for node in fit.nodes]) - likelihoods
 
-    Parameters: answer of m nodes; log of the nodes' masses, (m,); s precisions, (s, k, k), each as likely.
-    Returns the answer, of m·s nodes, and the logarithm of the evidence.
+
+def weigh(thoughts: Sequence[Hypothesis], nodes: Sequence[Moments]) -> tuple[Answer, Array]:
+    """The mixture over all hypotheses and noises, and the log evidence of each hypothesis, (h,).
+
+    The first parameters are the curve's values at the points for which the hypotheses were made.
     """
-    own = precisions.shape[1]
-    masses, means, covariances = [], [], []
-    for mass, mean, covariance in zip(log_masses, answer.means, answer.covariances, strict=True):
-        for precision in precisions:
-            spread = np.linalg.inv(precision) + covariance[:own, :own]
-            # Kalman's form of the product of two Gaussians: no inverse of the wind's covariance is needed.
-            gain = np.linalg.solve(spread, covariance[:own]).T
-            means.append(mean - gain @ mean[:own])
-            covariances.append(covariance - gain @ covariance[:own])
-            misfit = float(mean[:own] @ np.linalg.solve(spread, mean[:own]))
-            masses.append(mass - 0.5 * (np.linalg.slogdet(spread)[1] + misfit) - np.log(len(precisions)))
-    log_evidence = float(logsumexp(masses))
-    return Answer(np.exp(np.array(masses) - log_evidence), np.stack(means), np.stack(covariances)), log_evidence
+    evidences = np.empty((len(thoughts), len(nodes)))
+    precisions = [_precision(thought, len(nodes[0].gradient)) for thought in thoughts]
+    for h, thought in enumerate(thoughts):
+        prior = float(np.log(thought.probability)) - 0.5 * float(np.linalg.slogdet(thought.covariance)[1])
+        for j, node in enumerate(nodes):
+            evidences[h, j] = prior + _log_evidence(node, precisions[h])
+    weights = np.exp(evidences - logsumexp(evidences))
+    kept = np.argwhere(weights > _NEGLIGIBLE)
+    answers = [_posterior(nodes[j], precisions[h]) for h, j in kept]
+    shares = np.array([weights[h, j] for h, j in kept])
+    answer = Answer(shares / shares.sum(), np.stack([m for m, _ in answers]), np.stack([c for _, c in answers]))
+    return answer, logsumexp(evidences, axis=1)
 
 
-def _segments(blocks: int) -> Array:
-    return np.arange(blocks) * SEGMENTS // blocks
+def _precision(thought: Hypothesis, size: int) -> Array:
+    own = len(thought.covariance)
+    precision = np.zeros((size, size))
+    precision[:own, :own] = np.linalg.inv(thought.covariance)
+    return precision
 
 
-def _log_slopes(candidate: Candidate, obs: Observations) -> Array:
-    """Sum over the blocks of each stretch of the log of the indicated pressure's slope over airspeed."""
-    own = candidate.model.count
-    slope = candidate.model.predict(candidate.fit.theta[:own], obs).slope
-    blocks = np.bincount(_segments(candidate.fit.blocks))
-    means = [float(np.mean(np.log(part))) for part in np.array_split(slope, SEGMENTS)]
-    return np.asarray(blocks * np.array(means))
+def _log_evidence(node: Moments, precision: Array) -> float:
+    total = node.information + precision
+    misfit = node.square - float(node.gradient @ np.linalg.solve(total, node.gradient))
+    return node.log_mass - 0.5 * (node.log_determinant + float(np.linalg.slogdet(total)[1]) + misfit)
 
 
-def _from_zero(problem: Regression, k: Array) -> Regression:
-    """The problem for the error parameters themselves, not for corrections to those at which it was linearized."""
-    response = problem.response + problem.regressors[:, : len(k)] @ k
-    return Regression(response, problem.regressors, problem.instruments)
-
-
-def _padded(precision: Array, size: int) -> Array:
-    padded = np.zeros((size, size))
-    padded[: len(precision), : len(precision)] = precision
-    return padded
+def _posterior(node: Moments, precision: Array) -> tuple[Array, Array]:
+    """Mean and covariance by instruments, as in `restricted_likelihood.solve`."""
+    inverse = np.linalg.inv(node.normal + precision)
+    covariance = inverse @ (node.spread + precision) @ inverse.T
+    return inverse @ node.instrumental_gradient, 0.5 * (covariance + covariance.T)

@@ -1,7 +1,7 @@
 """How well a linear model predicts what it has not seen, and how likely it makes what it has.
 
 The density of a left-out stretch given all the rest, with the coefficients found from the rest alone, follows from
-one factorization of the whole: with P = C⁻¹ − C⁻¹X(XᵀC⁻¹X + Π)⁻¹XᵀC⁻¹, the stretch s given the rest is Gaussian
+one factorization of the whole: with P = C⁻¹ − C⁻¹X(XᵀC⁻¹X)⁻¹XᵀC⁻¹, the stretch s given the rest is Gaussian
 with precision P_ss and deviates from its mean by P_ss⁻¹(Py)_s (Dubrule, Cross validation of kriging in a unique
 neighborhood, 1983). Unlike restricted likelihoods, such densities compare models of different regressors.
 """
@@ -15,16 +15,15 @@ from pitotbench.units import Array
 
 
 def held_out_log_density(
-    problem: Regression, noise: MarkovNoise, prior_precision: Array, segment: NDArray[np.intp]
+    problem: Regression, noise: MarkovNoise, segment: NDArray[np.intp]
 ) -> Array:
     """Log predictive density of every stretch given the others, (stretches,).
 
-    Parameters: problem; noise; precision Π of the coefficients' prior around zero, (p, p); the number of the
-    stretch that each datum belongs to, (n,), from 0.
+    Parameters: problem; noise; the number of the stretch that each datum belongs to, (n,), from 0.
     """
     X, y = problem.regressors, problem.response
     weighed = noise.weigh(np.column_stack([X, y]))
-    inner = np.linalg.inv(X.T @ weighed[:, :-1] + prior_precision)
+    inner = np.linalg.inv(X.T @ weighed[:, :-1])
     projected = weighed[:, -1] - weighed[:, :-1] @ (inner @ (X.T @ weighed[:, -1]))
     scores = []
     for number in range(int(segment[-1]) + 1):

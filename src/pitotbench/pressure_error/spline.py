@@ -4,7 +4,7 @@ Its parameters are the values of Δp/q_c at the knots (the cardinal basis: de Bo
 1978, ch. IV), so they can be read off a plot. Beyond the outer knots it goes on straight in ln x.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -55,16 +55,16 @@ class SplineModel:
 
     def spread_over(self, low: float, high: float) -> "SplineModel":
         """The same number of knots, evenly over ln x between low and high."""
-        return replace(self, knots=even_knots(low, high, len(self.knots)))
+        return spline_between(low, high, len(self.knots))
 
     def _places(self, x: Array) -> tuple[Array, Array]:
         place = np.log(np.maximum(x, _LEAST * self.knots[0]))
         return place, np.clip(place, np.log(self.knots[0]), np.log(self.knots[-1]))
 
 
-def even_knots(low: float, high: float, count: int) -> tuple[float, ...]:
-    """So many knots from low to high, evenly over the logarithm."""
-    return tuple(float(x) for x in np.geomspace(low, high, count))
+def spline_between(low: float, high: float, count: int) -> SplineModel:
+    """A spline of so many knots, evenly over ln x between low and high."""
+    return SplineModel("spline", tuple(float(x) for x in np.geomspace(low, high, count)))
 
 
 @cache
@@ -72,4 +72,4 @@ def _cardinal(knots: tuple[float, ...]) -> CubicSpline:
     return CubicSpline(np.log(knots), np.eye(len(knots)), bc_type="natural")
 
 
-SPLINE = SplineModel("spline", even_knots(0.5, 4.0, 6))  # about 70 to 200 KIAS, until a log gives its own range
+SPLINE = spline_between(0.5, 4.0, 6)  # about 70 to 200 KIAS, until a log gives its own range

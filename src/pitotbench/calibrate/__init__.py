@@ -26,6 +26,8 @@ from pitotbench.records.log import FlightLog
 _ILL_CONDITIONED = 1e6
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref above which the reference pressure is raised to the data
 
+_LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
+
 
 def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
     """Recover the pressure-error curve and the wind from a log.
@@ -63,10 +65,14 @@ def _calibrate(log: FlightLog, options: CalibrationOptions) -> Calibration:
 
 def _model(name: str, options: CalibrationOptions, obs: Observations) -> PredictionModel:
     """What is fitted; a model with knots gets them over the range of the data."""
-    reference = _reference(obs)
-    low, high = np.quantile(obs.impact_pressure, [0.005, 0.995]) / reference
-    error = MODELS[name].spread_over(float(low), float(max(high, 1.01 * low)))
-    return PredictionModel(error, reference, options.error_location == "static", options.wind_down)
+    error = MODELS[name].spread_over(*_flown(obs))
+    return PredictionModel(error, _reference(obs), options.error_location == "static", options.wind_down)
+
+
+def _flown(obs: Observations) -> tuple[float, float]:
+    """The range of x = q_ci/q_ref in the data, without the outermost thousandths."""
+    low, high = (float(q) for q in np.quantile(obs.impact_pressure, [0.001, 0.999]) / _reference(obs))
+    return low, max(high, _LEAST_RANGE * low)
 
 
 def _candidate(options: CalibrationOptions, obs: Observations, name: str) -> Candidate:
@@ -74,7 +80,7 @@ def _candidate(options: CalibrationOptions, obs: Observations, name: str) -> Can
     model = _model(name, options, obs)
     require_observable(model, obs)
     white = fit_scalar(model, obs)
-    return Candidate(name, model, white, fit_covering(model, obs, white.theta))
+    return Candidate(name, model, _flown(obs), white, fit_covering(model, obs, white.theta))
 
 
 def _bound(

@@ -24,8 +24,8 @@ _NEGLIGIBLE = 1e-6  # weight of a Gaussian that no bound would notice
 
 @dataclass(frozen=True, slots=True)
 class Moments:
-    """All that a noise leaves to know of the data: with weights C⁻¹, the products of regressors X, instruments Z and
-    response y, and log|C|; `log_mass` is the noise's own weight: prior and volume of its node."""
+    """What the data say under one noise: with weights C⁻¹, the products of regressors X, instruments Z and response
+    y, and log|C|; `log_mass` is the noise's own weight: prior and volume of its node."""
 
     information: Array  # XᵀC⁻¹X
     normal: Array  # ZᵀC⁻¹X
@@ -60,7 +60,7 @@ def noise_masses(fit: CoveringFit) -> Array:
 
 
 def weigh(thoughts: Sequence[Hypothesis], nodes: Sequence[Moments]) -> tuple[Answer, Array]:
-    """The mixture over all hypotheses and noises, and the log evidence of each hypothesis, (h,).
+    """The mixture over all hypotheses and noises, and the probability of each hypothesis, (h,).
 
     The first parameters are the curve's values at the points for which the hypotheses were made.
     """
@@ -75,7 +75,7 @@ def weigh(thoughts: Sequence[Hypothesis], nodes: Sequence[Moments]) -> tuple[Ans
     answers = [_posterior(nodes[j], precisions[h]) for h, j in kept]
     shares = np.array([weights[h, j] for h, j in kept])
     answer = Answer(shares / shares.sum(), np.stack([m for m, _ in answers]), np.stack([c for _, c in answers]))
-    return answer, logsumexp(evidences, axis=1)
+    return answer, weights.sum(axis=1)
 
 
 def _precision(thought: Hypothesis, size: int) -> Array:

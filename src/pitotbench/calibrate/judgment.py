@@ -1,25 +1,31 @@
 """The usual criteria of a model: what its whitened residual costs, and how it predicts what it has not seen."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pitotbench.calibrate.covering import CoveringFit
+from pitotbench.calibrate.curve_prior import LEVEL
 from pitotbench.calibrate.observations import Observations
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.prediction import PredictionModel
 from pitotbench.estimate.held_out import aicc, bic, held_out_log_density, log_likelihood
+from pitotbench.estimate.restricted_likelihood import Regression
+from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
 SEGMENTS = 10  # stretches of equal length, each predicted from the others
+_POINTS = 24  # over the flown range
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """One model of the table, fitted."""
+    """One model of the table, fitted to data between two values of x = q_ci/q_ref."""
 
     name: str
     model: PredictionModel
+    flown: tuple[float, float]
     white: OutputErrorFit
     fit: CoveringFit
 
@@ -35,9 +41,17 @@ class Judgment:
     bic: float
     held_out: Array
 
+    @property
+    def unfitness(self) -> float:
+        """The mean of two estimates of −2 times the log density of new data: AICc and the held-out score."""
+        return 0.5 * self.aicc - float(np.sum(self.held_out))
+
 
 def judge(candidate: Candidate, obs: Observations) -> Judgment:
-    """Judge a candidate; only differences between candidates of one log mean anything."""
+    """Judge a candidate; only differences between candidates of one log mean anything.
+
+    Raises NoAnswerError for a fit that turns back: more indicated pressure for less airspeed.
+    """
     fit = candidate.fit
     likeliest = fit.noise_of(max(fit.nodes, key=lambda node: node.weight).noise)
     # The residuals are in airspeed; as densities of what was measured they are divided by the slope.
@@ -50,11 +64,27 @@ def judge(candidate: Candidate, obs: Observations) -> Judgment:
         best,
         aicc(best, free, fit.blocks),
         bic(best, free, fit.blocks),
-        held_out_log_density(fit.problem, likeliest, segment) - scale,
+        held_out_log_density(_from_zero(candidate), likeliest, _weak_prior(candidate), segment) - scale,
     )
 
 
-def _segments(blocks: int) -> Array:
+def _from_zero(candidate: Candidate) -> Regression:
+    """The problem for the error parameters themselves, not for corrections to those at which it was linearized."""
+    problem, free = candidate.fit.problem, candidate.model.error_count
+    return replace(problem, response=problem.response + problem.regressors[:, :free] @ candidate.fit.theta[:free])
+
+
+def _weak_prior(candidate: Candidate) -> Array:
+    """A precision that keeps a curve within a few LEVELs where a left-out stretch is all that was flown there."""
+    size, free = candidate.fit.problem.regressors.shape[1], candidate.model.error_count
+    low, high = candidate.flown
+    basis = candidate.model.error.basis(np.geomspace(low, high, _POINTS))
+    precision = np.zeros((size, size))
+    precision[:free, :free] = basis.T @ basis * (free / _POINTS / LEVEL**2)
+    return precision
+
+
+def _segments(blocks: int) -> NDArray[np.intp]:
     return np.arange(blocks) * SEGMENTS // blocks
 
 
@@ -62,6 +92,10 @@ def _log_slopes(candidate: Candidate, obs: Observations) -> Array:
     """Sum over the blocks of each stretch of the log of the indicated pressure's slope over airspeed."""
     own = candidate.model.count
     slope = candidate.model.predict(candidate.fit.theta[:own], obs).slope
+    if not np.all(slope > 0.0):
+        raise NoAnswerError(
+            f"the fit of {candidate.name!r} turns back between the flown speeds: use a simpler model"
+        )
     blocks = np.bincount(_segments(candidate.fit.blocks))
     means = [float(np.mean(np.log(part))) for part in np.array_split(slope, SEGMENTS)]
     return np.asarray(blocks * np.array(means))

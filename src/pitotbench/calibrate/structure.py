@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.special import logsumexp
 
 from pitotbench.calibrate.covering import linearized
 from pitotbench.calibrate.curve import CurveMap
-from pitotbench.calibrate.curve_prior import LEVEL, Hypothesis, hypotheses
+from pitotbench.calibrate.curve_prior import LAWLESS, LEVEL, Hypothesis, hypotheses
 from pitotbench.calibrate.evidence import moments, noise_masses, weigh
 from pitotbench.calibrate.judgment import Candidate, Judgment, judge
 from pitotbench.calibrate.observations import Observations
@@ -21,7 +20,7 @@ from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.prediction import PredictionModel
 from pitotbench.calibrate.result import Answer, answer_of, assemble
 from pitotbench.estimate.restricted_likelihood import Regression
-from pitotbench.pressure_error import MODELS, spline_between
+from pitotbench.pressure_error import MODELS, SplineModel, spline_between
 from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, WindEstimate
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
@@ -31,20 +30,24 @@ _KNOTS = 13  # of the spline in which models meet: finer than any departure
 
 @dataclass(frozen=True, slots=True)
 class ModelChoice:
-    """The models as judged; weight of each, (m,); what is thought and the log evidence of each thought, (h,); the
+    """The models as judged; what is thought of the curve and how likely each thought is, (h,), summing to 1; the
     spline in which they meet, and the mixture of all as an answer for it."""
 
     judgments: tuple[Judgment, ...]
-    weights: Array
     thoughts: tuple[Hypothesis, ...]
-    log_evidences: Array
+    shares: Array
     common: PredictionModel
     answer: Answer
 
     @property
     def best(self) -> Candidate:
-        """The candidate of the greatest weight."""
-        return self.judgments[int(np.argmax(self.weights))].candidate
+        """The candidate that promises to predict best."""
+        return min(self.judgments, key=lambda judgment: judgment.unfitness).candidate
+
+    def weight_of(self, name: str) -> float:
+        """Probability that the curve follows a model, with departures of any size."""
+        own = [share for thought, share in zip(self.thoughts, self.shares, strict=True) if thought.name == name]
+        return float(np.sum(own))
 
 
 def calibrate_auto(
@@ -57,7 +60,7 @@ def calibrate_auto(
 
     Raises NoAnswerError where the log determines none of them.
     """
-    choice = choose(_candidates(fit), obs)
+    choice = choose(_judgments(fit, obs), obs)
     best = choice.best
     diagnostics = {
         "gust_deviation_mps": best.fit.gust_deviation,
@@ -66,9 +69,7 @@ def calibrate_auto(
         "model_choice": table_of(choice),
         "departure": departures_of(choice),
     }
-    calibration = assemble(
-        options, best.model, obs, best.white, answer_of(best.fit), diagnostics, warnings(best)
-    )
+    calibration = assemble(options, best.model, obs, best.white, answer_of(best.fit), diagnostics, warnings(best))
     return replace(
         calibration,
         model=f"{AUTO} ({best.name})",
@@ -77,55 +78,51 @@ def calibrate_auto(
     )
 
 
-def _candidates(fit: Callable[[str], Candidate]) -> list[Candidate]:
-    """The models that the log determines; where it determines none, the simplest one's reason is raised."""
-    found: list[Candidate] = []
+def _judgments(fit: Callable[[str], Candidate], obs: Observations) -> list[Judgment]:
+    """Of the models that the log determines; where it determines no law, the simplest one's reason is raised."""
+    found: list[Judgment] = []
     reasons: list[NoAnswerError] = []
     for name in MODELS:
         try:
-            found.append(fit(name))
+            found.append(judge(fit(name), obs))
         except NoAnswerError as error:
             reasons.append(error)
-    if not found:
+    if all(judgment.candidate.name == LAWLESS for judgment in found):
         raise reasons[0]
     return found
 
 
-def choose(candidates: Sequence[Candidate], obs: Observations) -> ModelChoice:
-    """Judge the candidates and weigh them, each with departures of every size."""
-    judgments = tuple(judge(candidate, obs) for candidate in candidates)
-    nearest = min(judgments, key=lambda judgment: judgment.aicc).candidate
-    common, problem, masses = _common_problem(nearest, obs)
+def choose(judgments: Sequence[Judgment], obs: Observations) -> ModelChoice:
+    """Weigh the models, each with departures of every size. At least one judgment must be of a law."""
+    laws = [judgment for judgment in judgments if judgment.candidate.name != LAWLESS]
+    nearest = min(laws, key=lambda judgment: judgment.aicc).candidate
+    common, problem = _common_problem(nearest, obs)
+    assert isinstance(common.error, SplineModel)
     knots = np.array(common.error.knots)
-    level = max(LEVEL, float(np.sqrt(np.mean((nearest.model.error.basis(knots) @ _error(nearest)) ** 2))))
-    thoughts = tuple(hypotheses([c.model.error for c in candidates], knots, level))
+    level = max(LEVEL, float(np.sqrt(np.mean(_curve_of(nearest, knots) ** 2))))
+    thoughts = tuple(hypotheses([law.candidate.model.error for law in laws], knots, level))
+    masses = noise_masses(nearest.fit)
     nodes = [
         moments(problem, nearest.fit.noise_of(node.noise), float(mass))
         for node, mass in zip(nearest.fit.nodes, masses, strict=True)
     ]
-    answer, logs = weigh(thoughts, nodes)
-    shares = np.exp(logs - logsumexp(logs))
-    weights = np.array([sum(shares[h] for h, t in enumerate(thoughts) if t.name == c.name) for c in candidates])
-    return ModelChoice(judgments, weights, thoughts, logs, common, answer)
+    answer, shares = weigh(thoughts, nodes)
+    return ModelChoice(tuple(judgments), thoughts, shares, common, answer)
 
 
-def _error(candidate: Candidate) -> Array:
-    return candidate.fit.theta[: candidate.model.error_count]
+def _curve_of(candidate: Candidate, x: Array) -> Array:
+    return candidate.model.error.basis(x) @ candidate.fit.theta[: candidate.model.error_count]
 
 
-def _common_problem(nearest: Candidate, obs: Observations) -> tuple[PredictionModel, Regression, Array]:
-    """The problem in a fine spline, linearized at the curve of the candidate that fits best."""
-    model, fit = nearest.model, nearest.fit
-    x = obs.impact_pressure / model.reference_pressure
-    low, high = (float(q) for q in np.quantile(x, [0.001, 0.999]))
-    common = replace(model, error=spline_between(low, high, _KNOTS))
-    knots = np.array(common.error.knots)
-    k = model.error.basis(knots) @ _error(nearest)
-    theta = np.concatenate([k, fit.theta[model.error_count :]])
-    problem, _ = linearized(common, obs, theta, fit.gust_deviation)
+def _common_problem(nearest: Candidate, obs: Observations) -> tuple[PredictionModel, Regression]:
+    """The problem in a fine spline, linearized at the curve of the law that fits best."""
+    spline = spline_between(*nearest.flown, _KNOTS)
+    common = replace(nearest.model, error=spline)
+    k = _curve_of(nearest, np.array(spline.knots))
+    theta = np.concatenate([k, nearest.fit.theta[nearest.model.error_count :]])
+    problem, _ = linearized(common, obs, theta, nearest.fit.gust_deviation)
     # For the curve and the wind themselves, not for corrections to those at which it was linearized.
-    response = problem.response + problem.regressors @ theta
-    return common, replace(problem, response=response), noise_masses(fit)
+    return common, replace(problem, response=problem.response + problem.regressors @ theta)
 
 
 def _curve(choice: ModelChoice, of_best: ErrorCurve) -> ErrorCurve:
@@ -161,16 +158,16 @@ def table_of(choice: ModelChoice) -> list[dict[str, Any]]:
             "aicc": float(j.aicc),
             "bic": float(j.bic),
             "held_out": float(np.sum(j.held_out)),
-            "weight": float(weight),
+            "weight": choice.weight_of(j.candidate.name),
+            "chosen": j.candidate is choice.best,
         }
-        for j, weight in zip(choice.judgments, choice.weights, strict=True)
+        for j in choice.judgments
     ]
 
 
 def departures_of(choice: ModelChoice) -> dict[str, float]:
     """Probability of each size of departure from a law, by its root mean square in Δp/q_c."""
-    shares = np.exp(choice.log_evidences - logsumexp(choice.log_evidences))
     sizes = dict.fromkeys((t.departure for t in choice.thoughts), 0.0)
-    for thought, share in zip(choice.thoughts, shares, strict=True):
+    for thought, share in zip(choice.thoughts, choice.shares, strict=True):
         sizes[thought.departure] += float(share)
     return {f"{size:g}": share for size, share in sizes.items()}

@@ -6,6 +6,7 @@ from pitotbench.pressure_error.curve import PressureErrorRangeError as PressureE
 from pitotbench.pressure_error.model import PressureErrorModel as PressureErrorModel
 from pitotbench.pressure_error.models import BIAS, INVERSE, INVERSE_PLUS, LINEAR, QUADRATIC
 from pitotbench.pressure_error.spline import SPLINE
+from pitotbench.pressure_error.spline import SplineModel as SplineModel
 from pitotbench.pressure_error.spline import spline_between as spline_between
 from pitotbench.pressure_error.table import TableCurve as TableCurve
 

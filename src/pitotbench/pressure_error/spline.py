@@ -72,4 +72,4 @@ def _cardinal(knots: tuple[float, ...]) -> CubicSpline:
     return CubicSpline(np.log(knots), np.eye(len(knots)), bc_type="natural")
 
 
-SPLINE = spline_between(0.5, 4.0, 6)  # about 70 to 200 KIAS, until a log gives its own range
+SPLINE = spline_between(0.5, 4.0, 5)  # about 70 to 200 KIAS, until a log gives its own range

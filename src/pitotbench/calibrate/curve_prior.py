@@ -1,7 +1,7 @@
 """What is thought of a pressure-error curve before the flight: a law of the table, and a departure from it.
 
 No airplane knows our formulas, so each is taken as a first approximation. Over the flown range of ln x the curve is
-a law plus a sum of orthonormal (Legendre) polynomials from degree 1 on, with independent Gaussian coefficients that
+a law plus a sum of orthonormal (Legendre) polynomials from degree 2 on, with independent Gaussian coefficients that
 fall as 1/degree², the rate of curves with a square-integrable second derivative. How large the departure is, is
 unknown: each size of a ladder is as likely. Where a flight leaves gaps between its speeds, the departure keeps the
 bound from closing there.
@@ -17,7 +17,7 @@ from pitotbench.pressure_error import PressureErrorModel
 from pitotbench.units import Array
 
 LEVEL = 0.06  # Δp/q_c, standard deviation of a curve's level and slope: 4 kt at 130 kt
-DEPARTURES = (0.0005, 0.001, 0.002, 0.004, 0.008)  # Δp/q_c, rms from degree 2 on: 0.03 to 0.5 kt at 130 kt
+DEPARTURES = (0.0005, 0.001, 0.002, 0.004, 0.008)  # Δp/q_c, root mean square: 0.03 to 0.5 kt at 130 kt
 LAWLESS = "spline"  # the model whose law is a straight line in ln x: all else is departure
 _LAWLESS_SHARE = 0.5  # as likely as not, the curve follows no law of the table
 _DEGREES = 16
@@ -51,10 +51,10 @@ def hypotheses(laws: Sequence[PressureErrorModel], x: Array, level: float = LEVE
 
 
 def _departure(place: Array) -> Array:
-    """Covariance at places in [-1, 1] of departures; those of degree 2 and more have a root mean square of 1."""
-    variance = np.arange(1, _DEGREES, dtype=np.float64) ** -4
-    polynomials = _orthonormal(place)[:, 1:]
-    return np.asarray((polynomials * variance) @ polynomials.T / variance[1:].sum())
+    """Covariance at places in [-1, 1] of departures whose root mean square is 1."""
+    variance = np.arange(2, _DEGREES, dtype=np.float64) ** -4
+    polynomials = _orthonormal(place)[:, 2:]
+    return np.asarray((polynomials * variance) @ polynomials.T / variance.sum())
 
 
 def _of_line(place: Array, level: float) -> Array:

@@ -19,10 +19,11 @@ class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
 
     model: name in the table of pressure-error models, or `auto` (see `structure`). method: `covering`
-    (generalized least squares with a bound that is meant to cover) or `paper` (output error with white residuals). form: `scalar` (impact
-    pressure predicted from ground velocity and wind) or `vector` (ground velocity predicted from airspeed,
-    attitude and flow angles; method `paper` only). error_location: `impact` (the paper: the error corrupts the
-    impact pressure alone) or `static` (the error is the static source's and moves the static pressure too).
+    (generalized least squares with a bound that is meant to cover) or `paper` (output error with white
+    residuals). form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector` (ground
+    velocity predicted from airspeed, attitude and flow angles; method `paper` only). error_location: `impact`
+    (the paper: the error corrupts the impact pressure alone) or `static` (the error is the static source's and
+    moves the static pressure too).
     mach_max: rows above it are left out. wind_down: estimate a vertical wind. recovery_factor: of the
     temperature probe. Raises BadInputError or UnknownNameError for a choice that does not exist.
     """

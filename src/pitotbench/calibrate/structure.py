@@ -26,6 +26,7 @@ from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
 _KNOTS = 13  # of the spline in which models meet: finer than any departure
+_LEAST_RANGE = 2.0  # ratio of impact pressures, as from 100 to 141 kt
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +88,8 @@ def _judgments(fit: Callable[[str], Candidate], obs: Observations) -> list[Judgm
             found.append(judge(fit(name), obs))
         except NoAnswerError as error:
             reasons.append(error)
+        except np.linalg.LinAlgError:  # more knots than the flown speeds determine
+            reasons.append(NoAnswerError(f"the log does not determine the model {name!r}; fly more speeds"))
     if all(judgment.candidate.name == LAWLESS for judgment in found):
         raise reasons[0]
     return found
@@ -116,13 +119,19 @@ def _curve_of(candidate: Candidate, x: Array) -> Array:
 
 def _common_problem(nearest: Candidate, obs: Observations) -> tuple[PredictionModel, Regression]:
     """The problem in a fine spline, linearized at the curve of the law that fits best."""
-    spline = spline_between(*nearest.flown, _KNOTS)
+    spline = spline_between(*_wide_enough(*nearest.flown), _KNOTS)
     common = replace(nearest.model, error=spline)
     k = _curve_of(nearest, np.array(spline.knots))
     theta = np.concatenate([k, nearest.fit.theta[nearest.model.error_count :]])
     problem, _ = linearized(common, obs, theta, nearest.fit.gust_deviation)
     # For the curve and the wind themselves, not for corrections to those at which it was linearized.
     return common, replace(problem, response=problem.response + problem.regressors @ theta)
+
+
+def _wide_enough(low: float, high: float) -> tuple[float, float]:
+    """The range over which the prior of curves holds: over less, nobody expects the whole change of a curve."""
+    margin = float(np.sqrt(max(_LEAST_RANGE * low / high, 1.0)))
+    return low / margin, high * margin
 
 
 def _curve(choice: ModelChoice, of_best: ErrorCurve) -> ErrorCurve:
@@ -149,20 +158,32 @@ def _wind(choice: ModelChoice) -> WindEstimate:
 
 
 def table_of(choice: ModelChoice) -> list[dict[str, Any]]:
-    """The choice as plain data, a row a model; of logarithms only differences between rows mean anything."""
+    """The choice as plain data, a row a model; of logarithms only differences between rows mean anything.
+
+    A model that the log does not determine by itself has a weight alone.
+    """
+    judged = {judgment.candidate.name: judgment for judgment in choice.judgments}
+    weights = {name: choice.weight_of(name) for name in MODELS}
     return [
         {
-            "model": j.candidate.name,
-            "parameters": j.candidate.model.error_count,
-            "log_likelihood": float(j.log_likelihood),
-            "aicc": float(j.aicc),
-            "bic": float(j.bic),
-            "held_out": float(np.sum(j.held_out)),
-            "weight": choice.weight_of(j.candidate.name),
-            "chosen": j.candidate is choice.best,
+            "model": name,
+            **(_criteria(judged[name]) if name in judged else {}),
+            "weight": weight,
+            "chosen": name == choice.best.name,
         }
-        for j in choice.judgments
+        for name, weight in weights.items()
+        if name in judged or weight > 0.0
     ]
+
+
+def _criteria(judgment: Judgment) -> dict[str, Any]:
+    return {
+        "parameters": judgment.candidate.model.error_count,
+        "log_likelihood": judgment.log_likelihood,
+        "aicc": judgment.aicc,
+        "bic": judgment.bic,
+        "held_out": float(np.sum(judgment.held_out)),
+    }
 
 
 def departures_of(choice: ModelChoice) -> dict[str, float]:

@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pitotbench.records.calibration import Calibration, Estimate
+from pitotbench.show.choice import choice_html, choice_of, print_choice
 from pitotbench.units import DEGREE, KNOT
 
 CAMPAIGN_COLUMNS: dict[str, tuple[str, str]] = {
@@ -79,6 +80,7 @@ def print_calibration(result: Calibration, console: Console) -> None:
         f"condition number {result.condition_number:.1e}; {result.reason}"
     )
     console.print(f"x = q_ci / {result.reference_pressure:.2f} Pa; curve of {len(curve.correction)} points")
+    print_choice(result, console)
     for warning in result.warnings:
         console.print(f"warning: {warning}", style="yellow")
 
@@ -99,7 +101,7 @@ def curve_html(result: Calibration) -> str:
         f"<tbody>{body}</tbody></table></div>"
         f"<p>{parameters} (2σ), x = q<sub>ci</sub> / {result.reference_pressure:.2f} Pa. "
         f"{result.reason}.</p>"
-        f"</details>"
+        f"</details>{choice_html(result)}"
     )
 
 
@@ -147,6 +149,7 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
         "samples": result.samples,
         "converged": result.converged,
         "warnings": list(result.warnings),
+        **({"model_choice": choice_of(result)} if choice_of(result) else {}),
     }
 
 

@@ -10,6 +10,7 @@ from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProce
 from pitotbench.estimate.restricted_likelihood import Regression
 
 N, WIDE = 20, 300.0
+ZERO = np.zeros(3)
 
 
 @pytest.fixture
@@ -40,7 +41,7 @@ def dense(problem, noise, thought):
 def test_mixture_is_the_dense_one(setup):
     problem, noises, thoughts = setup
     masses = np.log([0.6, 0.4])
-    answer, shares = weigh(thoughts, [moments(problem, n, m) for n, m in zip(noises, masses, strict=True)])
+    answer, shares = weigh(thoughts, [moments(problem, ZERO, n, m) for n, m in zip(noises, masses, strict=True)])
     cases = [(t, n, m) for t in thoughts for n, m in zip(noises, masses, strict=True)]
     found = [dense(problem, n, t) for t, n, _ in cases]
     logs = np.array([d + m + np.log(t.probability) for (d, _, _), (t, _, m) in zip(found, cases, strict=True)])
@@ -54,7 +55,16 @@ def test_mixture_is_the_dense_one(setup):
 
 def test_data_speak_for_the_true_law(setup):
     problem, noises, thoughts = setup
-    _, shares = weigh(thoughts, [moments(problem, noises[0], 0.0)])
+    _, shares = weigh(thoughts, [moments(problem, ZERO, noises[0], 0.0)])
     flat = Regression(problem.response - problem.regressors[:, 1], problem.regressors, problem.instruments)
-    _, shares_flat = weigh(thoughts, [moments(flat, noises[0], 0.0)])
+    _, shares_flat = weigh(thoughts, [moments(flat, ZERO, noises[0], 0.0)])
     assert shares[0] > 0.7 > shares_flat[0]
+
+
+def test_where_it_is_linearized_does_not_matter(setup):
+    problem, noises, thoughts = setup
+    theta = np.array([0.2, -0.4, 1.0])
+    moved = Regression(problem.response - problem.regressors @ theta, problem.regressors, problem.instruments)
+    here, there = (weigh(thoughts, [moments(p, t, noises[0], 0.0)]) for p, t in ((problem, ZERO), (moved, theta)))
+    np.testing.assert_allclose(here[0].mean, there[0].mean, atol=1e-10)
+    np.testing.assert_allclose(here[1], there[1], rtol=1e-8)

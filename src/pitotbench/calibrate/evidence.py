@@ -24,30 +24,33 @@ _NEGLIGIBLE = 1e-6  # weight of a Gaussian that no bound would notice
 
 @dataclass(frozen=True, slots=True)
 class Moments:
-    """What the data say under one noise: with weights C⁻¹, the products of regressors X, instruments Z and response
-    y, and log|C|; `log_mass` is the noise's own weight: prior and volume of its node."""
+    """What the data say under one noise: with weights C⁻¹, the products of regressors X, instruments Z and
+    response, and log|C|; `log_mass` is the noise's own weight: prior and volume of its node.
 
-    information: Array  # XᵀC⁻¹X
+    Evidence takes the instruments for regressors (response y + Zθ0). With the regressors themselves the noise of
+    the GPS, which is in both sides, would speak for bends: where an airplane holds its speed, there is little else.
+    """
+
     normal: Array  # ZᵀC⁻¹X
     spread: Array  # ZᵀC⁻¹Z
-    gradient: Array  # XᵀC⁻¹y
-    instrumental_gradient: Array  # ZᵀC⁻¹y
-    square: float  # yᵀC⁻¹y
+    gradient: Array  # ZᵀC⁻¹(y + Xθ0), for the estimate
+    clean_gradient: Array  # ZᵀC⁻¹(y + Zθ0), for the evidence
+    clean_square: float
     log_determinant: float
     log_mass: float
 
 
-def moments(problem: Regression, noise: MarkovNoise, log_mass: float) -> Moments:
-    """The moments of a problem under one noise."""
-    X, Z, y = problem.regressors, problem.instruments, problem.response[:, None]
-    weighed, weighed_instruments = noise.weigh(np.hstack([X, y])), noise.weigh(Z)
+def moments(problem: Regression, theta: Array, noise: MarkovNoise, log_mass: float) -> Moments:
+    """The moments under one noise of a problem that was linearized at θ0 (p,)."""
+    X, Z = problem.regressors, problem.instruments
+    clean = problem.response + Z @ theta
+    weighed, weighed_clean = noise.weigh(Z), noise.weigh(clean[:, None])[:, 0]
     return Moments(
-        information=X.T @ weighed[:, :-1],
-        normal=weighed_instruments.T @ X,
-        spread=weighed_instruments.T @ Z,
-        gradient=X.T @ weighed[:, -1],
-        instrumental_gradient=weighed_instruments.T @ y[:, 0],
-        square=float(y[:, 0] @ weighed[:, -1]),
+        normal=weighed.T @ X,
+        spread=weighed.T @ Z,
+        gradient=weighed.T @ (problem.response + X @ theta),
+        clean_gradient=weighed.T @ clean,
+        clean_square=float(clean @ weighed_clean),
         log_determinant=noise.log_determinant,
         log_mass=log_mass,
     )
@@ -86,8 +89,8 @@ def _precision(thought: Hypothesis, size: int) -> Array:
 
 
 def _log_evidence(node: Moments, precision: Array) -> float:
-    total = node.information + precision
-    misfit = node.square - float(node.gradient @ np.linalg.solve(total, node.gradient))
+    total = node.spread + precision
+    misfit = node.clean_square - float(node.clean_gradient @ np.linalg.solve(total, node.clean_gradient))
     return node.log_mass - 0.5 * (node.log_determinant + float(np.linalg.slogdet(total)[1]) + misfit)
 
 
@@ -95,4 +98,4 @@ def _posterior(node: Moments, precision: Array) -> tuple[Array, Array]:
     """Mean and covariance by instruments, as in `restricted_likelihood.solve`."""
     inverse = np.linalg.inv(node.normal + precision)
     covariance = inverse @ (node.spread + precision) @ inverse.T
-    return inverse @ node.instrumental_gradient, 0.5 * (covariance + covariance.T)
+    return inverse @ node.gradient, 0.5 * (covariance + covariance.T)

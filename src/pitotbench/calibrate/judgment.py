@@ -56,7 +56,8 @@ def judge(candidate: Candidate, obs: Observations) -> Judgment:
     likeliest = fit.noise_of(max(fit.nodes, key=lambda node: node.weight).noise)
     # The residuals are in airspeed; as densities of what was measured they are divided by the slope.
     scale = _log_slopes(candidate, obs)
-    best = log_likelihood(fit.problem, likeliest) - float(np.sum(scale))
+    problem = _clean(candidate)
+    best = log_likelihood(problem, likeliest) - float(np.sum(scale))
     free = fit.problem.regressors.shape[1] + len(fit.nodes[0].noise)
     segment = _segments(fit.blocks)
     return Judgment(
@@ -64,14 +65,18 @@ def judge(candidate: Candidate, obs: Observations) -> Judgment:
         best,
         aicc(best, free, fit.blocks),
         bic(best, free, fit.blocks),
-        held_out_log_density(_from_zero(candidate), likeliest, _weak_prior(candidate), segment) - scale,
+        held_out_log_density(problem, likeliest, _weak_prior(candidate), segment) - scale,
     )
 
 
-def _from_zero(candidate: Candidate) -> Regression:
-    """The problem for the error parameters themselves, not for corrections to those at which it was linearized."""
+def _clean(candidate: Candidate) -> Regression:
+    """The problem with the instruments for regressors, as in `evidence`, and for the error parameters themselves,
+    not for corrections to those at which it was linearized."""
     problem, free = candidate.fit.problem, candidate.model.error_count
-    return replace(problem, response=problem.response + problem.regressors[:, :free] @ candidate.fit.theta[:free])
+    k = candidate.fit.theta[:free]
+    return replace(
+        problem, response=problem.response + problem.instruments[:, :free] @ k, regressors=problem.instruments
+    )
 
 
 def _weak_prior(candidate: Candidate) -> Array:

@@ -99,14 +99,14 @@ def choose(judgments: Sequence[Judgment], obs: Observations) -> ModelChoice:
     """Weigh the models, each with departures of every size. At least one judgment must be of a law."""
     laws = [judgment for judgment in judgments if judgment.candidate.name != LAWLESS]
     nearest = min(laws, key=lambda judgment: judgment.aicc).candidate
-    common, problem = _common_problem(nearest, obs)
+    common, problem, theta = _common_problem(nearest, obs)
     assert isinstance(common.error, SplineModel)
     knots = np.array(common.error.knots)
     level = max(LEVEL, float(np.sqrt(np.mean(_curve_of(nearest, knots) ** 2))))
     thoughts = tuple(hypotheses([law.candidate.model.error for law in laws], knots, level))
     masses = noise_masses(nearest.fit)
     nodes = [
-        moments(problem, nearest.fit.noise_of(node.noise), float(mass))
+        moments(problem, theta, nearest.fit.noise_of(node.noise), float(mass))
         for node, mass in zip(nearest.fit.nodes, masses, strict=True)
     ]
     answer, shares = weigh(thoughts, nodes)
@@ -117,15 +117,14 @@ def _curve_of(candidate: Candidate, x: Array) -> Array:
     return candidate.model.error.basis(x) @ candidate.fit.theta[: candidate.model.error_count]
 
 
-def _common_problem(nearest: Candidate, obs: Observations) -> tuple[PredictionModel, Regression]:
-    """The problem in a fine spline, linearized at the curve of the law that fits best."""
+def _common_problem(nearest: Candidate, obs: Observations) -> tuple[PredictionModel, Regression, Array]:
+    """The problem in a fine spline, linearized at the curve of the law that fits best, and θ0 there."""
     spline = spline_between(*_wide_enough(*nearest.flown), _KNOTS)
     common = replace(nearest.model, error=spline)
     k = _curve_of(nearest, np.array(spline.knots))
     theta = np.concatenate([k, nearest.fit.theta[nearest.model.error_count :]])
     problem, _ = linearized(common, obs, theta, nearest.fit.gust_deviation)
-    # For the curve and the wind themselves, not for corrections to those at which it was linearized.
-    return common, replace(problem, response=problem.response + problem.regressors @ theta)
+    return common, problem, theta
 
 
 def _wide_enough(low: float, high: float) -> tuple[float, float]:

@@ -67,8 +67,7 @@ def calibrate_auto(
         "gust_deviation_mps": best.fit.gust_deviation,
         "gust_length_m": best.fit.gust_length,
         "blocks": best.fit.blocks,
-        "model_choice": table_of(choice),
-        "departure": departures_of(choice),
+        **choice_of(choice),
     }
     calibration = assemble(options, best.model, obs, best.white, answer_of(best.fit), diagnostics, warnings(best))
     return replace(
@@ -156,7 +155,12 @@ def _wind(choice: ModelChoice) -> WindEstimate:
     return WindEstimate(*(Estimate(name, float(v), float(b)) for name, v, b in parts))
 
 
-def table_of(choice: ModelChoice) -> list[dict[str, Any]]:
+def choice_of(choice: ModelChoice) -> dict[str, Any]:
+    """The choice as plain data: `model_choice`, a row a model, and `departure`, the probability of each size."""
+    return {"model_choice": _table(choice), "departure": _departures(choice)}
+
+
+def _table(choice: ModelChoice) -> list[dict[str, Any]]:
     """The choice as plain data, a row a model; of logarithms only differences between rows mean anything.
 
     A model that the log does not determine by itself has a weight alone.
@@ -185,7 +189,7 @@ def _criteria(judgment: Judgment) -> dict[str, Any]:
     }
 
 
-def departures_of(choice: ModelChoice) -> dict[str, float]:
+def _departures(choice: ModelChoice) -> dict[str, float]:
     """Probability of each size of departure from a law, by its root mean square in Δp/q_c."""
     sizes = dict.fromkeys((t.departure for t in choice.thoughts), 0.0)
     for thought, share in zip(choice.thoughts, choice.shares, strict=True):

@@ -78,7 +78,7 @@ def _fly(options: argparse.Namespace) -> int:
 
 def _add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat)")
-    parser.add_argument("--model", help="pressure-error model (default: the mapping's, else inverse+)")
+    parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
     parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
@@ -225,7 +225,7 @@ def add_campaign(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model",
         default="inverse+",
-        help="model, comma list, or all: inverse+, quadratic, linear, bias (default: %(default)s)",
+        help="model, comma list, auto, or all: inverse+, quadratic, linear, bias (default: %(default)s)",
     )
     parser.add_argument("--method", default="covering", help="covering or paper (default: %(default)s)")
     parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")

@@ -53,6 +53,8 @@ class CoveringFit:
     gust_length: float
     wind_deviation: float
     blocks: int
+    problem: Regression  # linearized at θ0
+    noise_of: NoiseOf
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,15 @@ def fit_covering(structure: Structure, obs: Observations, start: Array) -> Cover
         gust_length=float(np.exp(best[1])),
         wind_deviation=float(np.exp(best[3])) if structure.drifting else 0.0,
         blocks=len(blocks.count),
+        problem=fine.regression,
+        noise_of=fine.noise_of,
     )
+
+
+def linearized(structure: Structure, obs: Observations, theta: Array, gust_deviation: float) -> Regression:
+    """The problem of a structure at θ (p,), on the blocks of `fit_covering`."""
+    blocks = divide(obs, block_length(obs))
+    return _linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2).regression
 
 
 def _approach(

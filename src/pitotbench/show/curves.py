@@ -47,6 +47,8 @@ def draw_bound(axes: Axes, result: Calibration, truth: MetersPerSecond | None) -
     """The bound that is meant to cover, the white one, and the true error where known."""
     speed, value, bound = _knots(result)
     axes.plot(speed, bound, color=BLUE, label="2σ, meant to cover")
+    whole = result.curve.simultaneous_two_sigma / KNOT
+    axes.plot(speed, whole, color=BLUE, lw=1.0, ls=":", label="2σ, whole curve")
     axes.plot(speed, result.curve.white_two_sigma / KNOT, color=ORANGE, lw=1.1, label="white 2σ")
     if truth is not None:
         axes.plot(speed, np.abs(value - truth / KNOT), color="black", ls="--", lw=1.2, label="true error, size")

@@ -28,7 +28,7 @@ _RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the card's tolerance on heading
 
 @dataclass(frozen=True, slots=True)
 class _Solved:
-    """A group, its velocities at one airspeed, its answer [V, W_N, W_E] and spread [m/s], the noise problem there."""
+    """A group, its velocities at one airspeed, the answer [V, W_N, W_E], its spread, the noise problem [m/s]."""
 
     group: SteadyGroup
     method: str
@@ -56,6 +56,14 @@ def fixed_speed_points(log: FlightLog, options: CalibrationOptions | None = None
     bounds = two_sigma([one.linearized for one in solved])
     answers = [(each, bound) for one, bound in zip(solved, bounds, strict=True) for each in (one, *_horseshoe(one))]
     return tuple(_point(each, bound, obs, options) for each, bound in answers)
+
+
+def cross_check(log: FlightLog, options: CalibrationOptions | None = None) -> tuple[FixedSpeedPoint, ...]:
+    """The fixed-speed points to hold a curve against; none where the log has no legs or turns for them."""
+    try:
+        return fixed_speed_points(log, options)
+    except NoAnswerError:
+        return ()
 
 
 def _solve(group: SteadyGroup) -> _Solved:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pitotbench.calibrate.observations import Observations
 from pitotbench.calibrate.steady import SECOND, SteadyBlocks, block_means, labeled
 from pitotbench.records.log import FlightLog
-from pitotbench.units import DEGREE, KNOT, Array, Booleans
+from pitotbench.units import DEGREE, KNOT, Array
 
 _SHORTEST = 5.0  # s, the least on condition that Martos, Kiszely and Foster (2011), III.A, allow a leg
 _STRAIGHT = 5.0 * DEGREE  # largest change of mean track between the halves of a straight leg
@@ -119,7 +119,9 @@ def _as_legs(pieces: list[SteadyBlocks]) -> SteadyGroup:
     leg[order] = np.concatenate([[0], np.cumsum(gap)])
     if track[order[0]] + 2.0 * np.pi - track[order[-1]] <= _SAME_TRACK:  # a leg on both sides of south
         leg[leg == leg.max()] = 0
-    return SteadyGroup(_joined(pieces), np.concatenate([np.full(len(p), n) for p, n in zip(pieces, leg, strict=True)]), False)
+    return SteadyGroup(
+        _joined(pieces), np.concatenate([np.full(len(p), n) for p, n in zip(pieces, leg, strict=True)]), False
+    )
 
 
 def _joined(pieces: list[SteadyBlocks]) -> SteadyBlocks:

@@ -60,9 +60,7 @@ def block_means(log: FlightLog, obs: Observations) -> SteadyBlocks:
     mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
     airspeed = mach * air.sound_speed(obs.probe_temperature / (1.0 + obs.probe_heating * mach**2))
     north, east = obs.velocity_north, obs.velocity_east
-    channels = np.stack(
-        [north, east, airspeed, obs.static_pressure, obs.probe_temperature, np.hypot(north, east)]
-    )
+    channels = np.stack([north, east, airspeed, obs.static_pressure, obs.probe_temperature, np.hypot(north, east)])
     rows_a_block = SECOND / float(np.median(np.diff(obs.time)))
     parts = [
         _means(obs.time[rows], channels[:, rows], rows_a_block, number)
@@ -71,7 +69,8 @@ def block_means(log: FlightLog, obs: Observations) -> SteadyBlocks:
     ]
     table = np.concatenate(parts, axis=1) if parts else np.zeros((8, 0))
     table[1:3] *= table[6] / np.hypot(*table[1:3])  # the mean of a turning vector is too short
-    return SteadyBlocks(*table[:6], piece=table[7].astype(np.intp))
+    time, north, east, airspeed, pressure, temperature, _, number = table
+    return SteadyBlocks(time, north, east, airspeed, pressure, temperature, number.astype(np.intp))
 
 
 def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
@@ -80,7 +79,9 @@ def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
     if log.segment is not None:
         segment = log.segment[obs.used]
         changed |= segment[1:] != segment[:-1]
-    on = log.on_condition[obs.used] if log.on_condition is not None and labeled(log) else np.ones(len(obs), np.bool_)
+    on = (
+        log.on_condition[obs.used] if log.on_condition is not None and labeled(log) else np.ones(len(obs), np.bool_)
+    )
     changed |= on[1:] != on[:-1]
     return np.where(on, np.concatenate([[0], np.cumsum(changed)]), -1)
 

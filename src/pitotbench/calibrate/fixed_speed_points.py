@@ -80,7 +80,7 @@ def _solve(group: SteadyGroup) -> _Solved:
         spread = float(rest.std(ddof=3))
     gain = np.stack([(_answer(group, moved)[0] - answer) / _STEP for moved in _each_moved(velocity, along)])
     method = "turn" if group.turning else _METHODS.get(group.legs, "many_leg")
-    problem = LinearizedGroup(blocks.time, blocks.piece, rest, along, gain, float(answer[0]))
+    problem = LinearizedGroup(blocks.time, rest, along, gain, float(answer[0]))
     return _Solved(group, method, velocity, answer, spread, problem)
 
 

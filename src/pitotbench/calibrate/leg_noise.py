@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from pitotbench.calibrate.covering import GUST_LENGTH, GUST_LENGTH_FACTOR, GUST_SCALE, WHITE_SCALE
@@ -25,12 +24,10 @@ _FLOOR = 1e-4  # m/s: keeps the covariance regular for legs without noise
 
 @dataclass(frozen=True, slots=True)
 class LinearizedGroup:
-    """A group around its answer: middle of each second [s] and the piece it is in, residual of ground against air
-    speed [m/s], (n,), unit vector of the flight path, (n, 2), what a residual of 1 m/s in each second does to the
+    """A group around its answer: middle of each second [s], residual of ground against air speed [m/s], (n,), unit vector of the flight path, (n, 2), what a residual of 1 m/s in each second does to the
     answer [V, W_N, W_E], (n, 3), and the true airspeed [m/s]."""
 
     time: Seconds
-    piece: NDArray[np.intp]
     residual: Array
     along: Array
     gain: Array

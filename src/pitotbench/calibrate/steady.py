@@ -74,15 +74,19 @@ def block_means(log: FlightLog, obs: Observations) -> SteadyBlocks:
 
 
 def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
-    """The number of the uninterrupted run that each row is in; −1 where it is not on condition."""
+    """The number of the run that each row is in; −1 where it is not on condition.
+
+    A run is a segment, less what was off condition inside; without segments, an uninterrupted stretch on condition.
+    """
     changed = np.diff(obs.part) != 0
+    on = np.ones(len(obs), dtype=np.bool_)
+    if log.on_condition is not None and labeled(log):
+        on = log.on_condition[obs.used]
     if log.segment is not None:
         segment = log.segment[obs.used]
         changed |= segment[1:] != segment[:-1]
-    on = (
-        log.on_condition[obs.used] if log.on_condition is not None and labeled(log) else np.ones(len(obs), np.bool_)
-    )
-    changed |= on[1:] != on[:-1]
+    else:
+        changed |= on[1:] != on[:-1]
     return np.where(on, np.concatenate([[0], np.cumsum(changed)]), -1)
 
 

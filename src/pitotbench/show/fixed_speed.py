@@ -23,9 +23,11 @@ def print_points(points: Sequence[FixedSpeedPoint], console: Console, curve: Err
     """Print the points, one a row; with a curve, also by how much each differs from it. Nothing for no points."""
     if not points:
         return
-    table = Table(header_style="bold", box=None, title="fixed-speed methods", title_justify="left")
+    table = Table(
+        header_style="bold", box=None, padding=(0, 1, 0, 0), title="fixed-speed methods", title_justify="left"
+    )
     table.add_column("method", no_wrap=True)
-    columns = (*_COLUMNS, *((("less curve\n[kt]", "+.2f"),) if curve is not None else ()))
+    columns = (*_COLUMNS, *((("less\ncurve\n[kt]", "+.2f"),) if curve is not None else ()))
     for heading, _ in columns:
         table.add_column(escape(heading), justify="right", no_wrap=True)
     for point in points:

@@ -24,8 +24,9 @@ _FLOOR = 1e-4  # m/s: keeps the covariance regular for legs without noise
 
 @dataclass(frozen=True, slots=True)
 class LinearizedGroup:
-    """A group around its answer: middle of each second [s], residual of ground against air speed [m/s], (n,), unit vector of the flight path, (n, 2), what a residual of 1 m/s in each second does to the
-    answer [V, W_N, W_E], (n, 3), and the true airspeed [m/s]."""
+    """A group around its answer: middle of each second [s], residual of ground against air speed [m/s], (n,), unit
+    vector of the flight path, (n, 2), what a residual of 1 m/s in each second does to the answer [V, W_N, W_E],
+    (n, 3), and the true airspeed [m/s]."""
 
     time: Seconds
     residual: Array
@@ -36,21 +37,28 @@ class LinearizedGroup:
 
 def two_sigma(groups: Sequence[LinearizedGroup]) -> list[Array]:
     """2σ of each group's airspeed and wind components [m/s], (3,)."""
+    weights, noises = _plausible_noises(groups)
+    bounds = []
+    for group in groups:
+        variances = [np.diag(group.gain.T @ _covariance(group, noise) @ group.gain) for noise in noises]
+        bounds.append(half_width(weights, np.zeros((len(weights), 3)), np.sqrt(variances)))
+    return bounds
+
+
+def _plausible_noises(groups: Sequence[LinearizedGroup]) -> tuple[Array, list[Array]]:
+    """Weights and ln(gust deviation [m/s], gust length [m], white deviation [m/s]) of the noise's posterior."""
     problem, intervals, along, airspeed = _problem(groups)
+    level = float(problem.response.std())
+    if level < _FLOOR:  # legs from formulas: there is no noise to be found
+        return np.ones(1), [np.log([_FLOOR, GUST_LENGTH, _FLOOR])]
 
     def noise_of(phi: Array) -> MarkovNoise:
         deviation, length, white = np.exp(phi)
         gust = [MarkovProcess(deviation, length / airspeed, along)]
         return MarkovNoise(intervals, np.full(len(along), white**2 + _FLOOR**2), gust)
 
-    level = max(float(problem.response.std()), _FLOOR)
     nodes = noise_posterior(problem, noise_of, _log_prior, np.log([level, GUST_LENGTH, 0.3 * level]))
-    weights = np.array([node.weight for node in nodes])
-    bounds = []
-    for group in groups:
-        variances = [np.diag(group.gain.T @ _covariance(group, node.noise) @ group.gain) for node in nodes]
-        bounds.append(half_width(weights, np.zeros((len(nodes), 3)), np.sqrt(variances)))
-    return bounds
+    return np.array([node.weight for node in nodes]), [node.noise for node in nodes]
 
 
 def _log_prior(phi: Array) -> float:

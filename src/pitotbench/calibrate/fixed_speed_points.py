@@ -54,7 +54,9 @@ def fixed_speed_points(log: FlightLog, options: CalibrationOptions | None = None
             "fly four legs 90° apart, at least 5 s each, or a full turn at constant bank"
         )
     bounds = two_sigma([one.linearized for one in solved])
-    answers = [(each, bound) for one, bound in zip(solved, bounds, strict=True) for each in (one, *_horseshoe(one))]
+    answers = [
+        pair for one, bound in zip(solved, bounds, strict=True) for pair in ((one, bound), *_horseshoe(one, bound))
+    ]
     return tuple(_point(each, bound, obs, options) for each, bound in answers)
 
 
@@ -84,8 +86,11 @@ def _solve(group: SteadyGroup) -> _Solved:
     return _Solved(group, method, velocity, answer, spread, problem)
 
 
-def _horseshoe(one: _Solved) -> list[_Solved]:
-    """The horseshoe's answer beside that of three legs, where their tracks are 90° apart."""
+def _horseshoe(one: _Solved, bound: Array) -> list[tuple[_Solved, Array]]:
+    """The horseshoe's answer beside that of three legs, where their tracks are nearly 90° apart.
+
+    What its formula is off, since they are not quite, is known from the three legs' answer and widens the bound.
+    """
     if one.method != "three_leg":
         return []
     mean = one.group.leg_means(one.velocity)
@@ -95,7 +100,8 @@ def _horseshoe(one: _Solved) -> list[_Solved]:
         turns = [(track[other] - track[middle] + np.pi) % (2.0 * np.pi) - np.pi for other in (first, last)]
         if turns[0] * turns[1] < 0.0 and max(abs(abs(turn) - 0.5 * np.pi) for turn in turns) < _RIGHT_ANGLE_OFF:
             airspeed = horseshoe(np.linalg.norm(mean[[first, middle, last]], axis=1))
-            return [replace(one, method="horseshoe", answer=np.array([airspeed, *one.answer[1:]]))]
+            off = np.array([abs(airspeed - one.answer[0]), 0.0, 0.0])
+            return [(replace(one, method="horseshoe", answer=np.array([airspeed, *one.answer[1:]])), bound + off)]
     return []
 
 

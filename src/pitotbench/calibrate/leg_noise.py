@@ -80,7 +80,7 @@ def _problem(groups: Sequence[LinearizedGroup]) -> tuple[Regression, Intervals, 
     edges, at_edges = np.empty(left[-1] + 2), np.empty(left[-1] + 2)
     edges[left + 1], at_edges[left + 1] = time[order] + 0.5 * SECOND, airspeed
     edges[left], at_edges[left] = time[order] - 0.5 * SECOND, airspeed
-    return Regression(response, own, own), Intervals(edges, left), along, at_edges
+    return Regression(response, own, own, np.zeros(own.shape[1])), Intervals(edges, left), along, at_edges
 
 
 def _covariance(group: LinearizedGroup, noise: Array) -> Array:

@@ -12,6 +12,10 @@ from pitotbench.estimate.markov_noise import MarkovNoise
 from pitotbench.estimate.restricted_likelihood import Regression
 from pitotbench.units import Array
 
+_COARSE = (
+    5e-5  # what taking blocks for points may be wrong by, in units of the process's variance: 0.6 cm/s at 1 m/s
+)
+
 
 def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
     """Correlation of the process in each block with its mean over all rows, (blocks,) [-]."""
@@ -43,6 +47,12 @@ def of_mean_wind(
     known = np.eye(len(estimate))
     known[winds] -= weighed.T @ problem.regressors
     covariance = known @ covariance @ known.T
-    prior = deviation**2 * float(np.mean(kernel)) * np.eye(2)
-    covariance[winds, winds] += prior - crossed.T @ weighed
+    left = deviation**2 * float(np.mean(kernel)) * np.eye(2) - crossed.T @ weighed
+    covariance[winds, winds] += _at_least(left, _COARSE * deviation**2)
     return estimate, 0.5 * (covariance + covariance.T)
+
+
+def _at_least(matrix: Array, floor: float) -> Array:
+    """A symmetric matrix with eigenvalues raised to a floor."""
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    return np.asarray((vectors * np.maximum(values, floor)) @ vectors.T)

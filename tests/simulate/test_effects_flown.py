@@ -40,6 +40,11 @@ ANSWERS = {
     "turbulence_scale": ("wind_down", 0),
     "updraft": ("wind_down", -1),
     "wind_drift": ("wind_north", 1),
+    "wind_oscillation": ("wind_north", 1),
+    "polar_bend": ("power_left", 1),
+    "inclined_pod": ("power_left", 1),
+    "turn_rate_drag": ("power_left", 1),
+    "friction_loss": ("manifold_pressure_left", 1),
     "wind_shear": ("wind_east", 0),
 }
 
@@ -173,7 +178,10 @@ def test_flaps_gear_and_throttles_stand_where_they_are_put():
 
 def test_winds_are_those_of_the_same_formula_over_a_log(plain):
     """What JSBSim blew is what `wind` computes from nothing but the log's time and altitude."""
-    sizes = {name: EFFECTS[name].typical() for name in ("wind_drift", "wind_shear", "sea_breeze_front", "updraft")}
+    sizes = {
+        name: EFFECTS[name].typical()
+        for name in ("wind_drift", "wind_shear", "sea_breeze_front", "updraft", "wind_oscillation")
+    }
     sizes["sea_breeze_front"] |= {"at_s": 10.0, "width_s": 8.0}
     sizes["updraft"] |= {"from_s": 15.0, "for_s": 20.0}
     entries = tuple(EffectSpec(name, values) for name, values in sizes.items())

@@ -80,10 +80,12 @@ class AeroFunction:
 
 @dataclass(frozen=True, slots=True)
 class Engine:
-    """An engine as loaded: where its propeller is [in], and its fuel per power [lb/(hp h)], 0 where unknown."""
+    """An engine as loaded: where its propeller is [in], its fuel per indicated power [lb/(hp h)], 0 where unknown,
+    and its constant friction [hp]."""
 
     location: Point
     fuel_per_power: float = 0.0
+    friction: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

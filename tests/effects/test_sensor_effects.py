@@ -209,3 +209,15 @@ def test_effects_combine_in_any_order_where_they_share_no_channel():
     one = warm.apply(late.apply(signals, late.typical()), warm.typical())
     other = late.apply(warm.apply(signals, warm.typical()), late.typical())
     assert all(np.array_equal(one[name], other[name]) for name in one)
+
+
+def test_nothing_is_held_across_a_pause():
+    """The recorder begins anew after a pause: what it repeats is never from before."""
+    signals = turning(40.0, pause=100.0)
+    later = signals.time > 100.0
+    marked = signals.with_channels(static_pressure=np.where(later, 7e4, 8e4))
+    held = [("sample_and_hold", {"period_s": 3.0})]
+    held += [("dropped_samples", {"fraction": 0.5, "burst_rows": 30.0, "seed": float(seed)}) for seed in range(5)]
+    for name, sizes in held:
+        _, after = applied(name, marked, **sizes)
+        np.testing.assert_array_equal(after["static_pressure"], marked["static_pressure"])

@@ -50,7 +50,11 @@ class WindTerm:
 
 @dataclass(frozen=True, slots=True)
 class Overlay:
-    """All that effects add. `sizes` are new properties that the expressions name; `a + b` holds both."""
+    """All that effects add. `sizes` are new properties that the expressions name; `a + b` holds both.
+
+    In a loaded aircraft a size is the property of that path and may be set at any time. Functions of drag that
+    read the lift coefficient see that of the step before, as JSBSim computes drag first.
+    """
 
     sizes: tuple[tuple[str, float], ...] = ()
     settings: tuple[Setting, ...] = ()

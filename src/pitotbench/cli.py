@@ -218,9 +218,13 @@ def _numbers(text: str, flag: str) -> "Array":
 
 def add_campaign(parser: argparse.ArgumentParser) -> None:
     """The flags of a campaign, shared by `pitotbench campaign` and `scripts/run_campaign.py`."""
-    from pitotbench.simulate.maneuvers import MANEUVERS
+    from pitotbench.simulate.maneuvers import MANEUVERS, PAPER_MANEUVERS
 
-    parser.add_argument("--maneuver", required=True, help=f"{', '.join(MANEUVERS)}, a comma list, or all")
+    parser.add_argument(
+        "--maneuver",
+        required=True,
+        help=f"{', '.join(MANEUVERS)}, a comma list, or all ({', '.join(PAPER_MANEUVERS)})",
+    )
     parser.add_argument("--das", required=True, help="20/1, 50/50, 100/100, any A/G in Hz, a comma list, or all")
     parser.add_argument(
         "--model",

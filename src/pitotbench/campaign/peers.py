@@ -20,7 +20,7 @@ from pitotbench.campaign.coverage import trials
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
 
 BARTLETT_SECONDS = 20.0
@@ -145,7 +145,7 @@ def _air_temperature(obs: Observations) -> Array:
 def comparison(seeds: int, turbulence: str = "light", systems: tuple[str, ...] = ("20/1", "50/50")) -> pd.DataFrame:
     """All bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means over flights."""
     rows = []
-    for trial in trials(list(MANEUVERS), seeds):
+    for trial in trials(list(PAPER_MANEUVERS), seeds):
         if trial.turbulence == turbulence:
             flight = bench.fly(trial.case())
             for das in systems:

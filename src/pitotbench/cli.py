@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from pitotbench.catalog import UnknownNameError
+from pitotbench.planner.command import add_flags
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 if TYPE_CHECKING:
@@ -57,6 +58,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_calibrate(commands.add_parser("calibrate", help="recover the error curve and the wind from a log"))
     _add_fixed_speed(commands.add_parser("fixed-speed", help="three- and four-leg GPS methods"))
     add_campaign(commands.add_parser("campaign", help="fly maneuvers, sense and calibrate them"))
+    add_flags(commands.add_parser("plan", help="what to fly: the 2σ of every maneuver, before it is flown"))
     return parser
 
 

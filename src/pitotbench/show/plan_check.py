@@ -1,0 +1,97 @@
+"""Forecasts held against flights: a picture and a Markdown page."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, canvas
+
+_COLORS = (BLUE, ORANGE, GREEN)
+_WITHIN = (0.9, 1.1)
+_COLUMNS = {
+    "maneuver": ("maneuver", ""),
+    "turbulence": ("turbulence", ""),
+    "das": ("DAS [Hz]", ""),
+    "flights": ("flights", "d"),
+    "minutes": ("time [min]", ".1f"),
+    "predicted_kt": ("predicted 2σ [kt]", ".3f"),
+    "flown_kt": ("flown 2σ [kt]", ".3f"),
+    "flown_se_kt": ("± [kt]", ".3f"),
+    "ratio": ("predicted / flown [-]", ".2f"),
+    "per_step_decrease": ("flown, of Step Decrease's in equal minutes [-]", ".2f"),
+    "error_kt": ("true rms error [kt]", ".3f"),
+    "coverage": ("curve inside 2σ [%]", ".0%"),
+}
+_PAGE = """# What to fly: forecasts against flights
+
+{provenance}
+
+`pitotbench plan` says, before a flight, how well the curve will be known. Here every maneuver was then flown in JSBSim's
+turbulence and calibrated, with the noise unknown to the calibrator. 2σ is the mean over 100 to 160 KIAS; ± is the
+standard error of the flown mean. *Flown, of Step Decrease's in equal minutes* is the ratio of the flown 2σ to that of
+Step Decrease with the same data system, both brought to equal minutes by the square root of time.
+
+{verdict}
+
+![Predicted and flown 2σ](plan.png)
+
+{table}
+"""
+
+
+def add_reference(table: pd.DataFrame) -> pd.DataFrame:
+    """The table with `per_step_decrease`: flown 2σ over that of Step Decrease, at equal minutes."""
+    work = table.flown_kt * table.minutes**0.5
+    keys = list(zip(table.turbulence, table.das, strict=True))
+    steps = table.maneuver == "step_decrease"
+    reference = {key: float(value) for key, value, is_step in zip(keys, work, steps, strict=True) if is_step}
+    return table.assign(per_step_decrease=[w / reference[k] for w, k in zip(work, keys, strict=True)])
+
+
+def check_picture(table: pd.DataFrame, path: Path) -> None:
+    """Predicted against flown 2σ [kt] and their ratio, as PNG."""
+    with canvas(1, 2, 11.0, 4.4) as (figure, (size, ratio)):
+        for color, (das, rows) in zip(_COLORS, table.groupby("das", sort=False), strict=False):
+            bars = 2.0 * rows.flown_se_kt
+            size.errorbar(
+                rows.predicted_kt, rows.flown_kt, yerr=bars, fmt="o", ms=4, color=color, label=f"{das} Hz"
+            )
+            names = rows.maneuver.str.replace("_", " ") + ", " + rows.turbulence
+            ratio.errorbar(
+                rows.ratio, names, xerr=rows.ratio * bars / rows.flown_kt, fmt="o", ms=4, color=color, alpha=0.8
+            )
+        ends = [0.8 * table.predicted_kt.min(), 1.2 * table.predicted_kt.max()]
+        size.plot(ends, ends, color=GREY, lw=0.8)
+        size.set(
+            xscale="log", yscale="log", xlabel="predicted 2σ [kt]", ylabel="flown 2σ, ± 2 standard errors [kt]"
+        )
+        size.legend()
+        ratio.axvspan(*_WITHIN, color="#E3F1E9")
+        ratio.set(xlabel="predicted / flown 2σ [-]")
+        ratio.invert_yaxis()
+        figure.savefig(path, dpi=110)
+
+
+def check_page(table: pd.DataFrame, provenance: str) -> str:
+    """The Markdown page of a table with `add_reference`."""
+    head = "| " + " | ".join(name for name, _ in _COLUMNS.values()) + " |\n|" + "---|" * len(_COLUMNS)
+    lines = [
+        "| " + " | ".join(_cell(row[key], style) for key, (_, style) in _COLUMNS.items()) + " |"
+        for _, row in table.iterrows()
+    ]
+    return _PAGE.format(provenance=provenance, verdict=_verdict(table), table="\n".join([head, *lines]))
+
+
+def _cell(value: object, style: str) -> str:
+    return format(value, style).replace("%", "") if style else str(value)
+
+
+def _verdict(table: pd.DataFrame) -> str:
+    low, high = _WITHIN
+    inside = int(table.ratio.between(low, high).sum())
+    best = table.loc[table.per_step_decrease.idxmin()]
+    return (
+        f"Predicted over flown 2σ: {table.ratio.min():.2f} to {table.ratio.max():.2f}, mean {table.ratio.mean():.2f}; "
+        f"{inside} of {len(table)} cells within {low} to {high}. The best for its minutes: {best.maneuver} at "
+        f"{best.das} Hz, turbulence {best.turbulence}, with {best.per_step_decrease:.2f} of the 2σ of Step Decrease."
+    )

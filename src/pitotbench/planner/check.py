@@ -55,8 +55,8 @@ def _at(speeds: Array, known: Array, values: Array) -> Array:
 def compare(request: PlanRequest, flown: pd.DataFrame) -> pd.DataFrame:
     """Predicted against flown bounds, one row a maneuver and system.
 
-    Columns: maneuver, turbulence, das, flights, minutes, predicted_kt, flown_kt, flown_se_kt (standard error), ratio,
-    error_kt (rms over flights), coverage.
+    Columns: maneuver, turbulence, das, flights, minutes, predicted_kt, flown_kt, flown_se_kt (standard error),
+    ratio, error_kt (rms over flights), coverage.
     """
     groups = flown.groupby(["maneuver", "das"], sort=False)
     table = groups.agg(

@@ -9,7 +9,7 @@ from pitotbench import bench
 from pitotbench.records.case import TURBULENCE_SEVERITY, Case
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate import MANEUVERS
-from pitotbench.units import KNOT, Array
+from pitotbench.units import KNOT, Array, from_si
 
 _CURVE_STEP = 5.0 * KNOT
 _NARROWEST = 20.0 * KNOT
@@ -66,6 +66,11 @@ class PlanRequest:
         speeds = np.array(MANEUVERS[maneuver].card.speeds)
         place = (speeds - speeds.min()) / np.ptp(speeds)
         low, high = self.speeds
-        wanted = [float(v) for v in low + place * (high - low)]
-        changes = {"speeds_mps": wanted, **(card or {})}
+        wanted = [written(v, "kt") for v in low + place * (high - low)]
+        changes = {"speeds_kt": wanted, **(card or {})}
         return replace(self.base, maneuver=maneuver, card=changes, turbulence="none")
+
+
+def written(value: float, suffix: str) -> float:
+    """An SI value as a card's file has it, in the unit of a suffix ("" for a count), to a millionth."""
+    return round(float(from_si(value, suffix) if suffix else value), 6)

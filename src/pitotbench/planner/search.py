@@ -12,21 +12,21 @@ import numpy as np
 from scipy.optimize import minimize
 
 from pitotbench.planner.forecast import known_noise_two_sigma, smooth_flight
-from pitotbench.planner.request import PlanRequest
+from pitotbench.planner.request import PlanRequest, written
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.simulate import MANEUVERS, SimulationError
 from pitotbench.simulate.maneuvers.card import override
 from pitotbench.units import DEGREE, INCH_OF_MERCURY, Array
 
-# Entry of a card: unit it is written in, least and largest value [SI]. A list has as many free numbers as entries.
-_FREE: dict[str, tuple[str, float, float]] = {
-    "dwell": ("_s", 2.0, 240.0),
-    "dwells": ("_s", 2.0, 240.0),
-    "turns": ("", 0.25, 4.0),
-    "circles": ("", 0.25, 4.0),
-    "step": ("_pa", 0.4 * INCH_OF_MERCURY, 3.0 * INCH_OF_MERCURY),
-    "step_time": ("_s", 3.0, 20.0),
-    "bank": ("_rad", 15.0 * DEGREE, 45.0 * DEGREE),  # 45° is a steep turn that pilots train; more is not asked
+# Entry of a card: least and largest value [SI]. A list has as many free numbers as entries.
+_FREE = {
+    "dwell": (2.0, 240.0),
+    "dwells": (2.0, 240.0),
+    "turns": (0.25, 4.0),
+    "circles": (0.25, 4.0),
+    "step": (0.4 * INCH_OF_MERCURY, 3.0 * INCH_OF_MERCURY),
+    "step_time": (3.0, 20.0),
+    "bank": (15.0 * DEGREE, 45.0 * DEGREE),  # 45° is a steep turn that pilots train; more is not asked
 }
 _OVERTIME = 1.0  # times ln(minutes over the limit): twice the gain of flying longer, and no cliff for the simplex
 _FIRST_STEP = 0.35  # of a number's logarithm; to alternate sides, so that the first cards take like times
@@ -36,7 +36,7 @@ _UNFLYABLE = 50.0
 @dataclass(frozen=True, slots=True)
 class FreeNumber:
     """One number of a card that may change: its entry, its place in the entry's list (None for a plain number),
-    the suffix of the written key, and its bounds [SI]."""
+    the unit suffix of the written key ("" for a count), and its bounds [SI]."""
 
     entry: str
     place: int | None
@@ -58,15 +58,14 @@ def free_numbers(maneuver: str) -> tuple[FreeNumber, ...]:
     """The free numbers of a maneuver's card; the speeds between the first and the last one among them."""
     card = MANEUVERS[maneuver].card
     found = []
-    for name in (f.name for f in fields(card)):
-        value = getattr(card, name)
-        if name in _FREE:
-            suffix, low, high = _FREE[name]
-            places = range(len(value)) if isinstance(value, tuple) else (None,)
-            found += [FreeNumber(name, place, suffix, low, high) for place in places]
+    for entry in (f for f in fields(card) if f.name in _FREE):
+        value = getattr(card, entry.name)
+        places = range(len(value)) if isinstance(value, tuple) else (None,)
+        suffix = str(entry.metadata.get("suffix", ""))
+        found += [FreeNumber(entry.name, place, suffix, *_FREE[entry.name]) for place in places]
     between = range(1, len(card.speeds) - 1)
     ends = min(card.speeds), max(card.speeds)
-    return (*found, *(FreeNumber("speeds", place, "_mps", *ends) for place in between))
+    return (*found, *(FreeNumber("speeds", place, "kt", *ends) for place in between))
 
 
 def best_card(request: PlanRequest, maneuver: str, minutes: float, flights: int = 60) -> Search:
@@ -124,9 +123,10 @@ def _card_of(request: PlanRequest, maneuver: str, free: tuple[FreeNumber, ...], 
     card = override(MANEUVERS[maneuver].card, request.case(maneuver).card)
     changes: dict[str, Any] = {}
     for number, value in zip(free, np.exp(x), strict=True):
-        key = f"{number.entry}{number.suffix}"
+        key = f"{number.entry}_{number.suffix}" if number.suffix else number.entry
         if number.place is None:
-            changes[key] = float(value)
+            changes[key] = written(value, number.suffix)
         else:
-            changes.setdefault(key, [float(v) for v in getattr(card, number.entry)])[number.place] = float(value)
+            present = [written(v, number.suffix) for v in getattr(card, number.entry)]
+            changes.setdefault(key, present)[number.place] = written(value, number.suffix)
     return changes

@@ -26,10 +26,10 @@ _PAGE = """# What to fly: forecasts against flights
 
 {provenance}
 
-`pitotbench plan` says, before a flight, how well the curve will be known. Here every maneuver was then flown in JSBSim's
-turbulence and calibrated, with the noise unknown to the calibrator. 2σ is the mean over 100 to 160 KIAS; ± is the
-standard error of the flown mean. *Flown, of Step Decrease's in equal minutes* is the ratio of the flown 2σ to that of
-Step Decrease with the same data system, both brought to equal minutes by the square root of time.
+`pitotbench plan` says, before a flight, how well the curve will be known. Here every maneuver was then flown in
+JSBSim's turbulence and calibrated, with the noise unknown to the calibrator. 2σ is the mean over 100 to 160 KIAS;
+± is the standard error of the flown mean. *Flown, of Step Decrease's in equal minutes* is the ratio of the flown 2σ
+to that of Step Decrease with the same data system, both brought to equal minutes by the square root of time.
 
 {verdict}
 
@@ -89,9 +89,10 @@ def _cell(value: object, style: str) -> str:
 def _verdict(table: pd.DataFrame) -> str:
     low, high = _WITHIN
     inside = int(table.ratio.between(low, high).sum())
-    best = table.loc[table.per_step_decrease.idxmin()]
+    best = table.sort_values("per_step_decrease").iloc[0]
     return (
-        f"Predicted over flown 2σ: {table.ratio.min():.2f} to {table.ratio.max():.2f}, mean {table.ratio.mean():.2f}; "
+        f"Predicted over flown 2σ: {table.ratio.min():.2f} to {table.ratio.max():.2f}, "
+        f"mean {table.ratio.mean():.2f}; "
         f"{inside} of {len(table)} cells within {low} to {high}. The best for its minutes: {best.maneuver} at "
-        f"{best.das} Hz, turbulence {best.turbulence}, with {best.per_step_decrease:.2f} of the 2σ of Step Decrease."
+        f"{best.das} Hz, turbulence {best.turbulence}, with {best.per_step_decrease:.2f} of Step Decrease's 2σ."
     )

@@ -12,6 +12,7 @@ from pitotbench.units import KNOT, NAUTICAL_MILE
 _COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)
 _CURVES = 6  # of the best maneuvers
 _TRACKS = 3
+_LINE, _NAME_WIDTH = 0.94, 0.4  # height of a line of names and their width, as ratio and logarithm on the axes
 _LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
 
 
@@ -22,7 +23,7 @@ def plan_panels(plan: Plan) -> list[Panel]:
             "How well the curve is known, against minutes",
             lambda axes: draw_front(axes, plan),
             "A dot is a card flown once; its line, the same card flown again and again. Black: the Pareto "
-            "front, the least 2σ that single cards reach in so many minutes.",
+            "front, the least 2σ that whole cards reach in so many minutes.",
             size=_LARGE,
         ),
         panel(
@@ -39,55 +40,71 @@ def plan_panels(plan: Plan) -> list[Panel]:
     ]
 
 
-def front(forecasts: Sequence[Forecast]) -> list[Forecast]:
-    """The forecasts that no other beats in both minutes and 2σ, in order of minutes."""
-    best: list[Forecast] = []
-    for each in sorted(forecasts, key=lambda f: (f.minutes, f.mean)):
-        if not best or each.mean < best[-1].mean:
-            best.append(each)
+def front(forecasts: Sequence[Forecast], last: float) -> list[tuple[float, float]]:
+    """Minutes and 2σ [m/s] that no other choice beats in both, up to `last` minutes: cards flown once or more."""
+    choices = [
+        (times * each.minutes, each.mean / times**0.5)
+        for each in forecasts
+        for times in range(1, int(last / each.minutes) + 1)
+    ]
+    best: list[tuple[float, float]] = []
+    for minutes, bound in sorted(choices):
+        if not best or bound < best[-1][1]:
+            best.append((minutes, bound))
     return best
 
 
 def draw_front(axes: Axes, plan: Plan) -> None:
     """2σ [kt] against minutes, both logarithmic: a line of slope −½ is a card flown again and again."""
     shown = [*plan.forecasts, *([plan.improved] if plan.improved else [])]
-    last = 1.5 * max(each.minutes for each in shown)
+    last = 1.6 * max(each.minutes for each in shown)
     for each in shown:
         minutes = np.geomspace(each.minutes, last, 20)
-        improved, chosen = each is plan.improved, each is plan.best
-        color = RED if improved else BLUE if chosen else GREY
-        axes.plot(minutes, [each.mean_in(m) / KNOT for m in minutes], color=color, lw=0.7, alpha=0.6)
+        color, marker, size = _look(plan, each)
+        axes.plot(minutes, [each.mean_in(m) / KNOT for m in minutes], color=color, lw=0.6, alpha=0.5)
         axes.errorbar(
-            each.minutes,
-            each.mean / KNOT,
-            yerr=each.spread / KNOT,
-            fmt="*" if improved else "o",
-            ms=9 if improved else 5,
-            color=color,
-            elinewidth=0.8,
+            each.minutes, each.mean / KNOT, each.spread / KNOT, fmt=marker, ms=size, color=color, elinewidth=0.8
         )
-        name = each.maneuver.replace("_", " ") + (", improved" if improved else "")
-        place = (6, -11) if improved else (6, 4)
-        axes.annotate(name, (each.minutes, each.mean / KNOT), xytext=place, textcoords="offset points", fontsize=8)
-    edge = front(plan.forecasts)
-    axes.step(
-        [*(f.minutes for f in edge), last],
-        [*(f.mean / KNOT for f in edge), edge[-1].mean / KNOT],
-        where="post",
-        color=INK,
-        lw=1.2,
-        label="Pareto front",
-    )
+    edge = front(shown, last)
+    corners = [*(minutes for minutes, _ in edge), last], [*(bound / KNOT for _, bound in edge), edge[-1][1] / KNOT]
+    axes.step(*corners, where="post", color=INK, lw=1.2, label="Pareto front")
     if plan.want is not None:
         axes.axhline(plan.want / KNOT, color=GREEN, ls="--", label=f"wanted, {plan.want / KNOT:g} kt")
     if plan.minutes is not None:
         axes.axvline(plan.minutes, color=ORANGE, ls="--", label=f"{plan.minutes:g} min")
     axes.set(xscale="log", yscale="log", xlabel="time recorded [min]", ylabel="mean 2σ of the curve [kt]")
+    axes.set_xlim(0.62 * min(each.minutes for each in shown), last)
+    _name_dots(axes, plan, shown)
     _plain_ticks(axes)
 
 
+def _look(plan: Plan, each: Forecast) -> tuple[str, str, float]:
+    """Color, marker and size of a card's dot."""
+    if each is plan.improved:
+        return RED, "*", 10.0
+    return (BLUE, "o", 6.0) if each is plan.best else (GREY, "o", 5.0)
+
+
+def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
+    """Names beside the dots, to the left, pushed apart where dots are close."""
+    lowest: list[tuple[float, float]] = []  # minutes and height of the names written so far
+    for each in sorted(shown, key=lambda f: -f.mean):
+        near = [height for minutes, height in lowest if abs(np.log(minutes / each.minutes)) < _NAME_WIDTH]
+        height = min([each.mean / KNOT, *(_LINE * h for h in near)])
+        lowest.append((each.minutes, height))
+        axes.annotate(
+            each.maneuver.replace("_", " ") + (", improved" if each is plan.improved else ""),
+            (each.minutes, each.mean / KNOT),
+            xytext=(0.97 * each.minutes, height),
+            ha="right",
+            va="center",
+            fontsize=8,
+            color=_look(plan, each)[0] if each in (plan.best, plan.improved) else INK,
+        )
+
+
 def _plain_ticks(axes: Axes) -> None:
-    """Plain numbers on logarithmic axes, at 1, 2, 3 and 5 of a decade."""
+    """Plain numbers on logarithmic axes."""
     for axis in (axes.xaxis, axes.yaxis):
         low, high = axis.get_view_interval()
         ticks = [m * 10.0**d for d in range(-4, 4) for m in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)]

@@ -15,10 +15,11 @@ from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast
-from pitotbench.units import MetersPerSecond
+from pitotbench.units import Array, MetersPerSecond
 
 _KEPT_FLIGHTS = 16
 _FIRST_DRAW = 1
+_GAP = 3.0  # s without a record, between two points of a track
 
 
 def forecast(request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None = None) -> Forecast:
@@ -28,20 +29,28 @@ def forecast(request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None
     """
     flight = smooth_flight(request.case(maneuver, dict(card or {})))
     bounds = np.stack([_drawn(request, flight, seed) for seed in range(_FIRST_DRAW, _FIRST_DRAW + request.draws)])
-    north, east = flight["position_north"], flight["position_east"]
-    step = max(1, len(flight) // 600)
     return Forecast(
         maneuver=maneuver,
         card=dict(card or {}),
         minutes=flight.duration / 60.0,
+        elapsed_minutes=float(np.ptp(flight["time"])) / 60.0,
         steepest_bank=float(np.abs(flight["roll"]).max()),
-        extent=(float(np.ptp(north)), float(np.ptp(east))),
+        extent=(float(np.ptp(flight["position_north"])), float(np.ptp(flight["position_east"]))),
         airspeeds=request.airspeeds,
         two_sigma=bounds.mean(axis=0),
         known_noise_two_sigma=known_noise_two_sigma(request, flight),
         spread=float(bounds.mean(axis=1).std(ddof=1)),
-        track=np.stack([north[::step], east[::step]]),
+        track=_track(flight),
     )
+
+
+def _track(flight: Flight) -> Array:
+    """Ground track, north and east [m], (2, k), a point a second; NaN where a set-up went unrecorded."""
+    time = flight["time"]
+    rows = np.flatnonzero(np.diff(np.floor(time - time[0]), prepend=-1.0) > 0.0)
+    track = np.stack([flight["position_north"][rows], flight["position_east"][rows]])
+    gaps = np.flatnonzero(np.diff(time[rows]) > _GAP) + 1
+    return np.insert(track, gaps, np.nan, axis=1)
 
 
 def smooth_flight(case: Case) -> Flight:

@@ -18,12 +18,14 @@ class Forecast:
     noise whose level it has to find; `known_noise_two_sigma` is the inverse information matrix alone; `spread`
     [m/s] is the standard deviation, from flight to flight, of the bound averaged over the airspeeds. `extent` [m]:
     ground covered north-south and east-west, wind included; `steepest_bank` [rad]. `card`: the
-    numbers changed, keys with units. `track`: north and east [m], (2, k).
+    numbers changed, keys with units. `track`: north and east [m], (2, k), NaN at
+    gaps. `minutes` are recorded, `elapsed_minutes` with the set-ups between its speeds.
     """
 
     maneuver: str
     card: Mapping[str, Any]
     minutes: float
+    elapsed_minutes: float
     steepest_bank: float
     extent: tuple[float, float]
     airspeeds: MetersPerSecond

@@ -21,7 +21,8 @@ def headings(plan: Plan) -> list[str]:
     wanted = [] if plan.want is None else [f"flights for\n±{plan.want / KNOT:g} kt", "their\n[min]"]
     return [
         "maneuver",
-        "time\n[min]",
+        "recorded\n[min]",
+        "with set-ups\n[min]",
         "predicted 2σ\n[kt]",
         "from flight to\nflight, 1σ [kt]",
         f"2σ in {plan.minutes or _COMPARED:g} min\n[kt]",
@@ -40,6 +41,7 @@ def row(plan: Plan, each: Forecast) -> list[str]:
     return [
         each.maneuver,
         f"{each.minutes:.1f}",
+        f"{each.elapsed_minutes:.1f}",
         f"{each.mean / KNOT:.3f}",
         f"{each.spread / KNOT:.3f}",
         f"{(each.mean_in(_COMPARED) if minutes is None else each.within(minutes)) / KNOT:.3f}",
@@ -94,7 +96,7 @@ def advice(plan: Plan) -> list[str]:
             f"Without them, fly {_named(plan.gentle)}."
         )
     if plan.improved is not None:
-        lines.append(f"Its card improved: {_named(plan.improved)}, with {card_text(plan.improved)}.")
+        lines.append(f"Its card improved: {_named(plan.improved)}, with {', '.join(card_lines(plan.improved))}.")
     elif plan.flights_searched:
         lines.append(f"{plan.flights_searched} other cards of it were tried; none is better by more than 1 %.")
     return lines
@@ -105,9 +107,9 @@ def _named(each: Forecast) -> str:
     return f"{name}: 2σ of {each.mean / KNOT:.3f} kt in {each.minutes:.1f} min"
 
 
-def card_text(each: Forecast) -> str:
+def card_lines(each: Forecast) -> list[str]:
     """The changed numbers of a card, as a case file has them."""
-    return ", ".join(f"{key} = {_rounded(value)}" for key, value in each.card.items()) or "the card as it is"
+    return [f"{key} = {_rounded(value)}" for key, value in each.card.items()]
 
 
 def _rounded(value: Any) -> str:
@@ -136,6 +138,7 @@ def _json(plan: Plan, each: Forecast) -> dict[str, Any]:
         "maneuver": each.maneuver,
         "card": dict(each.card),
         "minutes": each.minutes,
+        "elapsed_minutes": each.elapsed_minutes,
         "two_sigma_kt": each.mean / KNOT,
         "two_sigma_spread_kt": each.spread / KNOT,
         "known_noise_two_sigma_kt": each.mean / each.widening / KNOT,
@@ -163,5 +166,5 @@ def plan_page(plan: Plan) -> str:
         headings=[text.split("\n") for text in headings(plan)],
         rows=[row(plan, each) for each in plan.forecasts],
         refused=plan.refused,
-        card="" if plan.improved is None else card_text(plan.improved),
+        card=[] if plan.improved is None else card_lines(plan.improved),
     )

@@ -1,6 +1,7 @@
 """Pictures of a plan: 2σ against minutes with the Pareto front, 2σ against airspeed, ground tracks."""
 
 from collections.abc import Sequence
+from math import log
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +13,8 @@ from pitotbench.units import KNOT, NAUTICAL_MILE
 _COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)
 _CURVES = 6  # of the best maneuvers
 _TRACKS = 3
-_LINE, _NAME_WIDTH = 0.94, 0.4  # height of a line of names and their width, as ratio and logarithm on the axes
+# On the logarithmic axes: height of a line of names (a ratio), their width and how close dots count as close.
+_LINE, _NAME_WIDTH, _CLOSE = 0.94, 0.4, 0.2
 _LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
 
 
@@ -34,7 +36,7 @@ def plan_panels(plan: Plan) -> list[Panel]:
         panel(
             "Ground covered",
             lambda axes: draw_tracks(axes, plan),
-            "Recorded parts, in the expected wind; set-ups come on top.",
+            "The best, in the expected wind, recorded parts only; set-ups come on top.",
             size=_SQUARE,
         ),
     ]
@@ -86,21 +88,28 @@ def _look(plan: Plan, each: Forecast) -> tuple[str, str, float]:
 
 
 def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
-    """Names beside the dots, to the left, pushed apart where dots are close."""
-    lowest: list[tuple[float, float]] = []  # minutes and height of the names written so far
+    """Names beside the dots, to the right where another dot is near on the left; pushed apart where they are close."""
+    lowest: list[tuple[bool, float, float]] = []  # side, minutes and height of the names written so far
     for each in sorted(shown, key=lambda f: -f.mean):
-        near = [height for minutes, height in lowest if abs(np.log(minutes / each.minutes)) < _NAME_WIDTH]
+        right = any(_is_beside(other, each) for other in shown)
+        near = [h for side, m, h in lowest if side == right and abs(log(m / each.minutes)) < _NAME_WIDTH]
         height = min([each.mean / KNOT, *(_LINE * h for h in near)])
-        lowest.append((each.minutes, height))
+        lowest.append((right, each.minutes, height))
         axes.annotate(
             each.maneuver.replace("_", " ") + (", improved" if each is plan.improved else ""),
             (each.minutes, each.mean / KNOT),
-            xytext=(0.97 * each.minutes, height),
-            ha="right",
+            xytext=((1.03 if right else 0.97) * each.minutes, height),
+            ha="left" if right else "right",
             va="center",
             fontsize=8,
             color=_look(plan, each)[0] if each in (plan.best, plan.improved) else INK,
         )
+
+
+def _is_beside(other: Forecast, each: Forecast) -> bool:
+    """Whether another dot lies close to the left."""
+    right, above = log(each.minutes / other.minutes), log(each.mean / other.mean)
+    return 0.0 < right < _NAME_WIDTH and abs(above) < _CLOSE
 
 
 def _plain_ticks(axes: Axes) -> None:
@@ -131,7 +140,7 @@ def draw_tracks(axes: Axes, plan: Plan) -> None:
     for number, each in enumerate(plan.forecasts[:_TRACKS]):
         north, east = each.track / NAUTICAL_MILE
         label = each.maneuver.replace("_", " ")
-        axes.plot(east - east.min(), north - north.min(), color=_COLORS[number], lw=1.0, label=label)
+        axes.plot(east - np.nanmin(east), north - np.nanmin(north), color=_COLORS[number], lw=1.0, label=label)
     if plan.box is not None:
         side = plan.box / NAUTICAL_MILE
         axes.plot([0.0, side, side, 0.0, 0.0], [0.0, 0.0, side, side, 0.0], color=PALE, lw=2.0, label="box")

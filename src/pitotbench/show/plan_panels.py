@@ -88,7 +88,7 @@ def _look(plan: Plan, each: Forecast) -> tuple[str, str, float]:
 
 
 def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
-    """Names beside the dots, to the right where another dot is near on the left; pushed apart where they are close."""
+    """Names beside the dots, to the right where another dot is near on the left; pushed apart where close."""
     lowest: list[tuple[bool, float, float]] = []  # side, minutes and height of the names written so far
     for each in sorted(shown, key=lambda f: -f.mean):
         right = any(_is_beside(other, each) for other in shown)

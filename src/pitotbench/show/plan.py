@@ -22,9 +22,9 @@ def headings(plan: Plan) -> list[str]:
     return [
         "maneuver",
         "recorded\n[min]",
-        "with set-ups\n[min]",
+        "in the air\n[min]",
         "predicted 2σ\n[kt]",
-        "from flight to\nflight, 1σ [kt]",
+        "1σ of it\n[kt]",
         f"2σ in {plan.minutes or _COMPARED:g} min\n[kt]",
         *wanted,
         "ground\n[nmi]",
@@ -60,7 +60,7 @@ def remark(plan: Plan, each: Forecast) -> str:
         return "takes longer"
     if each is plan.best:
         return "best"
-    return "best without steep turns" if each is plan.gentle else ""
+    return "best, no steep turn" if each is plan.gentle else ""
 
 
 def print_plan(plan: Plan, console: Console) -> None:

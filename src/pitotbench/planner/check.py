@@ -106,7 +106,7 @@ def check(
 def _provenance(table: pd.DataFrame) -> str:
     draws = PlanRequest(Case()).draws
     return (
-        f"{table.flights.min()} to {table.flights.max()} flights a cell (seeds from 1), {draws} draws a forecast; "
-        f"pitotbench {version('pitotbench')}, JSBSim {version('jsbsim')}, {datetime.now(UTC):%Y-%m-%d}. "
+        f"{table.flights.min()} to {table.flights.max()} flights a cell (seeds from 1), {draws} draws a forecast;\n"
+        f"pitotbench {version('pitotbench')}, JSBSim {version('jsbsim')}, {datetime.now(UTC):%Y-%m-%d}.\n"
         "`python scripts/check_plan.py` repeats it."
     )

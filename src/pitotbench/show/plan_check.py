@@ -8,6 +8,7 @@ from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, canvas
 
 _COLORS = (BLUE, ORANGE, GREEN)
 _WITHIN = (0.9, 1.1)
+_TICKS = (0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5)  # kt
 _COLUMNS = {
     "maneuver": ("maneuver", ""),
     "turbulence": ("turbulence", ""),
@@ -36,6 +37,28 @@ to that of Step Decrease with the same data system, both brought to equal minute
 ![Predicted and flown 2σ](plan.png)
 
 {table}
+
+## How a forecast is made
+
+1. The card is flown once in smooth air, in the expected wind.
+2. Dryden gusts (MIL-F-8785C) of the expected level are drawn along its path, 16 times by default. They stand on the
+   ground as the simulator's do, with the same axes; the ground velocity stays, the air data see them.
+3. The data system records each draw, and the calibrator, which has to find the level and the length of the gusts
+   itself, gives its bound. The mean over the draws is the forecast, their standard deviation what a single flight's
+   bound may differ by.
+
+For the search of a better card, which takes a flight a try, the inverse information matrix of the flight in smooth
+air serves, for gusts of known level; `--json` shows both.
+
+## Why turns
+
+The bound is what gusts leave, and a gust lives for seconds: of a first-order gust of variance σ² and time constant
+T the mean over a long time t has the variance 2Tσ²/t on a steady heading, but 2Tσ²/t/(1 + ω²T²) along the path of an
+airplane that turns at ω, for the gust's direction turns away under it. At 45° of bank ωT is 0.6 at 160 KCAS and 1.6
+at 100. And every speed meets every heading, so the wind is known far better than the curve. Two cautions: the
+simulator's pressure error does not depend on the load factor, a real one may (the legs of the cloverleaf and the
+two sides of the figure eight show a part of it); and headings are left out of the search, because the simulator's
+turbulence has an axis on the ground, which real air does not have.
 """
 
 
@@ -65,6 +88,10 @@ def check_picture(table: pd.DataFrame, path: Path) -> None:
         size.set(
             xscale="log", yscale="log", xlabel="predicted 2σ [kt]", ylabel="flown 2σ, ± 2 standard errors [kt]"
         )
+        for axis in (size.xaxis, size.yaxis):
+            axis.set_ticks(_TICKS, [f"{tick:g}" for tick in _TICKS])
+            axis.set_ticks([], minor=True)
+        size.set(xlim=ends, ylim=ends)
         size.legend()
         ratio.axvspan(*_WITHIN, color="#E3F1E9")
         ratio.set(xlabel="predicted / flown 2σ [-]")
@@ -92,7 +119,7 @@ def _verdict(table: pd.DataFrame) -> str:
     best = table.sort_values("per_step_decrease").iloc[0]
     return (
         f"Predicted over flown 2σ: {table.ratio.min():.2f} to {table.ratio.max():.2f}, "
-        f"mean {table.ratio.mean():.2f}; "
-        f"{inside} of {len(table)} cells within {low} to {high}. The best for its minutes: {best.maneuver} at "
-        f"{best.das} Hz, turbulence {best.turbulence}, with {best.per_step_decrease:.2f} of Step Decrease's 2σ."
+        f"mean {table.ratio.mean():.2f}; {inside} of {len(table)} cells within {low} to {high}.\n"
+        f"The best for its minutes: {best.maneuver} at {best.das} Hz, turbulence {best.turbulence}, "
+        f"with {best.per_step_decrease:.2f} of Step Decrease's 2σ."
     )

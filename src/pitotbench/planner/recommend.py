@@ -21,16 +21,7 @@ def make_plan(request: PlanRequest, search_flights: int = 0, step: Callable[[], 
 
     `step` is called after each maneuver. Raises NoAnswerError where no maneuver can be flown at all.
     """
-    found: list[Forecast] = []
-    refused: dict[str, str] = {}
-    for maneuver in request.maneuvers:
-        try:
-            found.append(forecast(request, maneuver))
-        except (SimulationError, NoAnswerError, BadInputError) as error:
-            refused[maneuver] = str(error)
-        step()
-    if not found:
-        raise NoAnswerError("no maneuver can be flown or determines the curve: " + "; ".join(refused.values()))
+    found, refused = _forecasts(request, step)
     ranked = sorted(found, key=lambda each: merit(request, each))
     allowed = [each for each in ranked if is_allowed(request, each)]
     gentle = [each for each in allowed if each.steepest_bank <= GENTLE_BANK]
@@ -48,6 +39,21 @@ def make_plan(request: PlanRequest, search_flights: int = 0, step: Callable[[], 
         want=request.want,
         box=request.box,
     )
+
+
+def _forecasts(request: PlanRequest, step: Callable[[], None]) -> tuple[list[Forecast], dict[str, str]]:
+    """Every maneuver's forecast, and why the others have none."""
+    found: list[Forecast] = []
+    refused: dict[str, str] = {}
+    for maneuver in request.maneuvers:
+        try:
+            found.append(forecast(request, maneuver))
+        except (SimulationError, NoAnswerError, BadInputError) as error:
+            refused[maneuver] = str(error)
+        step()
+    if not found:
+        raise NoAnswerError("no maneuver can be flown or determines the curve: " + "; ".join(refused.values()))
+    return found, refused
 
 
 def conditions_of(request: PlanRequest) -> str:

@@ -53,7 +53,7 @@ air serves, for gusts of known level; `--json` shows both.
 ## Why turns
 
 The bound is what gusts leave, and a gust lives for seconds: of a first-order gust of variance σ² and time constant
-T the mean over a long time t has the variance 2Tσ²/t on a steady heading, but 2Tσ²/t/(1 + ω²T²) along the path of an
+T the mean over a long time t has the variance 2Tσ²/t on a steady heading, but 2Tσ²/t/(1 + ω²T²) on the path of an
 airplane that turns at ω, for the gust's direction turns away under it. At 45° of bank ωT is 0.6 at 160 KCAS and 1.6
 at 100. And every speed meets every heading, so the wind is known far better than the curve. Two cautions: the
 simulator's pressure error does not depend on the load factor, a real one may (the legs of the cloverleaf and the

@@ -27,7 +27,9 @@ def main() -> int:
         help="Parquet file of scored rows: a campaign cut short goes on (delete it with a change)",
     )
     parser.add_argument(
-        "--scoring", default=",".join(SCORINGS), help="comma list of questions (default: %(default)s)"
+        "--scoring",
+        default=",".join(SCORINGS),
+        help="comma list of questions, with the first (default: %(default)s)",
     )
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder (default: %(default)s)")
     options = parser.parse_args()

@@ -88,6 +88,7 @@ def _add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
     parser.add_argument("--no-down", action="store_true", help="do not use the vertical GPS velocity")
     parser.add_argument("--method", help="covering or paper (default: covering)")
+    parser.add_argument("--form", help="scalar, or vector: use attitude and flow angles too (default: scalar)")
     parser.add_argument(
         "--error-location",
         help="impact (as published) or static (static source) (default: the mapping's, else impact)",
@@ -138,7 +139,7 @@ def _calibrate(options: argparse.Namespace) -> int:
     return DONE
 
 
-_CHOICES = ("model", "method", "error_location", "mach_max", "wind")
+_CHOICES = ("model", "method", "form", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
 
 

@@ -12,8 +12,9 @@ import pandas as pd
 from scipy.signal import fftconvolve
 
 from pitotbench import air, bench
-from pitotbench.calibrate.covering import CoveringFit, Structure, fit_covering
+from pitotbench.calibrate.covering import CoveringFit, fit_covering
 from pitotbench.calibrate.curve import CurveMap
+from pitotbench.calibrate.linearized import Structure
 from pitotbench.calibrate.observations import Observations, observe
 from pitotbench.calibrate.paper import airspeed_outputs, fit_scalar
 from pitotbench.calibrate.prediction import PredictionModel

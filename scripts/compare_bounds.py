@@ -6,15 +6,26 @@ All maneuvers, light turbulence, 20/1 and 50/50 Hz, seeds never used in developm
 """
 
 import argparse
+from datetime import UTC, datetime
 from pathlib import Path
 
+from pitotbench.campaign.coverage import FIRST_SCORED_SEED
 from pitotbench.campaign.flight_store import FlightStore
 from pitotbench.campaign.peers import comparison
 
 HEADING = """# The bound beside its peers
 
-Every row is fitted to the same flights: {seeds} a maneuver, light turbulence, random wind and Inverse+ error.
-`python scripts/compare_bounds.py --seeds {seeds}` repeats it. A 2σ should hold 95 % of the curve.
+Every row is fitted to the same flights: {seeds} a maneuver (seeds {first} to {last}, {date:%Y-%m-%d}), light
+turbulence, random wind and Inverse+ error. `python scripts/compare_bounds.py --seeds {seeds}` repeats it. A 2σ
+should hold 95 % of the curve.
+
+- *white residuals*: Cramér-Rao bound of output error, residuals without memory (Klein and Morelli 2006).
+- *colored residuals, all lags*: the residual's autocorrelation put into that bound (Morelli and Klein 1997).
+- *HAC*: the same with a Bartlett window (Newey and West 1987).
+- *1 Hz filter of wind and scale*: an extended Kalman filter as small autopilots run it.
+- *per-point spread, fixed speed*: legs or turns at one speed each, bounded by twice their scatter (points, not the
+  whole curve; no row where a maneuver holds no speed).
+- *pitotbench*: `two_sigma_kt`; the last row is told the noise's levels and length instead of finding them.
 """
 
 
@@ -25,7 +36,8 @@ def main() -> None:
     options = parser.parse_args()
     seeds = options.seeds
     table = comparison(seeds, store=FlightStore(options.flights) if options.flights else None)
-    print(HEADING.format(seeds=seeds))
+    last = FIRST_SCORED_SEED + seeds - 1
+    print(HEADING.format(seeds=seeds, first=FIRST_SCORED_SEED, last=last, date=datetime.now(UTC)))
     print("| " + " | ".join(table.columns) + " |\n|" + "---|" * len(table.columns))
     for row in table.itertuples(index=False):
         print("| " + " | ".join(f"{v:.2f}" if isinstance(v, float) else str(v) for v in row) + " |")

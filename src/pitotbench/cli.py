@@ -146,11 +146,13 @@ _NAMED_LATENCIES = ("checked", "estimated")
 def _choice(options: argparse.Namespace) -> "CalibrationOptions":
     """What the user states, before what the mapping advises, before the defaults."""
     from pitotbench.calibrate.accuracy import parse_accuracies
-    from pitotbench.calibrate.options import options_from
+    from pitotbench.calibrate.options import AUTO, options_from
     from pitotbench.logbook import find_mapping
     from pitotbench.units import KNOT
 
-    advised = find_mapping(options.mapping).calibrate if options.mapping else {}
+    advised = dict(find_mapping(options.mapping).calibrate) if options.mapping else {}
+    if options.model == AUTO or options.method == "paper":
+        advised.pop("form", None)  # advice for the covering fit of one model
     stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}
     if options.ground_speed_min_kt is not None:
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT

@@ -9,11 +9,10 @@ import pandas as pd
 from pitotbench import bench
 from pitotbench.calibrate.options import FORMS
 from pitotbench.campaign.coverage import Trial
-from pitotbench.records.calibration import Calibration
+from pitotbench.campaign.figures import figures
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.units import KNOT
 
 FIRST_SCORED_SEED = 300_001
 _HEADING, _VANES = np.radians(1.0), np.radians(0.5)  # standard deviations of constant errors
@@ -45,32 +44,19 @@ def _rows(trial: Trial, flight: Flight, log: FlightLog) -> Iterator[dict[str, ob
         except NoAnswerError:
             yield base
             continue
-        yield base | _figures(result, flight)
-
-
-def _figures(result: Calibration, flight: Flight) -> dict[str, float]:
-    score = bench.score(result, flight)
-    wind = np.array([result.wind.north.value, result.wind.east.value]) - bench.wind_toward(flight.case.wind)[:2]
-    bound = np.array([result.wind.north.two_sigma, result.wind.east.two_sigma])
-    return {
-        "coverage": 100.0 * score.curve_coverage,
-        "wind_coverage": 100.0 * float(np.mean(np.abs(wind) <= bound)),
-        "two_sigma": score.two_sigma / KNOT,
-        "squared_error": (score.curve_rms_error / KNOT) ** 2,
-        "wind_two_sigma": float(np.mean(bound)) / KNOT,
-        "wind_squared_error": float(np.mean(wind**2)) / KNOT**2,
-    }
+        yield base | figures(result, flight)
 
 
 def summarize_forms(rows: pd.DataFrame) -> pd.DataFrame:
     """One line a maneuver and form: shares inside [%], mean 2σ and rms errors [kt] over seeds."""
     groups = rows.groupby(["maneuver", "turbulence", "form"], sort=False)
-    mean, table = groups.mean(numeric_only=True), pd.DataFrame({"answers": groups["coverage"].count()})
-    table["curve inside 2σ [%]"] = mean["coverage"]
-    table["± [%]"] = groups["coverage"].sem()
-    table["wind inside 2σ [%]"] = mean["wind_coverage"]
-    table["mean 2σ [kt]"] = mean["two_sigma"]
-    table["rms error [kt]"] = np.sqrt(mean["squared_error"])
-    table["wind 2σ [kt]"] = mean["wind_two_sigma"]
-    table["wind rms error [kt]"] = np.sqrt(mean["wind_squared_error"])
+    mean, table = groups.mean(numeric_only=True), pd.DataFrame({"answers": groups["coverage_percent"].count()})
+    table["curve inside 2σ [%]"] = mean["coverage_percent"]
+    table["± [%]"] = groups["coverage_percent"].sem()
+    table["wind inside 2σ [%]"] = mean["wind_coverage_percent"]
+    for of in ("", "wind "):
+        name = of.replace(" ", "_")
+        table[f"mean {of}2σ [kt]"] = mean[f"{name}two_sigma_kt"]
+        errors = groups[f"{name}rms_error_kt"]
+        table[f"{of}rms error [kt]"] = errors.apply(lambda values: float(np.sqrt(np.mean(np.square(values)))))
     return table.reset_index()

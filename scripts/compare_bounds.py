@@ -12,6 +12,7 @@ from pathlib import Path
 from pitotbench.campaign.coverage import FIRST_SCORED_SEED
 from pitotbench.campaign.flight_store import FlightStore
 from pitotbench.campaign.peers import comparison
+from pitotbench.show.markdown import markdown_table
 
 HEADING = """# The bound beside its peers
 
@@ -38,10 +39,7 @@ def main() -> None:
     table = comparison(seeds, store=FlightStore(options.flights) if options.flights else None)
     last = FIRST_SCORED_SEED + seeds - 1
     print(HEADING.format(seeds=seeds, first=FIRST_SCORED_SEED, last=last, date=datetime.now(UTC)))
-    print("| " + " | ".join(table.columns) + " |\n|" + "---|" * len(table.columns))
-    for row in table.itertuples(index=False):
-        print("| " + " | ".join(f"{v:.2f}" if isinstance(v, float) else str(v) for v in row) + " |")
-
+    print(markdown_table(table))
     wide = table.pivot_table(index=["maneuver", "das"], columns="bound", values="mean 2σ [kt]")
     ratio = float((wide["pitotbench"] / wide["pitotbench, if the noise were known"]).mean())
     print(f"\nNot knowing the noise widens the bound to {ratio:.2f} times that of the estimator that knows it.")

@@ -2,16 +2,26 @@
 
     python scripts/verify_auto.py --maneuver step_decrease,circle --seeds 10
 
-Prints one line a maneuver, truth and model. About 4 CPU seconds a seed and maneuver at 50/50 Hz.
+Prints a page (Markdown) with one line a maneuver, truth and model. About 4 CPU seconds a seed and maneuver at
+50/50 Hz. The seeds from 200001 on are never used in development.
 """
 
 import argparse
 import sys
+from datetime import UTC, datetime
 
 import pandas as pd
 
 from pitotbench.campaign.coverage import Trial
-from pitotbench.campaign.outside import FIRST_DEVELOPMENT_SEED, score_outside, summarize
+from pitotbench.campaign.outside import FIRST_DEVELOPMENT_SEED, TRUTHS, score_outside, summarize
+from pitotbench.show.markdown import markdown_table
+
+PAGE = """# `--model auto` on curves that no model of the table can draw
+
+Every flight is sensed with {truths} truths ({names}); parameters are random. Seeds {first} to {last}, {turbulence}
+turbulence, {das} Hz, {date:%Y-%m-%d}. A 2σ should hold 95 %.
+`python scripts/verify_auto.py --maneuver {maneuver} --seeds {count} --first {first}` repeats it.
+"""
 
 
 def main() -> int:
@@ -22,13 +32,26 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=10, help="flights of each maneuver (default: %(default)s)")
     parser.add_argument("--first", type=int, default=FIRST_DEVELOPMENT_SEED, help="first seed (default: 1)")
     options = parser.parse_args()
+    seeds = range(options.first, options.first + options.seeds)
     rows = [
         row
         for maneuver in options.maneuver.split(",")
-        for seed in range(options.first, options.first + options.seeds)
+        for seed in seeds
         for row in score_outside(Trial(maneuver, options.turbulence, seed), options.das)
     ]
-    print(summarize(pd.DataFrame(rows)).to_string(index=False, float_format="%.3f"))
+    asked = {name: getattr(options, name) for name in ("maneuver", "turbulence", "das")}
+    names = ", ".join(TRUTHS)
+    page = PAGE.format(
+        truths=len(TRUTHS),
+        names=names,
+        count=len(seeds),
+        first=seeds[0],
+        last=seeds[-1],
+        date=datetime.now(UTC),
+        **asked,
+    )
+    print(page)
+    print(markdown_table(summarize(pd.DataFrame(rows))))
     return 0
 
 

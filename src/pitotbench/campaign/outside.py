@@ -92,9 +92,14 @@ def _rows(trial: Trial, name: str, flight: Flight, das: str) -> Iterator[dict[st
 
 
 def summarize(rows: pd.DataFrame) -> pd.DataFrame:
-    """Means over seeds, one line a maneuver, truth and model; `answers` counts the calibrations that gave one."""
+    """One line a maneuver, truth and model: shares inside [%], mean 2σ and rms error [kt] over seeds; `answers`
+    counts the calibrations that gave one."""
     groups = rows.groupby(["maneuver", "truth", "model"], sort=False)
-    table = groups.mean(numeric_only=True).drop(columns="seed")
-    table.insert(0, "answers", groups["coverage_percent"].count())
-    table.insert(2, "coverage_se_percent", groups["coverage_percent"].sem())
+    table = pd.DataFrame({"answers": groups["coverage_percent"].count()})
+    table["curve inside 2σ [%]"] = groups["coverage_percent"].mean()
+    table["± [%]"] = groups["coverage_percent"].sem()
+    table["wind inside 2σ [%]"] = groups["wind_coverage_percent"].mean()
+    table["mean 2σ [kt]"] = groups["two_sigma_kt"].mean()
+    errors = groups["rms_error_kt"]
+    table["rms error [kt]"] = errors.apply(lambda values: float(np.sqrt(np.mean(np.square(values)))))
     return table.reset_index()

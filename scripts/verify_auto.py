@@ -7,24 +7,15 @@ Prints a page (Markdown) with one line a maneuver, truth and model. About 4 CPU 
 """
 
 import argparse
-import sys
-from datetime import UTC, datetime
 
 import pandas as pd
 
 from pitotbench.campaign.coverage import Trial
 from pitotbench.campaign.outside import FIRST_DEVELOPMENT_SEED, TRUTHS, score_outside, summarize
-from pitotbench.show.markdown import markdown_table
-
-PAGE = """# `--model auto` on curves that no model of the table can draw
-
-Every flight is sensed with {truths} truths ({names}); parameters are random. Seeds {first} to {last}, {turbulence}
-turbulence, {das} Hz, {date:%Y-%m-%d}. A 2σ should hold 95 %.
-`python scripts/verify_auto.py --maneuver {maneuver} --seeds {count} --first {first}` repeats it.
-"""
+from pitotbench.show.measured import auto_page
 
 
-def main() -> int:
+def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--maneuver", default="step_decrease,circle", help="comma list (default: %(default)s)")
     parser.add_argument("--das", default="50/50", help="data system (default: %(default)s)")
@@ -40,20 +31,8 @@ def main() -> int:
         for row in score_outside(Trial(maneuver, options.turbulence, seed), options.das)
     ]
     asked = {name: getattr(options, name) for name in ("maneuver", "turbulence", "das")}
-    names = ", ".join(TRUTHS)
-    page = PAGE.format(
-        truths=len(TRUTHS),
-        names=names,
-        count=len(seeds),
-        first=seeds[0],
-        last=seeds[-1],
-        date=datetime.now(UTC),
-        **asked,
-    )
-    print(page)
-    print(markdown_table(summarize(pd.DataFrame(rows))))
-    return 0
+    print(auto_page(summarize(pd.DataFrame(rows)), list(TRUTHS), seeds, asked), end="")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -6,14 +6,13 @@ Writes coverage.csv (one line a cell), coverage.png and coverage.md. About 25 CP
 """
 
 import argparse
-import sys
 from pathlib import Path
 
 from pitotbench.campaign.scorings import SCORINGS
 from pitotbench.campaign.verify import Budget, verify
 
 
-def main() -> int:
+def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=400, help="flights a cell (default: %(default)s)")
     parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
@@ -35,8 +34,7 @@ def main() -> int:
     options = parser.parse_args()
     budget = Budget(options.jobs, options.minutes, options.flights, options.rows)
     verify(options.seeds, options.out, budget, [SCORINGS[name].name for name in options.scoring.split(",")])
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

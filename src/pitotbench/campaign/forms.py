@@ -1,21 +1,36 @@
 """Scalar and vector form on the same flights, with heading and vanes off: what attitude and flow angles add."""
 
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+from rich.console import Console
+from rich.progress import track
 
 from pitotbench import bench
 from pitotbench.calibrate.options import FORMS
 from pitotbench.campaign.coverage import Trial
 from pitotbench.campaign.figures import figures
+from pitotbench.campaign.run import executor_for
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
+from pitotbench.simulate import PAPER_MANEUVERS
 
 FIRST_SCORED_SEED = 300_001
 _HEADING, _VANES = np.radians(1.0), np.radians(0.5)  # standard deviations of constant errors
+
+
+def score_all(seeds: Sequence[int], turbulence: str, das: str, jobs: int) -> list[dict[str, object]]:
+    """Rows of all published maneuvers; a progress bar on a terminal."""
+    flown = [Trial(maneuver, turbulence, seed) for seed in seeds for maneuver in PAPER_MANEUVERS]
+    systems, quiet = [das] * len(flown), not sys.stderr.isatty()
+    with executor_for(jobs, None) as pool:
+        results = (map if pool is None else pool.map)(score_forms, flown, systems)
+        done = track(results, "flights", len(flown), console=Console(stderr=True), disable=quiet)
+        return [row for found in done for row in found]
 
 
 def score_forms(trial: Trial, das: str) -> list[dict[str, object]]:

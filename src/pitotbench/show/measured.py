@@ -8,8 +8,8 @@ import pandas as pd
 _PEERS = """# The bound beside its peers
 
 Every row is fitted to the same flights: {count} a maneuver (seeds {first} to {last}, {date:%Y-%m-%d}), light
-turbulence, random wind and Inverse+ error. `python scripts/compare_bounds.py --seeds {count}` repeats it. A 2σ should
-hold 95 % of the curve.
+turbulence, random wind and Inverse+ error. `python scripts/compare_bounds.py --seeds {count}` repeats it. A 2σ
+should hold 95 % of the curve.
 
 - *white residuals*: Cramér-Rao bound of output error, residuals without memory (Klein and Morelli 2006).
 - *colored residuals, all lags*: the residual's autocorrelation put into that bound (Morelli and Klein 1997).

@@ -65,11 +65,11 @@ def _flown(seeds: Sequence[int]) -> dict[str, object]:
 
 
 def markdown_table(table: pd.DataFrame) -> str:
-    """A frame as a Markdown table, its columns' names as headings, numbers with two decimals."""
+    """A frame as a Markdown table, its columns' names as headings, numbers with three digits."""
     head = "| " + " | ".join(str(name) for name in table.columns) + " |\n|" + "---|" * len(table.columns)
     rows = ("| " + " | ".join(map(_cell, row)) + " |" for row in table.itertuples(index=False))
     return "\n".join([head, *rows])
 
 
 def _cell(value: object) -> str:
-    return f"{value:.2f}" if isinstance(value, float) else str(value)
+    return f"{value:.3g}" if isinstance(value, float) else str(value)

@@ -57,6 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_calibrate(commands.add_parser("calibrate", help="recover the error curve and the wind from a log"))
     _add_fixed_speed(commands.add_parser("fixed-speed", help="three- and four-leg GPS methods"))
     add_campaign(commands.add_parser("campaign", help="fly maneuvers, sense and calibrate them"))
+    add_study(commands.add_parser("study", help="the paper's simulator study, claim by claim"))
     return parser
 
 
@@ -250,6 +251,23 @@ def add_campaign(parser: argparse.ArgumentParser) -> None:
 def run_campaign(options: argparse.Namespace) -> int:
     """Fly a campaign, print its table and name its report."""
     from pitotbench.campaign.command import request_of, run_and_print
+
+    return DONE if run_and_print(request_of(options)) else NO_ANSWER
+
+
+def add_study(parser: argparse.ArgumentParser) -> None:
+    """The flags of the study, shared by `pitotbench study` and `scripts/reproduce_study.py`."""
+    parser.add_argument("--seeds", type=int, default=1, help="truth and sensor seeds 1 to N (default: 1)")
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
+    parser.add_argument("--scheduler", help="address of a dask scheduler, tcp://host:port")
+    parser.add_argument("--out", type=Path, default=Path("out", "study"), help="folder (default: %(default)s)")
+    parser.add_argument("--docs", type=Path, help="also write study.md and its pictures into this folder")
+    parser.set_defaults(run=run_study)
+
+
+def run_study(options: argparse.Namespace) -> int:
+    """Fly the study, print the verdicts and name the pages."""
+    from pitotbench.study.command import request_of, run_and_print
 
     return DONE if run_and_print(request_of(options)) else NO_ANSWER
 

@@ -1,0 +1,126 @@
+"""What is flown: the paper's five maneuvers in several airs, by several pilots, and variants of their cards."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+from pitotbench.catalog import Catalog
+from pitotbench.records.case import Case, Wind
+from pitotbench.simulate import MANEUVERS
+from pitotbench.study.look import COVERING, PAPER, Look
+
+SYSTEMS = ("20/1", "50/50", "100/100")
+PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")
+SPECIFICATION = 0.1  # of the injected noise: the instrument's own
+STEEPER = (4.0, 8.0, 12.0, 16.0, 24.0)
+ALIKE = 0.5  # of the noise of a receiver alone: that of an integrated solution
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Air and pilot. `rare` settings explain and are flown for a third of the seeds only."""
+
+    turbulence: str
+    pilot: str
+    what: str
+    rare: bool = False
+
+
+SETTINGS: Catalog[Setting] = Catalog(
+    "setting",
+    {
+        "smooth": Setting("none", "good", "smooth air, constant wind, a good pilot: as the paper's simulator"),
+        "light": Setting("light", "good", "light turbulence, a good pilot"),
+        "autopilot": Setting("none", "none", "smooth air, the autopilot alone", rare=True),
+        "busy": Setting("none", "busy", "smooth air, a busy pilot", rare=True),
+        "moderate": Setting("moderate", "good", "moderate turbulence, a good pilot", rare=True),
+    },
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Sortie:
+    """One flight of the study and the looks at it; `variant` names what is unusual on its card."""
+
+    setting: str
+    case: Case
+    looks: tuple[Look, ...]
+    variant: str = "standard"
+    track: bool = False
+    curves: bool = False
+
+
+def case_of(setting: str, maneuver: str, seed: int, **changes: object) -> Case:
+    """The case of a setting, maneuver and seed, with other changes."""
+    air = SETTINGS[setting]
+    case = Case(maneuver=maneuver, turbulence=air.turbulence, pilot=air.pilot, truth_seed=seed, sensor_seed=seed)
+    return replace(case, **changes)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """An unusual card: whose, which numbers, and whether it only explains."""
+
+    name: str
+    maneuver: str
+    card: dict[str, object] = field(default_factory=dict)
+    rare: bool = False
+
+
+VARIANTS = (
+    Variant("six speeds", "four_leg", {"speeds_kt": (160.0, 148.0, 136.0, 124.0, 112.0, 100.0)}),
+    Variant("long steps", "step_decrease", {"step_time_s": 20.0}),
+)
+
+
+def main_looks() -> tuple[Look, ...]:
+    """The looks of every claim: data systems, models, with and without V_down and turns, and the true bound."""
+    looks = []
+    for das in SYSTEMS:
+        for down in (True, False):
+            looks += [Look(das, replace(PAPER, use_down=down, on_condition=on)) for on in (False, True)]
+        looks += [Look(das, replace(PAPER, model=model)) for model in PAPER_MODELS[1:]]
+        looks += [Look(das, COVERING)]
+    looks += [Look("20/1", options, gps_noise=ALIKE) for options in (PAPER, COVERING)]
+    return tuple(looks)
+
+
+def explaining_looks() -> tuple[Look, ...]:
+    """Less noise, and steeper paths with and without V_down: what C2 and C7 are explained by."""
+    quiet = [Look(das, PAPER, noise=SPECIFICATION) for das in SYSTEMS]
+    steep = [
+        Look("50/50", replace(PAPER, use_down=down), "vertical speed", times)
+        for times in STEEPER
+        for down in (True, False)
+    ]
+    vector = [Look("50/50", replace(PAPER, form="vector", use_down=down)) for down in (True, False)]
+    return (*quiet, *steep, *vector)
+
+
+def rare_looks() -> tuple[Look, ...]:
+    """What a rare setting is looked at for."""
+    held = tuple(Look(das, replace(PAPER, use_down=down)) for das in SYSTEMS for down in (True, False))
+    straight = replace(PAPER, model="quadratic", on_condition=True)
+    return (*held, Look("20/1", straight), Look("50/50", COVERING))
+
+
+def sorties(seed: int, rare: bool) -> Iterator[Sortie]:
+    """The flights of a seed that the claims need; with the rare ones where asked for."""
+    for name, setting in SETTINGS.items():
+        if setting.rare and not rare:
+            continue
+        looks = rare_looks() if setting.rare else main_looks()
+        looks += explaining_looks() if name == "smooth" and rare else ()
+        looks += (Look("20/1", replace(PAPER, model="quadratic", on_condition=True)),) if name == "light" else ()
+        for maneuver in MANEUVERS:
+            yield Sortie(name, case_of(name, maneuver, seed), looks)
+    for variant in VARIANTS:
+        changed = case_of("smooth", variant.maneuver, seed, card=variant.card)
+        plain = tuple(Look(das) for das in SYSTEMS)
+        yield Sortie("smooth", changed, (*plain, Look("50/50", COVERING)), variant.name)
+
+
+def pattern_sorties() -> Iterator[Sortie]:
+    """Every maneuver once without wind, for the picture of its track."""
+    for maneuver in MANEUVERS:
+        still = case_of("autopilot", maneuver, 1, wind=Wind(speed=0.0))
+        yield Sortie("no wind", still, (), track=True)

@@ -1,0 +1,71 @@
+"""Fly one sortie and measure it, in whatever process."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench import bench
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.study.flights import Sortie
+from pitotbench.study.look import sense
+from pitotbench.study.measure import Row, density_rows, fit_row, flight_row
+
+_NAUTICAL_MILE = 1852.0
+_TRACK_POINTS = 800
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """The rows of a sortie by table, and what failed in words."""
+
+    fits: tuple[Row, ...] = ()
+    flights: tuple[Row, ...] = ()
+    density: tuple[Row, ...] = ()
+    tracks: tuple[Row, ...] = ()
+    failures: tuple[str, ...] = ()
+
+
+def perform(sortie: Sortie) -> Measured:
+    """Fly, sense, fit, measure. A flight that cannot be flown becomes a failure in words, not an end."""
+    case = sortie.case
+    try:
+        flight = bench.fly(case)
+    except (BadInputError, NoAnswerError) as error:
+        return Measured(failures=(f"{case.maneuver} seed {case.truth_seed} {sortie.setting}: {error}",))
+    key: Row = {
+        "setting": sortie.setting,
+        "variant": sortie.variant,
+        "maneuver": case.maneuver,
+        "seed": case.truth_seed,
+    }
+    fits = [key | row for row in _fits(flight, sortie)]
+    return Measured(
+        fits=tuple(fits),
+        flights=(key | flight_row(flight),),
+        density=tuple(key | row for row in density_rows(flight)) if case.truth_seed == 1 else (),
+        tracks=tuple(key | row for row in _track(flight)) if sortie.track else (),
+        failures=tuple(f"{key}: {row['failed']}" for row in fits if row["failed"]),
+    )
+
+
+def _fits(flight: Flight, sortie: Sortie) -> list[Row]:
+    logs: dict[tuple[str, str, float, float, float], tuple[Flight, FlightLog]] = {}
+    rows = []
+    for look in sortie.looks:
+        if look.sensing not in logs:
+            logs[look.sensing] = sense(flight, look)
+        rows.append(fit_row(*logs[look.sensing], look))
+    return rows
+
+
+def _track(flight: Flight) -> list[Row]:
+    step = max(1, len(flight) // _TRACK_POINTS)
+    rows = np.arange(0, len(flight), step)
+    east, north = flight["position_east"][rows] / _NAUTICAL_MILE, flight["position_north"][rows] / _NAUTICAL_MILE
+    on = flight.on_condition[rows]
+    return [
+        {"east_nm": float(e), "north_nm": float(n), "on_condition": bool(o)}
+        for e, n, o in zip(east, north, on, strict=True)
+    ]

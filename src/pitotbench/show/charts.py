@@ -8,11 +8,12 @@ from matplotlib.axes import Axes
 
 from pitotbench.show.chart import Bars, Chart, Lines, LineSeries
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY, WIDE, Panel, panel
+from pitotbench.units import Array
 
 _COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GREY)
 _MARKS = "os^Dv<>"
+_MOST_MARKED = 20  # points of a line that still get marks
 _BARS = 0.82  # share of a group's place that bars fill
-_WHISKER = {"ecolor": INK, "elinewidth": 0.9, "capsize": 2.0}
 
 
 def draw(chart: Chart) -> Panel:
@@ -33,7 +34,9 @@ def draw_bars(axes: Axes, chart: Bars) -> None:
         known = np.isfinite(spreads)
         if known.any():
             heights = np.asarray(series.heights, dtype=np.float64)
-            axes.errorbar(at[known], heights[known], yerr=spreads[known], fmt="none", **_WHISKER)
+            axes.errorbar(
+                at[known], heights[known], yerr=spreads[known], fmt="none", ecolor=INK, elinewidth=0.9, capsize=2.0
+            )
     axes.set_xticks(place, [group.replace(" ", "\n", 1) for group in chart.groups])
     axes.set_ylabel(chart.ylabel)
     axes.grid(axis="x", visible=False)
@@ -72,10 +75,7 @@ def _draw_series(axes: Axes, series: LineSeries, color: str, mark: str) -> None:
         _whiskers(axes, x, y, series.spreads, color)
 
 
-_MOST_MARKED = 20  # points of a line that still get marks
-
-
-def _whiskers(axes: Axes, x: np.ndarray, y: np.ndarray, spreads: Sequence[float] | None, color: str) -> None:
+def _whiskers(axes: Axes, x: Array, y: Array, spreads: Sequence[float] | None, color: str) -> None:
     if spreads is None:
         return
     spread = np.asarray(spreads, dtype=np.float64)

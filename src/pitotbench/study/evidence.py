@@ -25,7 +25,7 @@ USUAL: Mapping[str, object] = {
     "noise": 1.0,
     "gps_noise": 1.0,
 }
-_TABLES = ("fits", "flights", "density", "tracks")
+_TABLES = ("fits", "flights", "density", "tracks", "curves")
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +56,13 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """One row a fit, a flight, a bin of airspeed, a point of a track; units in the column names."""
+    """One row a fit, a flight, a bin of airspeed, a point of a track or of a curve; units in the column names."""
 
     fits: pd.DataFrame
     flights: pd.DataFrame
     density: pd.DataFrame
     tracks: pd.DataFrame
+    curves: pd.DataFrame
 
     @classmethod
     def of(cls, measured: Sequence[Measured]) -> "Evidence":

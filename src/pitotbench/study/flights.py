@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from pitotbench.catalog import Catalog
-from pitotbench.records.case import Case, Wind
+from pitotbench.effects import EFFECTS
+from pitotbench.records.case import Case, EffectSpec, Wind
 from pitotbench.simulate import MANEUVERS
 from pitotbench.study.look import COVERING, PAPER, Look
 
@@ -23,7 +24,18 @@ class Setting:
     pilot: str
     what: str
     rare: bool = False
+    effects: tuple[EffectSpec, ...] = ()
+    flown: tuple[str, ...] = tuple(MANEUVERS)
 
+
+# What the airplane had and the simulator had not (Martos et al. 2011, II.B, III.A): a pod under the belly, and
+# turns that asked for more power. Typical sizes of the effects table; an effect that it lacks is left out.
+_AIRPLANE = (
+    EffectSpec("belly_pod", {"drag_area_m2": 0.1}),
+    EffectSpec("turn_drag", {"coefficient_at_30deg": 0.005}),
+)
+AIRPLANE_EFFECTS = tuple(effect for effect in _AIRPLANE if effect.name in EFFECTS)
+AIRPLANE_FLOWN = ("step_decrease", "race_track", "four_leg", "rapid_decel")
 
 SETTINGS: Catalog[Setting] = Catalog(
     "setting",
@@ -32,6 +44,14 @@ SETTINGS: Catalog[Setting] = Catalog(
         "light": Setting("light", "good", "light turbulence, a good pilot"),
         "autopilot": Setting("none", "none", "smooth air, the autopilot alone", rare=True),
         "busy": Setting("none", "busy", "smooth air, a busy pilot", rare=True),
+        "airplane": Setting(
+            "light",
+            "good",
+            "light turbulence, a good pilot, the airplane's effects",
+            rare=True,
+            effects=AIRPLANE_EFFECTS,
+            flown=AIRPLANE_FLOWN,
+        ),
         "moderate": Setting("moderate", "good", "moderate turbulence, a good pilot", rare=True),
     },
 )
@@ -52,18 +72,24 @@ class Sortie:
 def case_of(setting: str, maneuver: str, seed: int, **changes: object) -> Case:
     """The case of a setting, maneuver and seed, with other changes."""
     air = SETTINGS[setting]
-    case = Case(maneuver=maneuver, turbulence=air.turbulence, pilot=air.pilot, truth_seed=seed, sensor_seed=seed)
+    case = Case(
+        maneuver=maneuver,
+        turbulence=air.turbulence,
+        pilot=air.pilot,
+        effects=air.effects,
+        truth_seed=seed,
+        sensor_seed=seed,
+    )
     return replace(case, **changes)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """An unusual card: whose, which numbers, and whether it only explains."""
+    """An unusual card: whose, and which numbers."""
 
     name: str
     maneuver: str
     card: dict[str, object] = field(default_factory=dict)
-    rare: bool = False
 
 
 VARIANTS = (
@@ -96,11 +122,28 @@ def explaining_looks() -> tuple[Look, ...]:
     return (*quiet, *steep, *vector)
 
 
+STRAIGHT = Look("20/1", replace(PAPER, model="quadratic", on_condition=True))  # as the airplane's data were reduced
+
+
 def rare_looks() -> tuple[Look, ...]:
     """What a rare setting is looked at for."""
     held = tuple(Look(das, replace(PAPER, use_down=down)) for das in SYSTEMS for down in (True, False))
-    straight = replace(PAPER, model="quadratic", on_condition=True)
-    return (*held, Look("20/1", straight), Look("50/50", COVERING))
+    return (*held, STRAIGHT, Look("50/50", COVERING))
+
+
+def airplane_looks() -> tuple[Look, ...]:
+    """The airplane's data system and model, with and without turns, and the bound for the pictures."""
+    covering = Look("20/1", replace(COVERING, model="quadratic", on_condition=True))
+    return STRAIGHT, Look("20/1", replace(PAPER, model="quadratic")), covering
+
+
+def _looks(name: str, rare: bool) -> tuple[Look, ...]:
+    if name == "airplane":
+        return airplane_looks()
+    if SETTINGS[name].rare:
+        return rare_looks()
+    more = {"smooth": explaining_looks() if rare else (), "light": (STRAIGHT,)}
+    return (*main_looks(), *more.get(name, ()))
 
 
 def sorties(seed: int, rare: bool) -> Iterator[Sortie]:
@@ -108,15 +151,12 @@ def sorties(seed: int, rare: bool) -> Iterator[Sortie]:
     for name, setting in SETTINGS.items():
         if setting.rare and not rare:
             continue
-        looks = rare_looks() if setting.rare else main_looks()
-        looks += explaining_looks() if name == "smooth" and rare else ()
-        looks += (Look("20/1", replace(PAPER, model="quadratic", on_condition=True)),) if name == "light" else ()
-        for maneuver in MANEUVERS:
-            yield Sortie(name, case_of(name, maneuver, seed), looks)
+        for maneuver in setting.flown:
+            curves = name == "airplane" and seed == 1
+            yield Sortie(name, case_of(name, maneuver, seed), _looks(name, rare), curves=curves)
+    plain = (*(Look(das) for das in SYSTEMS), Look("50/50", COVERING))
     for variant in VARIANTS:
-        changed = case_of("smooth", variant.maneuver, seed, card=variant.card)
-        plain = tuple(Look(das) for das in SYSTEMS)
-        yield Sortie("smooth", changed, (*plain, Look("50/50", COVERING)), variant.name)
+        yield Sortie("smooth", case_of("smooth", variant.maneuver, seed, card=variant.card), plain, variant.name)
 
 
 def pattern_sorties() -> Iterator[Sortie]:

@@ -35,14 +35,14 @@ def look_row(look: Look) -> Row:
     }
 
 
-def fit_row(flight: Flight, log: FlightLog, look: Look) -> Row:
+def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | None]:
     """Fit a log and hold it against the truth of its flight; `failed` says why there are no numbers."""
     try:
         result = bench.calibrate(log, look.options)
     except (NoAnswerError, BadInputError) as error:
-        return {**look_row(look), "failed": str(error)}
+        return {**look_row(look), "failed": str(error)}, None
     score = bench.score(result, flight)
-    return {
+    row: Row = {
         **look_row(look),
         "failed": "",
         "samples": score.samples,
@@ -54,6 +54,7 @@ def fit_row(flight: Flight, log: FlightLog, look: Look) -> Row:
         **_error_parts(result, flight),
         **_criteria(result),
     }
+    return row, result
 
 
 def _error_parts(result: Calibration, flight: Flight) -> Row:

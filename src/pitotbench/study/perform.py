@@ -8,9 +8,10 @@ from pitotbench import bench
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
+from pitotbench.study.curves import curve_rows, fixed_speed_rows
 from pitotbench.study.flights import Sortie
 from pitotbench.study.look import sense
-from pitotbench.study.measure import Row, density_rows, fit_row, flight_row
+from pitotbench.study.measure import Row, density_rows, fit, flight_row
 
 _NAUTICAL_MILE = 1852.0
 _TRACK_POINTS = 800
@@ -24,6 +25,7 @@ class Measured:
     flights: tuple[Row, ...] = ()
     density: tuple[Row, ...] = ()
     tracks: tuple[Row, ...] = ()
+    curves: tuple[Row, ...] = ()
     failures: tuple[str, ...] = ()
 
 
@@ -40,24 +42,31 @@ def perform(sortie: Sortie) -> Measured:
         "maneuver": case.maneuver,
         "seed": case.truth_seed,
     }
-    fits = [key | row for row in _fits(flight, sortie)]
+    fits, curves = _fits(flight, sortie)
     return Measured(
-        fits=tuple(fits),
+        fits=tuple(key | row for row in fits),
         flights=(key | flight_row(flight),),
         density=tuple(key | row for row in density_rows(flight)) if case.truth_seed == 1 else (),
         tracks=tuple(key | row for row in _track(flight)) if sortie.track else (),
-        failures=tuple(f"{key}: {row['failed']}" for row in fits if row["failed"]),
+        curves=tuple(key | row for row in curves),
+        failures=tuple(f"{' '.join(map(str, key.values()))}: {row['failed']}" for row in fits if row["failed"]),
     )
 
 
-def _fits(flight: Flight, sortie: Sortie) -> list[Row]:
+def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
+    """One row a look, and the points of the curves where the sortie asks for them."""
     logs: dict[tuple[str, str, float, float, float], tuple[Flight, FlightLog]] = {}
-    rows = []
+    rows, curves = [], []
     for look in sortie.looks:
         if look.sensing not in logs:
             logs[look.sensing] = sense(flight, look)
-        rows.append(fit_row(*logs[look.sensing], look))
-    return rows
+        changed, log = logs[look.sensing]
+        row, result = fit(changed, log, look)
+        rows.append(row)
+        if sortie.curves and result is not None and result.method == "covering":
+            curves += curve_rows(changed, result)
+            curves += fixed_speed_rows(log) if flight.case.maneuver == "four_leg" else []
+    return rows, curves
 
 
 def _track(flight: Flight) -> list[Row]:

@@ -1,9 +1,11 @@
 """Do test altitude and temperature matter?"""
 
 from collections.abc import Iterator
+from functools import partial
 
 import pandas as pd
 
+from pitotbench.show.chart import Lines
 from pitotbench.study.charting import maneuver_lines
 from pitotbench.study.evidence import Evidence, Spread
 from pitotbench.study.flights import Sortie, case_of
@@ -39,42 +41,48 @@ def _at_temperature(kelvin: float) -> str:
     return "standard" if kelvin == 0.0 else f"{kelvin:+g} K"
 
 
-def _answer(evidence: Evidence) -> Reply:
+def _bound(evidence: Evidence, air: str, maneuver: str, variant: str) -> pd.Series:
+    found = evidence.fit("two_sigma_kt", maneuver, setting=air, method="covering", variant=variant)
     few = evidence.fit("samples", FLOWN[0], setting="light", variant=_at_altitude(ALTITUDES[0])).index
+    return found[found.index.isin(few)]
 
-    def bound(maneuver: str, variant: str, air: str) -> pd.Series:
-        found = evidence.fit("two_sigma_kt", maneuver, setting=air, method="covering", variant=variant)
-        return found[found.index.isin(few)]
 
-    def ratios(one: str, other: str, air: str) -> str:
-        found = [Spread.of(bound(m, one, air)).mean / Spread.of(bound(m, other, air)).mean for m in FLOWN]
-        return f"{min(found):.2f} to {max(found):.2f}"
+def _high(evidence: Evidence, air: str, maneuver: str, feet: float) -> pd.Series:
+    return _bound(evidence, air, maneuver, _at_altitude(feet))
 
+
+def _warm(evidence: Evidence, maneuver: str, kelvin: float) -> pd.Series:
+    return _bound(evidence, "light", maneuver, _at_temperature(kelvin))
+
+
+def _factors(evidence: Evidence, air: str, one: str, other: str) -> str:
+    """Least and largest ratio of the mean bound of one variant to another, over the maneuvers."""
+    mean = {v: [Spread.of(_bound(evidence, air, m, v)).mean for m in FLOWN] for v in (one, other)}
+    found = [a / b for a, b in zip(mean[one], mean[other], strict=True)]
+    return f"{min(found):.2f} to {max(found):.2f}"
+
+
+def _charts(evidence: Evidence) -> Iterator[Lines]:
+    ylabel, note = "covering 2σ of the curve [kt]", "50/50 Hz, the same calibrated airspeeds."
     heights = tuple(sorted((*ALTITUDES, _USUAL_ALTITUDE)))
-    warmth = (TEMPERATURES[0], 0.0, TEMPERATURES[1])
-    ylabel = "covering 2σ of the curve [kt]"
-    charts = [
-        maneuver_lines(
-            f"sweep-altitude-{air}", f"Test altitude, {words}", "50/50 Hz, the same calibrated airspeeds.",
-            "test altitude [ft]", ylabel, heights, lambda m, feet, air=air: bound(m, _at_altitude(feet), air), FLOWN,
-        )
-        for air, words in AIRS.items()
-    ]  # fmt: skip
-    charts.append(
-        maneuver_lines(
-            "sweep-temperature", "Temperature, light turbulence", "50/50 Hz, 6,000 ft.", "above standard [K]", ylabel,
-            warmth, lambda m, kelvin: bound(m, _at_temperature(kelvin), "light"), FLOWN,
-        )
-    )  # fmt: skip
-    top, bottom = _at_altitude(heights[-1]), _at_altitude(heights[0])
+    for air, words in AIRS.items():
+        name, title, number = f"sweep-altitude-{air}", f"Test altitude, {words}", partial(_high, evidence, air)
+        yield maneuver_lines(name, title, note, "test altitude [ft]", ylabel, heights, number, FLOWN)
+    name, title, warmth = "sweep-temperature", "Temperature, light turbulence", (-20.0, 0.0, 20.0)
+    number = partial(_warm, evidence)
+    yield maneuver_lines(name, title, note, "above standard [K]", ylabel, warmth, number, FLOWN)
+
+
+def _answer(evidence: Evidence) -> Reply:
+    top, bottom = _at_altitude(ALTITUDES[-1]), _at_altitude(ALTITUDES[0])
+    warm, cold = _at_temperature(TEMPERATURES[-1]), _at_temperature(TEMPERATURES[0])
     return Reply(
-        f"In smooth air the covering 2σ at {heights[-1]:,.0f} ft is {ratios(top, bottom, 'smooth')} times that at "
-        f"{heights[0]:,.0f} ft ({', '.join(NAMES[m] for m in FLOWN)}); in light turbulence {ratios(top, bottom, 'light')} "
-        "times, because the gusts of MIL-F-8785C die out with altitude: fly high for the air, not for the method. From "
-        f"{warmth[0]:+g} to {warmth[-1]:+g} K it changes by a factor of "
-        f"{ratios(_at_temperature(warmth[-1]), _at_temperature(warmth[0]), 'light')}; what matters about temperature is to "
-        "measure it, since an error of it does not show in the residual.",
-        tuple(charts),
+        f"In smooth air the covering 2σ at {top} is {_factors(evidence, 'smooth', top, bottom)} times that at {bottom} "
+        f"({', '.join(NAMES[m] for m in FLOWN)}), in light turbulence {_factors(evidence, 'light', top, bottom)} times, "
+        "because the gusts of MIL-F-8785C die out with altitude: fly high for the air, not for the method. From "
+        f"{cold} to {warm} it changes by a factor of {_factors(evidence, 'light', warm, cold)}; what matters about "
+        "temperature is to measure it, since an error of it does not show in the residual.",
+        tuple(_charts(evidence)),
     )
 
 

@@ -9,96 +9,87 @@ from pitotbench.show.chart import Bars, BarSeries
 from pitotbench.study.evidence import USUAL, Evidence
 from pitotbench.study.look import PAPER, Look
 from pitotbench.study.names import NAMES, PAPER_ORDER
-from pitotbench.study.sweeps.sweep import Reply, Sweep
+from pitotbench.study.sweeps.sweep import Reply, Sweep, rms
 
 MODELS = ("bias", "linear", "quadratic", "inverse+")
+KNEE = "knee truth"
 TRUTHS = {
     "constant truth": "bias",
     "linear truth": "linear",
     "quadratic truth": "quadratic",
     "none": "inverse+",
-    "knee truth": "none of the table (a knee)",
+    KNEE: "a knee, in no model of the table",
 }
-_GOOD = 1.1  # times the smallest true error of any model
-CRITERIA = {"white_criterion": "all samples, as if white", "block_criterion": "means of 5 s"}
+CRITERIA = {"white_criterion": "all samples, as if white", "block_criterion": "means over 5 s"}
 
 
 def looks(maneuver: str) -> tuple[Look, ...]:
-    """Every truth fitted with every model."""
-    return tuple(
-        Look("50/50", replace(PAPER, model=model), truth) for truth in TRUTHS for model in MODELS if truth != "none"
-    )
+    """Every truth fitted with every model; the usual truth is looked at anyway."""
+    options = [replace(PAPER, model=model) for model in MODELS]
+    return tuple(Look("50/50", one, truth) for truth in TRUTHS for one in options if truth != "none")
 
 
-def _table(evidence: Evidence) -> pd.DataFrame:
-    """One row a flight and truth: the model each criterion chooses, and the true error of each model."""
+def choices(evidence: Evidence) -> pd.DataFrame:
+    """One row a flight and truth: the model that each criterion chooses, and the true rms error of every model."""
     fits = evidence.fits
-    usual = {**USUAL, "setting": "light"}
-    for name in (
-        "setting",
-        "variant",
-        "das",
-        "method",
-        "form",
-        "wind",
-        "down",
-        "on_condition",
-        "noise",
-        "gps_noise",
-    ):
-        fits = fits[fits[name] == usual[name]]
+    for name, value in {**USUAL, "setting": "light"}.items():
+        if name not in ("model", "change", "level"):
+            fits = fits[fits[name] == value]
     fits = fits[fits["change"].isin(TRUTHS) & (fits["failed"] == "")]
-    few = fits[fits["change"] == "knee truth"]["seed"].unique()
-    fits = fits[fits["seed"].isin(few)]
+    fits = fits[fits["seed"].isin(fits[fits["change"] == KNEE]["seed"].unique())]
     rows = []
     for (truth, maneuver, seed), group in fits.groupby(["change", "maneuver", "seed"], sort=False):
-        group = group.set_index("model").reindex(list(MODELS))
+        models = group.set_index("model").reindex(list(MODELS))
         row: dict[str, object] = {"truth": truth, "maneuver": maneuver, "seed": seed}
-        row |= {f"rms {model}": group.loc[model, "rms_error_kt"] for model in MODELS}
-        row |= {name: str(group[name].astype(float).idxmin()) for name in CRITERIA}
+        row |= {model: float(models.loc[model, "rms_error_kt"]) for model in MODELS}
+        row |= {name: str(models[name].astype(float).idxmin()) for name in CRITERIA}
         rows.append(row)
     return pd.DataFrame(rows)
 
 
+def _chosen(table: pd.DataFrame, criterion: str) -> pd.Series:
+    """The true rms error of the chosen model [kt], flight by flight."""
+    errors = table[list(MODELS)].to_numpy()
+    picked = table[criterion].map({m: i for i, m in enumerate(MODELS)}).to_numpy()
+    return pd.Series(errors[np.arange(len(table)), picked], index=table.index)
+
+
+def _line(table: pd.DataFrame, criterion: str, truth: str) -> dict[str, object]:
+    of = table[table["truth"] == truth]
+    counts = of[criterion].value_counts()
+    return {
+        "criterion": CRITERIA[criterion],
+        "truth": TRUTHS[truth],
+        **{f"{m} chosen [%]": f"{100.0 * counts.get(m, 0) / len(of):.0f}" for m in MODELS},
+        "rms error, chosen [kt]": f"{rms(_chosen(of, criterion)):.2f}",
+        "rms error, best of the four [kt]": f"{rms(of[list(MODELS)].min(axis=1)):.2f}",
+    }
+
+
+def _chart(table: pd.DataFrame) -> Bars:
+    unknown = [float("nan")] * len(PAPER_ORDER)
+    by = {m: table[table["maneuver"] == m] for m in PAPER_ORDER}
+    series = [BarSeries(model, [rms(by[m][model]) for m in PAPER_ORDER], unknown) for model in MODELS]
+    title, note = "True error by model", "Light turbulence, 50/50 Hz; rms over seeds and the five truths."
+    groups = [NAMES[m] for m in PAPER_ORDER]
+    return Bars(title, note, "rms error of the curve [kt]", groups, series, "sweep-structure")
+
+
 def _answer(evidence: Evidence) -> Reply:
-    table = _table(evidence)
-    errors = table[[f"rms {model}" for model in MODELS]].astype(float).to_numpy()
-    best = errors.min(axis=1)
-    share, cost = {}, {}
-    lines = []
-    for name, label in CRITERIA.items():
-        chosen = errors[np.arange(len(table)), [MODELS.index(m) for m in table[name]]]
-        right = table[name].to_numpy() == table["truth"].map(TRUTHS).to_numpy()
-        known = (table["truth"] != "knee truth").to_numpy()
-        share[name], cost[name] = 100.0 * right[known].mean(), float(np.sqrt(np.mean(chosen**2)))
-        for truth, what in TRUTHS.items():
-            of = (table["truth"] == truth).to_numpy()
-            counts = table[of][name].value_counts()
-            lines.append({"criterion": label, "truth": what,
-                          **{f"{m} chosen [%]": f"{100.0 * counts.get(m, 0) / of.sum():.0f}" for m in MODELS},
-                          "rms error, chosen [kt]": f"{np.sqrt(np.mean(chosen[of] ** 2)):.2f}",
-                          "rms error, best model [kt]": f"{np.sqrt(np.mean(best[of] ** 2)):.2f}"})  # fmt: skip
-    full = {m: float(np.sqrt(np.mean(errors[:, MODELS.index(m)] ** 2))) for m in MODELS}
-    series = [
-        BarSeries(model, [_rms(table, m, model) for m in PAPER_ORDER], [float("nan")] * len(PAPER_ORDER))
-        for model in MODELS
-    ]
-    chart = Bars("True error by model, over all truths", "Light turbulence, 50/50 Hz, rms over seeds and five truths.",
-                 "rms error of the curve [kt]", [NAMES[m] for m in PAPER_ORDER], series, "sweep-structure")  # fmt: skip
+    table = choices(evidence)
+    known = table[table["truth"] != KNEE]
+    right = {c: 100.0 * float((known[c] == known["truth"].map(TRUTHS)).mean()) for c in CRITERIA}
+    cost = {c: rms(_chosen(table, c)) for c in CRITERIA}
+    always = {model: rms(table[model]) for model in MODELS}
     return Reply(
-        f"Schwarz's criterion names the true structure in {share['white_criterion']:.0f} % of flights when every sample "
-        f"counts as independent and in {share['block_criterion']:.0f} % when means over 5 s do, with an rms error of "
+        f"Schwarz's criterion names the true structure in {right['white_criterion']:.0f} % of flights when every sample counts "
+        f"as independent and in {right['block_criterion']:.0f} % when means over 5 s do, with rms errors of "
         f"{cost['white_criterion']:.2f} and {cost['block_criterion']:.2f} kt over all truths. Always fitting Quadratic gives "
-        f"{full['quadratic']:.2f} kt, Inverse+ {full['inverse+']:.2f} kt and Linear {full['linear']:.2f} kt: between the "
-        "three-term models there is nothing to choose, and a model too many costs less than one too few.",
-        (chart,),
-        (pd.DataFrame(lines),),
+        f"{always['quadratic']:.2f} kt, Inverse+ {always['inverse+']:.2f}, Linear {always['linear']:.2f} and Bias "
+        f"{always['bias']:.2f} kt: a term too many costs less than one too few.",
+        (_chart(table),),
+        (pd.DataFrame([_line(table, c, truth) for c in CRITERIA for truth in TRUTHS]),),
     )
-
-
-def _rms(table: pd.DataFrame, maneuver: str, model: str) -> float:
-    values = table[table["maneuver"] == maneuver][f"rms {model}"].astype(float)
-    return float(np.sqrt(np.mean(values**2)))
 
 
 STRUCTURE = Sweep("model structure", "Can statistics choose the structure of the model?", _answer, looks)

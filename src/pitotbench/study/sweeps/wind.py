@@ -1,9 +1,13 @@
 """How much may the wind change, in time and with altitude?"""
 
+from dataclasses import dataclass
+from functools import partial
+
 import numpy as np
 import pandas as pd
 
 from pitotbench.calibrate import CalibrationOptions
+from pitotbench.show.chart import Lines
 from pitotbench.study.charting import maneuver_lines
 from pitotbench.study.evidence import Evidence, Spread
 from pitotbench.study.look import COVERING, Look
@@ -16,88 +20,115 @@ DRIFTING = CalibrationOptions(wind="drifting")
 _TOLERATED = 2.0  # times the rms error of a constant wind
 
 
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """A kind of change, the wind of the model that is fitted, and how its picture is called."""
+
+    change: str
+    wind: str
+    levels: tuple[float, ...]
+    title: str
+    note: str
+    xlabel: str
+
+    @property
+    def name(self) -> str:
+        return f"sweep-{self.change}-{self.wind}".replace(" ", "-")
+
+
+CHANGING = Trouble(
+    "wind change",
+    "constant",
+    RATES,
+    "A wind that changes",
+    "Fitted with a constant wind, 50/50 Hz.",
+    "change of the wind [kt/min]",
+)
+FOLLOWED = Trouble(
+    "wind change",
+    "drifting",
+    RATES,
+    "The same, and the model's wind may drift",
+    "Fitted with wind='drifting'; no mark where no flight got an answer.",
+    "change of the wind [kt/min]",
+)
+SHEARED = Trouble(
+    "shear",
+    "constant",
+    SHEARS,
+    "A wind that changes with altitude",
+    "The good pilot's altitude wanders by some 8 ft rms.",
+    "shear [kt/100 ft]",
+)
+
+
 def looks(maneuver: str) -> tuple[Look, ...]:
     """Every rate with a constant and with a drifting wind in the model; every shear."""
     changing = [Look("50/50", o, "wind change", rate) for rate in RATES for o in (COVERING, DRIFTING)]
     return (*changing, *(Look("50/50", COVERING, "shear", size) for size in SHEARS), Look("50/50", DRIFTING))
 
 
-def _error(evidence: Evidence, maneuver: str, change: str, level: float, wind: str = "constant") -> pd.Series:
-    how: dict[str, object] = {"change": change, "level": level} if level else {}
-    found = evidence.fit("rms_error_kt", maneuver, setting="light", method="covering", wind=wind, **how)
-    few = evidence.fit("rms_error_kt", maneuver, setting="light", method="covering", wind="drifting").index
+def _column(evidence: Evidence, column: str, trouble: Trouble, maneuver: str, level: float) -> pd.Series:
+    how: dict[str, object] = {"change": trouble.change, "level": level} if level else {}
+    found = evidence.fit(column, maneuver, setting="light", method="covering", wind=trouble.wind, **how)
+    few = evidence.fit(column, maneuver, setting="light", method="covering", wind="drifting").index
     return found[found.index.isin(few)]
 
 
-def _tolerated(evidence: Evidence, maneuver: str, change: str, levels: tuple[float, ...]) -> float:
+def _error(evidence: Evidence, trouble: Trouble, maneuver: str, level: float) -> pd.Series:
+    return _column(evidence, "rms_error_kt", trouble, maneuver, level)
+
+
+def tolerated(evidence: Evidence, trouble: Trouble, maneuver: str) -> float:
     """The level at which the rms error over seeds is twice that of a constant wind; inf where none is."""
-    still = rms(_error(evidence, maneuver, change, 0.0))
-    errors = np.array([rms(_error(evidence, maneuver, change, level)) / still for level in levels])
-    beyond = np.flatnonzero(errors > _TOLERATED)
-    if not len(beyond):
-        return float("inf")
-    i = int(beyond[0])
-    before, level_before = (1.0, 0.0) if i == 0 else (errors[i - 1], levels[i - 1])
-    return float(level_before + (levels[i] - level_before) * (_TOLERATED - before) / (errors[i] - before))
+    still = rms(_error(evidence, trouble, maneuver, 0.0))
+    errors = [rms(_error(evidence, trouble, maneuver, level)) / still for level in trouble.levels]
+    for i, (level, error) in enumerate(zip(trouble.levels, errors, strict=True)):
+        if error > _TOLERATED:
+            before, below = (errors[i - 1], trouble.levels[i - 1]) if i else (1.0, 0.0)
+            return below + (level - below) * (_TOLERATED - before) / (error - before)
+    return float("inf")
 
 
-def _above(value: float, largest: float) -> str:
-    return f"> {largest:g}" if np.isinf(value) else f"{value:.2f}"
+def _said(value: float, trouble: Trouble) -> str:
+    return f"more than {trouble.levels[-1]:g}" if np.isinf(value) else f"{value:.2f}"
 
 
-def _refused(evidence: Evidence, maneuver: str) -> int:
-    found = evidence.fit("coverage", maneuver, setting="light", method="covering", wind="drifting",
-                         change="wind change", level=RATES[-1])  # fmt: skip
-    return int(found.isna().sum())
+def _row(evidence: Evidence, maneuver: str) -> dict[str, object]:
+    most = RATES[-1]
+    inside = [_column(evidence, "coverage", t, maneuver, most) for t in (CHANGING, FOLLOWED)]
+    errors = [f"{rms(_error(evidence, t, maneuver, most)):.2f}" for t in (CHANGING, FOLLOWED)]
+    return {
+        "tolerated change [kt/min]": _said(tolerated(evidence, CHANGING, maneuver), CHANGING),
+        "tolerated shear [kt/100 ft]": _said(tolerated(evidence, SHEARED, maneuver), SHEARED),
+        f"rms error at {most:g} kt/min, wind constant [kt]": errors[0],
+        f"rms error at {most:g} kt/min, wind drifting [kt]": errors[1],
+        "curve inside 2σ, constant [%]": f"{100.0 * Spread.of(inside[0]).mean:.0f}",
+        "curve inside 2σ, drifting [%]": f"{100.0 * Spread.of(inside[1]).mean:.0f}",
+        "drifting, answer refused": f"{int(inside[1].isna().sum())} of {len(inside[1])}",
+    }
+
+
+def _chart(evidence: Evidence, trouble: Trouble) -> Lines:
+    error = partial(_error, evidence, trouble)
+    levels = (0.0, *trouble.levels)
+    ylabel = "rms error of the curve [kt]"
+    return maneuver_lines(trouble.name, trouble.title, trouble.note, trouble.xlabel, ylabel, levels, error)
 
 
 def _answer(evidence: Evidence) -> Reply:
-    limit = {m: _tolerated(evidence, m, "wind change", RATES) for m in PAPER_ORDER}
-    shear = {m: _tolerated(evidence, m, "shear", SHEARS) for m in PAPER_ORDER}
-    rows: dict[str, dict[str, object]] = {}
-    for m in PAPER_ORDER:
-        worst = (
-            _error(evidence, m, "wind change", RATES[-1]),
-            _error(evidence, m, "wind change", RATES[-1], "drifting"),
-        )
-        covered = [
-            Spread.of(
-                evidence.fit("coverage", m, setting="light", method="covering", wind=wind, change="wind change",
-                             level=RATES[-1])
-            )
-            for wind in ("constant", "drifting")
-        ]  # fmt: skip
-        rows[m] = {
-            "tolerated change [kt/min]": _above(limit[m], RATES[-1]),
-            "tolerated shear [kt/100 ft]": _above(shear[m], SHEARS[-1]),
-            f"rms error at {RATES[-1]:g} kt/min, wind constant [kt]": f"{rms(worst[0]):.2f}",
-            "the same, wind drifting in the model [kt]": f"{rms(worst[1]):.2f}",
-            "curve inside 2σ, constant [%]": f"{100.0 * covered[0].mean:.0f}",
-            "curve inside 2σ, drifting [%]": f"{100.0 * covered[1].mean:.0f}",
-            "drifting: no answer given": f"{_refused(evidence, m)} flights",
-        }
+    limit = {m: tolerated(evidence, CHANGING, m) for m in PAPER_ORDER}
+    shear = {m: tolerated(evidence, SHEARED, m) for m in PAPER_ORDER}
     least, most = min(limit, key=lambda m: limit[m]), max(limit, key=lambda m: limit[m])
-    charts = tuple(
-        maneuver_lines(
-            f"sweep-{change.replace(' ', '-')}{'-drifting' if wind == 'drifting' else ''}", title, note, xlabel,
-            "rms error of the curve [kt]", (0.0, *levels),
-            lambda m, level, change=change, wind=wind: _error(evidence, m, change, level, wind),
-        )
-        for change, wind, levels, title, note, xlabel in (
-            ("wind change", "constant", RATES, "A wind that changes", "Fitted with a constant wind, 50/50 Hz.", "change of the wind [kt/min]"),
-            ("wind change", "drifting", RATES, "The same, the model's wind may drift", "Fitted with wind='drifting'.", "change of the wind [kt/min]"),
-            ("shear", "constant", SHEARS, "A wind that changes with altitude", "The good pilot's altitude wanders by some 8 ft rms.", "shear [kt/100 ft]"),
-        )
-    )  # fmt: skip
+    first = min(shear, key=lambda m: shear[m])
     return Reply(
-        f"The error of the curve doubles at {_above(limit[least], RATES[-1])} kt/min of steady change for {NAMES[least]} "
-        f"and at {_above(limit[most], RATES[-1])} kt/min for {NAMES[most]}; a drifting wind in the model says so in its "
-        "bound. Shear hardly matters to a maneuver flown at one altitude: "
-        + ("no maneuver reaches that limit" if all(np.isinf(v) for v in shear.values()) else "the first reaches that "
-           f"limit at {min(shear.values()):.1f} kt/100 ft") + f" up to {SHEARS[-1]:g} kt/100 ft.",
-        charts,
-        (named(rows),),
-    )  # fmt: skip
+        f"The error of the curve doubles at {_said(limit[least], CHANGING)} kt/min of steady change for {NAMES[least]} "
+        f"and at {_said(limit[most], CHANGING)} kt/min for {NAMES[most]}; a model whose wind may drift covers more of "
+        "it or refuses to answer. Shear matters little at one altitude: the first to double is "
+        f"{NAMES[first]}, at {_said(shear[first], SHEARED)} kt/100 ft.",
+        tuple(_chart(evidence, trouble) for trouble in (CHANGING, FOLLOWED, SHEARED)),
+        (named({m: _row(evidence, m) for m in PAPER_ORDER}),),
+    )
 
 
 WIND = Sweep("variable wind", "How much may the wind change, in time and with altitude?", _answer, looks)

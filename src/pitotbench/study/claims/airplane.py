@@ -1,0 +1,104 @@
+"""C12: the calibration flights of the airplane."""
+
+import numpy as np
+import pandas as pd
+
+from pitotbench.show.chart import Chart, Lines, LineSeries
+from pitotbench.study.claims.claim import Claim, Finding, verdict
+from pitotbench.study.evidence import Evidence, Spread, percent
+from pitotbench.study.flights import AIRPLANE_EFFECTS, AIRPLANE_FLOWN
+from pitotbench.study.names import NAMES, named
+
+PUBLISHED = {"step_decrease": 0.75, "race_track": 1.2, "four_leg": 1.5, "rapid_decel": 2.1}  # Table III, KCAS
+FIGURES = {"step_decrease": 11, "race_track": 12, "four_leg": 13, "rapid_decel": 14}
+_AGREES = 0.5  # kt: of the curve with the fixed-speed points, "good agreement"
+_STRAIGHT: dict[str, object] = {"das": "20/1", "model": "quadratic", "on_condition": True}
+
+
+def _straight(evidence: Evidence, maneuver: str, setting: str) -> pd.Series:
+    return evidence.residual(maneuver, setting=setting, **_STRAIGHT)
+
+
+def _order(values: dict[str, float]) -> tuple[str, ...]:
+    return tuple(sorted(values, key=lambda m: values[m]))
+
+
+def _table(evidence: Evidence) -> pd.DataFrame:
+    rows: dict[str, dict[str, object]] = {}
+    for m in AIRPLANE_FLOWN:
+        turns = percent(
+            evidence.residual(m, setting="airplane", **{**_STRAIGHT, "on_condition": False}),
+            _straight(evidence, m, "airplane"),
+        )
+        rows[m] = {
+            "published [KCAS]": PUBLISHED[m],
+            "ours, airplane [kt]": Spread.of(_straight(evidence, m, "airplane")).text(2),
+            "without the airplane's effects [kt]": Spread.of(_straight(evidence, m, "light")).text(2),
+            "moderate turbulence instead [kt]": Spread.of(_straight(evidence, m, "moderate")).text(2),
+            "turn data included [%]": turns.text(1),
+        }
+    return named(rows)
+
+
+def fixed_speed_gap(evidence: Evidence) -> float:
+    """Rms distance [kt] of the fixed-speed points from the curve of the same 4-Leg flight; NaN without points."""
+    table = evidence.curves[evidence.curves["maneuver"] == "four_leg"]
+    curve, points = table[table["kind"] == "curve"], table[table["kind"] == "fixed speed"]
+    if points.empty or curve.empty:
+        return float("nan")
+    at = np.interp(points["airspeed_kt"], curve["airspeed_kt"], curve["correction_kt"])
+    return float(np.sqrt(np.mean((points["correction_kt"].to_numpy() - at) ** 2)))
+
+
+def _figure(evidence: Evidence, maneuver: str) -> Chart:
+    """Figs 11 to 14: the curve between ±2σ of the residual, as published, with the covering 2σ and the FAR limit."""
+    table = evidence.curves[evidence.curves["maneuver"] == maneuver]
+    curve, points = table[table["kind"] == "curve"], table[table["kind"] == "fixed speed"]
+    speed, value = curve["airspeed_kt"].tolist(), curve["correction_kt"].tolist()
+    limit = np.maximum(0.03 * curve["airspeed_kt"], 5.0)  # FAR 25.1323(c)
+    series = [
+        LineSeries("±2σ of the residual", speed, value, curve["residual_two_sigma_kt"].tolist(), "band"),
+        LineSeries("±2σ of the curve", speed, value, curve["two_sigma_kt"].tolist(), "band"),
+        LineSeries("FAR 25.1323 limit", speed, limit.tolist(), style="limit"),
+        LineSeries("_", speed, (-limit).tolist(), style="limit"),
+        LineSeries("truth", speed, curve["truth_kt"].tolist(), style="dashed"),
+    ]
+    if len(points):
+        label = "fixed-speed method"
+        series.append(
+            LineSeries(label, points["airspeed_kt"].tolist(), points["correction_kt"].tolist(), style="marks")
+        )
+    title, note = f"Fig {FIGURES[maneuver]}: {NAMES[maneuver]}", "20/1 Hz, straight legs, Quadratic; one flight."
+    name = f"fig{FIGURES[maneuver]}-airplane"
+    return Lines(title, note, "indicated airspeed [kt]", "calibrated − indicated [kt]", series, name)
+
+
+def _airplane(evidence: Evidence) -> Finding:
+    ours = {m: Spread.of(_straight(evidence, m, "airplane")) for m in AIRPLANE_FLOWN}
+    plain = {m: Spread.of(_straight(evidence, m, "light")).mean for m in AIRPLANE_FLOWN}
+    gap = fixed_speed_gap(evidence)
+    order, published = _order({m: s.mean for m, s in ours.items()}), _order(PUBLISHED)
+    effects = " and ".join(effect.name.replace("_", " ") for effect in AIRPLANE_EFFECTS) or "no effect"
+    moved = max(abs(ours[m].mean / plain[m] - 1.0) for m in AIRPLANE_FLOWN)
+    return Finding(
+        verdict(order == published, gap <= _AGREES),
+        ", ".join(f"{NAMES[m]} {ours[m].text(2)}" for m in published)
+        + f" kt; 4-Leg and the fixed-speed method {gap:.2f} kt apart",
+        f"The airplane is stood in for by {effects} in light turbulence. These move the residual by "
+        f"{100.0 * moved:.0f} % at most, since the method uses the air data as they are, whatever the drag: the published "
+        "differences between maneuvers are not the airframe's. Rapid Decel is largest for the held 1 Hz velocity, as in "
+        "C4; the rest is the air of the day: moderate turbulence makes all of them 2 kt and more. One flight a maneuver, "
+        "each on its own part of a day, as published, cannot tell the maneuver from the air.",
+        tuple(_figure(evidence, m) for m in published),
+        (_table(evidence),),
+    )
+
+
+AIRPLANE = Claim(
+    "C12",
+    "Airplane, average 2σ in KCAS: Step Decrease 0.75, Race Track 1.2, 4-Leg 1.5, Rapid Decel 2.1; "
+    "4-Leg agrees with the fixed-speed method",
+    "Figs 11–14, Table III",
+    f"the published order, and the fixed-speed points within {_AGREES:g} kt rms of the curve (in part: one of the two)",
+    _airplane,
+)

@@ -48,13 +48,13 @@ def write_document(page: StudyPage, folder: Path) -> Path:
 
 
 def _part(part: Part, pictures: Path) -> list[str]:
-    blocks = [f"### {part.heading}"]
+    blocks = [f"### {part.heading}: {part.verdict}" if part.verdict else f"### {part.heading}"]
     blocks += [f"**{label}:** {text}" if label else text for label, text in part.lines]
     for chart in part.charts:
         drawn: Panel = draw(chart)
         name = f"{chart.name}.svg"
         (pictures / name).write_text(drawn.drawing + "\n", encoding="utf-8")
-        blocks.append(f"![{drawn.title}](study/{name})\n*{drawn.title}. {drawn.note}*")
+        blocks.append(f"![{drawn.title}](study/{name})\n*{drawn.title}. {drawn.note}*".replace(". *", "*"))
     return blocks + [_markdown(table) for table in part.tables]
 
 

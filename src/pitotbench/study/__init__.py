@@ -47,7 +47,7 @@ class StudyRequest:
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """The numbers, the answers by claim, the pages, what gave no answer in words, and how many flights were lost."""
+    """The numbers, the answers by claim, the pages, what gave no answer in words, how many flights were lost."""
 
     evidence: Evidence
     findings: dict[str, Finding]
@@ -103,6 +103,10 @@ def _write(
 def _progress() -> Progress:
     """A bar on standard error; quiet when that is not a terminal."""
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn(),
-    )  # fmt: skip
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     return Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty(), transient=True)

@@ -12,7 +12,7 @@ from pitotbench.simulate import MANEUVERS
 from pitotbench.units import DEGREE, Array
 
 TRAVEL = {"elevator": 40.0 * DEGREE, "aileron": 40.0 * DEGREE, "throttle_left": 1.0}  # from stop to stop
-FELT = 0.005  # of the travel: a smaller movement is no movement of a hand (our estimate)
+FELT = 0.02  # of the travel, some millimeters of a yoke: less is no movement of a hand (our estimate)
 LOOK_RATE = 10.0  # Hz, ten times what a hand does
 _WINDOW = 1.0  # s
 

@@ -51,7 +51,7 @@ def fixed_speed_gap(evidence: Evidence) -> float:
 
 
 def _figure(evidence: Evidence, maneuver: str) -> Chart:
-    """Figs 11 to 14: the curve between ±2σ of the residual, as published, with the covering 2σ and the FAR limit."""
+    """Figs 11 to 14: the curve between ±2σ of the residual, as published, the covering 2σ and the FAR limit."""
     table = evidence.curves[evidence.curves["maneuver"] == maneuver]
     curve, points = table[table["kind"] == "curve"], table[table["kind"] == "fixed speed"]
     speed, value = curve["airspeed_kt"].tolist(), curve["correction_kt"].tolist()
@@ -85,10 +85,11 @@ def _airplane(evidence: Evidence) -> Finding:
         ", ".join(f"{NAMES[m]} {ours[m].text(2)}" for m in published)
         + f" kt; 4-Leg and the fixed-speed method {gap:.2f} kt apart",
         f"The airplane is stood in for by {effects} in light turbulence. These move the residual by "
-        f"{100.0 * moved:.0f} % at most, since the method uses the air data as they are, whatever the drag: the published "
-        "differences between maneuvers are not the airframe's. Rapid Decel is largest for the held 1 Hz velocity, as in "
-        "C4; the rest is the air of the day: moderate turbulence makes all of them 2 kt and more. One flight a maneuver, "
-        "each on its own part of a day, as published, cannot tell the maneuver from the air.",
+        f"{100.0 * moved:.0f} % at most, since the method uses the air data as they are, whatever the drag: the "
+        "published differences between maneuvers are not the airframe's. Rapid Decel is largest for the held 1 "
+        "Hz velocity, as in C4; the rest is the air of the day: moderate turbulence makes all of them 2 kt and "
+        "more. One flight a maneuver, each on its own part of a day, as published, cannot tell the maneuver "
+        "from the air.",
         tuple(_figure(evidence, m) for m in published),
         (_table(evidence),),
     )
@@ -99,6 +100,7 @@ AIRPLANE = Claim(
     "Airplane, average 2σ in KCAS: Step Decrease 0.75, Race Track 1.2, 4-Leg 1.5, Rapid Decel 2.1; "
     "4-Leg agrees with the fixed-speed method",
     "Figs 11–14, Table III",
-    f"the published order, and the fixed-speed points within {_AGREES:g} kt rms of the curve (in part: one of the two)",
+    f"the published order, and the fixed-speed points within {_AGREES:g} kt rms of the curve (in part: one of "
+    "the two)",
     _airplane,
 )

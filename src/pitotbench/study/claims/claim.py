@@ -25,7 +25,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A statement of Martos, Kiszely and Foster (2011), in short; `criterion` is fixed before looking."""
+    """A statement of Martos, Kiszely and Foster (2011), in short; `criterion` says how the verdict is reached."""
 
     number: str
     words: str

@@ -43,29 +43,28 @@ def _bars(evidence: Evidence) -> Bars:
 def _denser(evidence: Evidence) -> Finding:
     six = percent(evidence.residual("four_leg", variant="six speeds"), evidence.residual("four_leg"))
     steps = percent(evidence.residual("step_decrease", variant="long steps"), evidence.residual("step_decrease"))
-    rows = []
-    for maneuver, variant, label in CARDS:
-        bound = Spread.of(evidence.fit("two_sigma_kt", maneuver, variant=variant, method="covering"))
-        mean_noise = Spread.of(evidence.flight("minutes", maneuver, variant=variant))
-        rows.append(
-            {
-                "card": label,
-                "minutes": mean_noise.text(1),
-                "samples": f"{Spread.of(evidence.fit('samples', maneuver, variant=variant)).mean:,.0f}",
-                "residual 2σ [kt]": Spread.of(evidence.residual(maneuver, variant=variant)).text(3),
-                "of the pressure noise alone [kt]": f"{_expected(evidence, maneuver, variant):.3f}",
-                "covering 2σ of the curve [kt]": bound.text(3),
-            }
-        )
     return Finding(
         verdict(_smaller(six), _larger(steps)),
         f"six speeds {six.text(1)} %, longer steps {steps.text(1)} %",
-        "The residual does not know how many samples there are: it is the noise of one. What moves it is where the "
-        "time is spent, since the same pascals are more knots at low speed; the column of what the injected noise must "
-        "give at the flown speeds says as much without any fit (static pressure and GPS add the rest). What more samples buy is the bound on the curve.",
+        "The residual does not know how many samples there are: it is the noise of one. What moves it is where "
+        "the time is spent, since the same pascals are more knots at low speed; the column of what the injected "
+        "noise must give at the flown speeds says as much without any fit (static pressure and GPS add the "
+        "rest). What more samples buy is the bound on the curve.",
         (_density(evidence), _bars(evidence)),
-        (pd.DataFrame(rows),),
+        (pd.DataFrame([_row(evidence, *card) for card in CARDS]),),
     )
+
+
+def _row(evidence: Evidence, maneuver: str, variant: str, label: str) -> dict[str, object]:
+    bound = evidence.fit("two_sigma_kt", maneuver, variant=variant, method="covering")
+    return {
+        "card": label,
+        "minutes": Spread.of(evidence.flight("minutes", maneuver, variant=variant)).text(1),
+        "samples": f"{Spread.of(evidence.fit('samples', maneuver, variant=variant)).mean:,.0f}",
+        "residual 2σ [kt]": Spread.of(evidence.residual(maneuver, variant=variant)).text(3),
+        "of the pressure noise alone [kt]": f"{_expected(evidence, maneuver, variant):.3f}",
+        "covering 2σ of the curve [kt]": Spread.of(bound).text(4),
+    }
 
 
 def _smaller(change: Spread) -> bool:

@@ -14,37 +14,36 @@ MEASURES = {
     "out_of_tolerance_percent": "out of tolerance [%]",
 }
 
+_AGREES = 0.5
+AIRS = {"smooth": "smooth air", "light": "light turbulence"}
+
+
+def _row(evidence: Evidence, maneuver: str) -> dict[str, object]:
+    row: dict[str, object] = {
+        "Cooper-Harper, airplane": AIRPLANE.get(maneuver, "not flown"),
+        "Cooper-Harper, simulator": SIMULATOR[maneuver],
+    }
+    for setting, air in AIRS.items():
+        for measure, label in MEASURES.items():
+            row[f"{label}, {air}"] = Spread.of(evidence.flight(measure, maneuver, setting)).text(1)
+    return row
+
 
 def _ratings(evidence: Evidence) -> Finding:
-    rows: dict[str, dict[str, object]] = {}
-    means: dict[str, list[float]] = {measure: [] for measure in MEASURES}
-    for maneuver in PAPER_ORDER:
-        row: dict[str, object] = {
-            "Cooper-Harper, airplane": AIRPLANE.get(maneuver, "not flown"),
-            "Cooper-Harper, simulator": SIMULATOR[maneuver],
-        }
-        for setting, air in (("smooth", "smooth air"), ("light", "light turbulence")):
-            for measure, label in MEASURES.items():
-                found = Spread.of(evidence.flight(measure, maneuver, setting))
-                row[f"{label}, {air}"] = found.text(1)
-                if setting == "smooth":
-                    means[measure].append(found.mean)
-        rows[maneuver] = row
     ratings = np.array([SIMULATOR[m] for m in PAPER_ORDER], dtype=np.float64)
-    taus = {measure: rank_agreement(np.array(values), ratings) for measure, values in means.items()}
-    busiest = [NAMES[PAPER_ORDER[int(np.argmax(means[measure]))]] for measure in MEASURES]
+    means = {k: np.array([Spread.of(evidence.flight(k, m)).mean for m in PAPER_ORDER]) for k in MEASURES}
+    taus = {measure: rank_agreement(values, ratings) for measure, values in means.items()}
+    busiest = {measure: NAMES[PAPER_ORDER[int(np.argmax(values))]] for measure, values in means.items()}
+    agree = "; ".join(f"{label}: τ {taus[k]:+.1f}, highest in {busiest[k]}" for k, label in MEASURES.items())
     return Finding(
-        verdict(*(tau > 0.5 for tau in taus.values())),
-        "measured, not rated: "
-        + "; ".join(
-            f"{label} agree with the simulator's ratings at τ {taus[m]:+.1f}" for m, label in MEASURES.items()
-        ),
-        "A rating is one person's opinion of a task and a cockpit (the paper's is of one pilot each, and turns on "
-        "where the manifold-pressure gauges sit); a pilot model has none. What can be measured is busiest in "
-        f"{busiest[0]} (reversals), {busiest[1]} (moving controls) and {busiest[2]} (tolerances). Stick and rudder "
-        "are the autopilot's here, only their targets are a person's, so the pitch and roll effort of Circle, which "
-        "earned its 4, is not in these numbers.",
-        tables=(named(rows),),
+        verdict(*(tau > _AGREES for tau in taus.values())),
+        f"measured, not rated, against the simulator's ratings: {agree}",
+        "A rating is one person's opinion of a task and a cockpit (the paper's are of one pilot each, and turn "
+        "on where the manifold-pressure gauges sit); a pilot model has none, and the measures below are not "
+        "ratings. Stick and rudder are the autopilot's here, only their targets are a person's, so the pitch "
+        "and roll effort of Circle, which earned its 4, and the attention that the gauges of Step Decrease "
+        "take, are not in these numbers.",
+        tables=(named({m: _row(evidence, m) for m in PAPER_ORDER}),),
     )
 
 

@@ -30,8 +30,9 @@ def _times(evidence: Evidence) -> Finding:
     return Finding(
         verdict(all(abs(d) <= _CLOSE for d in off.values())),
         ", ".join(f"{NAMES[m]} {ours[m].text(1)}" for m in SIMULATOR) + " min",
-        f"The largest difference is {off[worst]:+.1f} min ({NAMES[worst]}). The paper leaves the dwell, the settling "
-        "and the turn rate open; our cards choose them so that the times agree, so this is a check, not a finding.",
+        f"The largest difference is {off[worst]:+.1f} min ({NAMES[worst]}). The paper leaves the dwell, the "
+        "settling and the turn rate open; our cards choose them so that the times agree, so this is a check, "
+        "not a finding.",
         (chart,),
         (named(rows),),
     )

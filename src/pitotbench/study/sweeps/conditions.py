@@ -77,11 +77,12 @@ def _answer(evidence: Evidence) -> Reply:
     top, bottom = _at_altitude(ALTITUDES[-1]), _at_altitude(ALTITUDES[0])
     warm, cold = _at_temperature(TEMPERATURES[-1]), _at_temperature(TEMPERATURES[0])
     return Reply(
-        f"In smooth air the covering 2σ at {top} is {_factors(evidence, 'smooth', top, bottom)} times that at {bottom} "
-        f"({', '.join(NAMES[m] for m in FLOWN)}), in light turbulence {_factors(evidence, 'light', top, bottom)} times, "
-        "because the gusts of MIL-F-8785C die out with altitude: fly high for the air, not for the method. From "
-        f"{cold} to {warm} it changes by a factor of {_factors(evidence, 'light', warm, cold)}; what matters about "
-        "temperature is to measure it, since an error of it does not show in the residual.",
+        f"In smooth air the covering 2σ at {top} is {_factors(evidence, 'smooth', top, bottom)} times that at "
+        f"{bottom} ({', '.join(NAMES[m] for m in FLOWN)}), in light turbulence "
+        f"{_factors(evidence, 'light', top, bottom)} times, because the gusts of MIL-F-8785C die out with "
+        f"altitude: fly high for the air, not for the method. From {cold} to {warm} it changes by a factor of "
+        f"{_factors(evidence, 'light', warm, cold)}; what matters about temperature is to measure it, since an "
+        "error of it does not show in the residual.",
         tuple(_charts(evidence)),
     )
 

@@ -76,9 +76,9 @@ def _answer(evidence: Evidence) -> Reply:
         f"{track[0].bound.mean:.2f} kt; three, four and six speeds give "
         + ", ".join(f"{p.bound.mean:.3f}" for p in track[1:])
         + f" kt, while the residual stays at {min(p.residual.mean for p in track):.2f} to "
-        f"{max(p.residual.mean for p in track):.2f} kt and cannot tell much data from little. Longer steps of Step Decrease "
-        f"({step[0].minutes:.0f} to {step[-1].minutes:.0f} min) bring it from {step[0].bound.mean:.2f} to "
-        f"{step[-1].bound.mean:.2f} kt.",
+        f"{max(p.residual.mean for p in track):.2f} kt and cannot tell much data from little. Longer steps of "
+        f"Step Decrease ({step[0].minutes:.0f} to {step[-1].minutes:.0f} min) bring it from "
+        f"{step[0].bound.mean:.2f} to {step[-1].bound.mean:.2f} kt.",
         (chart,),
     )
 

@@ -58,10 +58,10 @@ def _answer(evidence: Evidence) -> Reply:
     worst = max(turning, key=lambda m: turning[m])
     least = min(turning, key=lambda m: turning[m])
     return Reply(
-        f"A steady {_SAID:g}° is a different pressure error, not a disturbance: the curve is {min(steady):.1f} to "
-        f"{max(steady):.1f} kt wrong in every maneuver while the residual changes by {residual:+.1f} % at most, so nothing "
-        f"in the data tells. In turns only, it spoils {NAMES[worst]} most ({turning[worst]:.2f} kt), the maneuver with the "
-        f"most turn data, and {NAMES[least]} least ({turning[least]:.2f} kt).",
+        f"A steady {_SAID:g}° is a different pressure error, not a disturbance: the curve is {min(steady):.1f} "
+        f"to {max(steady):.1f} kt wrong in every maneuver while the residual changes by {residual:+.1f} % at "
+        f"most, so nothing in the data tells. In turns only, it spoils {NAMES[worst]} most ({turning[worst]:.2f} "
+        f"kt), the maneuver with the most turn data, and {NAMES[least]} least ({turning[least]:.2f} kt).",
         tuple(_chart(evidence, kind) for kind in KINDS),
     )
 

@@ -41,7 +41,7 @@ def choices(evidence: Evidence) -> pd.DataFrame:
     for (truth, maneuver, seed), group in fits.groupby(["change", "maneuver", "seed"], sort=False):
         models = group.set_index("model").reindex(list(MODELS))
         row: dict[str, object] = {"truth": truth, "maneuver": maneuver, "seed": seed}
-        row |= {model: float(models.loc[model, "rms_error_kt"]) for model in MODELS}
+        row |= {model: float(models["rms_error_kt"].astype(float)[model]) for model in MODELS}
         row |= {name: str(models[name].astype(float).idxmin()) for name in CRITERIA}
         rows.append(row)
     return pd.DataFrame(rows)
@@ -82,11 +82,11 @@ def _answer(evidence: Evidence) -> Reply:
     cost = {c: rms(_chosen(table, c)) for c in CRITERIA}
     always = {model: rms(table[model]) for model in MODELS}
     return Reply(
-        f"Schwarz's criterion names the true structure in {right['white_criterion']:.0f} % of flights when every sample counts "
-        f"as independent and in {right['block_criterion']:.0f} % when means over 5 s do, with rms errors of "
-        f"{cost['white_criterion']:.2f} and {cost['block_criterion']:.2f} kt over all truths. Always fitting Quadratic gives "
-        f"{always['quadratic']:.2f} kt, Inverse+ {always['inverse+']:.2f}, Linear {always['linear']:.2f} and Bias "
-        f"{always['bias']:.2f} kt: a term too many costs less than one too few.",
+        f"Schwarz's criterion names the true structure in {right['white_criterion']:.0f} % of flights when every "
+        f"sample counts as independent and in {right['block_criterion']:.0f} % when means over 5 s do, with rms "
+        f"errors of {cost['white_criterion']:.2f} and {cost['block_criterion']:.2f} kt over all truths. Always "
+        f"fitting Quadratic gives {always['quadratic']:.2f} kt, Inverse+ {always['inverse+']:.2f}, Linear "
+        f"{always['linear']:.2f} and Bias {always['bias']:.2f} kt: a term too many costs less than one too few.",
         (_chart(table),),
         (pd.DataFrame([_line(table, c, truth) for c in CRITERIA for truth in TRUTHS]),),
     )

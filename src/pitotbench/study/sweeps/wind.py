@@ -122,10 +122,10 @@ def _answer(evidence: Evidence) -> Reply:
     least, most = min(limit, key=lambda m: limit[m]), max(limit, key=lambda m: limit[m])
     first = min(shear, key=lambda m: shear[m])
     return Reply(
-        f"The error of the curve doubles at {_said(limit[least], CHANGING)} kt/min of steady change for {NAMES[least]} "
-        f"and at {_said(limit[most], CHANGING)} kt/min for {NAMES[most]}; a model whose wind may drift covers more of "
-        "it or refuses to answer. Shear matters little at one altitude: the first to double is "
-        f"{NAMES[first]}, at {_said(shear[first], SHEARED)} kt/100 ft.",
+        f"The error of the curve doubles at {_said(limit[least], CHANGING)} kt/min of steady change for "
+        f"{NAMES[least]} and at {_said(limit[most], CHANGING)} kt/min for {NAMES[most]}; a model whose wind may "
+        "drift covers more of it or refuses to answer. Shear matters little at one altitude: the first to "
+        f"double is {NAMES[first]}, at {_said(shear[first], SHEARED)} kt/100 ft.",
         tuple(_chart(evidence, trouble) for trouble in (CHANGING, FOLLOWED, SHEARED)),
         (named({m: _row(evidence, m) for m in PAPER_ORDER}),),
     )

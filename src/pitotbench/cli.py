@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from pitotbench.catalog import UnknownNameError
+from pitotbench.fixed_speed_command import add_fixed_speed
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 if TYPE_CHECKING:
     from pitotbench.calibrate.options import CalibrationOptions
     from pitotbench.records.calibration import Calibration
+    from pitotbench.records.fixed_speed import FixedSpeedPoint
     from pitotbench.records.log import FlightLog
-    from pitotbench.units import Array
 
 DONE, BAD_INPUT, NO_ANSWER = 0, 2, 3
 
@@ -55,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="command")
     _add_fly(commands.add_parser("fly", help="fly a case file and write the log"))
     _add_calibrate(commands.add_parser("calibrate", help="recover the error curve and the wind from a log"))
-    _add_fixed_speed(commands.add_parser("fixed-speed", help="three- and four-leg GPS methods"))
+    add_fixed_speed(commands.add_parser("fixed-speed", help="leg and turn GPS methods, of a log or of typed legs"))
     add_campaign(commands.add_parser("campaign", help="fly maneuvers, sense and calibrate them"))
     add_study(commands.add_parser("study", help="the paper's simulator study, claim by claim"))
     return parser
@@ -79,7 +80,7 @@ def _fly(options: argparse.Namespace) -> int:
 
 def _add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat)")
-    parser.add_argument("--model", help="pressure-error model (default: the mapping's, else inverse+)")
+    parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
     parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
@@ -106,8 +107,9 @@ def _add_calibrate(parser: argparse.ArgumentParser) -> None:
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    from pitotbench.bench import calibrate, calibrate_together
+    from pitotbench.bench import calibrate, calibrate_together, cross_check
     from pitotbench.logbook import read_log
+    from pitotbench.show.fixed_speed import points_json, print_points
     from pitotbench.show.tables import calibration_json, print_calibration
 
     choice = _choice(options)
@@ -117,18 +119,21 @@ def _calibrate(options: argparse.Namespace) -> int:
     else:
         found = list(calibrate_together([log for _, log in logs], choice))
     results = [(path, log, result) for (path, log), result in zip(logs, found, strict=True)]
+    points = [cross_check(log, choice) for _, log in logs]
     if options.report:
-        _write_report(options.report, results)
+        _write_report(options.report, results, points)
     if options.json:
-        documents = [calibration_json(result) for _, _, result in results]
+        pairs = zip(found, points, strict=True)
+        documents = [calibration_json(result) | {"fixed_speed": points_json(beside)} for result, beside in pairs]
         print(json.dumps(documents[0] if len(documents) == 1 else documents, indent=1))
         return DONE
     from rich.console import Console
 
-    for path, _, result in results:
-        console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True)
+    for (path, _, result), beside in zip(results, points, strict=True):
         console.print(f"[bold]{path.name}[/bold]")
         print_calibration(result, console)
+        print_points(beside, console, result.curve)
     return DONE
 
 
@@ -169,52 +174,21 @@ def _latency(text: str) -> dict[str, object]:
         raise BadInputError(f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}") from error
 
 
-def _write_report(path: Path, results: "Sequence[tuple[Path, FlightLog, Calibration]]") -> None:
+def _write_report(
+    path: Path,
+    results: "Sequence[tuple[Path, FlightLog, Calibration]]",
+    points: "Sequence[Sequence[FixedSpeedPoint]]",
+) -> None:
     from pitotbench.bench import write_text
     from pitotbench.show.report import log_page
     from pitotbench.show.section import log_section
 
-    sections = [log_section(source.name, log, result) for source, log, result in results]
+    sections = [
+        log_section(source.name, log, result, beside)
+        for (source, log, result), beside in zip(results, points, strict=True)
+    ]
     title = "Pitot-static calibration: " + ", ".join(source.name for source, _, _ in results)
     write_text(path, log_page(title, "from measured logs", sections))
-
-
-def _add_fixed_speed(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--ground-speed-kt", required=True, help="ground speed of each leg, with commas [kt]")
-    parser.add_argument("--track-deg", required=True, help="true track of each leg, with commas [°]")
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
-    parser.set_defaults(run=_fixed_speed)
-
-
-def _fixed_speed(options: argparse.Namespace) -> int:
-    from pitotbench.calibrate.fixed_speed import fixed_speed
-    from pitotbench.show.tables import fixed_speed_json
-    from pitotbench.units import DEGREE, KNOT
-
-    speeds, tracks = (
-        _numbers(options.ground_speed_kt, "--ground-speed-kt"),
-        _numbers(options.track_deg, "--track-deg"),
-    )
-    found = fixed_speed(speeds * KNOT, tracks * DEGREE)
-    answer = fixed_speed_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
-    if options.json:
-        print(json.dumps(answer, indent=1))
-        return DONE
-    spread = "" if answer["spread_kt"] is None else f", spread {answer['spread_kt']:.4f} kt"
-    print(f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}")
-    print(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°")
-    return DONE
-
-
-def _numbers(text: str, flag: str) -> "Array":
-    import numpy as np
-
-    try:
-        return np.array([float(part) for part in text.split(",")])
-    except ValueError as error:
-        raise BadInputError(
-            f"{flag} takes numbers with commas between them, such as 178,185,188; got {text!r}"
-        ) from error
 
 
 def add_campaign(parser: argparse.ArgumentParser) -> None:
@@ -226,7 +200,7 @@ def add_campaign(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model",
         default="inverse+",
-        help="model, comma list, or all: inverse+, quadratic, linear, bias (default: %(default)s)",
+        help="model, comma list, auto, or all: inverse+, quadratic, linear, bias (default: %(default)s)",
     )
     parser.add_argument("--method", default="covering", help="covering or paper (default: %(default)s)")
     parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")

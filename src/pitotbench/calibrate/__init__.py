@@ -10,11 +10,14 @@ from pitotbench.calibrate.accuracy import accuracies_from as accuracies_from
 from pitotbench.calibrate.fixed_speed import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibrate.fixed_speed import fixed_speed as fixed_speed
 from pitotbench.calibrate.observability import require_useful
+from pitotbench.calibrate.options import AUTO
 from pitotbench.calibrate.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibrate.reduction import reduce_log
 from pitotbench.calibrate.result import assemble
 from pitotbench.calibrate.several import reduce_together
+from pitotbench.calibrate.structure import calibrate_auto
 from pitotbench.records.calibration import Calibration
+from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 
 
@@ -26,8 +29,9 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for the methods.
     """
     # One thread: faster on arrays of this size, and the same digits on any number of cores.
+    chosen = options or CalibrationOptions()
     with _threads().limit(limits=1):
-        calibration = assemble(reduce_log(log, options or CalibrationOptions()))
+        calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
     require_useful(calibration)
     return calibration
 
@@ -39,10 +43,12 @@ def calibrate_together(
 
     Raises as `calibrate` does; a warning says where the logs disagree about the curve.
     """
+    chosen = options or CalibrationOptions()
+    if chosen.model == AUTO:
+        raise BadInputError("several logs have a curve in common only of one model: name it, or use --separately")
     with _threads().limit(limits=1):
         calibrations = tuple(
-            assemble(reduction, airspeeds)
-            for reduction, airspeeds in reduce_together(logs, options or CalibrationOptions())
+            assemble(reduction, airspeeds) for reduction, airspeeds in reduce_together(logs, chosen)
         )
     for calibration in calibrations:
         require_useful(calibration)

@@ -6,12 +6,13 @@ spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior; a turn sees fir
 Levels and scale are unknown: they are estimated by restricted likelihood and marginalized over their posterior.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from pitotbench.calibrate.blocks import Blocks, block_length, divide
+from pitotbench.calibrate.mean_wind import kernel_means, of_mean_wind
 from pitotbench.calibrate.nuisances import Nuisance
 from pitotbench.calibrate.observations import Observations
 from pitotbench.calibrate.prediction import PredictionModel
@@ -53,6 +54,8 @@ class CoveringFit:
     gust_length: float
     wind_deviation: float
     blocks: int
+    problem: Regression  # linearized at θ0
+    noise_of: NoiseOf
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,11 +70,13 @@ class Structure:
 @dataclass(frozen=True, slots=True)
 class _Linearized:
     """The problem linearized at one θ, in true airspeed [m/s], as block means: the regression, the family of its
-    noise, and the sensor's part of the noise [(m/s)²], (blocks,)."""
+    noise, the sensor's part of the noise [(m/s)²], (blocks,), and of a drifting wind each block's correlation with
+    the mean."""
 
     regression: Regression
     noise_of: NoiseOf
     sensor: Array
+    kernel: Array | None
 
 
 def fit_covering(structure: Structure, obs: Observations, start: Array) -> CoveringFit:
@@ -89,12 +94,35 @@ def fit_covering(structure: Structure, obs: Observations, start: Array) -> Cover
     best = max(nodes, key=lambda node: node.weight).noise
     return CoveringFit(
         theta=np.concatenate([theta, np.zeros(len(structure.nuisances))]),
-        nodes=nodes,
+        nodes=tuple(_node_of_mean_wind(structure, fine, node) for node in nodes),
         gust_deviation=float(np.exp(best[0])),
         gust_length=float(np.exp(best[1])),
         wind_deviation=float(np.exp(best[3])) if structure.drifting else 0.0,
         blocks=len(blocks.count),
+        problem=fine.regression,
+        noise_of=fine.noise_of,
     )
+
+
+def _node_of_mean_wind(structure: Structure, problem: _Linearized, node: NoiseNode) -> NoiseNode:
+    estimate, covariance = _of_mean_wind(structure, problem, node.noise, (node.estimate, node.covariance))
+    return replace(node, estimate=estimate, covariance=covariance)
+
+
+def _of_mean_wind(
+    structure: Structure, problem: _Linearized, phi: Array, answer: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """The answer for one noise; of a drifting wind, with its mean."""
+    if problem.kernel is None:
+        return answer
+    deviation, first = float(np.exp(phi[3])), structure.model.error_count
+    return of_mean_wind(answer, problem.noise_of(phi), problem.regression, problem.kernel, deviation, first)
+
+
+def linearized(structure: Structure, obs: Observations, theta: Array, gust_deviation: float) -> Regression:
+    """The problem of a structure at θ (p,), on the blocks of `fit_covering`."""
+    blocks = divide(obs, block_length(obs))
+    return _linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2).regression
 
 
 def _approach(
@@ -102,11 +130,14 @@ def _approach(
 ) -> tuple[Array, Array]:
     """θ and the most likely noise on blocks of a length [s]; once, or again and again from a start far away."""
     theta, mode, own = start, None, structure.model.count
+    blocks = divide(obs, length)
     for _ in range(_PASSES):
-        rough = _linearize(structure, obs, divide(obs, length), theta)
+        rough = _linearize(structure, obs, blocks, theta)
         guess = _first_guess(rough, structure) if mode is None else mode
         mode = most_likely_noise(rough.regression, rough.noise_of, log_prior, guess)
-        step, covariance = solve(rough.regression, rough.noise_of(mode))
+        answer = solve(rough.regression, rough.noise_of(mode))
+        # Linearized at the mean wind: the level around which it would drift for ever may be far away.
+        step, covariance = _of_mean_wind(structure, rough, mode, answer)
         theta = theta + step[:own]
         if np.all(np.abs(step[:own]) < _FAR * np.sqrt(np.diag(covariance)[:own])):
             return theta, mode
@@ -160,6 +191,7 @@ def _linearize(
         Regression(response, regressors, _smoothed(regressors, blocks), np.array(precision)),
         _noise_family(structure, blocks, airspeed, along, sensor),
         sensor,
+        kernel_means(blocks, WIND_TIME) if structure.drifting else None,
     )
 
 

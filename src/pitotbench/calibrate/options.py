@@ -5,10 +5,11 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from pitotbench.calibrate.accuracy import Accuracies, accuracies_from
-from pitotbench.catalog import explain
+from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.pressure_error import MODELS
 from pitotbench.records.errors import BadInputError
 
+AUTO = "auto"  # every model of the table, weighted
 METHODS = ("covering", "paper")
 FORMS = ("scalar", "vector")
 ERROR_LOCATIONS = ("impact", "static")
@@ -20,11 +21,12 @@ LATENCIES = ("given", "checked", "estimated")
 class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
 
-    model: name in the table of pressure-error models. method: `covering` (generalized least squares with a
-    bound that is meant to cover) or `paper` (output error with white residuals). form: `scalar` (impact
-    pressure predicted from ground velocity and wind) or `vector` (ground velocity predicted from airspeed,
-    attitude and flow angles; method `paper` only). error_location: `impact` (the paper: the error corrupts the
-    impact pressure alone) or `static` (the error is the static source's and moves the static pressure too).
+    model: name in the table of pressure-error models, or `auto` (see `structure`). method: `covering` (generalized
+    least squares with a bound that is meant to cover) or `paper` (output error with white residuals).
+    form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector` (ground velocity predicted
+    from airspeed, attitude and flow angles; method `paper` only). error_location: `impact` (the paper: the error
+    corrupts the impact pressure alone) or `static` (the error is the static source's and moves the static
+    pressure too).
     mach_max: rows above it are left out; ground_speed_min: rows below it [m/s] (a log that begins on the ground,
     where the air data have an unknown zero). wind_down: estimate a vertical wind. recovery_factor: of the
     temperature probe. wind: `constant`; `linear` in time, and in height where the log climbs; `drifting`, a slow
@@ -52,7 +54,7 @@ class CalibrationOptions:
     accuracies: Accuracies | None = None
 
     def __post_init__(self) -> None:
-        _ = MODELS[self.model]
+        require_model(self.model)
         for kind, value, known in (
             ("method", self.method, METHODS),
             ("form", self.form, FORMS),
@@ -64,6 +66,14 @@ class CalibrationOptions:
                 raise BadInputError(explain(kind, value, list(known)))
         if self.form == "vector" and self.method != "paper":
             raise BadInputError("the vector form belongs to the method 'paper'; use --method paper with it")
+        if self.model == AUTO and self.method != "covering":
+            raise BadInputError("models can only be weighed with the method 'covering'; name one with --model")
+
+
+def require_model(name: str) -> None:
+    """Raise UnknownNameError unless a model of the table has this name, or it is `auto`."""
+    if name not in MODELS and name != AUTO:
+        raise UnknownNameError(explain(MODELS.kind, name, [*MODELS, AUTO]))
 
 
 def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:

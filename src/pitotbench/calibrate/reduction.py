@@ -25,6 +25,7 @@ from pitotbench.records.log import FlightLog
 
 _ILL_CONDITIONED = 1e6
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref above which the reference pressure is raised to the data
+_LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
 _MOST_NAMED, _MOST_LISTED = 5, 1000  # rows left out: in a warning, in the diagnostics
 
 
@@ -59,6 +60,20 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
         answer, found = answer_of(fit), found | noticed
     warnings = _warnings(log, obs, white, left_out, found)
     return Reduction(options, model, obs, white, answer, nuisances, found, warnings)
+
+
+def model_of(
+    name: str, options: CalibrationOptions, obs: Observations, reference_pressure: float
+) -> PredictionModel:
+    """What is fitted; a model with knots gets them over the range of the data."""
+    error = MODELS[name].spread_over(*flown_range(obs, reference_pressure))
+    return PredictionModel(error, reference_pressure, options.error_location == "static", options.wind_down)
+
+
+def flown_range(obs: Observations, reference_pressure: float) -> tuple[float, float]:
+    """The range of x = q_ci/q_ref in the data, without the outermost thousandths."""
+    low, high = (float(q) for q in np.quantile(obs.impact_pressure, [0.001, 0.999]) / reference_pressure)
+    return low, max(high, _LEAST_RANGE * low)
 
 
 def reference_of(observed: Sequence[Observations]) -> float:

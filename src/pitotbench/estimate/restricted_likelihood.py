@@ -39,10 +39,15 @@ class Regression:
 
 @dataclass(frozen=True, slots=True)
 class NoiseNode:
-    """One value φ of the noise parameters, its posterior weight, and β with its covariance given φ."""
+    """One value φ of the noise parameters, its posterior weight, and β with its covariance given φ.
+
+    `log_mass` is the logarithm of the weight before normalization: summed over the nodes, the masses are the
+    restricted likelihood integrated over φ.
+    """
 
     noise: Array
     weight: float
+    log_mass: float
     estimate: Array
     covariance: Array
 
@@ -90,7 +95,8 @@ def noise_posterior(
     """Nodes of the posterior of φ, each with its β; `start` is a first guess of the mode."""
     mode, curvature = _climb(_log_posterior(problem, noise_of, log_prior), start, _SETTLED)
     design = composite_design(len(mode))
-    places = mode + design.points @ _principal_axes(curvature).T
+    axes = _principal_axes(curvature)
+    places = mode + design.points @ axes.T
     noises = [noise_of(phi) for phi in places]
     heights = np.array(
         [
@@ -99,10 +105,12 @@ def noise_posterior(
         ]
     )
     weights = design.weights * np.exp(heights - heights.max())
+    volume = float(np.linalg.slogdet(axes)[1]) + 0.5 * len(mode) * np.log(2.0 * np.pi)
+    masses = np.log(design.weights) + heights + volume
     weights /= weights.sum()
-    answers = [solve(problem, noise) for noise in noises]
     return tuple(
-        NoiseNode(phi, float(weight), *answer) for phi, weight, answer in zip(places, weights, answers, strict=True)
+        NoiseNode(phi, float(weight), float(mass), *solve(problem, noise))
+        for phi, weight, mass, noise in zip(places, weights, masses, noises, strict=True)
     )
 
 

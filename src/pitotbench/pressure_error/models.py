@@ -3,7 +3,7 @@
 The source shows Inverse+ only as a figure; k1 + k2 x + k3/x is our reading of it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ Term = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
-class PressureErrorModel:
+class TermModel:
     """A model of Δp/q_c that is linear in its parameters: one term and its slope a parameter."""
 
     name: str
@@ -24,11 +24,23 @@ class PressureErrorModel:
 
     def basis(self, x: Array) -> Array:
         """The terms at x = q_ci/q_ref, shape (n,): an array of shape (n, k), dimensionless."""
-        return np.stack([term(x) for term, _ in self.terms], axis=-1)
+        return _columns([term for term, _ in self.terms], x)
 
     def basis_slope(self, x: Array) -> Array:
         """The derivatives of the terms with respect to x, shape (n, k)."""
-        return np.stack([slope(x) for _, slope in self.terms], axis=-1)
+        return _columns([slope for _, slope in self.terms], x)
+
+    def spread_over(self, low: float, high: float) -> "TermModel":
+        """The model itself: a law has no knots."""
+        return self
+
+
+def _columns(terms: Sequence[Term], x: Array) -> Array:
+    """The terms side by side, (n, k); each column contiguous, because fits work column by column."""
+    rows = np.empty((len(terms), *np.shape(x)))
+    for row, term in zip(rows, terms, strict=True):
+        row[...] = term(x)
+    return np.moveaxis(rows, 0, -1)
 
 
 ONE: tuple[Term, Term] = (np.ones_like, np.zeros_like)
@@ -36,8 +48,8 @@ X: tuple[Term, Term] = (lambda x: x, np.ones_like)
 X_SQUARED: tuple[Term, Term] = (lambda x: x * x, lambda x: 2.0 * x)
 ONE_OVER_X: tuple[Term, Term] = (lambda x: 1.0 / x, lambda x: -1.0 / (x * x))
 
-BIAS = PressureErrorModel("bias", ("k1",), (ONE,), "k1")
-LINEAR = PressureErrorModel("linear", ("k1", "k2"), (ONE, X), "k1 + k2 x")
-QUADRATIC = PressureErrorModel("quadratic", ("k1", "k2", "k3"), (ONE, X, X_SQUARED), "k1 + k2 x + k3 x²")
-INVERSE = PressureErrorModel("inverse", ("k1", "k2"), (ONE, ONE_OVER_X), "k1 + k2/x")
-INVERSE_PLUS = PressureErrorModel("inverse+", ("k1", "k2", "k3"), (ONE, X, ONE_OVER_X), "k1 + k2 x + k3/x")
+BIAS = TermModel("bias", ("k1",), (ONE,), "k1")
+LINEAR = TermModel("linear", ("k1", "k2"), (ONE, X), "k1 + k2 x")
+QUADRATIC = TermModel("quadratic", ("k1", "k2", "k3"), (ONE, X, X_SQUARED), "k1 + k2 x + k3 x²")
+INVERSE = TermModel("inverse", ("k1", "k2"), (ONE, ONE_OVER_X), "k1 + k2/x")
+INVERSE_PLUS = TermModel("inverse+", ("k1", "k2", "k3"), (ONE, X, ONE_OVER_X), "k1 + k2 x + k3/x")

@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pitotbench.records.calibration import Calibration, Estimate
+from pitotbench.show.choice import choice_html, choice_of, print_choice
 from pitotbench.units import DEGREE, KNOT
 
 CAMPAIGN_COLUMNS: dict[str, tuple[str, str]] = {
@@ -79,6 +80,7 @@ def print_calibration(result: Calibration, console: Console) -> None:
         console.print(f"{parameter.name} = {parameter.value:+.5f} ± {parameter.two_sigma:.5f} (2σ)")
     for part in _winds(result):
         console.print(f"wind toward {part.name} {part.value / KNOT:+.2f} ± {part.two_sigma / KNOT:.2f} kt (2σ)")
+    print_choice(result, console)
     for line in share_lines(result):
         console.print(line)
     console.print(
@@ -128,7 +130,7 @@ def curve_html(result: Calibration) -> str:
         f"<tbody>{body}</tbody></table></div>"
         f"<p>{parameters} (2σ), x = q<sub>ci</sub> / {result.reference_pressure:.2f} Pa. "
         f"{result.reason}.</p>{shares}"
-        f"</details>"
+        f"</details>{choice_html(result)}"
     )
 
 
@@ -188,7 +190,8 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
             }
             for s in result.shares
         ],
-        "diagnostics": dict(result.diagnostics or {}),
+        "diagnostics": {k: v for k, v in (result.diagnostics or {}).items() if k != "model_choice"},
+        **({"model_choice": choice_of(result)} if choice_of(result) else {}),
     }
 
 

@@ -8,6 +8,7 @@ from pitotbench.effects import EFFECTS
 from pitotbench.records.case import Case, EffectSpec, Wind
 from pitotbench.simulate import MANEUVERS
 from pitotbench.study.look import COVERING, PAPER, Look
+from pitotbench.units import KNOT
 
 SYSTEMS = ("20/1", "50/50", "100/100")
 PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")
@@ -26,6 +27,7 @@ class Setting:
     rare: bool = False
     effects: tuple[EffectSpec, ...] = ()
     flown: tuple[str, ...] = tuple(MANEUVERS)
+    wind: float | None = None  # kt, of the case unless given
 
 
 # What the airplane had and the simulator had not (Martos et al. 2011, II.B, III.A): a pod under the belly, and
@@ -42,7 +44,7 @@ SETTINGS: Catalog[Setting] = Catalog(
     {
         "smooth": Setting("none", "good", "smooth air, constant wind, a good pilot: as the paper's simulator"),
         "light": Setting("light", "good", "light turbulence, a good pilot"),
-        "autopilot": Setting("none", "none", "smooth air, the autopilot alone", rare=True),
+        "autopilot": Setting("none", "none", "smooth air, no wind, the autopilot alone", rare=True, wind=0.0),
         "busy": Setting("none", "busy", "smooth air, a busy pilot", rare=True),
         "airplane": Setting(
             "light",
@@ -80,6 +82,8 @@ def case_of(setting: str, maneuver: str, seed: int, **changes: object) -> Case:
         truth_seed=seed,
         sensor_seed=seed,
     )
+    if air.wind is not None:
+        case = replace(case, wind=Wind(speed=air.wind * KNOT))
     return replace(case, **changes)  # type: ignore[arg-type]
 
 
@@ -152,15 +156,8 @@ def sorties(seed: int, rare: bool) -> Iterator[Sortie]:
         if setting.rare and not rare:
             continue
         for maneuver in setting.flown:
-            curves = name == "airplane" and seed == 1
-            yield Sortie(name, case_of(name, maneuver, seed), _looks(name, rare), curves=curves)
+            track, curves = (seed == 1 and name == shown for shown in ("autopilot", "airplane"))
+            yield Sortie(name, case_of(name, maneuver, seed), _looks(name, rare), track=track, curves=curves)
     plain = (*(Look(das) for das in SYSTEMS), Look("50/50", COVERING))
     for variant in VARIANTS:
         yield Sortie("smooth", case_of("smooth", variant.maneuver, seed, card=variant.card), plain, variant.name)
-
-
-def pattern_sorties() -> Iterator[Sortie]:
-    """Every maneuver once without wind, for the picture of its track."""
-    for maneuver in MANEUVERS:
-        still = case_of("autopilot", maneuver, 1, wind=Wind(speed=0.0))
-        yield Sortie("no wind", still, (), track=True)

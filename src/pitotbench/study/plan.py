@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from pitotbench.simulate import MANEUVERS
-from pitotbench.study.flights import Sortie, pattern_sorties, sorties
+from pitotbench.study.flights import Sortie, sorties
 from pitotbench.study.sweeps import SWEEPS
 
 EXPLAINED = 3  # of so many seeds one also flies what explains, and the sweeps
@@ -11,7 +11,7 @@ EXPLAINED = 3  # of so many seeds one also flies what explains, and the sweeps
 
 def plan(seeds: int) -> list[Sortie]:
     """The sorties of seeds 1 to `seeds`: the claims for all, experiments and sweeps for a third of them."""
-    flown = list(pattern_sorties())
+    flown: list[Sortie] = []
     for seed in range(1, seeds + 1):
         rare = seed <= -(-seeds // EXPLAINED)
         flown += [_swept(sortie) if rare else sortie for sortie in sorties(seed, rare)]

@@ -16,7 +16,7 @@ from pitotbench.units import FOOT
 
 FLOWN = ("step_decrease", "rapid_decel")
 AIRS = {"smooth": "smooth air", "light": "light turbulence"}
-ALTITUDES = (2000.0, 12000.0, 18000.0)  # ft, beside the usual 6,000
+ALTITUDES = (2000.0, 12000.0)  # ft, beside the usual 6,000
 TEMPERATURES = (-20.0, 20.0)  # K above standard
 _USUAL_ALTITUDE = 6000.0
 _LOOKS = (Look("50/50", COVERING), Look("50/50", PAPER))

@@ -9,16 +9,14 @@ from pitotbench.study.flights import Sortie, case_of
 from pitotbench.study.look import COVERING, PAPER, Look
 from pitotbench.study.sweeps.sweep import Reply, Sweep
 
-_SIX = (160.0, 148.0, 136.0, 124.0, 112.0, 100.0)
 CARDS: dict[str, dict[str, dict[str, object]]] = {
     "race_track": {
         "two speeds": {"speeds_kt": (160.0, 100.0)},
         "three speeds": {"speeds_kt": (160.0, 130.0, 100.0)},
-        "six speeds": {"speeds_kt": _SIX},
     },
     "step_decrease": {f"{t:g} s steps": {"step_time_s": t} for t in (5.0, 20.0, 40.0)},
 }
-LABELS = {"race_track": "Race Track, 2, 3, 4, 6 speeds", "step_decrease": "Step Decrease, steps of 5 to 40 s"}
+LABELS = {"race_track": "Race Track, 2, 3, 4 speeds", "step_decrease": "Step Decrease, steps of 5 to 40 s"}
 _LOOKS = (Look("50/50", COVERING), Look("50/50", PAPER))
 
 
@@ -73,8 +71,8 @@ def _answer(evidence: Evidence) -> Reply:
     track, step = points["race_track"], points["step_decrease"]
     return Reply(
         f"Race Track with two speeds ({track[0].minutes:.0f} min) leaves the middle of the curve open, covering 2σ "
-        f"{track[0].bound.mean:.2f} kt; three, four and six speeds give "
-        + ", ".join(f"{p.bound.mean:.3f}" for p in track[1:])
+        f"{track[0].bound.mean:.2f} kt; three and four speeds give "
+        + " and ".join(f"{p.bound.mean:.3f}" for p in track[1:])
         + f" kt, while the residual stays at {min(p.residual.mean for p in track):.2f} to "
         f"{max(p.residual.mean for p in track):.2f} kt and cannot tell much data from little. Longer steps of "
         f"Step Decrease ({step[0].minutes:.0f} to {step[-1].minutes:.0f} min) bring it from "

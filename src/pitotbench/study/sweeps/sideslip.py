@@ -12,7 +12,7 @@ from pitotbench.study.look import COVERING, PAPER, Look
 from pitotbench.study.names import NAMES, PAPER_ORDER
 from pitotbench.study.sweeps.sweep import Reply, Sweep, rms
 
-ANGLES = (2.0, 4.0, 6.0, 8.0)  # degrees
+ANGLES = (2.0, 4.0, 8.0)  # degrees
 KINDS = {"steady sideslip": "held throughout", "sideslip in turns": "in turns only"}
 _SAID = ANGLES[1]  # the angle that the answer names
 

@@ -7,21 +7,23 @@ from pitotbench.calibrate import fixed_speed
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
+from pitotbench.study.look import Look
 from pitotbench.study.measure import Row
 from pitotbench.units import KNOT
 
 _FEWEST = 4  # legs of a speed
 
 
-def curve_rows(flight: Flight, result: Calibration) -> list[Row]:
-    """A curve [kt] with its covering 2σ, the 2σ of the residual and the truth, over indicated airspeed."""
+def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
+    """A curve [kt] with the 2σ of its method, the 2σ of the residual and the truth, over indicated airspeed."""
     curve = result.curve
     truth = bench.true_correction(flight.case.pressure_error, curve.indicated_airspeed)
     columns = zip(curve.indicated_airspeed, curve.correction, curve.two_sigma, truth, strict=True)
     residual = result.residual_two_sigma / KNOT
     return [
         {
-            "kind": "curve",
+            "kind": look.options.method,
+            "on_condition": look.options.on_condition,
             "airspeed_kt": float(speed) / KNOT,
             "correction_kt": float(value) / KNOT,
             "two_sigma_kt": float(bound) / KNOT,

@@ -136,9 +136,9 @@ def rare_looks() -> tuple[Look, ...]:
 
 
 def airplane_looks() -> tuple[Look, ...]:
-    """The airplane's data system and model, with and without turns, and the bound for the pictures."""
-    covering = Look("20/1", replace(COVERING, model="quadratic", on_condition=True))
-    return STRAIGHT, Look("20/1", replace(PAPER, model="quadratic")), covering
+    """The airplane's data system and model, with and without turns, by the paper's method and the covering one."""
+    options = [replace(method, model="quadratic") for method in (PAPER, COVERING)]
+    return tuple(Look("20/1", replace(one, on_condition=straight)) for one in options for straight in (True, False))
 
 
 def _looks(name: str, rare: bool) -> tuple[Look, ...]:

@@ -63,9 +63,10 @@ def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
         changed, log = logs[look.sensing]
         row, result = fit(changed, log, look)
         rows.append(row)
-        if sortie.curves and result is not None and result.method == "covering":
-            curves += curve_rows(changed, result)
-            curves += fixed_speed_rows(log) if flight.case.maneuver == "four_leg" else []
+        if sortie.curves and result is not None:
+            curves += curve_rows(changed, look, result)
+    if sortie.curves and flight.case.maneuver == "four_leg":
+        curves += fixed_speed_rows(log)
     return rows, curves
 
 

@@ -71,8 +71,8 @@ def _answer(evidence: Evidence) -> Reply:
         f"Against {FASTEST} Hz the covering 2σ is larger by a factor of "
         + ", at ".join(change(das) for das in ("0.2/0.2", "1/1", "5/5", "20/1"))
         + f" ({', '.join(NAMES[m] for m in FLOWN)}): in light turbulence gusts set the bound, and they last longer "
-        f"than a sample. The residual of the published method is another matter: in Rapid Decel it goes from {fast:.2f} "
-        f"kt to {held:.2f} kt at 50/0.2 Hz, where each fix is held for five seconds.",
+        "than a sample. The residual of the published method is another matter: in Rapid Decel it goes from "
+        f"{fast:.2f} kt to {held:.2f} kt at 50/0.2 Hz, where each fix is held for five seconds.",
         tuple(_chart(evidence, kind, side) for kind in KINDS for side in SIDES),
     )
 

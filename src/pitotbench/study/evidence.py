@@ -64,10 +64,16 @@ class Evidence:
     tracks: pd.DataFrame
     curves: pd.DataFrame
 
+    by_look: Mapping[tuple[object, ...], pd.DataFrame]  # the fits of a maneuver and look, by seed
+
     @classmethod
     def of(cls, measured: Sequence[Measured]) -> "Evidence":
         """The tables of everything that was measured."""
-        return cls(**{name: pd.DataFrame([r for m in measured for r in getattr(m, name)]) for name in _TABLES})
+        tables = {name: pd.DataFrame([r for m in measured for r in getattr(m, name)]) for name in _TABLES}
+        fits = tables["fits"]
+        # Looked up thousands of times: filtering the table each time takes longer than the fits.
+        groups = fits.groupby(["maneuver", *USUAL], sort=False)
+        return cls(**tables, by_look={key: group.set_index("seed").sort_index() for key, group in groups})
 
     @property
     def seeds(self) -> tuple[int, ...]:
@@ -76,10 +82,11 @@ class Evidence:
 
     def fit(self, column: str, maneuver: str, **how: object) -> pd.Series:
         """A column of the fits of a maneuver by seed; `how` says what is not as in `USUAL`."""
-        chosen = self.fits[self.fits["maneuver"] == maneuver]
-        for name, value in {**USUAL, **how}.items():
-            chosen = chosen[chosen[name] == value]
-        return chosen.set_index("seed")[column].astype(float).sort_index()
+        unknown = set(how) - set(USUAL)
+        if unknown:
+            raise KeyError(f"fits are chosen by {', '.join(USUAL)}; not by {', '.join(sorted(unknown))}")
+        found = self.by_look.get((maneuver, *{**USUAL, **how}.values()))
+        return pd.Series(dtype=float) if found is None else found[column].astype(float)
 
     def residual(self, maneuver: str, **how: object) -> pd.Series:
         """2σ of the residual [kt] by seed."""

@@ -23,10 +23,11 @@ def test_a_control_reverses_twice_a_period_if_it_is_felt():
     assert reversals(np.linspace(0.0, 1.0, 100)) == 0
 
 
-def test_turbulence_is_work(smooth_flights, light_flights):
-    calm, rough = (workload(flights["rapid_decel"]) for flights in (smooth_flights, light_flights))
-    assert rough.reversals > calm.reversals
-    assert rough.duty > calm.duty
+def test_a_person_works_more_than_the_autopilot(smooth_flights):
+    person = workload(bench.fly(Case(maneuver="rapid_decel", turbulence="none", pilot="busy")))
+    autopilot = workload(smooth_flights["rapid_decel"])
+    assert person.reversals > 2.0 * autopilot.reversals
+    assert person.duty > autopilot.duty
 
 
 def test_density_and_times_are_the_flight(light_flights):

@@ -12,12 +12,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
 
-from pitotbench.cli import OneLineParser, add_study, guarded
+from pitotbench.cli import OneLineParser, guarded
+from pitotbench.study.command import add_flags
 
 
 def main() -> int:
     parser = OneLineParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_study(parser)
+    add_flags(parser)
     return guarded(parser.parse_args())
 
 

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, NoReturn
 
 from pitotbench.catalog import UnknownNameError
 from pitotbench.fixed_speed_command import add_fixed_speed
+from pitotbench.planner.command import add_flags as add_plan
 from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.study.command import add_flags as add_study
 
 if TYPE_CHECKING:
     from pitotbench.calibrate.options import CalibrationOptions
@@ -59,6 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     add_fixed_speed(commands.add_parser("fixed-speed", help="leg and turn GPS methods, of a log or of typed legs"))
     add_campaign(commands.add_parser("campaign", help="fly maneuvers, sense and calibrate them"))
     add_study(commands.add_parser("study", help="the paper's simulator study, claim by claim"))
+    add_plan(commands.add_parser("plan", help="what to fly: the 2σ of every maneuver, before it is flown"))
     return parser
 
 
@@ -193,9 +196,13 @@ def _write_report(
 
 def add_campaign(parser: argparse.ArgumentParser) -> None:
     """The flags of a campaign, shared by `pitotbench campaign` and `scripts/run_campaign.py`."""
-    from pitotbench.simulate.maneuvers import MANEUVERS
+    from pitotbench.simulate.maneuvers import MANEUVERS, PAPER_MANEUVERS
 
-    parser.add_argument("--maneuver", required=True, help=f"{', '.join(MANEUVERS)}, a comma list, or all")
+    parser.add_argument(
+        "--maneuver",
+        required=True,
+        help=f"{', '.join(MANEUVERS)}, a comma list, or all ({', '.join(PAPER_MANEUVERS)})",
+    )
     parser.add_argument("--das", required=True, help="20/1, 50/50, 100/100, any A/G in Hz, a comma list, or all")
     parser.add_argument(
         "--model",
@@ -225,23 +232,6 @@ def add_campaign(parser: argparse.ArgumentParser) -> None:
 def run_campaign(options: argparse.Namespace) -> int:
     """Fly a campaign, print its table and name its report."""
     from pitotbench.campaign.command import request_of, run_and_print
-
-    return DONE if run_and_print(request_of(options)) else NO_ANSWER
-
-
-def add_study(parser: argparse.ArgumentParser) -> None:
-    """The flags of the study, shared by `pitotbench study` and `scripts/reproduce_study.py`."""
-    parser.add_argument("--seeds", type=int, default=1, help="truth and sensor seeds 1 to N (default: 1)")
-    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
-    parser.add_argument("--scheduler", help="address of a dask scheduler, tcp://host:port")
-    parser.add_argument("--out", type=Path, default=Path("out", "study"), help="folder (default: %(default)s)")
-    parser.add_argument("--docs", type=Path, help="also write study.md and its pictures into this folder")
-    parser.set_defaults(run=run_study)
-
-
-def run_study(options: argparse.Namespace) -> int:
-    """Fly the study, print the verdicts and name the pages."""
-    from pitotbench.study.command import request_of, run_and_print
 
     return DONE if run_and_print(request_of(options)) else NO_ANSWER
 

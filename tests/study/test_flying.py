@@ -5,7 +5,7 @@ import pytest
 
 from pitotbench import bench
 from pitotbench.records.case import Case
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate.maneuvers import PAPER_MANEUVERS
 from pitotbench.study.curves import fixed_speed_rows
 from pitotbench.study.flights import SETTINGS, Sortie
 from pitotbench.study.look import PAPER, Look
@@ -74,4 +74,4 @@ def test_the_plan_explains_a_third_of_the_seeds(seeds):
         assert found == set(range(1, expected + 1)), name
     keys = [(s.setting, s.variant, s.case.maneuver, s.case.truth_seed) for s in flown]
     assert len(keys) == len(set(keys))
-    assert {s.case.maneuver for s in flown} == set(MANEUVERS)
+    assert {s.case.maneuver for s in flown} == set(PAPER_MANEUVERS)

@@ -8,8 +8,8 @@ import pytest
 from pitotbench.cli import main
 from pitotbench.records.errors import BadInputError
 from pitotbench.show.study import study_html, write_document
-from pitotbench.study import StudyRequest
 from pitotbench.study.claims import CLAIMS
+from pitotbench.study.conduct import StudyRequest
 from pitotbench.study.story import tell
 from pitotbench.study.sweeps import SWEEPS
 

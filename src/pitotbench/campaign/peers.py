@@ -23,7 +23,7 @@ from pitotbench.estimate.restricted_likelihood import solve
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
 
 BARTLETT_SECONDS = 20.0
@@ -191,7 +191,7 @@ def comparison(
     fly = bench.fly if store is None else store.fly
     rows: list[dict[str, object]] = []
     fitted: dict[tuple[str, str], list[_Fitted]] = {}
-    for trial in trials(list(MANEUVERS), seeds):
+    for trial in trials(list(PAPER_MANEUVERS), seeds):
         if trial.turbulence == turbulence:
             flight = fly(trial.case())
             for das in systems:

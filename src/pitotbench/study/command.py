@@ -1,24 +1,47 @@
-"""The study as the command line asks for it, and what is printed."""
+"""`pitotbench study`: flags to a request, the verdict of every claim, the pages."""
 
 import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.table import Table
+from pitotbench.records.errors import BadInputError, NoAnswerError
 
-from pitotbench.study import StudyRequest, run_study
-from pitotbench.study.claims import CLAIMS
+if TYPE_CHECKING:
+    from pitotbench.study.conduct import StudyResult
 
 _NAMED = 5  # failures that are printed in full
 
 
-def request_of(options: argparse.Namespace) -> StudyRequest:
-    """The request of the parsed flags. Raises BadInputError for a value that makes no sense."""
-    return StudyRequest(options.seeds, options.out, options.docs, options.jobs, options.scheduler)
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """The flags of the study, shared by `pitotbench study` and `scripts/reproduce_study.py`."""
+    parser.add_argument("--seeds", type=int, default=1, help="truth and sensor seeds 1 to N (default: 1)")
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
+    parser.add_argument("--scheduler", help="address of a dask scheduler, tcp://host:port")
+    parser.add_argument("--out", type=Path, default=Path("out", "study"), help="folder (default: %(default)s)")
+    parser.add_argument("--docs", type=Path, help="also write study.md and its pictures into this folder")
+    parser.set_defaults(run=run)
 
 
-def run_and_print(request: StudyRequest) -> bool:
-    """Run it, print the verdict of every claim and name the pages; true where every flight was flown."""
-    result = run_study(request)
+def run(options: argparse.Namespace) -> int:
+    """Fly the study, print the verdicts and name the pages. Raises NoAnswerError where flights were lost."""
+    if options.seeds < 1 or (options.jobs is not None and options.jobs < 1):
+        raise BadInputError("--seeds and --jobs count from 1")
+    from pitotbench.study.conduct import StudyRequest, run_study  # loads the simulator
+
+    result = run_study(StudyRequest(options.seeds, options.out, options.docs, options.jobs, options.scheduler))
+    print_result(result)
+    if result.lost:
+        raise NoAnswerError(f"{result.lost} flights could not be flown; the pages leave them out")
+    return 0
+
+
+def print_result(result: "StudyResult") -> None:
+    """The verdict of every claim, the pages, and what gave no answer."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from pitotbench.study.claims import CLAIMS
+
     console = Console(highlight=False)
     table = Table("claim", "the paper", "ours", "verdict", show_lines=True)
     for number, finding in result.findings.items():
@@ -30,4 +53,3 @@ def run_and_print(request: StudyRequest) -> bool:
         console.print(f"no answer: {text}", markup=False, soft_wrap=True)
     if len(result.failures) > _NAMED:
         console.print(f"and {len(result.failures) - _NAMED} more: column failed of fits.parquet")
-    return not result.lost

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.records.case import Case, EffectSpec, Wind
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate.maneuvers import PAPER_MANEUVERS
 from pitotbench.study.look import COVERING, PAPER, Look
 from pitotbench.units import KNOT
 
@@ -26,7 +26,7 @@ class Setting:
     what: str
     rare: bool = False
     effects: tuple[EffectSpec, ...] = ()
-    flown: tuple[str, ...] = tuple(MANEUVERS)
+    flown: tuple[str, ...] = PAPER_MANEUVERS
     wind: float | None = None  # kt, of the case unless given
 
 

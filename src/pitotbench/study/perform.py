@@ -12,8 +12,8 @@ from pitotbench.study.curves import curve_rows, fixed_speed_rows
 from pitotbench.study.flights import Sortie
 from pitotbench.study.look import sense
 from pitotbench.study.measure import Row, density_rows, fit, flight_row
+from pitotbench.units import NAUTICAL_MILE
 
-_NAUTICAL_MILE = 1852.0
 _TRACK_POINTS = 800
 
 
@@ -73,7 +73,7 @@ def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
 def _track(flight: Flight) -> list[Row]:
     step = max(1, len(flight) // _TRACK_POINTS)
     rows = np.arange(0, len(flight), step)
-    east, north = flight["position_east"][rows] / _NAUTICAL_MILE, flight["position_north"][rows] / _NAUTICAL_MILE
+    east, north = flight["position_east"][rows] / NAUTICAL_MILE, flight["position_north"][rows] / NAUTICAL_MILE
     on = flight.on_condition[rows]
     return [
         {"east_nm": float(e), "north_nm": float(n), "on_condition": bool(o)}

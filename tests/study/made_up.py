@@ -10,9 +10,24 @@ from pitotbench.study.look import Look
 from pitotbench.study.measure import DENSITY_EDGES, look_row
 from pitotbench.study.perform import Measured
 from pitotbench.study.plan import plan
+from pitotbench.study.workload import TRAVEL
 
-MINUTES = {"rapid_decel": 5.0, "step_decrease": 6.0, "circle": 6.0, "race_track": 15.0, "four_leg": 21.0}
-RATINGS = {"step_decrease": 3.0, "race_track": 2.0, "four_leg": 3.0, "circle": 4.0, "rapid_decel": 2.0}
+MINUTES = {
+    "step_both_ways": 6.0,
+    "rapid_decel": 5.0,
+    "step_decrease": 6.0,
+    "circle": 6.0,
+    "race_track": 15.0,
+    "four_leg": 21.0,
+}
+RATINGS = {
+    "step_both_ways": 3.0,
+    "step_decrease": 3.0,
+    "race_track": 2.0,
+    "four_leg": 3.0,
+    "circle": 4.0,
+    "rapid_decel": 2.0,
+}
 Residual = Callable[[Sortie, Look], float]
 
 
@@ -35,6 +50,9 @@ def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> 
         "minutes": time,
         "vertical_speed_fpm": 50.0,
         "altitude_ft": 8.0,
+        "turning_percent": 30.0,
+        "slowing_kt_a_second": 1.0,
+        **{f"reversals_{control}": RATINGS[case.maneuver] for control in TRAVEL},
         "reversals_a_minute": RATINGS[case.maneuver],
         "duty_percent": RATINGS[case.maneuver],
         "out_of_tolerance_percent": RATINGS[case.maneuver],

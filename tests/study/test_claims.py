@@ -4,7 +4,7 @@ import made_up
 import pytest
 
 from pitotbench.study.claims import CLAIMS
-from pitotbench.study.names import PAPER_ORDER
+from pitotbench.study.names import NAMES
 
 PUBLISHED = {"step_decrease": 0.75, "race_track": 1.2, "four_leg": 1.5, "rapid_decel": 2.1}
 
@@ -13,7 +13,7 @@ def as_published(sortie, look):
     """Residuals as the paper's words have them, made up to be so."""
     if sortie.setting == "airplane":
         return PUBLISHED[sortie.case.maneuver]
-    value = 0.5 + 0.05 * PAPER_ORDER.index(sortie.case.maneuver)
+    value = 0.5 + 0.05 * list(NAMES).index(sortie.case.maneuver)
     value *= 1.1 if look.das == "20/1" else 1.0
     value *= 2.0 if look.options.model == "bias" else 1.0
     value *= 1.0 if look.options.use_down else {"four_leg": 1.4}.get(sortie.case.maneuver, 1.25)
@@ -24,7 +24,7 @@ def otherwise(sortie, look):
     """Residuals that contradict every claim about them."""
     if sortie.setting == "airplane":
         return 1.0 / PUBLISHED[sortie.case.maneuver]
-    value = 0.9 - 0.05 * PAPER_ORDER.index(sortie.case.maneuver)
+    value = 0.9 - 0.05 * list(NAMES).index(sortie.case.maneuver)
     value *= {"20/1": 1.5, "100/100": 1.2}.get(look.das, 1.0)
     value *= 1.5 if look.options.model == "quadratic" else 1.0
     value *= 1.3 if look.options.on_condition else 1.0

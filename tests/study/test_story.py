@@ -21,7 +21,7 @@ def _varied(sortie, look):
 @pytest.fixture(scope="module")
 def page():
     evidence = made_up.evidence(_varied, seeds=2)
-    return tell(evidence, {number: claim.answer(evidence) for number, claim in CLAIMS.items()}, 10)
+    return tell(evidence, {number: claim.answer(evidence) for number, claim in CLAIMS.items()})
 
 
 def test_the_page_is_whole_and_self_contained(page):

@@ -18,6 +18,7 @@ from pitotbench.units import DEGREE, FOOT, KNOT, Array
 
 MINUTE, HUNDRED_FEET = 60.0, 100.0 * FOOT
 SIDESLIP_ERROR = 0.0005  # of q_c a degree squared: 1.25 % at 5°, our estimate for a probe beside the fuselage
+TURNING = 10.0 * DEGREE  # of bank: a turn
 Change = Callable[[Flight, float], Flight]
 
 
@@ -78,7 +79,7 @@ def steady_sideslip(flight: Flight, degrees: float) -> Flight:
 
 def sideslip_in_turns(flight: Flight, degrees: float) -> Flight:
     """The same in turns only, as without rudder: wherever the bank is above ten degrees."""
-    return _slipping(flight, np.where(np.abs(flight["roll"]) > 10.0 * DEGREE, degrees, 0.0))
+    return _slipping(flight, np.where(np.abs(flight["roll"]) > TURNING, degrees, 0.0))
 
 
 def _slipping(flight: Flight, degrees: Array) -> Flight:

@@ -19,6 +19,7 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scheduler", help="address of a dask scheduler, tcp://host:port")
     parser.add_argument("--out", type=Path, default=Path("out", "study"), help="folder (default: %(default)s)")
     parser.add_argument("--docs", type=Path, help="also write study.md and its pictures into this folder")
+    parser.add_argument("--tables", type=Path, help="tell the numbers of an earlier --out again; nothing is flown")
     parser.set_defaults(run=run)
 
 
@@ -28,7 +29,10 @@ def run(options: argparse.Namespace) -> int:
         raise BadInputError("--seeds and --jobs count from 1")
     from pitotbench.study.conduct import StudyRequest, run_study  # loads the simulator
 
-    result = run_study(StudyRequest(options.seeds, options.out, options.docs, options.jobs, options.scheduler))
+    request = StudyRequest(
+        options.seeds, options.out, options.docs, options.jobs, options.scheduler, options.tables
+    )
+    result = run_study(request)
     print_result(result)
     if result.lost:
         raise NoAnswerError(f"{result.lost} flights could not be flown; the pages leave them out")

@@ -24,8 +24,9 @@ USUAL: Mapping[str, object] = {
     "level": 0.0,
     "noise": 1.0,
     "gps_noise": 1.0,
+    "given_down": False,
 }
-_TABLES = ("fits", "flights", "density", "tracks", "curves")
+TABLES = ("fits", "flights", "density", "tracks", "curves")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,11 @@ class Evidence:
     @classmethod
     def of(cls, measured: Sequence[Measured]) -> "Evidence":
         """The tables of everything that was measured."""
-        tables = {name: pd.DataFrame([r for m in measured for r in getattr(m, name)]) for name in _TABLES}
+        return cls.of_tables({n: pd.DataFrame([r for m in measured for r in getattr(m, n)]) for n in TABLES})
+
+    @classmethod
+    def of_tables(cls, tables: Mapping[str, pd.DataFrame]) -> "Evidence":
+        """The same from its tables, by name (`TABLES`)."""
         fits = tables["fits"]
         # Looked up thousands of times: filtering the table each time takes longer than the fits.
         groups = fits.groupby(["maneuver", *USUAL], sort=False)

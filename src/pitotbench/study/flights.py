@@ -13,7 +13,9 @@ from pitotbench.units import KNOT
 SYSTEMS = ("20/1", "50/50", "100/100")
 PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")
 SPECIFICATION = 0.1  # of the injected noise: the instrument's own
+BOTH_WAYS = "step_both_ways"  # Step Decrease with every speed on both headings
 STEEPER = (4.0, 8.0, 12.0, 16.0, 24.0)
+STEEP = 12.0  # times the vertical speed: where data rates are compared
 ALIKE = 0.5  # of the noise of a receiver alone: that of an integrated solution
 
 
@@ -122,11 +124,23 @@ def explaining_looks() -> tuple[Look, ...]:
         for times in STEEPER
         for down in (True, False)
     ]
+    slow = [
+        Look("20/1", replace(PAPER, use_down=down), "vertical speed", STEEP, given_down=True)
+        for down in (True, False)
+    ]
     vector = [Look("50/50", replace(PAPER, form="vector", use_down=down)) for down in (True, False)]
-    return (*quiet, *steep, *vector)
+    return (*quiet, *steep, *slow, *vector, *quiet_looks(), STRAIGHT)
 
 
 STRAIGHT = Look("20/1", replace(PAPER, model="quadratic", on_condition=True))  # as the airplane's data were reduced
+
+
+def quiet_looks() -> tuple[Look, ...]:
+    """With and without V_down, the pressure and the velocity as quiet as the instruments' own."""
+    return tuple(
+        Look("50/50", replace(PAPER, use_down=down), noise=SPECIFICATION, gps_noise=SPECIFICATION)
+        for down in (True, False)
+    )
 
 
 def rare_looks() -> tuple[Look, ...]:
@@ -145,7 +159,7 @@ def _looks(name: str, rare: bool) -> tuple[Look, ...]:
     if name == "airplane":
         return airplane_looks()
     if SETTINGS[name].rare:
-        return rare_looks()
+        return (*rare_looks(), *(quiet_looks() if name == "busy" else ()))
     more = {"smooth": explaining_looks() if rare else (), "light": (STRAIGHT,)}
     return (*main_looks(), *more.get(name, ()))
 
@@ -159,5 +173,9 @@ def sorties(seed: int, rare: bool) -> Iterator[Sortie]:
             track, curves = (seed == 1 and name == shown for shown in ("autopilot", "airplane"))
             yield Sortie(name, case_of(name, maneuver, seed), _looks(name, rare), track=track, curves=curves)
     plain = (*(Look(das) for das in SYSTEMS), Look("50/50", COVERING))
+    if rare:
+        models = tuple(Look("50/50", replace(PAPER, model=model)) for model in PAPER_MODELS)
+        for name in ("smooth", "light"):
+            yield Sortie(name, case_of(name, BOTH_WAYS, seed), (*models, Look("50/50", COVERING)))
     for variant in VARIANTS:
         yield Sortie("smooth", case_of("smooth", variant.maneuver, seed, card=variant.card), plain, variant.name)

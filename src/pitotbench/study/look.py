@@ -19,7 +19,7 @@ class Look:
     """A data system, the options of the fit, and what was changed before sensing.
 
     `change` names an entry of `CHANGES`, `level` its size; `noise` multiplies that of the impact pressure,
-    `gps_noise` that of the velocity.
+    `gps_noise` that of the velocity; `given_down` records velocity down whatever the system.
     """
 
     das: str = "50/50"
@@ -28,11 +28,12 @@ class Look:
     level: float = 0.0
     noise: float = 1.0
     gps_noise: float = 1.0
+    given_down: bool = False
 
     @property
-    def sensing(self) -> tuple[str, str, float, float, float]:
+    def sensing(self) -> tuple[str, str, float, float, float, bool]:
         """What decides the log: looks that agree in it share one."""
-        return self.das, self.change, self.level, self.noise, self.gps_noise
+        return self.das, self.change, self.level, self.noise, self.gps_noise, self.given_down
 
 
 def sense(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
@@ -49,7 +50,7 @@ def sense(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
         impact_pressure_noise=look.noise * system.impact_pressure_noise,
         velocity_noise=look.gps_noise * system.velocity_noise,
     )
-    return changed, record(changed, noisy, flight.case.sensor_seed)
+    return changed, record(changed, noisy, flight.case.sensor_seed, True if look.given_down else None)
 
 
 def _system(das: str) -> DataSystem:

@@ -7,6 +7,7 @@ from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
+from pitotbench.study.changes import TURNING
 from pitotbench.study.look import Look
 from pitotbench.study.workload import workload
 from pitotbench.units import FOOT, KNOT, Array
@@ -32,6 +33,7 @@ def look_row(look: Look) -> Row:
         "level": look.level,
         "noise": look.noise,
         "gps_noise": look.gps_noise,
+        "given_down": look.given_down,
     }
 
 
@@ -94,10 +96,19 @@ def flight_row(flight: Flight) -> Row:
         "on_condition_minutes": float(np.mean(flight.on_condition)) * flight.duration / 60.0,
         "vertical_speed_fpm": float(np.std(flight["velocity_down"])) / FOOT * 60.0,
         "altitude_ft": float(np.std(flight["altitude"])) / FOOT,
-        "reversals_a_minute": effort.reversals,
+        "turning_percent": 100.0 * float(np.mean(np.abs(flight["roll"]) > TURNING)),
+        "slowing_kt_a_second": _slowing(flight) / KNOT,
+        "reversals_a_minute": sum(effort.reversals.values()),
+        **{f"reversals_{control}": rate for control, rate in effort.reversals.items()},
         "duty_percent": 100.0 * effort.duty,
         "out_of_tolerance_percent": 100.0 * effort.out_of_tolerance,
     }
+
+
+def _slowing(flight: Flight) -> float:
+    """How fast airspeed falls on condition [m/s²]: the mean over the samples that lose speed."""
+    rate = np.gradient(flight["true_airspeed"], flight["time"])[flight.on_condition]
+    return float(-np.mean(rate[rate < 0.0])) if (rate < 0.0).any() else 0.0
 
 
 def density_rows(flight: Flight) -> list[Row]:

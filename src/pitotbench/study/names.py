@@ -8,8 +8,9 @@ NAMES = {
     "rapid_decel": "Rapid Decel",
     "race_track": "Race Track",
     "four_leg": "4-Leg",
+    "step_both_ways": "Step Decrease both ways",
 }
-PAPER_ORDER = tuple(NAMES)  # smallest 2σ first (Martos et al. 2011, III.E)
+PAPER_ORDER = tuple(NAMES)[:5]  # smallest 2σ first (Martos et al. 2011, III.E)
 
 
 def named(rows: dict[str, dict[str, object]]) -> pd.DataFrame:

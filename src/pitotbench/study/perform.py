@@ -55,7 +55,7 @@ def perform(sortie: Sortie) -> Measured:
 
 def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
     """One row a look, and the points of the curves where the sortie asks for them."""
-    logs: dict[tuple[str, str, float, float, float], tuple[Flight, FlightLog]] = {}
+    logs: dict[tuple[str, str, float, float, float, bool], tuple[Flight, FlightLog]] = {}
     rows, curves = [], []
     for look in sortie.looks:
         if look.sensing not in logs:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.study.flights import Sortie, sorties
 from pitotbench.study.sweeps import SWEEPS
 
@@ -22,7 +22,8 @@ def plan(seeds: int) -> list[Sortie]:
 
 def _swept(sortie: Sortie) -> Sortie:
     """A flight in light turbulence is also looked at by the sweeps."""
-    if sortie.setting != "light" or sortie.variant != "standard":
+    usual = sortie.setting == "light" and sortie.variant == "standard"
+    if not usual or sortie.case.maneuver not in PAPER_MANEUVERS:
         return sortie
     more = tuple(look for sweep in SWEEPS.values() for look in sweep.looks(sortie.case.maneuver))
     return replace(sortie, looks=(*sortie.looks, *more))

@@ -17,7 +17,7 @@ from pitotbench.study.sweeps import SWEEPS, Reply
 TITLE = "The simulator study of Martos, Kiszely and Foster (2011), flown again"
 
 
-def tell(evidence: Evidence, findings: dict[str, Finding], flights: int) -> StudyPage:
+def tell(evidence: Evidence, findings: dict[str, Finding]) -> StudyPage:
     """The whole study as a page."""
     seeds, rankings = evidence.seeds, both_rankings(evidence)
     said = Counter(finding.verdict for finding in findings.values())
@@ -27,7 +27,7 @@ def tell(evidence: Evidence, findings: dict[str, Finding], flights: int) -> Stud
     )
     return StudyPage(
         title=TITLE,
-        subtitle=f"Seeds {seeds[0]} to {seeds[-1]} (development seeds), {flights:,} simulated flights, "
+        subtitle=f"Seeds {seeds[0]} to {seeds[-1]} (development seeds), {len(evidence.flights):,} simulated flights, "
         f"{len(evidence.fits):,} calibrations; numbers are means ± standard deviations over seeds.",
         short=(short, rankings.words),
         claims=[_claim(number, finding, evidence) for number, finding in findings.items()],

@@ -19,10 +19,10 @@ _WINDOW = 1.0  # s
 
 @dataclass(frozen=True, slots=True)
 class Workload:
-    """Of one flight: reversals a minute, all controls; share of seconds in which a control moved; share of the
+    """Of one flight: reversals a minute of each control; share of seconds in which a control moved; share of the
     time that is meant to be on condition spent out of tolerance."""
 
-    reversals: float
+    reversals: dict[str, float]
     duty: float
     out_of_tolerance: float
 
@@ -30,13 +30,13 @@ class Workload:
 def workload(flight: Flight) -> Workload:
     """The workload of a flight from its control positions (elevator, aileron, throttle) and its tolerances."""
     step = max(1, round(len(flight) / flight.duration / LOOK_RATE))
-    controls = [flight[name][::step] / travel for name, travel in TRAVEL.items()]
+    controls = {name: flight[name][::step] / travel for name, travel in TRAVEL.items()}
     minutes = flight.duration / 60.0
-    moved = np.any([_moved(control) for control in controls], axis=0)
+    moved = np.any([_moved(control) for control in controls.values()], axis=0)
     kind = MANEUVERS[flight.case.maneuver].kind
     meant = np.char.startswith(flight.segment[::step], kind)
     return Workload(
-        reversals=sum(reversals(control) for control in controls) / minutes,
+        reversals={name: reversals(control) / minutes for name, control in controls.items()},
         duty=float(np.mean(moved)),
         out_of_tolerance=1.0 - float(np.mean(flight.on_condition[::step][meant])),
     )

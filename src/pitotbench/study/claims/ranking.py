@@ -42,7 +42,7 @@ def _experiments(evidence: Evidence) -> pd.DataFrame:
     for label, how in _asked():
         values = _means(evidence, **how)
         if np.all(np.isfinite(values)):
-            numbers = dict(zip(NAMES.values(), [f"{v:.3f}" for v in values], strict=True))
+            numbers = dict(zip([NAMES[m] for m in PAPER_ORDER], [f"{v:.3f}" for v in values], strict=True))
             row = {"flown and sensed": label, **numbers, "order": _order(values)}
             rows.append({**row, _TAU: f"{_agreement(values):+.1f}"})
     return pd.DataFrame(rows)

@@ -17,7 +17,7 @@ FASTEST = "200/200"
 SIDES = {
     "both": ("air data and GPS alike", "air data and GPS [Hz]"),
     "air": ("air data, with the GPS at 1 Hz at most", "air data [Hz]"),
-    "gps": ("GPS, with the air data at 50 Hz", "GPS [Hz]"),
+    "gps": ("GPS, with the air data at 200 Hz", "GPS [Hz]"),
 }
 KINDS = {
     "bound": ("two_sigma_kt", "covering", "Knowledge", "covering 2σ of the curve [kt]"),
@@ -26,10 +26,8 @@ KINDS = {
 
 
 def system(side: str, rate: float) -> str:
-    """The data system of a side and rate; a GPS is never faster than the air data, the last rate is both sides'."""
-    if rate == RATES[-1]:
-        return FASTEST
-    return {"both": f"{rate:g}/{rate:g}", "air": f"{rate:g}/{min(rate, 1.0):g}", "gps": f"50/{rate:g}"}[side]
+    """The data system of a side and rate; a GPS is never faster than the air data."""
+    return {"both": f"{rate:g}/{rate:g}", "air": f"{rate:g}/{min(rate, 1.0):g}", "gps": f"200/{rate:g}"}[side]
 
 
 def looks(maneuver: str) -> tuple[Look, ...]:
@@ -66,13 +64,13 @@ def _answer(evidence: Evidence) -> Reply:
         found = [mean("bound", m, das) / mean("bound", m, FASTEST) for m in FLOWN]
         return f"{das} Hz {min(found):.2f} to {max(found):.2f}"
 
-    held, fast = mean("residual", "rapid_decel", "50/0.2"), mean("residual", "rapid_decel", FASTEST)
+    held, fast = mean("residual", "rapid_decel", "200/0.2"), mean("residual", "rapid_decel", FASTEST)
     return Reply(
         f"Against {FASTEST} Hz the covering 2σ is larger by a factor of "
         + ", at ".join(change(das) for das in ("0.2/0.2", "1/1", "5/5", "20/1"))
         + f" ({', '.join(NAMES[m] for m in FLOWN)}): in light turbulence gusts set the bound, and they last longer "
         "than a sample. The residual of the published method is another matter: in Rapid Decel it goes from "
-        f"{fast:.2f} kt to {held:.2f} kt at 50/0.2 Hz, where each fix is held for five seconds.",
+        f"{fast:.2f} kt to {held:.2f} kt at 200/0.2 Hz, where each fix is held for five seconds.",
         tuple(_chart(evidence, kind, side) for kind in KINDS for side in SIDES),
     )
 

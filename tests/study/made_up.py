@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pitotbench.study.evidence import Evidence
-from pitotbench.study.flights import Sortie
+from pitotbench.study.flights import BOTH_WAYS, Sortie
 from pitotbench.study.look import Look
 from pitotbench.study.measure import DENSITY_EDGES, look_row
 from pitotbench.study.perform import Measured
@@ -13,20 +13,20 @@ from pitotbench.study.plan import plan
 from pitotbench.study.workload import TRAVEL
 
 MINUTES = {
-    "step_both_ways": 6.0,
     "rapid_decel": 5.0,
     "step_decrease": 6.0,
     "circle": 6.0,
     "race_track": 15.0,
     "four_leg": 21.0,
+    BOTH_WAYS: 6.0,
 }
 RATINGS = {
-    "step_both_ways": 3.0,
     "step_decrease": 3.0,
     "race_track": 2.0,
     "four_leg": 3.0,
     "circle": 4.0,
     "rapid_decel": 2.0,
+    BOTH_WAYS: 3.0,
 }
 Residual = Callable[[Sortie, Look], float]
 

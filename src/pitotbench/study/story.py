@@ -27,8 +27,8 @@ def tell(evidence: Evidence, findings: dict[str, Finding]) -> StudyPage:
     )
     return StudyPage(
         title=TITLE,
-        subtitle=f"Seeds {seeds[0]} to {seeds[-1]} (development seeds), {len(evidence.flights):,} simulated flights, "
-        f"{len(evidence.fits):,} calibrations; numbers are means ± standard deviations over seeds.",
+        subtitle=f"Seeds {seeds[0]} to {seeds[-1]} (development seeds), {len(evidence.flights):,} simulated "
+        f"flights, {len(evidence.fits):,} calibrations; numbers are means ± standard deviations over seeds.",
         short=(short, rankings.words),
         claims=[_claim(number, finding, evidence) for number, finding in findings.items()],
         summary=_summary(findings),

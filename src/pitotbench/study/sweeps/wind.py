@@ -14,7 +14,7 @@ from pitotbench.study.look import COVERING, Look
 from pitotbench.study.names import NAMES, PAPER_ORDER, named
 from pitotbench.study.sweeps.sweep import Reply, Sweep, rms
 
-RATES = (0.1, 0.3, 1.0)  # kt a minute
+RATES = (0.1, 0.3, 1.0, 3.0)  # kt a minute
 SHEARS = (3.0, 10.0)  # kt a hundred feet
 DRIFTING = CalibrationOptions(wind="drifting")
 _TOLERATED = 2.0  # times the rms error of a constant wind

@@ -2,26 +2,44 @@
 
 from collections.abc import Sequence
 from itertools import cycle
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from pitotbench.show.chart import Bars, Chart, Lines, LineSeries
-from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY, WIDE, Panel, panel
+from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY, WIDE, Panel, drawn, panel
 from pitotbench.units import Array
 
 _COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GREY)
 _MARKS = "os^Dv<>"
 _MOST_MARKED = 20  # points of a line that still get marks
+_LEGEND = 2  # columns
+_DPI = 140
 _BARS = 0.82  # share of a group's place that bars fill
 
 
 def draw(chart: Chart) -> Panel:
     """The chart as a panel of a page."""
+    return panel(chart.title, lambda axes: _put(axes, chart), chart.note, _size(chart), _LEGEND)
+
+
+def save(chart: Chart, path: Path) -> None:
+    """The chart as a PNG file."""
+    with drawn(lambda axes: _put(axes, chart), _size(chart), _LEGEND) as figure:
+        figure.savefig(path, dpi=_DPI, metadata={"Software": None}, pil_kwargs={"optimize": True})
+
+
+def _size(chart: Chart) -> tuple[float, float]:
+    return (WIDE[1], WIDE[1]) if isinstance(chart, Lines) and chart.equal else WIDE
+
+
+def _put(axes: Axes, chart: Chart) -> None:
     if isinstance(chart, Bars):
-        return panel(chart.title, lambda axes: draw_bars(axes, chart), chart.note, legend_columns=2)
-    size = (WIDE[1], WIDE[1]) if chart.equal else WIDE
-    return panel(chart.title, lambda axes: draw_lines(axes, chart), chart.note, size, legend_columns=2)
+        draw_bars(axes, chart)
+    else:
+        draw_lines(axes, chart)
 
 
 def draw_bars(axes: Axes, chart: Bars) -> None:
@@ -47,10 +65,12 @@ def draw_lines(axes: Axes, chart: Lines) -> None:
     for series, color, mark in zip(chart.series, cycle(_COLORS), cycle(_MARKS), strict=False):
         _draw_series(axes, series, color, mark)
     axes.set(xlabel=chart.xlabel, ylabel=chart.ylabel)
-    if chart.log_x:
-        axes.set_xscale("log")
-    if chart.log_y:
-        axes.set_yscale("log")
+    for axis, name, logarithmic in ((axes.xaxis, "x", chart.log_x), (axes.yaxis, "y", chart.log_y)):
+        if logarithmic:
+            axes.set(**{f"{name}scale": "log"})
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
     if chart.equal:
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.12)

@@ -4,10 +4,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from pitotbench.show.charts import draw
+from pitotbench.show.charts import draw, save
 from pitotbench.show.markup import render
 from pitotbench.show.part import Part, StudyPage
-from pitotbench.show.style import Panel
 
 
 def study_html(page: StudyPage) -> str:
@@ -51,10 +50,9 @@ def _part(part: Part, pictures: Path) -> list[str]:
     blocks = [f"### {part.heading}: {part.verdict}" if part.verdict else f"### {part.heading}"]
     blocks += [f"**{label}:** {text}" if label else text for label, text in part.lines]
     for chart in part.charts:
-        drawn: Panel = draw(chart)
-        name = f"{chart.name}.svg"
-        (pictures / name).write_text(drawn.drawing + "\n", encoding="utf-8")
-        blocks.append(f"![{drawn.title}](study/{name})\n*{drawn.title}. {drawn.note}*".replace(". *", "*"))
+        name = f"{chart.name}.png"
+        save(chart, pictures / name)
+        blocks.append(f"![{chart.title}](study/{name})\n*{f'{chart.title}. {chart.note}'.rstrip('. ')}*")
     return blocks + [_markdown(table) for table in part.tables]
 
 

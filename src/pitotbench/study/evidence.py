@@ -104,6 +104,11 @@ class Evidence:
         return chosen.set_index("seed")[column].astype(float).sort_index()
 
 
+def signed(value: float, digits: int = 1) -> str:
+    """A number with its sign, as it is printed in a sentence."""
+    return f"{value:+.{digits}f}".replace("-", "−")
+
+
 def ratio(one: pd.Series, other: pd.Series) -> Spread:
     """One over the other, seed by seed: the same flight, so that what both share cancels."""
     both = pd.concat([one, other], axis=1, keys=["one", "other"]).dropna()

@@ -15,4 +15,4 @@ PAPER_ORDER = tuple(NAMES)[:5]  # smallest 2σ first (Martos et al. 2011, III.E)
 
 def named(rows: dict[str, dict[str, object]]) -> pd.DataFrame:
     """A table with a line a maneuver, in the paper's order, under its name."""
-    return pd.DataFrame([{"maneuver": NAMES[m], **rows[m]} for m in PAPER_ORDER if m in rows])
+    return pd.DataFrame([{"maneuver": NAMES[m], **rows[m]} for m in NAMES if m in rows])

@@ -5,7 +5,7 @@ import pandas as pd
 
 from pitotbench.show.chart import Bars, BarSeries, Lines, LineSeries
 from pitotbench.study.claims.claim import Claim, Finding, verdict
-from pitotbench.study.evidence import Evidence, Spread, percent, ratio
+from pitotbench.study.evidence import Evidence, Spread, percent, ratio, signed
 from pitotbench.study.flights import SYSTEMS
 from pitotbench.study.noise import airspeed_noise
 
@@ -46,10 +46,10 @@ def _denser(evidence: Evidence) -> Finding:
     return Finding(
         verdict(_smaller(six), _larger(steps)),
         f"six speeds {six.text(1)} %, longer steps {steps.text(1)} %",
-        "The residual does not know how many samples there are: it is the noise of one. What moves it is where "
-        "the time is spent, since the same pascals are more knots at low speed; the column of what the injected "
-        "noise must give at the flown speeds says as much without any fit (static pressure and GPS add the "
-        "rest). What more samples buy is the bound on the curve.",
+        "The residual is the scatter of one sample and does not know how many there are. What can move it is where "
+        "the time is spent, since the same pascals are more knots at low speed: the injected noise alone, at the "
+        f"speeds flown and without any fit, makes {_predicted(evidence, 0)} % and {_predicted(evidence, 2)} %. "
+        f"What the samples buy is the bound on the curve: {_bounds(evidence, 0)} and {_bounds(evidence, 2)}.",
         (_density(evidence), _bars(evidence)),
         (pd.DataFrame([_row(evidence, *card) for card in CARDS]),),
     )
@@ -62,9 +62,24 @@ def _row(evidence: Evidence, maneuver: str, variant: str, label: str) -> dict[st
         "minutes": Spread.of(evidence.flight("minutes", maneuver, variant=variant)).text(1),
         "samples": f"{Spread.of(evidence.fit('samples', maneuver, variant=variant)).mean:,.0f}",
         "residual 2σ [kt]": Spread.of(evidence.residual(maneuver, variant=variant)).text(3),
-        "of the pressure noise alone [kt]": f"{_expected(evidence, maneuver, variant):.3f}",
+        "of the pressure noise alone [kt]": f"{expected_noise(evidence, maneuver, variant):.3f}",
         "covering 2σ of the curve [kt]": Spread.of(bound).text(4),
     }
+
+
+def _predicted(evidence: Evidence, usual: int) -> str:
+    """By how many percent the injected noise alone changes from a card to the next of the table."""
+    before, after = (expected_noise(evidence, *card[:2]) for card in CARDS[usual : usual + 2])
+    return signed(100.0 * (after / before - 1.0))
+
+
+def _bounds(evidence: Evidence, usual: int) -> str:
+    """The covering 2σ [kt] of a card and of the next of the table."""
+    found = [
+        Spread.of(evidence.fit("two_sigma_kt", maneuver, variant=variant, method="covering")).mean
+        for maneuver, variant, _ in CARDS[usual : usual + 2]
+    ]
+    return f"{CARDS[usual][2].split(',')[0]} {found[0]:.4f} to {found[1]:.4f} kt"
 
 
 def _smaller(change: Spread) -> bool:
@@ -75,7 +90,7 @@ def _larger(change: Spread) -> bool:
     return change.mean > 0.0 and (np.isnan(change.error) or change.mean - 2.0 * change.error > 0.0)
 
 
-def _expected(evidence: Evidence, maneuver: str, variant: str) -> float:
+def expected_noise(evidence: Evidence, maneuver: str, variant: str) -> float:
     """2σ [kt] of white pressure noise at the airspeeds of the density table, which is of one seed."""
     table = evidence.density
     rows = table[(table.maneuver == maneuver) & (table.variant == variant) & (table.setting == "smooth")]
@@ -96,8 +111,8 @@ def _fewer(evidence: Evidence) -> Finding:
     return Finding(
         verdict(_THIRD[0] <= share.mean <= _THIRD[1], change.mean < 0.0),
         f"{share.text(2)} of the samples of 4-Leg ({on.text(1)} times as many on condition), 2σ {change.text(1)} %",
-        "True of the residual, and no merit of it: the covering 2σ of the curve is "
-        f"{bound.text(1)} times that of 4-Leg in smooth air.",
+        "This is about the residual, the scatter of one sample. The covering 2σ of the curve, which does depend on "
+        f"how many there are and on where they lie, is {bound.text(1)} times that of 4-Leg in smooth air.",
     )
 
 

@@ -2,7 +2,7 @@
 
 from pitotbench.study.charting import maneuver_bars
 from pitotbench.study.claims.claim import Claim, Finding, verdict
-from pitotbench.study.evidence import Evidence, Spread, ratio
+from pitotbench.study.evidence import Evidence, Spread, ratio, signed
 from pitotbench.study.names import NAMES, PAPER_ORDER, named
 
 SIMULATOR = {"rapid_decel": 5.0, "step_decrease": 6.0, "circle": 6.0, "race_track": 15.0, "four_leg": 21.0}
@@ -30,7 +30,7 @@ def _times(evidence: Evidence) -> Finding:
     return Finding(
         verdict(all(abs(d) <= _CLOSE for d in off.values())),
         ", ".join(f"{NAMES[m]} {ours[m].text(1)}" for m in SIMULATOR) + " min",
-        f"The largest difference is {off[worst]:+.1f} min ({NAMES[worst]}). The paper leaves the dwell, the "
+        f"The largest difference is {signed(off[worst])} min ({NAMES[worst]}). The paper leaves the dwell, the "
         "settling and the turn rate open; our cards choose them so that the times agree, so this is a check, "
         "not a finding.",
         (chart,),

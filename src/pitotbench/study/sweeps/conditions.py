@@ -59,7 +59,7 @@ def _factors(evidence: Evidence, air: str, one: str, other: str) -> str:
     """Least and largest ratio of the mean bound of one variant to another, over the maneuvers."""
     mean = {v: [Spread.of(_bound(evidence, air, m, v)).mean for m in FLOWN] for v in (one, other)}
     found = [a / b for a, b in zip(mean[one], mean[other], strict=True)]
-    return f"{min(found):.2f} to {max(found):.2f}"
+    return f"{min(found):.2g} to {max(found):.2g}"
 
 
 def _charts(evidence: Evidence) -> Iterator[Lines]:
@@ -76,13 +76,13 @@ def _charts(evidence: Evidence) -> Iterator[Lines]:
 def _answer(evidence: Evidence) -> Reply:
     top, bottom = _at_altitude(ALTITUDES[-1]), _at_altitude(ALTITUDES[0])
     warm, cold = _at_temperature(TEMPERATURES[-1]), _at_temperature(TEMPERATURES[0])
+    middle = _at_altitude(_USUAL_ALTITUDE)
     return Reply(
         f"In smooth air the covering 2σ at {top} is {_factors(evidence, 'smooth', top, bottom)} times that at "
         f"{bottom} ({', '.join(NAMES[m] for m in FLOWN)}), in light turbulence "
-        f"{_factors(evidence, 'light', top, bottom)} times, because the gusts of MIL-F-8785C die out with "
-        f"altitude: fly high for the air, not for the method. From {cold} to {warm} it changes by a factor of "
-        f"{_factors(evidence, 'light', warm, cold)}; what matters about temperature is to measure it, since an "
-        "error of it does not show in the residual.",
+        f"{_factors(evidence, 'light', middle, bottom)} times at {middle} and "
+        f"{_factors(evidence, 'light', top, bottom)} times at {top}, where the light turbulence of MIL-F-8785C has "
+        f"died out. From {cold} to {warm} it changes by a factor of {_factors(evidence, 'light', warm, cold)}.",
         tuple(_charts(evidence)),
     )
 

@@ -70,11 +70,11 @@ def _answer(evidence: Evidence) -> Reply:
     )
     track, step = points["race_track"], points["step_decrease"]
     return Reply(
-        f"Race Track with two speeds ({track[0].minutes:.0f} min) leaves the middle of the curve open, covering 2σ "
-        f"{track[0].bound.mean:.2f} kt; three and four speeds give "
+        f"Race Track with two speeds ({track[0].minutes:.0f} min) has a covering 2σ of {track[0].bound.mean:.2f} "
+        "kt; three and four speeds give "
         + " and ".join(f"{p.bound.mean:.3f}" for p in track[1:])
         + f" kt, while the residual stays at {min(p.residual.mean for p in track):.2f} to "
-        f"{max(p.residual.mean for p in track):.2f} kt and cannot tell much data from little. Longer steps of "
+        f"{max(p.residual.mean for p in track):.2f} kt. Longer steps of "
         f"Step Decrease ({step[0].minutes:.0f} to {step[-1].minutes:.0f} min) bring it from "
         f"{step[0].bound.mean:.2f} to {step[-1].bound.mean:.2f} kt.",
         (chart,),

@@ -66,11 +66,11 @@ def _answer(evidence: Evidence) -> Reply:
 
     held, fast = mean("residual", "rapid_decel", "200/0.2"), mean("residual", "rapid_decel", FASTEST)
     return Reply(
-        f"Against {FASTEST} Hz the covering 2σ is larger by a factor of "
+        f"Against {FASTEST} Hz the covering 2σ in light turbulence is larger by a factor of "
         + ", at ".join(change(das) for das in ("0.2/0.2", "1/1", "5/5", "20/1"))
-        + f" ({', '.join(NAMES[m] for m in FLOWN)}): in light turbulence gusts set the bound, and they last longer "
-        "than a sample. The residual of the published method is another matter: in Rapid Decel it goes from "
-        f"{fast:.2f} kt to {held:.2f} kt at 200/0.2 Hz, where each fix is held for five seconds.",
+        + f" ({', '.join(NAMES[m] for m in FLOWN)}). The residual of the published method is another matter: in "
+        f"Rapid Decel it goes from {fast:.2f} kt to {held:.2f} kt at 200/0.2 Hz, where each fix is held for five "
+        "seconds.",
         tuple(_chart(evidence, kind, side) for kind in KINDS for side in SIDES),
     )
 

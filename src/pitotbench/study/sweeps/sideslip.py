@@ -7,7 +7,7 @@ import pandas as pd
 from pitotbench.show.chart import Lines
 from pitotbench.study.changes import SIDESLIP_ERROR
 from pitotbench.study.charting import maneuver_lines
-from pitotbench.study.evidence import Evidence, percent
+from pitotbench.study.evidence import Evidence, Spread, percent, signed
 from pitotbench.study.look import COVERING, PAPER, Look
 from pitotbench.study.names import NAMES, PAPER_ORDER
 from pitotbench.study.sweeps.sweep import Reply, Sweep, rms
@@ -57,11 +57,13 @@ def _answer(evidence: Evidence) -> Reply:
     turning = {m: rms(_column(evidence, "sideslip in turns", m, _SAID)) for m in PAPER_ORDER}
     worst = max(turning, key=lambda m: turning[m])
     least = min(turning, key=lambda m: turning[m])
+    share = {m: Spread.of(evidence.flight("turning_percent", m, "light")).mean for m in (worst, least)}
     return Reply(
         f"A steady {_SAID:g}° is a different pressure error, not a disturbance: the curve is {min(steady):.1f} "
-        f"to {max(steady):.1f} kt wrong in every maneuver while the residual changes by {residual:+.1f} % at "
-        f"most, so nothing in the data tells. In turns only, it spoils {NAMES[worst]} most ({turning[worst]:.2f} "
-        f"kt), the maneuver with the most turn data, and {NAMES[least]} least ({turning[least]:.2f} kt).",
+        f"to {max(steady):.1f} kt wrong over the five maneuvers while the residual changes by "
+        f"{signed(residual)} % at most. In turns only, it is worst in {NAMES[worst]} ({turning[worst]:.2f} kt; "
+        f"{share[worst]:.0f} % of the data are turns) and least in {NAMES[least]} ({turning[least]:.2f} kt; "
+        f"{share[least]:.0f} %).",
         tuple(_chart(evidence, kind) for kind in KINDS),
     )
 

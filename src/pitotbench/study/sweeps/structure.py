@@ -80,13 +80,19 @@ def _answer(evidence: Evidence) -> Reply:
     known = table[table["truth"] != KNEE]
     right = {c: 100.0 * float((known[c] == known["truth"].map(TRUTHS)).mean()) for c in CRITERIA}
     cost = {c: rms(_chosen(table, c)) for c in CRITERIA}
+    unneeded = [table[(table["truth"] == t)] for t in ("constant truth", "linear truth")]
+    many, few = (
+        rms(pd.concat([of["quadratic"] for of in unneeded])),
+        rms(known.loc[known["truth"] == "none", "linear"]),
+    )
     always = {model: rms(table[model]) for model in MODELS}
     return Reply(
         f"Schwarz's criterion names the true structure in {right['white_criterion']:.0f} % of flights when every "
         f"sample counts as independent and in {right['block_criterion']:.0f} % when means over 5 s do, with rms "
         f"errors of {cost['white_criterion']:.2f} and {cost['block_criterion']:.2f} kt over all truths. Always "
         f"fitting Quadratic gives {always['quadratic']:.2f} kt, Inverse+ {always['inverse+']:.2f}, Linear "
-        f"{always['linear']:.2f} and Bias {always['bias']:.2f} kt: a term too many costs less than one too few.",
+        f"{always['linear']:.2f} and Bias {always['bias']:.2f} kt. A term too many (Quadratic on a constant or "
+        f"linear truth) costs {many:.2f} kt, one too few (Linear on Inverse+) {few:.2f} kt.",
         (_chart(table),),
         (pd.DataFrame([_line(table, c, truth) for c in CRITERIA for truth in TRUTHS]),),
     )

@@ -85,16 +85,27 @@ def _pairs(evidence: Evidence, das: str) -> Chart:
                  "true rms error of the curve [kt]", series, "residual-against-error")  # fmt: skip
 
 
+_ERRORS = ("wind_north_error_kt", "tilt_kt")
+_LABELS = ("correlation [-]", "wind along the track, rms error [kt]", "slope of the curve, rms error [kt]")
+
+
+def _confounded(evidence: Evidence, maneuver: str, das: str) -> tuple[str, str, str]:
+    """The correlation of the errors of wind and slope over seeds, and the rms of either [kt]."""
+    wind, tilt = (_column(evidence, column, maneuver, das) for column in _ERRORS)
+    alike = signed(wind.corr(tilt), 2) if len(wind.dropna()) > _FEWEST else "unknown from so few seeds"
+    return alike, f"{rms(wind):.2f}", f"{rms(tilt):.2f}"
+
+
+def _cloud(evidence: Evidence, maneuver: str, das: str) -> LineSeries:
+    wind, tilt = (_column(evidence, column, maneuver, das).tolist() for column in _ERRORS)
+    return LineSeries(NAMES[maneuver], wind, tilt, style="marks")
+
+
 def confounding(evidence: Evidence, das: str = "50/50") -> Reply:
     """How the wind along the track and the slope of the curve stand in for one another."""
-    series, rows, found = [], [], {}
-    for m in _SHOWN:
-        wind, tilt = (_column(evidence, column, m, das) for column in ("wind_north_error_kt", "tilt_kt"))
-        series.append(LineSeries(NAMES[m], wind.tolist(), tilt.tolist(), style="marks"))
-        alike = signed(wind.corr(tilt), 2) if len(wind.dropna()) > _FEWEST else "unknown from so few seeds"
-        found[m] = (alike, f"{rms(wind):.2f}", f"{rms(tilt):.2f}")
-        labels = ("correlation [-]", "wind along the track, rms error [kt]", "slope of the curve, rms error [kt]")
-        rows.append({"maneuver": NAMES[m], **dict(zip(labels, found[m], strict=True))})
+    found = {m: _confounded(evidence, m, das) for m in _SHOWN}
+    series = [_cloud(evidence, m, das) for m in _SHOWN]
+    rows = [{"maneuver": NAMES[m], **dict(zip(_LABELS, found[m], strict=True))} for m in _SHOWN]
     title, note = "Wind and curve confounded", f"One mark a flight; light turbulence, {das} Hz."
     axes = "error of the wind along the track [kt]", "low-speed minus high-speed error [kt]"
     step, leg, both = found["step_decrease"], found["four_leg"], found[BOTH_WAYS]

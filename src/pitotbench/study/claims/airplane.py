@@ -104,12 +104,13 @@ def _airplane(evidence: Evidence) -> Finding:
 
 
 def by_chance(flights: Mapping[str, Array], order: Sequence[str]) -> float:
-    """The share of all choices of one flight a maneuver [%] in which the values rise in the order given."""
+    """How many of all choices of one flight a maneuver rise in the order given [%]; NaN without flights."""
     counts = np.ones(len(flights[order[0]]))
     for before, after in pairwise(order):
         below = np.asarray(flights[before])[None, :] < np.asarray(flights[after])[:, None]
         counts = below @ counts
-    return 100.0 * float(counts.sum()) / float(np.prod([len(flights[m]) for m in order]))
+    choices = float(np.prod([len(flights[m]) for m in order]))
+    return 100.0 * float(counts.sum()) / choices if choices else float("nan")
 
 
 def _chances(evidence: Evidence) -> tuple[float, float]:

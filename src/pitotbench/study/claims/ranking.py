@@ -56,12 +56,18 @@ def _ranking(evidence: Evidence) -> Finding:
     held = bool(np.all(np.diff(usual) > 0.0))
     return Finding(
         verdict(held, first["50/50"] == "step_decrease"),
-        f"50/50 Hz: {_order(usual)} ({', '.join(f'{v:.2f}' for v in sorted(usual))} kt); "
+        f"50/50 Hz: {_order(usual)} ({_values(evidence)} kt); "
         f"Kendall's τ with the paper {signed(_agreement(usual))}",
         f"Step Decrease has the smallest residual at {sum(m == 'step_decrease' for m in first.values())} of "
         f"{len(SYSTEMS)} data rates. {_because(evidence, usual, table)}",
         tables=(table,),
     )
+
+
+def _values(evidence: Evidence) -> str:
+    """The 2σ at 50/50 Hz, smallest first."""
+    found = sorted((Spread.of(evidence.residual(m)) for m in PAPER_ORDER), key=lambda s: s.mean)
+    return ", ".join(spread.text(3) for spread in found)
 
 
 def _because(evidence: Evidence, usual: list[float], table: pd.DataFrame) -> str:

@@ -9,7 +9,7 @@ from pitotbench.records.case import PressureErrorSpec
 from pitotbench.show.chart import Bars, Lines, LineSeries
 from pitotbench.study.charting import maneuver_bars
 from pitotbench.study.claims.claim import Claim, Finding, verdict
-from pitotbench.study.evidence import Evidence, Spread, percent, ratio
+from pitotbench.study.evidence import Evidence, Spread, percent
 from pitotbench.study.flights import BOTH_WAYS, PAPER_MODELS
 from pitotbench.study.names import NAMES, PAPER_ORDER, named
 from pitotbench.units import KNOT
@@ -18,10 +18,20 @@ _DOUBLE = (1.5, 2.5)
 _IDENTICAL = 3.0  # %
 
 
-def _over_others(evidence: Evidence, maneuver: str) -> Spread:
-    """2σ of the Bias model over the mean of the other models'."""
+def _ratios(evidence: Evidence, maneuver: str) -> pd.Series:
+    """2σ of the Bias model over the mean of the other models', by seed."""
     others = pd.concat([evidence.residual(maneuver, model=model) for model in PAPER_MODELS[:-1]], axis=1)
-    return ratio(evidence.residual(maneuver, model="bias"), others.mean(axis=1))
+    return evidence.residual(maneuver, model="bias") / others.mean(axis=1)
+
+
+def _over_others(evidence: Evidence, maneuver: str) -> Spread:
+    return Spread.of(_ratios(evidence, maneuver))
+
+
+def _average(evidence: Evidence) -> Spread:
+    """The ratio averaged over the maneuvers, over seeds."""
+    found = [_ratios(evidence, m) for m in PAPER_ORDER]
+    return Spread.of(pd.concat(found, axis=1).mean(axis=1, skipna=False))
 
 
 def _wind_error(evidence: Evidence, maneuver: str) -> pd.Series:
@@ -30,14 +40,14 @@ def _wind_error(evidence: Evidence, maneuver: str) -> pd.Series:
 
 def _bias(evidence: Evidence) -> Finding:
     ratios = {m: _over_others(evidence, m) for m in PAPER_ORDER}
-    average = float(np.mean([r.mean for r in ratios.values()]))
+    average = _average(evidence)
     missed = [NAMES[m] for m, r in ratios.items() if not _DOUBLE[0] <= r.mean <= _DOUBLE[1]]
     wrong = {m: Spread.of(_wind_error(evidence, m).abs()).mean for m in ("step_decrease", BOTH_WAYS)}
     both = _over_others(evidence, BOTH_WAYS)
     each = ", ".join(f"{NAMES[m]} {r.text(2)}" for m, r in ratios.items())
     return Finding(
-        verdict(_DOUBLE[0] <= average <= _DOUBLE[1], not missed),
-        f"{average:.2f} times the mean of the others, averaged over the maneuvers ({each})",
+        verdict(_DOUBLE[0] <= average.mean <= _DOUBLE[1], not missed),
+        f"{average.text(2)} times the mean of the others, averaged over the maneuvers ({each})",
         "The ratio is the size of the injected error over the noise, and the default error was chosen with this "
         f"claim in view. {'Outside: ' + ', '.join(missed) + '. ' if missed else ''}Step Decrease flies fast on one "
         "heading and slow on the other, so that a wrong wind can stand in for the missing slope of the curve. The "

@@ -81,3 +81,10 @@ def test_200_hz_and_another_truth_are_held_against_it(flight):
 def test_an_unknown_change_names_the_known_ones(flight):
     with pytest.raises(UnknownNameError, match="vertical speed"):
         sense(flight, Look(change="vertical sped", level=1.0))
+
+
+def test_velocity_down_is_recorded_where_asked_for(flight):
+    _, usual = sense(flight, Look("20/1"))
+    _, given = sense(flight, Look("20/1", given_down=True))
+    assert usual.velocity_down is None
+    assert np.std(given.velocity_down - np.interp(given.time, flight["time"], flight["velocity_down"])) < 2.0

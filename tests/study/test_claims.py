@@ -1,9 +1,13 @@
 """Every claim is answered, and its verdict follows the numbers in both directions."""
 
+import itertools
+
 import made_up
+import numpy as np
 import pytest
 
 from pitotbench.study.claims import CLAIMS
+from pitotbench.study.claims.airplane import by_chance
 from pitotbench.study.names import NAMES
 
 PUBLISHED = {"step_decrease": 0.75, "race_track": 1.2, "four_leg": 1.5, "rapid_decel": 2.1}
@@ -73,3 +77,37 @@ def test_ratings_are_never_ours(published):
     finding = CLAIMS["C11"].answer(published)
     assert "not rated" in finding.ours
     assert "not ratings" in finding.why
+
+
+def test_chance_counts_every_choice():
+    rng = np.random.default_rng(5)
+    flights = {name: rng.integers(0, 6, size).astype(float) for name, size in (("a", 4), ("b", 3), ("c", 5))}
+    choices = list(itertools.product(*flights.values()))
+    rising = sum(a < b < c for a, b, c in choices)
+    assert by_chance(flights, ("a", "b", "c")) == pytest.approx(100.0 * rising / len(choices))
+
+
+def _how_steep(sortie, look):
+    """No fall as flown; at every multiple of the vertical speed V_down takes out a fixed share."""
+    down = look.options.use_down
+    return 0.6 * (0.5 if down and look.change == "vertical speed" else 1.0)
+
+
+def test_what_v_down_would_take_is_measured_not_said():
+    """C7's reason names a fall that the flights with a steeper path have, and that those as flown have not."""
+    finding = CLAIMS["C7"].answer(made_up.evidence(_how_steep))
+    assert finding.verdict == "not reproduced"
+    assert "needs 4.0 times that" in finding.why
+    level = CLAIMS["C7"].answer(made_up.evidence(lambda sortie, look: 0.6))
+    assert "does not reach a fall of 25 % at 24 times that" in level.why
+
+
+def test_the_wind_that_hides_the_slope_is_an_experiment():
+    """Bias on Step Decrease looks as good as the others until every speed is flown on both headings."""
+
+    def hidden(sortie, look):
+        return 2.0 if look.options.model == "bias" and sortie.case.maneuver != "step_decrease" else 1.0
+
+    finding = CLAIMS["C5"].answer(made_up.evidence(hidden, seeds=4))
+    assert finding.verdict == "in part"
+    assert "2.00 ± 0.00 instead of 1.00 ± 0.00" in finding.why

@@ -9,7 +9,8 @@ from pitotbench.cli import main
 from pitotbench.records.errors import BadInputError
 from pitotbench.show.study import study_html, write_document
 from pitotbench.study.claims import CLAIMS
-from pitotbench.study.conduct import StudyRequest
+from pitotbench.study.conduct import StudyRequest, run_study
+from pitotbench.study.evidence import TABLES
 from pitotbench.study.story import tell
 from pitotbench.study.sweeps import SWEEPS
 
@@ -64,3 +65,14 @@ def test_seeds_count_from_one(capsys):
         StudyRequest(seeds=0)
     assert main(["study", "--seeds", "0"]) == 2
     assert "count from 1" in capsys.readouterr().err
+
+
+def test_numbers_are_told_again_without_flying(tmp_path, capsys):
+    """The tables of a run give its pages again; a folder without them is refused with the way out."""
+    evidence = made_up.evidence(_varied, seeds=1)
+    for name in TABLES:
+        getattr(evidence, name).to_parquet(tmp_path / f"{name}.parquet", index=False)
+    again = run_study(StudyRequest(out=tmp_path / "again", tables=tmp_path))
+    assert {n: f.ours for n, f in again.findings.items()} == {n: c.answer(evidence).ours for n, c in CLAIMS.items()}
+    assert main(["study", "--tables", str(tmp_path / "nothing"), "--out", str(tmp_path / "x")]) == 2
+    assert "--tables takes" in capsys.readouterr().err

@@ -27,7 +27,7 @@ def tell(evidence: Evidence, findings: dict[str, Finding]) -> StudyPage:
     )
     return StudyPage(
         title=TITLE,
-        subtitle=f"Seeds {seeds[0]} to {seeds[-1]} (development seeds), {len(evidence.flights):,} simulated "
+        subtitle=f"{_seeds(len(seeds))} (development seeds), {len(evidence.flights):,} simulated "
         f"flights, {len(evidence.fits):,} calibrations; numbers are means ± standard deviations over seeds.",
         short=(short, rankings.words),
         claims=[_claim(number, finding, evidence) for number, finding in findings.items()],
@@ -73,12 +73,16 @@ def _patterns(evidence: Evidence) -> tuple[Chart, ...]:
             LineSeries("on condition", on.east_nm.tolist(), on.north_nm.tolist()),
         )
         title = f"Fig 3: {NAMES[str(maneuver)]}"
-        charts.append(Lines(title, "", "east [NM]", "north [NM]", series, f"fig3-{maneuver}", equal=True))
+        charts.append(Lines(title, "", "east [nmi]", "north [nmi]", series, f"fig3-{maneuver}", equal=True))
     return tuple(charts)
 
 
 def _reply(anchor: str, heading: str, reply: Reply) -> Part:
     return Part(anchor.replace(" ", "-"), heading, [("", reply.words)], reply.charts, reply.tables)
+
+
+def _seeds(count: int) -> str:
+    return f"Seeds 1 to {count}" if count > 1 else "Seed 1"
 
 
 def _method(evidence: Evidence) -> tuple[str, ...]:
@@ -90,7 +94,7 @@ def _method(evidence: Evidence) -> tuple[str, ...]:
         "white noise ten times the instrument's specification is added to the impact pressure, as in the paper, "
         "and to the other sensors their own. The fit of the claims is the paper's: output error, white "
         "residuals, velocity held between fixes. The covering 2σ is the bench's own bound.",
-        f"Seeds 1 to {seeds} fly the claims; seeds 1 to {explained} also fly the experiments that explain and "
+        f"{_seeds(seeds)} for the claims; {_seeds(explained).lower()} also for the experiments that explain and "
         "the sweeps. Changes of wind, vertical speed, sideslip and sampling are applied to the same flights "
         "before sensing, so that only what is asked about differs.",
         f"pitotbench {version('pitotbench')}, JSBSim {version('jsbsim')}. `pitotbench study --seeds {seeds}` "

@@ -14,6 +14,7 @@ from pitotbench.study.flights import BOTH_WAYS, PAPER_MODELS
 from pitotbench.study.names import NAMES, PAPER_ORDER, named
 from pitotbench.units import KNOT
 
+STRUCTURES = ("bias", "linear", "quadratic", "inverse", "inverse+")  # of Fig 4
 _DOUBLE = (1.5, 2.5)
 _IDENTICAL = 3.0  # %
 
@@ -89,7 +90,8 @@ def model_shapes() -> Lines:
     speed = 100.0 * np.sqrt(x)  # incompressible: for the picture only
     wanted = MODELS[truth.model].basis(x) @ np.array(truth.parameters)
     series = []
-    for name, model in MODELS.items():
+    for name in STRUCTURES:
+        model = MODELS[name]
         k = np.linalg.lstsq(model.basis(x), wanted, rcond=None)[0]
         series.append(LineSeries(name, speed.tolist(), (model.basis(x) @ k).tolist()))
     note = "Least-squares fits of each structure to the default error; Inverse+ is the truth itself."

@@ -6,13 +6,13 @@ Writes coverage.csv (one line a cell), coverage.png and coverage.md. About 25 CP
 """
 
 import argparse
-import sys
 from pathlib import Path
 
-from pitotbench.campaign.verify import verify
+from pitotbench.campaign.scorings import SCORINGS
+from pitotbench.campaign.verify import Budget, verify
 
 
-def main() -> int:
+def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=400, help="flights a cell (default: %(default)s)")
     parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
@@ -20,11 +20,21 @@ def main() -> int:
     parser.add_argument(
         "--flights", type=Path, help="folder where flights are kept for the next campaign (40 MB a seed)"
     )
+    parser.add_argument(
+        "--rows",
+        type=Path,
+        help="Parquet file of scored rows: a campaign cut short goes on (delete it with a change)",
+    )
+    parser.add_argument(
+        "--scoring",
+        default=",".join(SCORINGS),
+        help="comma list of questions, with the first (default: %(default)s)",
+    )
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder (default: %(default)s)")
     options = parser.parse_args()
-    verify(options.seeds, options.out, options.jobs, options.minutes, options.flights)
-    return 0
+    budget = Budget(options.jobs, options.minutes, options.flights, options.rows)
+    verify(options.seeds, options.out, budget, [SCORINGS[name].name for name in options.scoring.split(",")])
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -39,5 +39,5 @@ def test_scores_of_one_flight():
     table = summarize(pd.DataFrame(rows))
     assert list(table["model"]) == ["auto", "inverse+"]
     assert (table["answers"] == 1).all()
-    assert table["coverage_percent"].between(0.0, 100.0).all()
-    assert (table["rms_error_kt"] < 0.5).all()
+    assert table["curve inside 2σ [%]"].between(0.0, 100.0).all()
+    assert (table["rms error [kt]"] < 0.5).all()

@@ -185,13 +185,25 @@ def _model_of(arguments, capsys):
     return json.loads(capsys.readouterr().out)["model"]
 
 
-def test_a_mapping_advises_and_a_flag_decides(log, tmp_path, capsys):
+def _mapping(log, folder, advice):
     columns = next(line for line in log.read_text().splitlines() if not line.startswith("#")).split(",")
-    mapping = tmp_path / "mine.toml"
-    lines = ["[columns]", *(f'{name} = "{name}"' for name in columns), "[calibrate]", 'model = "linear"']
-    mapping.write_text("\n".join(lines))
+    lines = ["[columns]", *(f'{name} = "{name}"' for name in columns), "[calibrate]", advice]
+    path = folder / "mine.toml"
+    path.write_text("\n".join(lines))
+    return path
+
+
+def test_a_mapping_advises_and_a_flag_decides(log, tmp_path, capsys):
+    mapping = _mapping(log, tmp_path, 'model = "linear"')
     assert _model_of(["calibrate", str(log), "--mapping", str(mapping)], capsys) == "linear"
     assert _model_of(["calibrate", str(log), "--mapping", str(mapping), "--model", "bias"], capsys) == "bias"
+
+
+@pytest.mark.parametrize(("flags", "model"), [(["--model", "auto"], "auto ("), (["--method", "paper"], "inverse+")])
+def test_advice_for_one_covering_fit_stands_back(log, tmp_path, capsys, flags, model):
+    """A mapping that advises the vector form does not forbid what has none."""
+    mapping = _mapping(log, tmp_path, 'form = "vector"')
+    assert _model_of(["calibrate", str(log), "--mapping", str(mapping), *flags], capsys).startswith(model)
 
 
 def test_a_mapping_with_a_wrong_choice_is_refused(log, tmp_path, capsys):

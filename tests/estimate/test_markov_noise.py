@@ -62,3 +62,23 @@ def test_white_noise_alone_is_a_division():
     noise = MarkovNoise(Intervals(np.arange(3.0), np.arange(2)), np.array([0.5, 4.0]), [])
     np.testing.assert_allclose(noise.weigh(data), [[2.0], [0.5]])
     assert noise.log_determinant == pytest.approx(np.log(2.0))
+
+
+def test_two_outputs_see_one_process_from_two_sides():
+    """Along and across a turning path, against one dense covariance of both."""
+    intervals, rng = spread(3), np.random.default_rng(3)
+    n = len(intervals.left)
+    angle = rng.uniform(0.0, 2.0 * np.pi, n)
+    along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    across = np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+    white = rng.uniform(0.05, 0.3, (2, n))
+    processes = [MarkovProcess(0.7, np.full(len(intervals.edges), 9.0), np.stack([along, across]))]
+    both = np.concatenate([along, across])
+    start, length = intervals.edges[intervals.left], intervals.length
+    inside = (start[:, None] + length[:, None] * (np.arange(POINTS) + 0.5) / POINTS).ravel()
+    kernel = np.exp(-np.abs(inside[:, None] - inside) / 9.0).reshape(n, POINTS, n, POINTS).mean(axis=(1, 3))
+    covariance = np.diag(white.ravel()) + 0.49 * (both @ both.T) * np.tile(kernel, (2, 2))
+    noise, data = MarkovNoise(intervals, white, processes), rng.standard_normal((2 * n, 3))
+    wanted = np.linalg.solve(covariance, data)
+    np.testing.assert_allclose(noise.weigh(data), wanted, atol=3e-3 * np.abs(wanted).max())
+    assert noise.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], abs=2e-2)

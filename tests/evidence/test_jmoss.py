@@ -38,6 +38,26 @@ def test_wind_is_near_the_balloon(flight):
     assert np.all(np.abs(found - BALLOON_KT[name]) < 7.0)
 
 
+@pytest.mark.parametrize("name", sorted(BALLOON_KT))
+def test_two_equations_agree_about_the_wind(name):
+    """The wind along the path, through the airspeed, and across it, through the vanes, is one wind.
+
+    On CLASS55 the vanes bring it to the balloon's; on CLASS65 both agree with each other, and not with the balloon.
+    """
+    log = read_log(real_log("jmoss", f"{name}.csv"), mapping="jmoss")
+    scalar, vector = (calibrate(log, replace(OPTIONS, wind="drifting", form=f)).wind for f in ("scalar", "vector"))
+    parts = zip((scalar.north, scalar.east), (vector.north, vector.east), BALLOON_KT[name], strict=True)
+    for first, second, balloon in parts:
+        bound = np.hypot(first.two_sigma, second.two_sigma)
+        print(
+            f"{name}: wind {first.name} {first.value / KNOT:.1f} ± {first.two_sigma / KNOT:.1f} kt (scalar), "
+            f"{second.value / KNOT:.1f} ± {second.two_sigma / KNOT:.1f} kt (vector), balloon {balloon} kt"
+        )
+        assert abs(first.value - second.value) < 1.5 * bound
+        if name == "CLASS55":
+            assert abs(second.value - balloon * KNOT) < second.two_sigma
+
+
 def test_bound_is_honest_about_colored_residuals(flight):
     """The white bound is a few hundredths of a knot here; the balloon is knots away."""
     _, result = flight

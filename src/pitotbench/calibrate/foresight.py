@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench.calibrate.blocks import block_length, divide
-from pitotbench.calibrate.covering import GUST_LENGTH, Structure, covariance_given
+from pitotbench.calibrate.covering import covariance_given
 from pitotbench.calibrate.curve import CurveMap
+from pitotbench.calibrate.linearized import GUST_LENGTH, Structure
 from pitotbench.calibrate.nuisances import nuisances_of
 from pitotbench.calibrate.observability import require_observable
 from pitotbench.calibrate.observations import observe

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from pitotbench.calibrate.accuracy import Accuracies
-from pitotbench.calibrate.covering import CoveringFit, Structure, acceleration_effect
+from pitotbench.calibrate.covering import CoveringFit, acceleration_effect
+from pitotbench.calibrate.linearized import Structure
 from pitotbench.calibrate.nuisances import Nuisance, by_latency
 from pitotbench.calibrate.observations import observe
 from pitotbench.calibrate.options import CalibrationOptions

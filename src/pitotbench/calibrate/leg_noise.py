@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
-from pitotbench.calibrate.covering import GUST_LENGTH, GUST_LENGTH_FACTOR, GUST_SCALE, WHITE_SCALE
+from pitotbench.calibrate.linearized import GUST_LENGTH, GUST_LENGTH_FACTOR, GUST_SCALE, WHITE_SCALE
 from pitotbench.calibrate.steady import SECOND
 from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
 from pitotbench.estimate.mixture import half_width

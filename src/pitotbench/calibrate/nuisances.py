@@ -21,17 +21,20 @@ _WIND_CHANGE = 5.0  # m/s
 _WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
 _LEAST_CLIMB = 60.0  # m: below so much height difference a shear has no meaning
 
+_AXES = ("north", "east")
+
 Column = Callable[[Prediction, Observations], MetersPerSecond]
 
 
 @dataclass(frozen=True, slots=True)
 class Nuisance:
     """One unknown: its name with unit, the standard deviation of its prior [that unit], and what one unit of it
-    adds to the predicted true airspeed, (n,) [m/s]."""
+    adds to the predicted true airspeed, (n,) [m/s], and to the predicted wind across the path (None: nothing)."""
 
     name: str
     deviation: float
     column: Column
+    across: Column | None = None
 
 
 def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisance, ...]:
@@ -44,9 +47,8 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         Nuisance("recovery_factor", 0.5 * stated.recovery_factor * probe_heated, _by_recovery),
         Nuisance("static_pressure_pa", 0.5 * stated.static_pressure_pa, _by_static_pressure),
         Nuisance("impact_pressure_zero_pa", 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope),
-        Nuisance("velocity_north_mps", 0.5 * stated.velocity_mps, lambda p, o: along_track(p)[:, 0]),
-        Nuisance("velocity_east_mps", 0.5 * stated.velocity_mps, lambda p, o: along_track(p)[:, 1]),
-        Nuisance("latency_s", 0.5 * stated.latency_s, by_latency),
+        *(Nuisance(f"velocity_{a}_mps", 0.5 * stated.velocity_mps, *_wind(i)) for i, a in enumerate(_AXES)),
+        Nuisance("latency_s", 0.5 * stated.latency_s, by_latency, _across_by_latency),
     )
     changing = _linear_wind(obs) if options.wind == "linear" else ()
     return (*(n for n in known if n.deviation > 0.0), *changing)
@@ -57,6 +59,12 @@ def along_track(prediction: Prediction) -> Array:
     return prediction.wind_columns[:, :2] / prediction.slope[:, None]
 
 
+def to_the_right(obs: Observations) -> Array:
+    """The horizontal unit vector to the right of the measured path through the air, north and east, (n, 2)."""
+    assert obs.air_heading is not None
+    return np.stack([-np.sin(obs.air_heading), np.cos(obs.air_heading)], axis=1)
+
+
 def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
     """The wind's change with time and, where the log climbs, with height, toward north and east."""
     elapsed = (obs.time - 0.5 * (obs.time[0] + obs.time[-1])) / _WIND_TIME
@@ -64,14 +72,18 @@ def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
     if obs.altitude is not None and np.ptp(obs.altitude) > _LEAST_CLIMB:
         changes["per_300_m"] = (obs.altitude - float(np.mean(obs.altitude))) / _WIND_HEIGHT
     return tuple(
-        Nuisance(f"wind_{axis}_mps_{name}", _WIND_CHANGE, _wind_times(change, column))
-        for name, change in changes.items()
-        for column, axis in enumerate(("north", "east"))
+        Nuisance(f"wind_{name}_mps_{unit}", _WIND_CHANGE, *_wind(axis, change))
+        for unit, change in changes.items()
+        for axis, name in enumerate(_AXES)
     )
 
 
-def _wind_times(change: Array, axis: int) -> Column:
-    return lambda prediction, obs: along_track(prediction)[:, axis] * change
+def _wind(axis: int, change: Array | float = 1.0) -> tuple[Column, Column]:
+    """What a wind toward an axis (0 north, 1 east), times a factor (n,), adds along and across the path."""
+    return (
+        lambda prediction, obs: along_track(prediction)[:, axis] * change,
+        lambda prediction, obs: to_the_right(obs)[:, axis] * change,
+    )
 
 
 def _by_temperature(prediction: Prediction, obs: Observations) -> MetersPerSecond:
@@ -92,9 +104,16 @@ def _by_static_pressure(prediction: Prediction, obs: Observations) -> MetersPerS
 
 def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
     """What one second of GPS latency adds to the predicted airspeed [m/s]: the ground acceleration along it."""
-    north, east = (_rate(v, obs) for v in (obs.velocity_north, obs.velocity_east))
-    direction = -along_track(prediction)
-    return direction[:, 0] * north + direction[:, 1] * east
+    return np.asarray(-np.sum(along_track(prediction) * _acceleration(obs), axis=1))
+
+
+def _across_by_latency(prediction: Prediction, obs: Observations) -> Array:
+    return np.asarray(-np.sum(to_the_right(obs) * _acceleration(obs), axis=1))
+
+
+def _acceleration(obs: Observations) -> Array:
+    """Of the ground velocity, north and east, (n, 2) [m/s²]."""
+    return np.stack([_rate(v, obs) for v in (obs.velocity_north, obs.velocity_east)], axis=1)
 
 
 def _rate(values: Array, obs: Observations) -> Array:

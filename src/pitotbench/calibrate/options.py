@@ -23,10 +23,11 @@ class CalibrationOptions:
 
     model: name in the table of pressure-error models, or `auto` (see `structure`). method: `covering` (generalized
     least squares with a bound that is meant to cover) or `paper` (output error with white residuals).
-    form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector` (ground velocity predicted
-    from airspeed, attitude and flow angles; method `paper` only). error_location: `impact` (the paper: the error
-    corrupts the impact pressure alone) or `static` (the error is the static source's and moves the static
-    pressure too).
+    form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector` (method `paper`: ground
+    velocity predicted from airspeed, attitude and flow angles; method `covering`: the wind across the measured
+    direction of the air velocity beside the scalar equation). error_location: `impact` (the paper: the error
+    corrupts the impact pressure alone) or `static` (the error is the static source's and moves the static pressure
+    too).
     mach_max: rows above it are left out; ground_speed_min: rows below it [m/s] (a log that begins on the ground,
     where the air data have an unknown zero). wind_down: estimate a vertical wind. recovery_factor: of the
     temperature probe. wind: `constant`; `linear` in time, and in height where the log climbs; `drifting`, a slow
@@ -64,8 +65,8 @@ class CalibrationOptions:
         ):
             if value not in known:
                 raise BadInputError(explain(kind, value, list(known)))
-        if self.form == "vector" and self.method != "paper":
-            raise BadInputError("the vector form belongs to the method 'paper'; use --method paper with it")
+        if self.form == "vector" and self.model == AUTO:
+            raise BadInputError("models are weighed in the scalar form; name one with --model for the vector form")
         if self.model == AUTO and self.method != "covering":
             raise BadInputError("models can only be weighed with the method 'covering'; name one with --model")
 

@@ -3,10 +3,10 @@
 import numpy as np
 
 from pitotbench import air
+from pitotbench.calibrate.air_direction import air_direction
 from pitotbench.calibrate.observations import Observations
 from pitotbench.calibrate.output_error import OutputErrorFit, Outputs, fit_output_error
 from pitotbench.calibrate.prediction import PredictionModel
-from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
@@ -46,7 +46,7 @@ def fit_vector(model: PredictionModel, obs: Observations, log: FlightLog) -> Out
 
 def velocity_outputs_of(model: PredictionModel, obs: Observations, log: FlightLog) -> Outputs:
     """The residual in ground velocity, (2 or 3, n) [m/s], and its Jacobian."""
-    direction = _air_direction(log)[:, obs.used]
+    direction = air_direction(log)[:, obs.used]
     x = obs.impact_pressure / model.reference_pressure
     basis = model.error.basis(x)
     measured = [obs.held_north, obs.held_east] + ([obs.held_down] if obs.has_down else [])
@@ -79,27 +79,3 @@ def _speed(impact: Array, obs: Observations) -> tuple[Array, Array]:
     speed = np.sqrt(mach_squared * sound_squared)
     mach_slope = (10.0 / 7.0) * power / ((1.0 + ratio) * obs.static_pressure)
     return speed, 0.5 * mach_slope * sound_squared / (heated * speed)
-
-
-def _air_direction(log: FlightLog) -> Array:
-    """Unit vector of the velocity through the air, north, east, down, from attitude and flow angles."""
-    needed = {"roll": log.roll, "pitch": log.pitch, "heading": log.heading}
-    flow = {"angle_of_attack": log.angle_of_attack, "sideslip": log.sideslip}
-    missing = [name for name, value in (needed | flow).items() if value is None]
-    if log.roll is None or log.pitch is None or log.heading is None or missing:
-        raise BadInputError(f"the vector form needs attitude and flow angles; the log lacks {', '.join(missing)}")
-    assert log.angle_of_attack is not None
-    assert log.sideslip is not None
-    x = np.cos(log.angle_of_attack) * np.cos(log.sideslip)
-    y = np.sin(log.sideslip)
-    z = np.sin(log.angle_of_attack) * np.cos(log.sideslip)
-    across = y * np.cos(log.roll) - z * np.sin(log.roll)
-    below = y * np.sin(log.roll) + z * np.cos(log.roll)
-    ahead = x * np.cos(log.pitch) + below * np.sin(log.pitch)
-    return np.stack(
-        [
-            ahead * np.cos(log.heading) - across * np.sin(log.heading),
-            ahead * np.sin(log.heading) + across * np.cos(log.heading),
-            below * np.cos(log.pitch) - x * np.sin(log.pitch),
-        ]
-    )

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, accuracies_from
 from pitotbench.calibrate.answer import Answer, answer_of
-from pitotbench.calibrate.covering import CoveringFit, Structure, fit_covering
+from pitotbench.calibrate.covering import CoveringFit, fit_covering
+from pitotbench.calibrate.crosswind import direction_nuisances
 from pitotbench.calibrate.latency import estimate_latency, latency_warning, with_latency
+from pitotbench.calibrate.linearized import Structure
 from pitotbench.calibrate.nuisances import Nuisance, nuisances_of
 from pitotbench.calibrate.observability import require_observable
 from pitotbench.calibrate.observations import Observations, observe
@@ -90,7 +92,7 @@ def _screened(
     """The rows that count, the white fit to them, and the rows left out, (k,)."""
     fit = _white_fit(model, obs, log, options)
     none = np.zeros(0, dtype=np.intp)
-    if options.robust and options.form == "scalar":
+    if options.robust and (options.form == "scalar" or options.method == "covering"):
         screened = screen(model, obs, None if fit is None else fit.theta)
         if len(screened.left_out):
             obs, none, fit = screened.observations, screened.left_out, None
@@ -102,7 +104,7 @@ def _white_fit(
     model: PredictionModel, obs: Observations, log: FlightLog, options: CalibrationOptions
 ) -> OutputErrorFit | None:
     """The published fit; None where faulty rows may keep it from converging."""
-    if options.form == "vector":
+    if options.form == "vector" and options.method == "paper":
         return fit_vector(model, obs, log)
     try:
         return fit_scalar(model, obs)
@@ -114,7 +116,7 @@ def _cover(
     log: FlightLog, options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
 ) -> tuple[CalibrationOptions, Observations, tuple[Nuisance, ...], CoveringFit, dict[str, Any]]:
     """The covering fit; where the latency is to be estimated, of the log read again with it."""
-    structure = Structure(model, nuisances_of(options, obs), options.wind == "drifting")
+    structure = _structure(model, options, obs)
     fit = fit_covering(structure, obs, white.theta)
     found: dict[str, Any] = {}
     if options.latency != "given":
@@ -128,7 +130,7 @@ def _cover(
             options = with_latency(options, latency)
             kept = np.isin(np.flatnonzero(observe(log, options).used), np.flatnonzero(obs.used))
             obs = observe(log, options).select(kept)
-            structure = Structure(model, nuisances_of(options, obs), options.wind == "drifting")
+            structure = _structure(model, options, obs)
             fit = fit_covering(structure, obs, white.theta)
     found |= {
         "gust_deviation_mps": fit.gust_deviation,
@@ -137,6 +139,12 @@ def _cover(
         "blocks": fit.blocks,
     }
     return options, obs, structure.nuisances, fit, found
+
+
+def _structure(model: PredictionModel, options: CalibrationOptions, obs: Observations) -> Structure:
+    crosswind = options.form == "vector"
+    nuisances = (*nuisances_of(options, obs), *(direction_nuisances() if crosswind else ()))
+    return Structure(model, nuisances, options.wind == "drifting", crosswind)
 
 
 def _warnings(

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from pitotbench.calibrate.answer import Answer, answer_of
-from pitotbench.calibrate.covering import Structure, fit_covering, linearized
+from pitotbench.calibrate.covering import fit_covering, linearized
 from pitotbench.calibrate.curve import CurveMap
 from pitotbench.calibrate.curve_prior import LAWLESS, LEVEL, Hypothesis, hypotheses
 from pitotbench.calibrate.evidence import moments, noise_masses, weigh
 from pitotbench.calibrate.judgment import Candidate, Judgment, judge
+from pitotbench.calibrate.linearized import Structure
 from pitotbench.calibrate.observability import require_observable
 from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.paper import fit_scalar

@@ -8,8 +8,8 @@ import pandas as pd
 
 from pitotbench import air, bench
 from pitotbench.campaign.coverage import Trial
+from pitotbench.campaign.figures import figures
 from pitotbench.pressure_error import REFERENCE_PRESSURE
-from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
@@ -88,25 +88,18 @@ def _rows(trial: Trial, name: str, flight: Flight, das: str) -> Iterator[dict[st
         except NoAnswerError:
             yield base
             continue
-        yield base | _figures(result, flight)
-
-
-def _figures(result: Calibration, flight: Flight) -> dict[str, float]:
-    score = bench.score(result, flight)
-    wind = np.array([result.wind.north.value, result.wind.east.value]) - bench.wind_toward(flight.case.wind)[:2]
-    bound = np.array([result.wind.north.two_sigma, result.wind.east.two_sigma])
-    return {
-        "coverage_percent": 100.0 * score.curve_coverage,
-        "wind_coverage_percent": 100.0 * float(np.mean(np.abs(wind) <= bound)),
-        "two_sigma_kt": score.two_sigma / KNOT,
-        "rms_error_kt": score.curve_rms_error / KNOT,
-    }
+        yield base | figures(result, flight)
 
 
 def summarize(rows: pd.DataFrame) -> pd.DataFrame:
-    """Means over seeds, one line a maneuver, truth and model; `answers` counts the calibrations that gave one."""
+    """One line a maneuver, truth and model: shares inside [%], mean 2σ and rms error [kt] over seeds; `answers`
+    counts the calibrations that gave one."""
     groups = rows.groupby(["maneuver", "truth", "model"], sort=False)
-    table = groups.mean(numeric_only=True).drop(columns="seed")
-    table.insert(0, "answers", groups["coverage_percent"].count())
-    table.insert(2, "coverage_se_percent", groups["coverage_percent"].sem())
+    table = pd.DataFrame({"answers": groups["coverage_percent"].count()})
+    table["curve inside 2σ [%]"] = groups["coverage_percent"].mean()
+    table["± [%]"] = groups["coverage_percent"].sem()
+    table["wind inside 2σ [%]"] = groups["wind_coverage_percent"].mean()
+    table["mean 2σ [kt]"] = groups["two_sigma_kt"].mean()
+    errors = groups["rms_error_kt"]
+    table["rms error [kt]"] = errors.apply(lambda values: float(np.sqrt(np.mean(np.square(values)))))
     return table.reset_index()

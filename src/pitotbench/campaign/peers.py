@@ -12,8 +12,9 @@ import pandas as pd
 from scipy.signal import fftconvolve
 
 from pitotbench import air, bench
-from pitotbench.calibrate.covering import CoveringFit, Structure, fit_covering
+from pitotbench.calibrate.covering import CoveringFit, fit_covering
 from pitotbench.calibrate.curve import CurveMap
+from pitotbench.calibrate.linearized import Structure
 from pitotbench.calibrate.observations import Observations, observe
 from pitotbench.calibrate.paper import airspeed_outputs, fit_scalar
 from pitotbench.calibrate.prediction import PredictionModel
@@ -21,6 +22,7 @@ from pitotbench.campaign.coverage import trials
 from pitotbench.campaign.flight_store import FlightStore
 from pitotbench.estimate.restricted_likelihood import solve
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.simulate import PAPER_MANEUVERS
@@ -98,8 +100,23 @@ def peer_rows(flight: Flight, das: str) -> list[dict[str, object]]:
         rows.append(_row(name, error[inside], variance[inside]))
     value, variance = scale_filter(log, obs, speeds)
     rows.append(_row("1 Hz filter of wind and scale", (value - truth)[inside], variance[inside]))
+    rows += _spread_rows(log, flight)
     ours_error = (ours.curve.correction - truth)[inside]
     return [*rows, _row("pitotbench", ours_error, (0.5 * ours.curve.two_sigma[inside]) ** 2)]
+
+
+def _spread_rows(log: FlightLog, flight: Flight) -> list[dict[str, object]]:
+    """Legs and turns at one speed each, bounded by the scatter of what the method has too much of, as for
+    four legs (Gray 1998); none where the maneuver holds no speed on headings enough."""
+    try:
+        points = [point for point in bench.fixed_speed_points(log) if point.spread is not None]
+    except NoAnswerError:
+        return []
+    if not points:
+        return []
+    found, speeds, spread = np.array([(p.correction, p.indicated_airspeed, p.spread) for p in points]).T
+    truth = bench.true_correction(flight.case.pressure_error, speeds)
+    return [_row("per-point spread, fixed speed", found - truth, spread**2)]
 
 
 def _white_case(model: PredictionModel, obs: Observations) -> tuple[Array, PeerCase]:

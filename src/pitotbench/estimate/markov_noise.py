@@ -4,7 +4,8 @@ The data are means over short intervals. A process lives at the intervals' edges
 over an interval is known up to an independent rest (the integral of an Ornstein-Uhlenbeck bridge). A Gauss-Markov
 process has a tridiagonal precision (Rue and Held, Gaussian Markov Random Fields, 2005, ch. 2), so products with C⁻¹
 and log|C| cost O(N) through one banded Cholesky factor and the matrix-inversion lemma; C is never formed. Gaps
-between intervals need no special care, and the white variance may vary from interval to interval.
+between intervals need no special care, and the white variance may vary from interval to interval. Several outputs
+an interval may see the same processes from different sides; their data follow each other, output by output.
 """
 
 from collections.abc import Sequence
@@ -36,8 +37,9 @@ class Intervals:
 @dataclass(frozen=True, slots=True)
 class MarkovProcess:
     """A vector of independent, equal components: standard deviation [unit of the data], correlation time at the
-    edges [s], (s,), and the loading of each interval on each component, (n, c) (a column of ones for noise that
-    adds directly, direction cosines for the components of a wind)."""
+    edges [s], (s,), and the loading of each interval on each component, (n, c), or (o, n, c) for o outputs (a
+    column of ones for noise that adds directly, direction cosines for the components of a wind). Loadings of two
+    outputs are at right angles in every interval: what happens within it they do not share."""
 
     deviation: float
     correlation_time: Seconds
@@ -47,7 +49,7 @@ class MarkovProcess:
 class MarkovNoise:
     """The factored covariance of white noise plus Markov processes over intervals.
 
-    Parameters: intervals; white variance, (n,) [unit²], positive; processes.
+    Parameters: intervals; white variance, (n,), or (o, n) for o outputs [unit²], positive; processes.
     Raises numpy.linalg.LinAlgError where the covariance is not positive definite (never for valid input).
     """
 
@@ -55,32 +57,36 @@ class MarkovNoise:
         # Between two edges without data lies an empty interval, of no load and no weight: so that every array is
         # regular and slices serve where indices would take longer than the arithmetic.
         self._rows = intervals.left
-        self._variance = np.ones(len(intervals.edges) - 1)
-        self._variance[self._rows] = white
-        self._width = sum(process.loading.shape[1] for process in processes)
+        white = np.atleast_2d(white)
+        self._variance = np.ones((len(white), len(intervals.edges) - 1))
+        self._variance[:, self._rows] = white
+        self._width = sum(process.loading.shape[-1] for process in processes)
         self._states = len(intervals.edges) * self._width
+        self._processes = len(processes)
         self._loads = self._interval_means(intervals, processes)
         self.log_determinant = float(np.sum(np.log(self._variance)))
         if processes:
             self._factor = self._posterior_precision(np.diff(intervals.edges), processes)
 
-    def _interval_means(self, intervals: Intervals, processes: Sequence[MarkovProcess]) -> list[Array]:
-        """Loads of the interval means on the components at their two edges; the bridges' rests join the white part.
+    def _interval_means(self, intervals: Intervals, processes: Sequence[MarkovProcess]) -> list[list[Array]]:
+        """Loads of the interval means on the components at their two edges, output by output; the bridges' rests
+        join the white part.
 
         With a = Δ/τ: E[mean | edges] = tanh(a/2)/a · (sum of the edges), and the rest follows from the total.
         """
-        loads: list[Array] = []
+        loads: list[list[Array]] = [[] for _ in self._variance]
         for process in processes:
             a = intervals.length / process.correlation_time[intervals.left]
             share = np.tanh(0.5 * a) / a
             decay = np.exp(-a)
             rest = 2.0 * (a - 1.0 + decay) / a**2 - 2.0 * share**2 * (1.0 + decay)
             rest = np.where(a < _SMALL, a / 6.0, rest)
-            self._variance[self._rows] += process.deviation**2 * np.sum(process.loading**2, axis=1) * rest
-            for component in process.loading.T:
-                loads.append(np.zeros(len(self._variance)))
-                loads[-1][self._rows] = process.deviation * share * component
-        return loads + loads
+            for variance, load, loading in zip(self._variance, loads, _by_output(process.loading), strict=True):
+                variance[self._rows] += process.deviation**2 * np.sum(loading**2, axis=1) * rest
+                for component in loading.T:
+                    load.append(np.zeros(len(variance)))
+                    load[-1][self._rows] = process.deviation * share * component
+        return [load + load for load in loads]
 
     def _at(self, place: int) -> slice:
         """The states that the place-th load of every interval multiplies (left edges first, then right ones)."""
@@ -97,7 +103,7 @@ class MarkovNoise:
             diagonal = np.ones(len(step) + 1)
             diagonal[1:] = 1.0 / innovation
             diagonal[:-1] += decay**2 / innovation
-            count = process.loading.shape[1]
+            count = process.loading.shape[-1]
             for j in range(first, first + count):
                 bands[0, j::m] = diagonal
                 bands[m, j : self._states - m : m] = -decay / innovation
@@ -112,21 +118,34 @@ class MarkovNoise:
 
     def _add_data(self, bands: Array) -> None:
         """Add what the data know of the states: the products of the loads over the white variance."""
-        for p, load in enumerate(self._loads):
-            weighted = load / self._variance
-            for q in range(p + 1):
-                bands[p - q, self._at(q)] += weighted * self._loads[q]
+        for variance, loads in zip(self._variance, self._loads, strict=True):
+            for p, load in enumerate(loads):
+                weighted = load / variance
+                for q in range(p + 1):
+                    bands[p - q, self._at(q)] += weighted * loads[q]
 
     def weigh(self, data: Array) -> Array:
-        """C⁻¹ times data of shape (n, k)."""
-        scaled = np.zeros((data.shape[1], len(self._variance)))  # transposed: as the banded solver wants it
-        scaled[:, self._rows] = data.T
-        scaled /= self._variance
-        if self._loads:
-            right = np.zeros((data.shape[1], self._states))
-            for p, load in enumerate(self._loads):
-                right[:, self._at(p)] += load * scaled
-            state = dpbtrs(self._factor, right.T, lower=1, overwrite_b=1)[0].T
-            for p, load in enumerate(self._loads):
-                scaled -= load * state[:, self._at(p)] / self._variance
-        return scaled[:, self._rows].T
+        """C⁻¹ times data of shape (n, k), or (o n, k) for o outputs."""
+        outputs, columns = self._variance.shape[0], data.shape[1]
+        scaled = np.zeros((outputs, columns, self._variance.shape[1]))  # transposed: as the banded solver wants it
+        scaled[:, :, self._rows] = np.swapaxes(data.reshape(outputs, -1, columns), 1, 2)
+        scaled /= self._variance[:, None, :]
+        if self._processes:
+            self._take_off_explained(scaled)
+        return np.swapaxes(scaled[:, :, self._rows], 1, 2).reshape(-1, columns)
+
+    def _take_off_explained(self, scaled: Array) -> None:
+        """From data over white variance, (o, k, intervals), to C⁻¹ times data, in place."""
+        right = np.zeros((scaled.shape[1], self._states))
+        for part, loads in zip(scaled, self._loads, strict=True):
+            for p, load in enumerate(loads):
+                right[:, self._at(p)] += load * part
+        state = dpbtrs(self._factor, right.T, lower=1, overwrite_b=1)[0].T
+        for part, loads, variance in zip(scaled, self._loads, self._variance, strict=True):
+            for p, load in enumerate(loads):
+                part -= load * state[:, self._at(p)] / variance
+
+
+def _by_output(loading: Array) -> Array:
+    """Loadings (n, c) or (o, n, c) as (o, n, c)."""
+    return loading if loading.ndim == 3 else loading[None]

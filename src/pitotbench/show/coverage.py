@@ -71,7 +71,7 @@ def coverage_picture(cells: pd.DataFrame, path: Path) -> None:
         share.plot(cells.wind_coverage_percent, place, ".", color=GREY, ms=5, label="wind, 2σ")
         share.set_yticks(place, labels, fontsize=7)
         share.set(title="Share inside the bound", xlabel="[%]", xlim=(0.0, 101.0))
-        share.legend(loc="upper center", fontsize=7.5)
+        share.legend(loc="center", fontsize=7.5)
         size.plot(2.0 * cells.rms_error_kt, place, "o", ms=4, color=ORANGE, label="2 x true rms error")
         size.plot(cells.two_sigma_kt, place, "o", ms=4, color=BLUE, label="mean 2σ")
         size.plot(

@@ -1,0 +1,31 @@
+"""The vector form beside the scalar one, on the same flights, with heading and vanes off by random constants.
+
+    python scripts/verify_forms.py --seeds 100 > docs/forms.md
+
+Prints a page (Markdown) with one line a maneuver and form. About 5 CPU seconds a seed at 50/50 Hz.
+"""
+
+import argparse
+import os
+
+import pandas as pd
+
+from pitotbench.campaign.forms import FIRST_SCORED_SEED, score_all, summarize_forms
+from pitotbench.show.measured import forms_page
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--das", default="50/50", help="data system (default: %(default)s)")
+    parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")
+    parser.add_argument("--seeds", type=int, default=60, help="flights of each maneuver (default: %(default)s)")
+    parser.add_argument("--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes (default: one a core)")
+    options = parser.parse_args()
+    seeds = range(options.first, options.first + options.seeds)
+    table = summarize_forms(pd.DataFrame(score_all(seeds, options.turbulence, options.das, options.jobs)))
+    print(forms_page(table, seeds, {"turbulence": options.turbulence, "das": options.das}), end="")
+
+
+if __name__ == "__main__":
+    main()

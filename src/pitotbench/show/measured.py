@@ -1,0 +1,75 @@
+"""Pages under docs/ that tell what a campaign measured, beside the coverage campaign's own."""
+
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+
+import pandas as pd
+
+_PEERS = """# The bound beside its peers
+
+Every row is fitted to the same flights: {count} a maneuver (seeds {first} to {last}, {date:%Y-%m-%d}), light
+turbulence, random wind and Inverse+ error. `python scripts/compare_bounds.py --seeds {count}` repeats it. A 2σ
+should hold 95 % of the curve.
+
+- *white residuals*: Cramér-Rao bound of output error, residuals without memory (Klein and Morelli 2006).
+- *colored residuals, all lags*: the residual's autocorrelation put into that bound (Morelli and Klein 1997).
+- *HAC*: the same with a Bartlett window (Newey and West 1987).
+- *1 Hz filter of wind and scale*: an extended Kalman filter as small autopilots run it.
+- *per-point spread, fixed speed*: legs or turns at one speed each, bounded by twice their scatter (points, not the
+  whole curve; no row where a maneuver holds no speed).
+- *pitotbench*: `two_sigma_kt`; the last row is told the noise's levels and length instead of finding them.
+
+{table}
+
+Not knowing the noise widens the bound to {sharpness:.2f} times that of the estimator that knows it.
+"""
+_FORMS = """# Scalar and vector form
+
+Both forms on the same flights: seeds {first} to {last}, {turbulence} turbulence, {das} Hz, random wind and Inverse+
+error, {date:%Y-%m-%d}. Heading is off by a random constant (1° standard deviation), each vane by another (0.5°).
+A 2σ should hold 95 %. [method.md](method.md) says what the vector form adds.
+`python scripts/verify_forms.py --seeds {count}` repeats it.
+
+{table}
+"""
+_AUTO = """# `--model auto` on curves that no model of the table can draw
+
+Every flight is sensed with {truths} truths ({names}), their parameters random. Seeds {first} to {last},
+{turbulence} turbulence, {das} Hz, {date:%Y-%m-%d}. A 2σ should hold 95 %.
+`python scripts/verify_auto.py --maneuver {maneuver} --seeds {count} --first {first}` repeats it.
+
+{table}
+"""
+
+
+def peers_page(table: pd.DataFrame, seeds: Sequence[int]) -> str:
+    """The bounds of others beside ours, as Markdown."""
+    wide = table.pivot_table(index=["maneuver", "das"], columns="bound", values="mean 2σ [kt]")
+    sharpness = float((wide["pitotbench"] / wide["pitotbench, if the noise were known"]).mean())
+    return _PEERS.format(table=markdown_table(table), sharpness=sharpness, **_flown(seeds))
+
+
+def forms_page(table: pd.DataFrame, seeds: Sequence[int], asked: Mapping[str, str]) -> str:
+    """Both forms on the same flights, as Markdown; `asked`: turbulence and das."""
+    return _FORMS.format(table=markdown_table(table), **asked, **_flown(seeds))
+
+
+def auto_page(table: pd.DataFrame, truths: Sequence[str], seeds: Sequence[int], asked: Mapping[str, str]) -> str:
+    """Models weighed on truths outside their table, as Markdown; `asked`: maneuver, turbulence and das."""
+    names = ", ".join(truths)
+    return _AUTO.format(table=markdown_table(table), truths=len(truths), names=names, **asked, **_flown(seeds))
+
+
+def _flown(seeds: Sequence[int]) -> dict[str, object]:
+    return {"count": len(seeds), "first": seeds[0], "last": seeds[-1], "date": datetime.now(UTC)}
+
+
+def markdown_table(table: pd.DataFrame) -> str:
+    """A frame as a Markdown table, its columns' names as headings, numbers with three digits."""
+    head = "| " + " | ".join(str(name) for name in table.columns) + " |\n|" + "---|" * len(table.columns)
+    rows = ("| " + " | ".join(map(_cell, row)) + " |" for row in table.itertuples(index=False))
+    return "\n".join([head, *rows])
+
+
+def _cell(value: object) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)

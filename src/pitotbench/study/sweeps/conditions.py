@@ -19,6 +19,7 @@ AIRS = {"smooth": "smooth air", "light": "light turbulence"}
 ALTITUDES = (2000.0, 12000.0)  # ft, beside the usual 6,000
 TEMPERATURES = (-20.0, 20.0)  # K above standard
 _USUAL_ALTITUDE = 6000.0
+_SMALL = 0.1  # a factor below is printed with two digits that count
 _LOOKS = (Look("50/50", COVERING), Look("50/50", PAPER))
 
 
@@ -59,7 +60,7 @@ def _factors(evidence: Evidence, air: str, one: str, other: str) -> str:
     """Least and largest ratio of the mean bound of one variant to another, over the maneuvers."""
     mean = {v: [Spread.of(_bound(evidence, air, m, v)).mean for m in FLOWN] for v in (one, other)}
     found = [a / b for a, b in zip(mean[one], mean[other], strict=True)]
-    return f"{min(found):.2g} to {max(found):.2g}"
+    return " to ".join(f"{f:.2f}" if f > _SMALL else f"{f:.2g}" for f in (min(found), max(found)))
 
 
 def _charts(evidence: Evidence) -> Iterator[Lines]:
@@ -80,9 +81,9 @@ def _answer(evidence: Evidence) -> Reply:
     return Reply(
         f"In smooth air the covering 2σ at {top} is {_factors(evidence, 'smooth', top, bottom)} times that at "
         f"{bottom} ({', '.join(NAMES[m] for m in FLOWN)}), in light turbulence "
-        f"{_factors(evidence, 'light', middle, bottom)} times at {middle} and "
+        f"{_factors(evidence, 'light', middle, bottom)} times at {_USUAL_ALTITUDE:,.0f} ft and "
         f"{_factors(evidence, 'light', top, bottom)} times at {top}, where the light turbulence of MIL-F-8785C has "
-        f"died out. From {cold} to {warm} it changes by a factor of {_factors(evidence, 'light', warm, cold)}.",
+        f"died out. From {cold.replace('-', '−')} to {warm} it changes by a factor of {_factors(evidence, 'light', warm, cold)}.",
         tuple(_charts(evidence)),
     )
 

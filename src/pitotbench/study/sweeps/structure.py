@@ -35,7 +35,7 @@ def choices(evidence: Evidence) -> pd.DataFrame:
     for name, value in {**USUAL, "setting": "light"}.items():
         if name not in ("model", "change", "level"):
             fits = fits[fits[name] == value]
-    fits = fits[fits["change"].isin(TRUTHS) & (fits["failed"] == "")]
+    fits = fits[fits["change"].isin(TRUTHS) & (fits["failed"] == "") & fits["maneuver"].isin(PAPER_ORDER)]
     fits = fits[fits["seed"].isin(fits[fits["change"] == KNEE]["seed"].unique())]
     rows = []
     for (truth, maneuver, seed), group in fits.groupby(["change", "maneuver", "seed"], sort=False):

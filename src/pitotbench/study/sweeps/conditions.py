@@ -83,7 +83,8 @@ def _answer(evidence: Evidence) -> Reply:
         f"{bottom} ({', '.join(NAMES[m] for m in FLOWN)}), in light turbulence "
         f"{_factors(evidence, 'light', middle, bottom)} times at {_USUAL_ALTITUDE:,.0f} ft and "
         f"{_factors(evidence, 'light', top, bottom)} times at {top}, where the light turbulence of MIL-F-8785C has "
-        f"died out. From {cold.replace('-', '−')} to {warm} it changes by a factor of {_factors(evidence, 'light', warm, cold)}.",
+        f"died out. From {cold.replace('-', '−')} to {warm} it changes by a factor of "
+        f"{_factors(evidence, 'light', warm, cold)}.",
         tuple(_charts(evidence)),
     )
 

@@ -67,12 +67,19 @@ def panel(
     legend_columns: int = 3,
 ) -> Panel:
     """A panel of a size [in] with what `draw` puts on its axes; labeled artists go to a legend above the data."""
+    with drawn(draw, size, legend_columns) as figure:
+        return Panel(title, svg(figure, title), note)
+
+
+@contextmanager
+def drawn(draw: Callable[[Axes], None], size: tuple[float, float], legend_columns: int) -> Iterator[Figure]:
+    """The figure of a panel, to be saved inside the `with`."""
     with canvas(1, 1, *size) as (figure, (axes,)):
         draw(axes)
         handles, labels = axes.get_legend_handles_labels()
         if handles:
             figure.legend(handles, labels, loc="outside upper left", ncols=legend_columns, borderaxespad=0.1)
-        return Panel(title, svg(figure, title), note)
+        yield figure
 
 
 @contextmanager

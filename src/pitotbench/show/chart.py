@@ -1,0 +1,57 @@
+"""What a picture of numbers shows, as data: no drawing library is loaded here."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+Numbers = Sequence[float]
+
+
+@dataclass(frozen=True, slots=True)
+class BarSeries:
+    """One bar a group, of one kind: heights and their standard deviations over seeds (NaN where unknown)."""
+
+    label: str
+    heights: Numbers
+    spreads: Numbers
+
+
+@dataclass(frozen=True, slots=True)
+class Bars:
+    """Groups of bars with spread bars."""
+
+    title: str
+    note: str
+    ylabel: str
+    groups: Sequence[str]
+    series: Sequence[BarSeries]
+    name: str = ""  # of the file
+
+
+@dataclass(frozen=True, slots=True)
+class LineSeries:
+    """Points of one label: a line, marks, a dashed line, or a band of ± the spreads around a line."""
+
+    label: str
+    x: Numbers
+    y: Numbers
+    spreads: Numbers | None = None
+    style: Literal["line", "marks", "dashed", "band", "steps", "limit"] = "line"
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """Lines over a common axis."""
+
+    title: str
+    note: str
+    xlabel: str
+    ylabel: str
+    series: Sequence[LineSeries]
+    name: str = ""
+    log_x: bool = False
+    log_y: bool = False
+    equal: bool = False
+
+
+Chart = Bars | Lines

@@ -1,0 +1,1 @@
+"""The paper's simulator study, claim by claim, and the questions that it left open."""

@@ -6,18 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench import air
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_table, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sense.channels import CHANNELS, Channel
 from pitotbench.sense.das import has_velocity_down, require_rates
+from pitotbench.sense.disturbance import PROBES, disturbed, felt, spoiled
 from pitotbench.sense.sampling import Instants, Schedule, flight_rate, schedule
 from pitotbench.sense.sensor import (
     add_noise,
-    indicated_impact_pressure,
-    known_curve,
     noise_stream,
     quantize,
     saturate,
@@ -31,15 +29,17 @@ _FULL_TURN = 2.0 * np.pi
 def record(flight: Flight, das: DataSystem, sensor_seed: int, velocity_down: bool | None = None) -> FlightLog:
     """What a data system records of a flight: deterministic for one flight, system and seed.
 
-    The chain is truth, position error, latency, white noise, range, resolution; GPS velocity and altitude are
+    The chain is truth, position error, the case's effects on the probes, latency, white noise, range, resolution,
+    the effects on the samples; GPS velocity and altitude are
     sampled at the GPS rate and held to the air-data rate. `velocity_down` None leaves it to the kind of system.
     Raises BadInputError where the rates do not fit the flight or the pressure error cannot be applied.
     """
     require_rates(das, flight_rate(flight["time"]))
+    flight = disturbed(flight, das)
     when = schedule(flight["time"], das.air_rate, das.gps_rate, das.air_latency, das.gps_latency)
     down = has_velocity_down(das) if velocity_down is None else velocity_down
     plain = [c for c in CHANNELS if c.name in flight.channels]
-    return FlightLog(
+    log = FlightLog(
         time=when.time,
         **_air_data(flight, das, when.air, sensor_seed),
         **_velocities(flight, das, when, sensor_seed, down),
@@ -49,14 +49,13 @@ def record(flight: Flight, das: DataSystem, sensor_seed: int, velocity_down: boo
         on_condition=flight.on_condition[when.rows.below],
         header=header(flight.case, das, sensor_seed),
     )
+    return spoiled(log, flight.case)
 
 
 def _air_data(flight: Flight, das: DataSystem, when: Instants, seed: int) -> dict[str, Array]:
     """Impact pressure, static pressure and total temperature as recorded."""
-    static, temperature = when.of(flight["static_pressure"]), when.of(flight["air_temperature"])
-    impact = when.of(flight["total_pressure"]) - static
-    indicated = indicated_impact_pressure(impact, known_curve(flight.case.pressure_error))
-    probe = air.total_temperature(temperature, air.mach_from_impact_pressure(impact, static), das.recovery_factor)
+    probes = felt(flight, das, when.of)
+    static, indicated, probe = (probes[name] for name in PROBES)
 
     def noisy(name: str, values: Array, deviation: float) -> Array:
         return add_noise(values, deviation, noise_stream(seed, name, das))

@@ -37,14 +37,14 @@ class Air:
     seed: int = 1
 
     @classmethod
-    def of(cls, case: Case) -> "Air":
-        """The air of a case. Raises UnknownNameError for an unknown turbulence name."""
+    def of(cls, case: Case, warmer: float = 0.0) -> "Air":
+        """The air of a case, `warmer` [K] by its effects. Raises UnknownNameError for an unknown turbulence name."""
         wind = case.wind
         return cls(
             north=-wind.speed * cos(wind.from_direction),
             east=-wind.speed * sin(wind.from_direction),
             down=-wind.up,
-            temperature_offset=case.temperature_offset,
+            temperature_offset=case.temperature_offset + warmer,
             severity=SEVERITY[case.turbulence],
             seed=turbulence_seed(case.truth_seed),
         )

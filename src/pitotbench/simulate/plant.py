@@ -1,17 +1,22 @@
 """JSBSim as a plant: load, start in the air, run. Its silent failures become errors here."""
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from math import degrees, isfinite, pi
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import jsbsim
 
 from pitotbench.catalog import UnknownNameError, explain
+from pitotbench.effects import Overlay
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.atmosphere import Air, blow, stir
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.properties import PROPERTIES, Property, check_table, parse_catalog
 from pitotbench.simulate.transcript import Transcript
+from pitotbench.simulate.variant import write_variant
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 LATITUDE = 35.4  # deg: Tullahoma, Tennessee, where the paper's aircraft flew
@@ -51,13 +56,21 @@ class Plant:
         self._watched = [self.getter(name)[0] for name in watched]  # ft, rad
 
     @classmethod
-    def load(cls, aircraft: str = "navajo", rate: float = 100.0) -> "Plant":
-        """Load an aircraft of the hangar, to be run at a rate [Hz].
+    def load(cls, aircraft: str = "navajo", rate: float = 100.0, overlay: Overlay | None = None) -> "Plant":
+        """Load an aircraft of the hangar, to be run at a rate [Hz], with what effects put on it.
 
         Raises UnknownNameError for an unknown aircraft or a property that it lacks, SimulationError where
         JSBSim refuses the file.
         """
-        folder = find_aircraft(aircraft)
+        with ExitStack() as stack:
+            folder = find_aircraft(aircraft)
+            if overlay is not None and not overlay.is_empty():
+                shelf = stack.enter_context(TemporaryDirectory(prefix="pitotbench-"))
+                folder = write_variant(folder, Path(shelf), aircraft, overlay)
+            return cls._load(aircraft, folder, rate)
+
+    @classmethod
+    def _load(cls, aircraft: str, folder: Path, rate: float) -> "Plant":
         transcript = Transcript()
         jsbsim.set_logger(transcript)
         jsbsim.FGJSBBase().debug_lvl = 0  # type: ignore[no-untyped-call]
@@ -108,6 +121,10 @@ class Plant:
         """
         if not self.fdm.run_ic():
             raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
+    def serves(self, path: str) -> bool:
+        """Whether the aircraft has a property of this path."""
+        return path in self._access
+
 
     def _line(self, name: str) -> Property:
         if "/" not in name:

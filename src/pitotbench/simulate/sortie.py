@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.effects import EFFECTS
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
 from pitotbench.simulate.atmosphere import Air
+from pitotbench.simulate.modified import mark_recording, overlay_of
 from pitotbench.simulate.maneuvers import MANEUVERS, Maneuver
 from pitotbench.simulate.maneuvers.card import Card, override
 from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit, Targets
@@ -27,16 +27,16 @@ def fly(case: Case, progress: Progress | None = None) -> Flight:
     Deterministic: one case gives one flight, bit for bit, in any process on one platform. Time is the
     simulator's; it jumps where set-up between speeds was flown unrecorded. `progress(seconds, label)` is
     called as each segment begins.
-    Raises UnknownNameError for an unknown aircraft, maneuver, card entry, turbulence or pilot;
+    Raises UnknownNameError for an unknown aircraft, maneuver, card entry, turbulence, pilot or effect;
+    BadInputError for an effect's parameters that cannot be;
     SimulationError where the case cannot be flown.
     """
     maneuver = MANEUVERS[case.maneuver]
-    for effect in case.effects:
-        _ = EFFECTS[effect.name]
+    overlay = overlay_of(case)
     card = override(maneuver.card, case.card)
-    air = Air.of(case)
+    air = Air.of(case, overlay.temperature_offset)
     pilot = PILOTS[case.pilot]
-    plant = Plant.load(case.aircraft)
+    plant = Plant.load(case.aircraft, overlay=overlay)
     plant.start(case.altitude, card.speeds[0], air=air)
     targets = Targets(card.speeds[0], 0.0, case.altitude)
     cockpit = Cockpit(plant, card, targets, pilot(plant, case.truth_seed))
@@ -86,6 +86,8 @@ def _fly_card(
             progress(plant.get("time"), announced)
         cockpit.fly()
         before = cockpit.on_condition()
+        if cockpit.recorded and not marks.steps:
+            mark_recording(plant)
         (recorder if cockpit.recorded else plant).advance(steps)
         plant.check()
         cockpit.look()

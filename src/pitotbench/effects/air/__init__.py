@@ -1,0 +1,1 @@
+"""Effects in the air that the aircraft flies through."""

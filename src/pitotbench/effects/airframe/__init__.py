@@ -1,0 +1,1 @@
+"""Effects in the airframe: drag, mass, trim, controls."""

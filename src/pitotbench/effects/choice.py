@@ -1,0 +1,63 @@
+"""From the effects that a case names to effects with sizes, or one error that lists what is wrong."""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import Protocol
+
+from pitotbench.catalog import Catalog, explain
+from pitotbench.effects.effect import Effect, Parameter
+from pitotbench.records.errors import BadInputError
+
+
+class Named(Protocol):
+    """A case's entry: the name of an effect and its parameters."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def parameters(self) -> Mapping[str, float]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """An effect and its sizes."""
+
+    effect: Effect
+    sizes: Mapping[str, float]
+
+
+def choose(entries: Iterable[Named], effects: Catalog[Effect]) -> tuple[Choice, ...]:
+    """The effects of a case that have a size, checked.
+
+    Raises UnknownNameError for an unknown effect; BadInputError, all problems at once, for an effect named
+    twice and for unknown, missing and implausible parameters.
+    """
+    chosen = [Choice(effects[entry.name], entry.parameters) for entry in entries]
+    counts = Counter(c.effect.name for c in chosen)
+    problems = [f"{name}: named {n} times; name it once" for name, n in counts.items() if n > 1]
+    problems += [problem for c in chosen for problem in _problems(c)]
+    if problems:
+        raise BadInputError("effects: " + "; ".join(problems))
+    return tuple(c for c in chosen if not c.effect.is_off(c.sizes))
+
+
+def _problems(choice: Choice) -> Iterator[str]:
+    name, known = choice.effect.name, {p.name: p for p in choice.effect.parameters}
+    for key, value in choice.sizes.items():
+        if key not in known:
+            yield f"{name}: {explain('parameter', key, list(known))}"
+        elif not _plausible(value, known[key]):
+            p = known[key]
+            yield f"{name}: {key} = {value:g} is not within {p.low:g} to {p.high:g}"
+    sizes = [p for p in known.values() if not p.shape]
+    for p in sizes:
+        if p.name not in choice.sizes:
+            yield f"{name}: {p.name} is missing (typically {p.typical:g}; 0 for none)"
+
+
+def _plausible(value: float, parameter: Parameter) -> bool:
+    off = value == 0.0 and not parameter.shape
+    return isfinite(value) and (off or parameter.low <= value <= parameter.high)

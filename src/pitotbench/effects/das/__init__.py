@@ -1,0 +1,1 @@
+"""Effects in the data system: clocks, samples, words, sensors other than pressure."""

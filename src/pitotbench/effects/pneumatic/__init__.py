@@ -1,0 +1,1 @@
+"""Effects between the pressure ports and the transducers."""

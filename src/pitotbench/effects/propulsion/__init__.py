@@ -1,0 +1,1 @@
+"""Effects in engines, propellers and their gauges."""

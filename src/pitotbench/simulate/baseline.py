@@ -1,0 +1,55 @@
+"""What effects must know of an aircraft, read from its JSBSim files."""
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from pitotbench.effects import Baseline
+from pitotbench.effects.overlay import AeroFunction, Engine, Point
+from pitotbench.units import FOOT
+
+_INCHES = {"IN": 1.0, "FT": 12.0, "M": 12.0 / FOOT}
+
+
+def read_baseline(folder: Path) -> Baseline:
+    """The baseline of the aircraft in a folder: center of gravity, aerodynamic functions, engines, settings."""
+    root = ET.parse(folder / f"{folder.name}.xml").getroot()
+    return Baseline(
+        aircraft=folder.name,
+        center_of_gravity=_point(root.find("mass_balance/location[@name='CG']")),
+        functions=tuple(_functions(root)),
+        engines=tuple(_engine(folder, element) for element in root.findall("propulsion/engine")),
+        declared=_declared(folder),
+    )
+
+
+def _functions(root: ET.Element) -> list[AeroFunction]:
+    found = []
+    for axis in root.findall("aerodynamics/axis"):
+        for function in axis.findall("function"):
+            reads = frozenset((p.text or "").strip() for p in function.iter("property"))
+            found.append(AeroFunction(axis.get("name", ""), function.get("name", ""), reads))
+    return found
+
+
+def _engine(folder: Path, element: ET.Element) -> Engine:
+    file = folder / "Engines" / f"{element.get('file')}.xml"
+    fuel = ET.parse(file).getroot().findtext("bsfc") if file.is_file() else None
+    return Engine(_point(element.find("thruster/location")), float(fuel) if fuel else 0.0)
+
+
+def _declared(folder: Path) -> dict[str, float]:
+    found = {}
+    for file in sorted(folder.rglob("*.xml")):
+        for element in ET.parse(file).getroot().iter("property"):
+            value, path = element.get("value"), (element.text or "").strip()
+            if value is not None and path:
+                found[path] = float(value)
+    return found
+
+
+def _point(location: ET.Element | None) -> Point:
+    if location is None:
+        return (0.0, 0.0, 0.0)
+    factor = _INCHES.get(location.get("unit", "IN"), 1.0)
+    x, y, z = (float(location.findtext(axis) or 0.0) * factor for axis in "xyz")
+    return (x, y, z)

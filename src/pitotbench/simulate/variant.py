@@ -1,0 +1,128 @@
+"""Aircraft variants: a copy of an aircraft's folder with the overlay of effects written into its JSBSim file."""
+
+import shutil
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from pitotbench.effects import Overlay
+from pitotbench.effects.expression import Expression
+from pitotbench.effects.overlay import Point
+from pitotbench.records.errors import BadInputError
+
+ROOT = "effects"  # of the property tree: sizes, functions and outputs of an overlay
+RECORDING_START = "bench/recording-start-s"  # simulator's time of the first recorded sample
+NOT_YET = 1e9  # s, its value until recording begins
+
+
+def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> Path:
+    """Write a variant of an aircraft into a new folder `<shelf>/<name>` and return it.
+
+    The original is copied, never changed; the file keeps its comments. A variant may itself be the original: the
+    new effects then come on top. Raises BadInputError where the folder is there already.
+    """
+    folder = shelf / name
+    if folder.exists():
+        raise BadInputError(f"{folder} is there already; choose another name for the variant")
+    tree = _parsed(original / f"{original.name}.xml")
+    _insert(tree.getroot(), overlay)
+    shutil.copytree(original, folder)
+    (folder / f"{original.name}.xml").unlink()
+    ET.indent(tree)
+    tree.write(folder / f"{name}.xml", encoding="unicode")
+    return folder
+
+
+def _parsed(file: Path) -> "ET.ElementTree[ET.Element]":
+    return ET.parse(file, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
+
+
+def _insert(root: ET.Element, overlay: Overlay) -> None:
+    """Put each part of an overlay where JSBSim looks for it, under a branch of properties that is still free."""
+    taken = {element.get("name") for element in root.iter("system")}
+    branch = next(name for n in range(1, 100) if (name := f"{ROOT}-{n}" if n > 1 else ROOT) not in taken)
+    _insert_system(root, overlay, branch)
+    for number, function in enumerate(overlay.functions):
+        axis = _part(_part(root, "aerodynamics"), f"axis[@name='{function.axis}']")
+        axis.append(_function(f"{branch}/{function.axis.lower()}-{number}", function.value, branch))
+    for mass in overlay.masses:
+        point = ET.SubElement(_part(root, "mass_balance"), "pointmass", name=f"{branch} {_next_mass(root)}")
+        ET.SubElement(point, "weight", unit="LBS").text = "0"
+        point.append(_location(mass.location))
+    if overlay.forces:
+        _insert_forces(root, overlay, branch)
+
+
+def _next_mass(root: ET.Element) -> int:
+    """The number that JSBSim gives to the next point mass."""
+    return len(root.findall("mass_balance/pointmass"))
+
+
+def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
+    """A system with the sizes as properties and a component for every property that is written at each step."""
+    system = ET.Element("system", name=branch)
+    declared = (*overlay.sizes, *(((RECORDING_START, NOT_YET),) if overlay.winds else ()))
+    for path, value in declared:
+        ET.SubElement(system, "property", value=repr(value)).text = _on(branch, path)
+    channel = ET.SubElement(system, "channel", name=branch)
+    channel.extend(ET.fromstring(_on(branch, text)) for text in overlay.filters)
+    masses = _next_mass(root)
+    outputs = [(s.path, s.value) for s in overlay.settings]
+    outputs += [
+        (f"inertia/pointmass-weight-lbs[{masses + i}]", mass.weight) for i, mass in enumerate(overlay.masses)
+    ]
+    outputs += _gusts(overlay)
+    for number, (path, value) in enumerate(outputs):
+        component = ET.SubElement(channel, "fcs_function", name=f"{branch}/output-{number}")
+        component.append(_function(None, value, branch))
+        ET.SubElement(component, "output").text = path
+    position = max(i for i, element in enumerate(root) if element.tag in ("system", "propulsion")) + 1
+    root.insert(position, system)
+
+
+def _gusts(overlay: Overlay) -> list[tuple[str, Expression]]:
+    """The wind of all terms, on the property that JSBSim adds to steady wind and turbulence."""
+    found = []
+    for toward in ("north", "east", "down"):
+        terms = [wind.value for wind in overlay.winds if wind.toward == toward]
+        path = f"atmosphere/gust-{toward}-fps"
+        if terms:
+            found.append((path, "<sum>" + "".join(terms) + "</sum>"))
+    return found
+
+
+def _insert_forces(root: ET.Element, overlay: Overlay, branch: str) -> None:
+    reactions = root.find("external_reactions")
+    if reactions is None:
+        reactions = ET.SubElement(root, "external_reactions")
+    for number, force in enumerate(overlay.forces):
+        element = ET.SubElement(reactions, "force", name=f"{branch}-{number}", frame="BODY")
+        element.append(_function(None, force.value, branch))
+        element.append(_location(force.location))
+        direction = ET.SubElement(element, "direction")
+        for axis, value in zip("xyz", ("1", "0", "0"), strict=True):
+            ET.SubElement(direction, axis).text = value
+
+
+def _function(name: str | None, value: Expression, branch: str) -> ET.Element:
+    element = ET.Element("function", {"name": name} if name else {})
+    element.append(ET.fromstring(_on(branch, value)))
+    return element
+
+
+def _location(point: Point) -> ET.Element:
+    element = ET.Element("location", unit="IN")
+    for axis, value in zip("xyz", point, strict=True):
+        ET.SubElement(element, axis).text = repr(value)
+    return element
+
+
+def _part(element: ET.Element, path: str) -> ET.Element:
+    found = element.find(path)
+    if found is None:
+        raise BadInputError(f"the aircraft's file has no {path}, which an effect adds to; leave the effect out")
+    return found
+
+
+def _on(branch: str, text: str) -> str:
+    """Text with the overlay's own properties under a branch."""
+    return text.replace(f"{ROOT}/", f"{branch}/")

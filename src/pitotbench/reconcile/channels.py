@@ -8,6 +8,7 @@ out later as columns of a regression.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from pitotbench import air
 from pitotbench.reconcile.grid import Grid
@@ -17,6 +18,9 @@ from pitotbench.units import Array, MetersPerSecond, Radians
 
 FORCES, MOMENTS, ENGINES = REACTION_NAMES[:3], REACTION_NAMES[3:6], REACTION_NAMES[6:]
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
+TIMING = 0.1  # s, one step of the replay
+NEAR = 4  # instants on either side
+QUICK = 6.0  # times the usual rate: gusts and sensor noise stay below
 UNITS = {
     **dict.fromkeys(("airspeed_along", "airspeed_across", "airspeed_down"), "m/s"),
     "pressure_height": "m",
@@ -89,11 +93,11 @@ def air_velocity(track: Track) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
-    """Residual channels by name, (n, c); `valid` is false where a difference reaches over the start of a stretch."""
+    """Residual channels by name, (n, c); `slack` is the deviation that the model adds where it changes quickly."""
 
     names: tuple[str, ...]
     values: Array
-    valid: Array
+    slack: Array
 
 
 def residuals(track: Track, grid: Grid, frame: Frame, model: Replay | None) -> Residuals:
@@ -108,9 +112,23 @@ def residuals(track: Track, grid: Grid, frame: Frame, model: Replay | None) -> R
         parts |= _forces(track, grid, model, answer) | _engines(track, grid, model, answer)
         late |= _moments(track, grid, model, answer)
     names = (*parts, *late)
-    valid = np.ones((len(grid), len(names)), dtype=np.bool_)
-    valid[:, len(parts) :] = ~grid.first[:, None]
-    return Residuals(names, np.stack([*parts.values(), *late.values()], axis=1), valid)
+    slack = np.zeros((len(grid), len(names)))
+    if model is not None:
+        slack = _slack(grid, model, names)
+    return Residuals(names, np.stack([*parts.values(), *late.values()], axis=1), slack)
+
+
+def _slack(grid: Grid, model: Replay, names: tuple[str, ...]) -> Array:
+    """What a model that is early or late by `TIMING` errs where it changes quickly: an engine's answer to a lever, a
+    propeller that meets its stop; seen by the instants near it as well."""
+    slack = np.zeros((len(grid), len(names)))
+    rate = np.abs(np.gradient(grid.smooth_answer(model.values, model.rows), axis=0)) / grid.step
+    quick = np.maximum(0.0, rate - QUICK * np.median(rate, axis=0)) * TIMING
+    near = maximum_filter1d(quick, 2 * NEAR + 1, axis=0)
+    for i, name in enumerate(REACTION_NAMES):
+        if name in (FORCES[0], *ENGINES) and name in names:
+            slack[:, names.index(name)] = near[:, i]
+    return slack
 
 
 def _triangle(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:

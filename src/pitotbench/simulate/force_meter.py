@@ -18,6 +18,7 @@ from pitotbench.simulate.properties import PROPERTIES
 from pitotbench.units import FOOT, POUND, Array
 
 RUN_IN = 12.0  # s, for the engines at the first state and after every gap
+FREE = 0.2  # s between states up to which the airplane flies on between them; over longer ones it is held
 GAP = 1.5  # s between two states: a longer one is a gap
 FULL = ("specific_force_x", "specific_force_y", "specific_force_z")
 ENGINE = ("manifold_pressure", "propeller_speed", "fuel_flow")
@@ -67,6 +68,10 @@ def _prepare(plant: Plant, motion: Motion) -> tuple[Array, Array]:
     plant.start(height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset))
     for mode in ("lateral_mode", "pitch_mode", "throttle_mode", "throttle_command"):
         plant.set(mode, 0)
+    if float(np.median(np.diff(motion.time))) > FREE:
+        for part in ("translational", "rotational"):
+            for what in ("rate", "position"):
+                plant.set(f"simulation/integrator/{what}/{part}", 0)  # none: only engines and systems go on
     excess = (plant.get("mass") - float(motion.mass[0])) / POUND
     for tank in TANKS:
         plant.set(tank, plant.get(tank) - excess / len(TANKS))

@@ -1,0 +1,135 @@
+"""What is unknown in every log and must not pass for an effect: wind, error curve, sensor biases, the day's air.
+
+Each is a column of the regression with a prior deviation: wide for what nobody knows (wind, curve, sea-level pressure
+and temperature), the accuracy class of the usual instrument for a bias.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench.pressure_error import INVERSE_PLUS, REFERENCE_PRESSURE
+from pitotbench.reconcile.channels import Frame, Residuals, residuals
+from pitotbench.reconcile.grid import Grid
+from pitotbench.reconcile.replay import Replay
+from pitotbench.reconcile.track import Track
+from pitotbench.units import Array
+
+WIND_DEVIATION = (40.0, 40.0, 1.0)  # m/s toward north, east, down
+CURVE_DEVIATION = 0.2  # of each parameter of Δp/q_c
+ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
+    "angle_of_attack": 0.005,
+    "sideslip": 0.005,
+    "roll": 0.005,
+    "pitch": 0.005,
+    "heading": 0.010,
+}
+OFFSETS = {  # of a residual channel [its unit]
+    "pressure_height": 500.0,
+    "temperature": 30.0,
+    "acceleration_down": 0.05,
+    "specific_force_x": 0.005,
+    "specific_force_y": 0.02,
+    "specific_force_z": 0.02,
+}
+WITH_HEIGHT = {"pressure_height": 0.05, "temperature": 0.005}  # a meter of height: the day's lapse
+EARTH_RATE = 1.5e-4  # rad/s, twice the earth's, of which latitude lets a share act
+
+
+@dataclass(frozen=True, slots=True)
+class Nuisance:
+    """Columns of the regression: names, change of the residuals a unit, (n, c, k), prior deviations, (k,)."""
+
+    names: tuple[str, ...]
+    columns: Array
+    deviations: Array
+
+
+Change = Callable[[Track], Track]
+
+
+def nuisance(clean: Track, grid: Grid, frame: Frame, model: Replay | None, base: Residuals) -> Nuisance:
+    """All nuisances that the residual channels of a log call for."""
+    found: dict[str, tuple[Array, float]] = {}
+    for name, (change, step, deviation) in _changes(clean).items():
+        moved = residuals(change(clean), grid, frame, model).values - base.values
+        found[name] = (moved / step, deviation)
+    found |= _wind(grid, frame, base) | _offsets(clean, grid, base) | _earth(clean, grid, frame, base)
+    columns = np.stack([column for column, _ in found.values()], axis=2)
+    return Nuisance(tuple(found), columns, np.array([deviation for _, deviation in found.values()]))
+
+
+def _changes(clean: Track) -> Mapping[str, tuple[Change, float, float]]:
+    changes: dict[str, tuple[Change, float, float]] = {}
+    basis = INVERSE_PLUS.basis(clean["impact_pressure"] / REFERENCE_PRESSURE)
+    for i, name in enumerate(INVERSE_PLUS.parameter_names):
+        changes[f"curve {name}"] = (_scaled(basis[:, i]), 0.01, CURVE_DEVIATION)
+    for name, deviation in ANGLE_BIAS.items():
+        if name in clean:
+            changes[f"{name} bias"] = (_shifted(name, 0.002), 0.002, deviation)
+    return changes
+
+
+def _scaled(term: Array) -> Change:
+    return lambda track: track.replaced({"impact_pressure": track["impact_pressure"] * (1.0 - 0.01 * term)})
+
+
+def _shifted(name: str, step: float) -> Change:
+    return lambda track: track.replaced({name: track[name] + step})
+
+
+def _wind(grid: Grid, frame: Frame, base: Residuals) -> dict[str, tuple[Array, float]]:
+    found = {}
+    for i, (name, deviation) in enumerate(zip(("north", "east", "down"), WIND_DEVIATION, strict=True)):
+        toward = np.zeros((len(grid), 3))
+        toward[:, i] = 1.0
+        found[f"wind {name}"] = (in_triangle(toward, frame, base), deviation)
+    return {name: pair for name, pair in found.items() if pair[0].any()}
+
+
+def in_triangle(wind: Array, frame: Frame, base: Residuals) -> Array:
+    """What a wind toward north, east, down [m/s], (n, 3), adds to the residuals, (n, c)."""
+    column = np.zeros_like(base.values)
+    down = "airspeed_down" in base.names
+    parts = frame.turned(wind, down)
+    for i, name in enumerate(("airspeed_along", "airspeed_across", "airspeed_down")[: parts.shape[1]]):
+        column[:, base.names.index(name)] = parts[:, i]
+    return column
+
+
+def _offsets(clean: Track, grid: Grid, base: Residuals) -> dict[str, tuple[Array, float]]:
+    found = {}
+    for name, deviation in OFFSETS.items():
+        if name in base.names:
+            found[f"{name} offset"] = (_in_channel(base, name, np.ones(len(grid))), deviation)
+    if "altitude" in clean:
+        height = grid.smooth(clean["altitude"])
+        for name, deviation in WITH_HEIGHT.items():
+            if name in base.names:
+                found[f"{name} lapse"] = (_in_channel(base, name, height - height.mean()), deviation)
+    return found
+
+
+def _earth(clean: Track, grid: Grid, frame: Frame, base: Residuals) -> dict[str, tuple[Array, float]]:
+    """Coriolis acceleration: the latitude's sine acts in the horizontal, its cosine in the vertical."""
+    if "acceleration_forward" not in base.names:
+        return {}
+    north, east = grid.smooth(clean["velocity_north"]), grid.smooth(clean["velocity_east"])
+    down = "acceleration_down" in base.names
+    turning = np.stack([-east, north, np.zeros_like(east)], axis=1)
+    lifting = np.stack([np.zeros_like(east), np.zeros_like(east), -east], axis=1)
+    found = {}
+    for name, vector in (("earth turning", turning), ("earth lifting", lifting)):
+        column = np.zeros_like(base.values)
+        parts = frame.turned(vector, down)
+        for i, axis in enumerate(("forward", "right", "down")[: parts.shape[1]]):
+            column[:, base.names.index(f"acceleration_{axis}")] = np.where(grid.first, 0.0, parts[:, i])
+        found[name] = (column, EARTH_RATE)
+    return {name: pair for name, pair in found.items() if pair[0].any()}
+
+
+def _in_channel(base: Residuals, name: str, values: Array) -> Array:
+    column = np.zeros_like(base.values)
+    column[:, base.names.index(name)] = values
+    return column

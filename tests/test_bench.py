@@ -43,5 +43,5 @@ def test_wind_blows_from_where_it_is_said():
 
 
 def test_an_unknown_effect_is_refused_not_ignored():
-    with pytest.raises(UnknownNameError, match="effect.*belly_pod"):
+    with pytest.raises(UnknownNameError, match=r"effect.*belly_pod"):
         bench.fly(Case(effects=(EffectSpec("jelly_pod"),)))

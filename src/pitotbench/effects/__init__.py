@@ -3,10 +3,30 @@
 from collections.abc import Iterable
 
 from pitotbench.catalog import Catalog
+from pitotbench.effects.air.nonstandard_temperature import NONSTANDARD_TEMPERATURE
+from pitotbench.effects.air.sea_breeze_front import SEA_BREEZE_FRONT
+from pitotbench.effects.air.turbulence_level import TURBULENCE_LEVEL
+from pitotbench.effects.air.turbulence_scale import TURBULENCE_SCALE
+from pitotbench.effects.air.updraft import UPDRAFT
+from pitotbench.effects.air.wind_drift import WIND_DRIFT
+from pitotbench.effects.air.wind_shear import WIND_SHEAR
 from pitotbench.effects.airframe.belly_pod import BELLY_POD
+from pitotbench.effects.airframe.control_effectiveness import CONTROL_EFFECTIVENESS
+from pitotbench.effects.airframe.induced_drag import INDUCED_DRAG
+from pitotbench.effects.airframe.loading import CENTER_OF_GRAVITY, MASS
+from pitotbench.effects.airframe.not_retracted import FLAP_NOT_UP, GEAR_NOT_UP
+from pitotbench.effects.airframe.trim_offset import TRIM_OFFSET
+from pitotbench.effects.airframe.turn_drag import TURN_DRAG
 from pitotbench.effects.choice import Choice as Choice
 from pitotbench.effects.choice import Named, choose
+from pitotbench.effects.das.antenna_lever_arm import ANTENNA_LEVER_ARM
+from pitotbench.effects.das.clock_drift import CLOCK_DRIFT
+from pitotbench.effects.das.dropped_samples import DROPPED_SAMPLES
 from pitotbench.effects.das.gps_latency import GPS_LATENCY
+from pitotbench.effects.das.quantization import QUANTIZATION
+from pitotbench.effects.das.sample_and_hold import SAMPLE_AND_HOLD
+from pitotbench.effects.das.saturation import SATURATION
+from pitotbench.effects.das.temperature_probe import RECOVERY_DEFICIT, TEMPERATURE_BIAS
 from pitotbench.effects.effect import AircraftEffect as AircraftEffect
 from pitotbench.effects.effect import AirEffect as AirEffect
 from pitotbench.effects.effect import Effect as Effect
@@ -14,14 +34,80 @@ from pitotbench.effects.effect import Parameter as Parameter
 from pitotbench.effects.effect import SensorEffect as SensorEffect
 from pitotbench.effects.overlay import Baseline as Baseline
 from pitotbench.effects.overlay import Overlay as Overlay
+from pitotbench.effects.pneumatic.attitude_static_error import ALPHA_STATIC_ERROR, SIDESLIP_STATIC_ERROR
+from pitotbench.effects.pneumatic.height_dependent_lag import HEIGHT_DEPENDENT_LAG
+from pitotbench.effects.pneumatic.hysteresis import HYSTERESIS
 from pitotbench.effects.pneumatic.line_lag import PITOT_LAG, STATIC_LAG
+from pitotbench.effects.pneumatic.line_leak import LINE_LEAK
+from pitotbench.effects.pneumatic.local_static_bump import LOCAL_STATIC_BUMP
+from pitotbench.effects.pneumatic.propwash_error import PROPWASH_ERROR
+from pitotbench.effects.pneumatic.second_order_line import SECOND_ORDER_LINE
+from pitotbench.effects.pneumatic.static_source_change import STATIC_SOURCE_CHANGE
+from pitotbench.effects.pneumatic.total_pressure_loss import INCLINED_PITOT_LOSS, TOTAL_PRESSURE_LOSS
+from pitotbench.effects.pneumatic.transducer_drift import TEMPERATURE_DRIFT, TIME_DRIFT
+from pitotbench.effects.pneumatic.water_in_line import WATER_IN_LINE
+from pitotbench.effects.pneumatic.zero_offset import IMPACT_ZERO_OFFSET, STATIC_ZERO_OFFSET
+from pitotbench.effects.propulsion.governor_speed import GOVERNOR_SPEED
+from pitotbench.effects.propulsion.manifold_pressure_gauge import MANIFOLD_PRESSURE_GAUGE
+from pitotbench.effects.propulsion.power_deficit import POWER_DEFICIT
+from pitotbench.effects.propulsion.propeller_efficiency import PROPELLER_EFFICIENCY
+from pitotbench.effects.propulsion.throttle_rigging import THROTTLE_RIGGING
 from pitotbench.effects.signals import Signals as Signals
 
 _ALL: tuple[Effect, ...] = (
+    # pneumatic
+    ALPHA_STATIC_ERROR,
+    SIDESLIP_STATIC_ERROR,
+    HEIGHT_DEPENDENT_LAG,
+    HYSTERESIS,
     PITOT_LAG,
     STATIC_LAG,
+    LINE_LEAK,
+    LOCAL_STATIC_BUMP,
+    PROPWASH_ERROR,
+    SECOND_ORDER_LINE,
+    STATIC_SOURCE_CHANGE,
+    TOTAL_PRESSURE_LOSS,
+    INCLINED_PITOT_LOSS,
+    TIME_DRIFT,
+    TEMPERATURE_DRIFT,
+    WATER_IN_LINE,
+    IMPACT_ZERO_OFFSET,
+    STATIC_ZERO_OFFSET,
+    # das
+    ANTENNA_LEVER_ARM,
+    CLOCK_DRIFT,
+    DROPPED_SAMPLES,
     GPS_LATENCY,
+    QUANTIZATION,
+    SAMPLE_AND_HOLD,
+    SATURATION,
+    RECOVERY_DEFICIT,
+    TEMPERATURE_BIAS,
+    # air
+    NONSTANDARD_TEMPERATURE,
+    SEA_BREEZE_FRONT,
+    TURBULENCE_LEVEL,
+    TURBULENCE_SCALE,
+    UPDRAFT,
+    WIND_DRIFT,
+    WIND_SHEAR,
+    # airframe
     BELLY_POD,
+    CONTROL_EFFECTIVENESS,
+    INDUCED_DRAG,
+    MASS,
+    CENTER_OF_GRAVITY,
+    FLAP_NOT_UP,
+    GEAR_NOT_UP,
+    TRIM_OFFSET,
+    TURN_DRAG,
+    # propulsion
+    GOVERNOR_SPEED,
+    MANIFOLD_PRESSURE_GAUGE,
+    POWER_DEFICIT,
+    PROPELLER_EFFICIENCY,
+    THROTTLE_RIGGING,
 )
 
 EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in _ALL})

@@ -1,4 +1,4 @@
-"""What an effect puts on an aircraft, as data: JSBSim functions of named sizes. `simulate` writes it into a copy."""
+"""What an effect puts on an aircraft, as data: functions of named sizes; `simulate` writes it into a copy."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields

@@ -1,6 +1,8 @@
 """How instruments respond in time, exactly: the input is taken as linear between samples, so nothing is half a
 sample late. A stretch begins settled; a pause in the recording begins a new stretch."""
 
+from itertools import accumulate
+
 import numpy as np
 from scipy.linalg import expm
 from scipy.signal import lfilter
@@ -60,4 +62,17 @@ def _by_stretch(signals: Signals, values: Array, numerator: Array, denominator: 
     for part in signals.stretches():
         start = values[part][0]
         out[part] = start + lfilter(numerator, denominator, values[part] - start)  # settled: no difference before
+    return out
+
+
+def first_order_varying(signals: Signals, values: Array, lag: Array) -> Array:
+    """The values behind a first-order lag that changes from sample to sample [s, above 0], (n,) and (n,)."""
+    out = np.empty_like(values)
+    for part in signals.stretches():
+        u, ratio = values[part], np.diff(signals.time[part]) / lag[part][1:]
+        pole, share = np.exp(-ratio), -np.expm1(-ratio) / ratio
+        driven = ((share - pole) * u[:-1] + (1.0 - share) * u[1:]).tolist()
+        steps = zip(pole.tolist(), driven, strict=True)
+        followed = accumulate(steps, lambda y, step: step[0] * y + step[1], initial=float(u[0]))
+        out[part] = np.fromiter(followed, dtype=np.float64, count=len(u))
     return out

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
@@ -65,4 +66,4 @@ class Signals:
         """The parts without a pause between samples."""
         breaks = np.flatnonzero(np.diff(self.time) > _GAP * self.interval) + 1
         ends = [0, *(int(i) for i in breaks), len(self.time)]
-        return [slice(a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        return [slice(a, b) for a, b in pairwise(ends)]

@@ -38,7 +38,10 @@ class Air:
 
     @classmethod
     def of(cls, case: Case, warmer: float = 0.0) -> "Air":
-        """The air of a case, `warmer` [K] by its effects. Raises UnknownNameError for an unknown turbulence name."""
+        """The air of a case, `warmer` [K] by its effects.
+
+        Raises UnknownNameError for an unknown turbulence name.
+        """
         wind = case.wind
         return cls(
             north=-wind.speed * cos(wind.from_direction),

@@ -1,4 +1,4 @@
-"""Where aircraft are kept: in the installed package, in the checkout it was installed from, in the user's folder."""
+"""Where aircraft are kept: in the installed package, the checkout it was installed from, the user's folder."""
 
 from pathlib import Path
 
@@ -17,7 +17,8 @@ def find_aircraft(name: str, places: tuple[Path, ...] | None = None) -> Path:
     """The folder of an aircraft, `<folder>/<name>.xml` being its JSBSim file.
 
     Looks in the package (the wheel ships its aircraft), in the checkout, then in `./aircraft`, where variants
-    such as `navajo+pod` are written. Raises UnknownNameError with the known aircraft and the nearest where no shelf holds it.
+    such as `navajo+pod` are written.
+    Raises UnknownNameError with the known aircraft and the nearest where no shelf holds it.
     """
     known = known_aircraft(places)
     if name not in known:

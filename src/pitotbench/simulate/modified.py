@@ -4,11 +4,11 @@ from functools import reduce
 from operator import add
 
 from pitotbench.effects import AircraftEffect, Overlay, chosen
+from pitotbench.effects.air.recorded_time import RECORDING_START
 from pitotbench.records.case import Case
 from pitotbench.simulate.baseline import read_baseline
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.variant import RECORDING_START
 
 
 def overlay_of(case: Case) -> Overlay:

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
 from pitotbench.simulate.atmosphere import Air
-from pitotbench.simulate.modified import mark_recording, overlay_of
 from pitotbench.simulate.maneuvers import MANEUVERS, Maneuver
 from pitotbench.simulate.maneuvers.card import Card, override
 from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit, Targets
 from pitotbench.simulate.maneuvers.pilot import PILOTS
+from pitotbench.simulate.modified import mark_recording, overlay_of
 from pitotbench.simulate.plant import Plant
 from pitotbench.simulate.recording import Recorder
 from pitotbench.units import Booleans

@@ -5,12 +5,12 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from pitotbench.effects import Overlay
+from pitotbench.effects.air.recorded_time import RECORDING_START
 from pitotbench.effects.expression import Expression
 from pitotbench.effects.overlay import Point
 from pitotbench.records.errors import BadInputError
 
 ROOT = "effects"  # of the property tree: sizes, functions and outputs of an overlay
-RECORDING_START = "bench/recording-start-s"  # simulator's time of the first recorded sample
 NOT_YET = 1e9  # s, its value until recording begins
 
 

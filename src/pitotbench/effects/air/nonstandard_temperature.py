@@ -1,0 +1,21 @@
+"""Air warmer or colder than the case says, all the way up."""
+
+from collections.abc import Mapping
+
+from pitotbench.effects.effect import AirEffect, Parameter
+from pitotbench.effects.overlay import Baseline, Overlay
+
+
+def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+    return Overlay(temperature_offset=sizes["warmer_k"])
+
+
+NONSTANDARD_TEMPERATURE = AirEffect(
+    name="nonstandard_temperature",
+    family="air",
+    acts_on="air",
+    parameters=(Parameter("warmer_k", 10.0, -40.0, 40.0, "temperature above what the case says"),),
+    source="ISO 2533 standard atmosphere and its hot and cold days (MIL-STD-210)",
+    what="The air is warmer or colder than thought: power, true airspeed and heights change.",
+    build=_build,
+)

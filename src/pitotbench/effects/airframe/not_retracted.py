@@ -1,0 +1,41 @@
+"""Flaps or gear that are not quite up. The aircraft's own flap and gear terms do the rest."""
+
+from collections.abc import Mapping
+
+from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.expression import product, size
+from pitotbench.effects.overlay import Baseline, Overlay, Setting
+
+_FLAP, _GEAR = size("flap_not_up", "extension"), size("gear_not_up", "extension")
+LEVERS = ("fcs/gear-lever-norm", "gear/gear-cmd-norm")  # the aircraft's own, else JSBSim's
+
+
+def _flap(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+    held = Setting("fcs/flap-cmd-norm", product(_FLAP, 1.0))
+    return Overlay(sizes=((_FLAP, sizes["extension"]),), settings=(held,))
+
+
+def _gear(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+    lever = LEVERS[0] if LEVERS[0] in baseline.declared else LEVERS[1]
+    return Overlay(sizes=((_GEAR, sizes["extension"]),), settings=(Setting(lever, product(_GEAR, 1.0)),))
+
+
+FLAP_NOT_UP = AircraftEffect(
+    name="flap_not_up",
+    family="airframe",
+    acts_on="aircraft",
+    parameters=(Parameter("extension", 0.15, 0.005, 1.0, "flaps down by this share of their travel"),),
+    source="a rigging error or a forgotten lever; lift and drag of the flaps are the aircraft's own",
+    what="The flaps are not quite up.",
+    build=_flap,
+)
+
+GEAR_NOT_UP = AircraftEffect(
+    name="gear_not_up",
+    family="airframe",
+    acts_on="aircraft",
+    parameters=(Parameter("extension", 0.3, 0.01, 1.0, "gear (or a gear door's worth of it) down by this share"),),
+    source="a door or a leg that does not close; the drag of the gear is the aircraft's own",
+    what="The gear is not quite up.",
+    build=_gear,
+)

@@ -1,0 +1,35 @@
+"""Trim or rigging: a constant moment about each axis that the surfaces must hold."""
+
+from collections.abc import Mapping
+
+from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.expression import product, size
+from pitotbench.effects.overlay import AxisFunction, Baseline, Overlay
+
+NAME = "trim_offset"
+PARAMETERS = (
+    Parameter("pitch_coefficient", 0.015, -0.1, 0.1, "added pitching-moment coefficient, nose up"),
+    Parameter("roll_coefficient", 0.002, -0.02, 0.02, "added rolling-moment coefficient, right"),
+    Parameter("yaw_coefficient", 0.002, -0.02, 0.02, "added yawing-moment coefficient, nose right"),
+)
+_LENGTHS = {"PITCH": "metrics/cbarw-ft", "ROLL": "metrics/bw-ft", "YAW": "metrics/bw-ft"}
+
+
+def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+    paths = [size(NAME, p.name) for p in PARAMETERS]
+    moments = [
+        AxisFunction(axis, product("aero/qbar-psf", "metrics/Sw-sqft", length, path))
+        for (axis, length), path in zip(_LENGTHS.items(), paths, strict=True)
+    ]
+    return Overlay(sizes=tuple((size(NAME, key), value) for key, value in sizes.items()), functions=tuple(moments))
+
+
+TRIM_OFFSET = AircraftEffect(
+    name=NAME,
+    family="airframe",
+    acts_on="aircraft",
+    parameters=PARAMETERS,
+    source="rigging tolerances of maintenance manuals, 1 to 2° of tab or tail setting (estimate: 0.015 in pitch)",
+    what="The airplane is rigged or trimmed otherwise: surfaces stand elsewhere in straight flight.",
+    build=_build,
+)

@@ -1,0 +1,47 @@
+"""The GPS antenna is not at the center of gravity: its velocity holds what rotation adds."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.signals import Signals
+from pitotbench.units import Array
+
+ATTITUDE = ("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate")
+
+
+def to_earth(signals: Signals, forward: Array, right: Array, down: Array) -> tuple[Array, Array, Array]:
+    """A vector in body axes toward north, east and down, by roll, pitch, heading (Stevens and Lewis 2003, §1.3)."""
+    sin, cos = np.sin, np.cos
+    roll, pitch, heading = (signals[name] for name in ATTITUDE[:3])
+    side, below = right * cos(roll) - down * sin(roll), right * sin(roll) + down * cos(roll)
+    level, sunk = forward * cos(pitch) + below * sin(pitch), below * cos(pitch) - forward * sin(pitch)
+    return level * cos(heading) - side * sin(heading), level * sin(heading) + side * cos(heading), sunk
+
+
+def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    p, q, r = (signals[name] for name in ATTITUDE[3:])
+    x, y, z = sizes["forward_m"], sizes["right_m"], sizes["down_m"]
+    added = to_earth(signals, q * z - r * y, r * x - p * z, p * y - q * x)
+    names = ("velocity_north", "velocity_east", "velocity_down")
+    return signals.with_channels(
+        **{name: signals[name] + part for name, part in zip(names, added, strict=True) if name in signals}
+    )
+
+
+ANTENNA_LEVER_ARM = SensorEffect(
+    name="antenna_lever_arm",
+    family="das",
+    acts_on="sensors",
+    parameters=(
+        Parameter("forward_m", -3.0, -15.0, 15.0, "antenna ahead of the center of gravity"),
+        Parameter("right_m", 1.0, -15.0, 15.0, "antenna right of it"),
+        Parameter("down_m", -1.0, -5.0, 5.0, "antenna below it"),
+    ),
+    source="rigid-body kinematics, v = v_cg + ω × r (Stevens and Lewis 2003, Aircraft Control and Simulation)",
+    what="GPS velocity is that of the antenna, which swings about the center of gravity.",
+    changes=("velocity_north", "velocity_east"),
+    needs=ATTITUDE,
+    function=_apply,
+)

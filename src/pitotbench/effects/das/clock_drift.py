@@ -1,0 +1,25 @@
+"""Two clocks: the recorder's runs slow or fast against GPS time, so that GPS data slide along the air data."""
+
+from collections.abc import Mapping
+
+from pitotbench.effects.das.gps_latency import GPS
+from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.response import delayed
+from pitotbench.effects.signals import Signals
+
+
+def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    late = 1e-6 * sizes["drift_ppm"] * (signals.time - signals.time[0])
+    return signals.with_channels(**{name: delayed(signals, signals[name], late) for name in GPS if name in signals})
+
+
+CLOCK_DRIFT = SensorEffect(
+    name="clock_drift",
+    family="das",
+    acts_on="sensors",
+    parameters=(Parameter("drift_ppm", 500.0, -5000.0, 5000.0, "GPS data late, a millionth of the time flown"),),
+    source="quartz clocks: 20 to 100 ppm by data sheet, some 1,000 ppm for a loaded computer's timer",
+    what="The clocks of air data and GPS run apart during the flight.",
+    changes=("velocity_north", "velocity_east"),
+    function=_apply,
+)

@@ -1,0 +1,48 @@
+"""The static source feels the direction of the flow: errors that go with angle of attack or sideslip."""
+
+from collections.abc import Mapping
+
+from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.signals import Signals
+from pitotbench.effects.static_source import displaced
+
+SOURCE = "Gracey 1980, NASA RP-1046: static-pressure error with angle of attack and yaw"
+PRESSURES = ("impact_pressure", "static_pressure")
+
+
+def _alpha(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    return displaced(signals, sizes["slope_per_rad"] * signals["angle_of_attack"] * signals["impact_pressure"])
+
+
+def _sideslip(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    beta = signals["sideslip"]
+    coefficient = sizes["slope_per_rad"] * beta + sizes["curvature_per_rad2"] * beta**2
+    return displaced(signals, coefficient * signals["impact_pressure"])
+
+
+ALPHA_STATIC_ERROR = SensorEffect(
+    name="alpha_static_error",
+    family="pneumatic",
+    acts_on="sensors",
+    parameters=(Parameter("slope_per_rad", 0.15, -1.0, 1.0, "static error over impact pressure a radian"),),
+    source=SOURCE,
+    what="The static pressure errs with angle of attack, so that turns and heavy weights read otherwise.",
+    changes=PRESSURES,
+    needs=("angle_of_attack",),
+    function=_alpha,
+)
+
+SIDESLIP_STATIC_ERROR = SensorEffect(
+    name="sideslip_static_error",
+    family="pneumatic",
+    acts_on="sensors",
+    parameters=(
+        Parameter("slope_per_rad", 0.10, -2.0, 2.0, "static error over impact pressure a radian: one port only"),
+        Parameter("curvature_per_rad2", -1.5, -10.0, 10.0, "the same a square radian: what two joined ports leave"),
+    ),
+    source=SOURCE,
+    what="The static pressure errs in sideslip.",
+    changes=PRESSURES,
+    needs=("sideslip",),
+    function=_sideslip,
+)

@@ -1,0 +1,33 @@
+"""A transducer that reads otherwise going up than coming down: the play operator."""
+
+from collections.abc import Mapping
+from itertools import accumulate
+
+import numpy as np
+
+from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.signals import Signals
+from pitotbench.units import Array
+
+
+def play(values: Array, width: float) -> Array:
+    """The play operator: follows the input at half a width [its unit] behind, and stays while the input turns."""
+    half = 0.5 * width
+    followed = accumulate(values.tolist(), lambda held, u: min(max(held, u - half), u + half))
+    return np.fromiter(followed, dtype=np.float64, count=len(values))
+
+
+def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    return signals.with_channels(impact_pressure=play(signals["impact_pressure"], sizes["width_pa"]))
+
+
+HYSTERESIS = SensorEffect(
+    name="hysteresis",
+    family="pneumatic",
+    acts_on="sensors",
+    parameters=(Parameter("width_pa", 25.0, 1.0, 300.0, "difference between readings going up and coming down"),),
+    source="Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis; data sheets: 0.1 % of full scale",
+    what="Decelerations read higher than accelerations at the same speed.",
+    changes=("impact_pressure",),
+    function=_apply,
+)

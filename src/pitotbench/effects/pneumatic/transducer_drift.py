@@ -1,0 +1,43 @@
+"""A transducer's zero that moves: with time since the recording began, or with temperature."""
+
+from collections.abc import Mapping
+
+from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.signals import Signals
+
+MINUTE = 60.0  # s
+SOURCE = "transducer data sheets: thermal zero shift some 0.01 % of full scale a kelvin, warm-up within an hour"
+
+
+def _with_time(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    elapsed = (signals.time - signals.time[0]) / MINUTE
+    return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["rate_pa_per_min"] * elapsed)
+
+
+def _with_temperature(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    warmer = signals["total_temperature"] - signals["total_temperature"][0]
+    return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["shift_pa_per_k"] * warmer)
+
+
+TIME_DRIFT = SensorEffect(
+    name="time_drift",
+    family="pneumatic",
+    acts_on="sensors",
+    parameters=(Parameter("rate_pa_per_min", 3.0, -30.0, 30.0, "zero shift a minute since the first sample"),),
+    source=SOURCE,
+    what="The impact-pressure transducer drifts while it warms up.",
+    changes=("impact_pressure",),
+    function=_with_time,
+)
+
+TEMPERATURE_DRIFT = SensorEffect(
+    name="temperature_drift",
+    family="pneumatic",
+    acts_on="sensors",
+    parameters=(Parameter("shift_pa_per_k", 6.0, -60.0, 60.0, "zero shift a kelvin from the first sample"),),
+    source=SOURCE,
+    what="The impact-pressure transducer drifts with temperature.",
+    changes=("impact_pressure",),
+    needs=("total_temperature",),
+    function=_with_temperature,
+)

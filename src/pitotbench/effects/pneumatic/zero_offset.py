@@ -1,0 +1,39 @@
+"""Transducers that do not read zero at zero."""
+
+from collections.abc import Mapping
+
+from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.signals import Signals
+
+SOURCE = "transducer data sheets: zero error up to some 0.1 % of full scale (13.8 kPa impact, 129 kPa static)"
+
+
+def _impact(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["offset_pa"])
+
+
+def _static(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    return signals.with_channels(static_pressure=signals["static_pressure"] + sizes["offset_pa"])
+
+
+IMPACT_ZERO_OFFSET = SensorEffect(
+    name="impact_zero_offset",
+    family="pneumatic",
+    acts_on="sensors",
+    parameters=(Parameter("offset_pa", 15.0, -150.0, 150.0, "reading at zero impact pressure"),),
+    source=SOURCE,
+    what="The impact-pressure transducer does not read zero at rest.",
+    changes=("impact_pressure",),
+    function=_impact,
+)
+
+STATIC_ZERO_OFFSET = SensorEffect(
+    name="static_zero_offset",
+    family="pneumatic",
+    acts_on="sensors",
+    parameters=(Parameter("offset_pa", 80.0, -500.0, 500.0, "static pressure read too high"),),
+    source=SOURCE,
+    what="The static-pressure transducer reads too high or too low by a constant.",
+    changes=("static_pressure",),
+    function=_static,
+)

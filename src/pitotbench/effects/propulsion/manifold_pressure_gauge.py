@@ -1,0 +1,30 @@
+"""The manifold-pressure gauges read wrong. The engines do not know: only what is recorded changes."""
+
+from collections.abc import Mapping
+
+from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.signals import Signals
+from pitotbench.units import INCH_OF_MERCURY
+
+CHANNELS = ("manifold_pressure_left", "manifold_pressure_right")
+
+
+def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    errors = (sizes["left_inhg"], sizes["right_inhg"])
+    read = {name: signals[name] + e * INCH_OF_MERCURY for name, e in zip(CHANNELS, errors, strict=True)}
+    return signals.with_channels(**read)
+
+
+MANIFOLD_PRESSURE_GAUGE = SensorEffect(
+    name="manifold_pressure_gauge",
+    family="propulsion",
+    acts_on="sensors",
+    parameters=(
+        Parameter("left_inhg", 0.6, -4.0, 4.0, "left gauge reads too high"),
+        Parameter("right_inhg", -0.4, -4.0, 4.0, "right gauge reads too high"),
+    ),
+    source="aircraft gauges are read to some 0.2 inHg and err by as much again (estimate)",
+    what="The recorded manifold pressure is not that of the engine.",
+    changes=CHANNELS,
+    function=_apply,
+)

@@ -1,0 +1,31 @@
+"""Levers that stand together while the throttles do not."""
+
+from collections.abc import Mapping
+
+from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.expression import product, size
+from pitotbench.effects.overlay import Baseline, Overlay, Setting
+from pitotbench.effects.propulsion.engines import require_declared
+
+NAME = "throttle_rigging"
+_PATHS = {"left": "ap/throttle-bias-left-norm", "right": "ap/throttle-bias-right-norm"}
+
+
+def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+    require_declared(NAME, baseline, *_PATHS.values())
+    settings = tuple(Setting(path, product(size(NAME, side), 1.0)) for side, path in _PATHS.items())
+    return Overlay(sizes=tuple((size(NAME, key), value) for key, value in sizes.items()), settings=settings)
+
+
+THROTTLE_RIGGING = AircraftEffect(
+    name=NAME,
+    family="propulsion",
+    acts_on="aircraft",
+    parameters=(
+        Parameter("left", 0.02, -0.2, 0.2, "left throttle more open, share of the plate's travel"),
+        Parameter("right", -0.02, -0.2, 0.2, "right throttle more open"),
+    ),
+    source="cable rigging: lever stagger of some 2 % of travel (estimate)",
+    what="The engines do not pull alike with the levers together.",
+    build=_build,
+)

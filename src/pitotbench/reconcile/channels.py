@@ -28,12 +28,13 @@ UNITS = {
     **dict.fromkeys(("acceleration_forward", "acceleration_right", "acceleration_down", *FORCES), "m/s²"),
     **dict.fromkeys(MOMENTS, "rad/s²"),
     **dict(zip(ENGINES, ("Pa", "Pa", "rad/s", "rad/s", "kg/s", "kg/s"), strict=True)),
+    "throttle_split": "",
 }
 FAMILIES = {
     "air data": ("airspeed_along", "airspeed_across", "airspeed_down", "pressure_height", "temperature"),
     "kinematic": ("acceleration_forward", "acceleration_right", "acceleration_down"),
     "force and moment": (*FORCES, *MOMENTS),
-    "engine": ENGINES,
+    "engine": (*ENGINES, "throttle_split"),
 }
 
 
@@ -185,7 +186,8 @@ def _engines(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str
     column = {name: i for i, name in enumerate(REACTION_NAMES)}
     present = [name for name in ENGINES if name in track]
     seen = grid.smooth_answer(answer, model.rows)
-    return {name: grid.smooth(track[name]) - seen[:, column[name]] for name in present}
+    split = grid.smooth(track["throttle_left"] - track["throttle_right"])
+    return {name: grid.smooth(track[name]) - seen[:, column[name]] for name in present} | {"throttle_split": split}
 
 
 def _moments(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str, Array]:

@@ -8,19 +8,31 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pitotbench import air
 from pitotbench.catalog import Catalog
 from pitotbench.effects import AircraftEffect, AirEffect, Baseline, Effect, Overlay, SensorEffect, Signals
 from pitotbench.reconcile.channels import Frame, Residuals, residuals
-from pitotbench.reconcile.grid import Grid
+from pitotbench.reconcile.clean import clean_track
+from pitotbench.reconcile.grid import Grid, grid_of
 from pitotbench.reconcile.nuisance import in_triangle
 from pitotbench.reconcile.replay import COARSE, Replay, answer, motion_of, replay_rows, spread
 from pitotbench.reconcile.track import Track
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.units import Array
 
+THROTTLE_BIAS = {"ap/throttle-bias-left-norm": 1.0, "ap/throttle-bias-right-norm": -1.0}
+
 ReactWith = Callable[[Motion, Overlay], Reaction]  # an aircraft with an overlay on it as a force meter
+
+
+@dataclass(frozen=True, slots=True)
+class AircraftModel:
+    """An aircraft as the room knows it: a force meter with overlays, and what effects must know of it."""
+
+    name: str
+    react: ReactWith
+    baseline: Baseline
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +46,22 @@ class Scene:
     base: Residuals  # of the clean track
     react: ReactWith | None
     baseline: Baseline | None
+    coarse: Motion | None  # the clean track's, in coarse steps
+    plain: Array | None  # what the untouched aircraft answers to it
+
+
+def scene(track: Track, wind: Array, model: Replay | None, aircraft: AircraftModel | None) -> Scene:
+    """The scene of a track: wind toward north, east, down [m/s], (3,), for the clean track."""
+    grid = grid_of(track)
+    frame = Frame.of(track, grid)
+    clean = clean_track(track, wind)
+    base = residuals(clean, grid, frame, model)
+    if aircraft is None:
+        return Scene(clean, grid, frame, model, base, None, None, None, None)
+    coarse = motion_of(clean, replay_rows(clean, COARSE))
+    react = aircraft.react
+    plain = answer(lambda motion: react(motion, Overlay()), coarse)
+    return Scene(clean, grid, frame, model, base, react, aircraft.baseline, coarse, plain)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +76,7 @@ class Signature:
 
 def signatures(scene: Scene, effects: Catalog[Effect]) -> tuple[Signature, ...]:
     """A signature for each size of each effect that this log can show."""
-    return tuple(s for effect in effects.values() for s in _of_effect(scene, effect))
+    return tuple(s for effect in effects.values() if not effect.variant_of for s in _of_effect(scene, effect))
 
 
 def _of_effect(scene: Scene, effect: Effect) -> Iterator[Signature]:
@@ -89,26 +117,53 @@ def _sensed(scene: Scene, effect: SensorEffect, sizes: dict[str, float]) -> Arra
 
 
 def _blown(scene: Scene, effect: AirEffect, sizes: dict[str, float]) -> Array | None:
-    if effect.wind is None:
+    if effect.wind is not None:
+        wind = effect.wind(Signals(scene.clean.time, scene.clean.channels), sizes)
+        seen = np.stack([scene.grid.smooth(np.asarray(part)) for part in wind], axis=1)
+        return in_triangle(seen, scene.frame, scene.base)
+    warmer = effect.overlay(sizes, scene.baseline or Baseline("none", (0.0, 0.0, 0.0))).temperature_offset
+    return _warmed(scene, warmer) if warmer else None
+
+
+def _warmed(scene: Scene, warmer: float) -> Array | None:
+    """A warmer column of air between standard pressure at sea level and the airplane: H_p = h T₀/(T₀ + ΔT)."""
+    names = scene.base.names
+    if "pressure_height" not in names or "temperature" not in names:
         return None
-    wind = effect.wind(Signals(scene.clean.time, scene.clean.channels), sizes)
-    seen = np.stack([scene.grid.smooth(np.asarray(part)) for part in wind], axis=1)
-    return in_triangle(seen, scene.frame, scene.base)
+    lower = scene.grid.smooth(scene.clean["altitude"]) * warmer / (air.SEA_LEVEL_TEMPERATURE + warmer)
+    moved = np.zeros_like(scene.base.values)
+    moved[:, names.index("pressure_height")] = -lower
+    moved[:, names.index("temperature")] = warmer - air.LAPSE_RATE * lower
+    return moved
 
 
 def _felt(scene: Scene, effect: AircraftEffect, sizes: dict[str, float]) -> Array | None:
     """The measured motion is the same; the aircraft that felt it was another, which the model does not know."""
-    if scene.model is None or scene.react is None or scene.baseline is None:
+    if scene.model is None or scene.react is None or scene.baseline is None or scene.coarse is None:
         return None
-    overlay = effect.overlay(sizes, scene.baseline)
+    overlay, react = effect.overlay(sizes, scene.baseline), scene.react
+    split = _throttle_split(overlay)
+    if split is not None:
+        return _in_split(scene, split)
+    missed = scene.plain - answer(lambda motion: react(motion, overlay), scene.coarse)
     rows = replay_rows(scene.clean, COARSE)
-    motion = motion_of(scene.clean, rows)
-    react = scene.react
-    with_it = answer(lambda m: react(m, overlay), motion)
-    without = answer(lambda m: react(m, Overlay()), motion)
-    shifted = replace(scene.model, values=scene.model.values + _spread(scene.model, rows, without - with_it))
-    return residuals(scene.clean, scene.grid, scene.frame, shifted).values - scene.base.values
+    model = replace(scene.model, values=scene.model.values + spread(scene.model.rows, rows, missed))
+    return residuals(scene.clean, scene.grid, scene.frame, model).values - scene.base.values
 
 
-def _spread(model: Replay, rows: NDArray[np.intp], values: Array) -> Array:
-    return spread(model.rows, rows, values)
+def _throttle_split(overlay: Overlay) -> float | None:
+    """Left less right throttle where an overlay moves the plates against the levers: the measured plates already
+    stand where they stand, so that only their difference tells."""
+    held = {setting.path: setting for setting in overlay.settings}
+    if not held or not all(path in THROTTLE_BIAS for path in held):
+        return None
+    values = dict(overlay.sizes)
+    return sum(THROTTLE_BIAS[path] * value for path, value in zip(held, values.values(), strict=False))
+
+
+def _in_split(scene: Scene, split: float) -> Array | None:
+    if "throttle_split" not in scene.base.names:
+        return None
+    moved = np.zeros_like(scene.base.values)
+    moved[:, scene.base.names.index("throttle_split")] = split
+    return moved

@@ -33,6 +33,7 @@ OFFSETS = {  # of a residual channel [its unit]
     "specific_force_y": 0.02,
     "specific_force_z": 0.02,
 }
+REPORTED = {"pressure_height": 3.0, "temperature": 0.3}  # m (0.36 hPa), K
 WITH_HEIGHT = {"pressure_height": 0.05, "temperature": 0.005}  # a meter of height: the day's lapse
 EARTH_RATE = 1.5e-4  # rad/s, twice the earth's, of which latitude lets a share act
 
@@ -49,13 +50,16 @@ class Nuisance:
 Change = Callable[[Track], Track]
 
 
-def nuisance(clean: Track, grid: Grid, frame: Frame, model: Replay | None, base: Residuals) -> Nuisance:
-    """All nuisances that the residual channels of a log call for."""
+def nuisance(
+    clean: Track, grid: Grid, frame: Frame, model: Replay | None, base: Residuals, day_known: bool = False
+) -> Nuisance:
+    """All nuisances that the residual channels of a log call for; where the day is known, the air's pressure and
+    temperature are those of its weather report."""
     found: dict[str, tuple[Array, float]] = {}
     for name, (change, step, deviation) in _changes(clean).items():
         moved = residuals(change(clean), grid, frame, model).values - base.values
         found[name] = (moved / step, deviation)
-    found |= _wind(grid, frame, base) | _offsets(clean, grid, base) | _earth(clean, grid, frame, base)
+    found |= _wind(grid, frame, base) | _offsets(clean, grid, base, day_known) | _earth(clean, grid, frame, base)
     columns = np.stack([column for column, _ in found.values()], axis=2)
     return Nuisance(tuple(found), columns, np.array([deviation for _, deviation in found.values()]))
 
@@ -98,9 +102,9 @@ def in_triangle(wind: Array, frame: Frame, base: Residuals) -> Array:
     return column
 
 
-def _offsets(clean: Track, grid: Grid, base: Residuals) -> dict[str, tuple[Array, float]]:
+def _offsets(clean: Track, grid: Grid, base: Residuals, day_known: bool) -> dict[str, tuple[Array, float]]:
     found = {}
-    for name, deviation in OFFSETS.items():
+    for name, deviation in (OFFSETS | (REPORTED if day_known else {})).items():
         if name in base.names:
             found[f"{name} offset"] = (_in_channel(base, name, np.ones(len(grid))), deviation)
     if "altitude" in clean:

@@ -14,11 +14,12 @@ from scipy.interpolate import CubicSpline
 
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.units import Array, Seconds
+from pitotbench.units import Array, Booleans, Seconds
 
 Indices = NDArray[np.intp]
 
 GPS_CHANNELS = ("velocity_north", "velocity_east", "velocity_down", "altitude")
+AIR_CHANNELS = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
 ANGLES = ("heading",)  # unwrapped here
 GAP = 2.0  # s without a row that end a stretch; less is filled by interpolation
 HALF_WINDOW = 0.2  # s, of the filter
@@ -50,8 +51,11 @@ class Track:
         return Track(self.time, merged, self.start, self.fix, self.fix_period, self.row_period)
 
 
-def track_of(log: FlightLog) -> Track:
-    """A log as a track. Raises BadInputError where no stretch is long enough to be used."""
+def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
+    """A log as a track; `fresh_air` is false on rows whose air data only repeat those before.
+
+    Raises BadInputError where no stretch is long enough to be used.
+    """
     period = float(np.median(np.diff(log.time)))
     bounds = np.flatnonzero(np.diff(log.time) > GAP) + 1
     pieces = [rows for rows in np.split(np.arange(len(log)), bounds) if _long_enough(log.time[rows])]
@@ -63,7 +67,7 @@ def track_of(log: FlightLog) -> Track:
     times = [log.time[p[0]] + period * np.arange(int(round((log.time[p[-1]] - log.time[p[0]]) / period)) + 1) for p in pieces]
     names = [n for n, a in log.channels().items() if a.dtype == np.float64 and n != "time"]
     channels = {
-        name: np.concatenate([_regular(log, name, p, t, fresh) for p, t in zip(pieces, times, strict=True)])
+        name: np.concatenate([_regular(log, name, p, t, _new(name, fresh, fresh_air)) for p, t in zip(pieces, times, strict=True)])
         for name in names
     }
     time = np.concatenate(times)
@@ -75,13 +79,18 @@ def _long_enough(time: Seconds) -> bool:
     return len(time) > 1 and bool(time[-1] - time[0] >= SHORTEST)
 
 
-def _regular(log: FlightLog, name: str, rows: Indices, time: Seconds, fresh: NDArray[np.bool_]) -> Array:
+def _new(name: str, gps: Booleans, air_data: Booleans | None) -> Booleans | None:
+    """Which rows bring a new sample of a channel; None where all do."""
+    return gps if name in GPS_CHANNELS else air_data if name in AIR_CHANNELS else None
+
+
+def _regular(log: FlightLog, name: str, rows: Indices, time: Seconds, fresh: Booleans | None) -> Array:
     """One channel of one stretch on uniform rows."""
     values = np.asarray(getattr(log, name), dtype=np.float64)[rows]
     values = np.unwrap(values) if name in ANGLES else values
     known = log.time[rows]
-    if name in GPS_CHANNELS and not fresh[rows].all():
-        new = fresh[rows]
+    if fresh is not None and not fresh[rows].all():
+        new = fresh[rows].copy()
         new[0] = False  # what is held from before the stretch has no known time
         if new.sum() < 4:
             return np.interp(time, known, values)

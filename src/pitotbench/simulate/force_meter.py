@@ -34,13 +34,20 @@ CONTROLS = (
 PROBE = 0.1  # of a command, to learn how far it moves its control
 
 
-def measure(plant: Plant, motion: Motion) -> Reaction:
+def loaded_mass(aircraft: str) -> float:
+    """Mass of an aircraft as its file loads it, tanks full [kg]."""
+    return Plant.load(aircraft).get("mass")
+
+
+def measure(plant: Plant, motion: Motion, loaded_mass: float) -> Reaction:
     """What an aircraft feels along a measured motion: some 100 µs a state at ten states a second.
+
+    `loaded_mass` [kg] is that of the untouched aircraft with full tanks, from which the logged mass tells the fuel.
 
     The plant is used up: take a new one for the next motion.
     Raises SimulationError where JSBSim refuses a state or the engines do not start.
     """
-    heights, sound = _prepare(plant, motion)
+    heights, sound = _prepare(plant, motion, loaded_mass)
     servos = [_Servo.probe(plant, *control) for control in CONTROLS]
     wanted = np.stack([getattr(motion, name) for name, *_ in CONTROLS], axis=1)
     states = _initial_conditions(motion, heights, sound)
@@ -60,11 +67,12 @@ def measure(plant: Plant, motion: Motion) -> Reaction:
     return _reaction(rows)
 
 
-def _prepare(plant: Plant, motion: Motion) -> tuple[Array, Array]:
+def _prepare(plant: Plant, motion: Motion, loaded_mass: float) -> tuple[Array, Array]:
     """Start the engines in flight, hand the controls over, load the fuel; geometric height [m] and speed of sound
     [m/s] at each state's pressure in this plant's atmosphere."""
     height = float(air.pressure_altitude(motion.static_pressure[0]))
     speed = float(air.calibrated_airspeed(air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])))
+    fuel = [plant.get(tank) for tank in TANKS]
     plant.start(height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset))
     for mode in ("lateral_mode", "pitch_mode", "throttle_mode", "throttle_command"):
         plant.set(mode, 0)
@@ -72,9 +80,9 @@ def _prepare(plant: Plant, motion: Motion) -> tuple[Array, Array]:
         for part in ("translational", "rotational"):
             for what in ("rate", "position"):
                 plant.set(f"simulation/integrator/{what}/{part}", 0)  # none: only engines and systems go on
-    excess = (plant.get("mass") - float(motion.mass[0])) / POUND
-    for tank in TANKS:
-        plant.set(tank, plant.get(tank) - excess / len(TANKS))
+    burnt = max(0.0, loaded_mass - float(motion.mass[0])) / POUND / len(TANKS)  # tanks hold no more than they do
+    for tank, full in zip(TANKS, fuel, strict=True):
+        plant.set(tank, full - burnt)
     low, high = (float(air.pressure_altitude(p)) for p in (motion.static_pressure.max(), motion.static_pressure.min()))
     levels = np.linspace(low - 600.0, high + 600.0, 25)
     seen = np.empty((len(levels), 2))

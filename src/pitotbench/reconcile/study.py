@@ -1,0 +1,130 @@
+"""One log laid out for judgment: its residuals, its hypotheses, and the evidence that joins them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS, Effect, SensorEffect
+from pitotbench.reconcile.channels import Residuals, air_velocity, residuals
+from pitotbench.reconcile.checks import Found, check
+from pitotbench.reconcile.evidence import Evidence, evidence, inner_products
+from pitotbench.reconcile.grid import Grid
+from pitotbench.reconcile.hypotheses import AircraftModel, Scene, Signature, scene, signatures
+from pitotbench.reconcile.locate import Cell, cells
+from pitotbench.reconcile.nuisance import Nuisance, nuisance
+from pitotbench.reconcile.replay import can_replay, replay
+from pitotbench.reconcile.track import Track, track_of
+from pitotbench.reconcile.whitening import NoiseModel, autocovariance, noise_model
+from pitotbench.records.log import FlightLog
+from pitotbench.units import Array
+
+ROUNDS = 3  # of scaling the channels against each other before the noise is known
+WORST = 1e6  # slack of instants that say nothing
+COUNTED = tuple(  # found by counting in step 0, not by fitting
+    name for name, effect in EFFECTS.items() if isinstance(effect, SensorEffect) and effect.after_noise
+)
+FITTED: Catalog[Effect] = Catalog(
+    "effect", {name: effect for name, effect in EFFECTS.items() if name not in COUNTED and not effect.variant_of}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A log laid out, before its noise is known."""
+
+    found: Found
+    track: Track
+    scene: Scene
+    residuals: Residuals
+    nuisance: Nuisance
+    signatures: tuple[Signature, ...]
+    cells: tuple[Cell, ...]
+    shapes: Array
+
+    @property
+    def grid(self) -> Grid:
+        """The instants."""
+        return self.scene.grid
+
+
+def study(log: FlightLog, aircraft: AircraftModel | None, day_known: bool) -> Study:
+    """Lay out a log; without an aircraft, its sensors alone."""
+    found = check(log)
+    track = track_of(log, found.fresh)
+    model = replay(track, aircraft.react) if aircraft is not None and can_replay(track) else None
+    set_up = scene(track, mean_wind(track), model, aircraft if model is not None else None)
+    left = residuals(track, set_up.grid, set_up.frame, model)
+    left = replace(left, slack=left.slack + _unusable(log, found, track, set_up.grid)[:, None])
+    unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, day_known)
+    places, shapes = cells(track, set_up.grid, set_up.base)
+    return Study(found, track, set_up, left, unknown, signatures(set_up, FITTED), places, shapes)
+
+
+def mean_wind(track: Track) -> Array:
+    """Ground velocity less air velocity on average, toward north, east, down [m/s], (3,)."""
+    through, wind = air_velocity(track), np.zeros(3)
+    for i, name in enumerate(("velocity_north", "velocity_east", "velocity_down")):
+        if name in track:
+            wind[i] = np.mean(track[name] - through[i])
+    return wind
+
+
+def _unusable(log: FlightLog, found: Found, track: Track, grid: Grid) -> Array:
+    """Slack of instants with a row at the ceiling near them, (n,)."""
+    bad = np.interp(track.time, log.time, (~found.usable).astype(np.float64))
+    return np.where(grid.smooth(bad) > 0.0, WORST, 0.0)
+
+
+def noise_residuals(layout: Study) -> Array:
+    """Residuals without nuisances, by least squares with robust scales, (n, c): what noise is learned from."""
+    values, columns = layout.residuals.values, layout.nuisance.columns
+    scale = values.std(axis=0) + 1e-12
+    left = values
+    for _ in range(ROUNDS):
+        inside = layout.residuals.slack < WORST
+        design = (columns * (inside / scale)[:, :, None]).reshape(-1, columns.shape[2])
+        normal = design.T @ design + np.diag(1.0 / layout.nuisance.deviations**2)
+        sizes = np.linalg.solve(normal, design.T @ (values * inside / scale).ravel())
+        left = values - columns @ sizes
+        scale = 1.4826 * np.median(np.abs(left - np.median(left, axis=0)), axis=0) + 1e-12
+    return np.where(layout.residuals.slack < WORST, left, 0.0)
+
+
+def own_noise(layout: Study) -> NoiseModel:
+    """The noise as the log itself shows it: what is left when nuisances and the cells without physics are out."""
+    left = noise_residuals(layout)
+    shapes = np.concatenate([layout.shapes, np.ones((len(left), 1))], axis=1)
+    left = left - shapes @ np.linalg.lstsq(shapes, left, rcond=1e-9)[0]
+    return noise_model(layout.residuals.names, autocovariance(left, layout.grid))
+
+
+def scaled_to(noise: NoiseModel, layout: Study) -> NoiseModel:
+    """A noise model with this log's own level of innovations, by their median, where that is the higher one."""
+    white = noise.whiten(noise_residuals(layout), layout.grid, layout.residuals.slack)
+    used = white[np.any(white != 0.0, axis=1)]
+    level = 1.4826 * np.median(np.abs(used - np.median(used, axis=0)), axis=0)
+    return replace(noise, deviations=noise.deviations * np.clip(level, 1.0, 4.0))
+
+
+def weigh(layout: Study, noise: NoiseModel) -> Evidence:
+    """The evidence of a log under a noise model."""
+    n, c = layout.residuals.values.shape
+
+    def white(values: Array) -> Array:
+        return noise.whiten(values, layout.grid, layout.residuals.slack)
+
+    columns = [s.column[:, :, None] for s in layout.signatures]
+    dense = white(np.concatenate([layout.nuisance.columns, *columns], axis=2))
+    shapes = white(np.broadcast_to(layout.shapes[:, None, :], (n, c, layout.shapes.shape[1])).copy())
+    products = inner_products(dense, shapes, white(layout.residuals.values))
+    return evidence(products, layout.nuisance.columns.shape[2], layout.nuisance.deviations)
+
+
+def columns_of(layout: Study) -> Mapping[str, tuple[int, ...]]:
+    """Which columns of the evidence belong to each effect."""
+    found: dict[str, tuple[int, ...]] = {}
+    for index, signature in enumerate(layout.signatures):
+        found[signature.effect] = (*found.get(signature.effect, ()), index)
+    return found

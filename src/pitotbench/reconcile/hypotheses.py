@@ -4,8 +4,8 @@ One mechanism for all. An effect on the sensors acts on the clean track, an effe
 on the aircraft changes what the force meter says; the residuals with it less those without it, for each size.
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -66,12 +66,14 @@ def scene(track: Track, wind: Array, model: Replay | None, aircraft: AircraftMod
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """What one unit of a parameter of an effect does to the residuals, (n, c), in whose linearization at `size`."""
+    """What one unit of a parameter of an effect does to the residuals, (n, c), as a share of what `size` units do;
+    `shapes` are the effect's shapes where they are not typical."""
 
     effect: str
     parameter: str
     size: float
     column: Array
+    shapes: Mapping[str, float] = field(default_factory=dict)
 
 
 def signatures(scene: Scene, effects: Catalog[Effect]) -> tuple[Signature, ...]:

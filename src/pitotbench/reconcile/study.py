@@ -1,6 +1,6 @@
 """One log laid out for judgment: its residuals, its hypotheses, and the evidence that joins them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,8 @@ from pitotbench.reconcile.channels import Residuals, air_velocity, residuals
 from pitotbench.reconcile.checks import Found, check
 from pitotbench.reconcile.evidence import Evidence, evidence, inner_products
 from pitotbench.reconcile.grid import Grid
-from pitotbench.reconcile.hypotheses import AircraftModel, Scene, Signature, scene, signatures
+from pitotbench.reconcile.hypotheses import AircraftModel, Scene, Signature, scene
+from pitotbench.reconcile.hypotheses import signatures as all_signatures
 from pitotbench.reconcile.locate import Cell, cells
 from pitotbench.reconcile.nuisance import Nuisance, nuisance
 from pitotbench.reconcile.replay import can_replay, replay
@@ -42,6 +43,7 @@ class Study:
     signatures: tuple[Signature, ...]
     cells: tuple[Cell, ...]
     shapes: Array
+    day_known: bool
 
     @property
     def grid(self) -> Grid:
@@ -49,8 +51,11 @@ class Study:
         return self.scene.grid
 
 
-def study(log: FlightLog, aircraft: AircraftModel | None, day_known: bool) -> Study:
-    """Lay out a log; without an aircraft, its sensors alone."""
+def study(
+    log: FlightLog, aircraft: AircraftModel | None, day_known: bool, effects: Catalog[Effect] = FITTED
+) -> Study:
+    """Lay out a log; without an aircraft, its sensors alone. `day_known`: pressure and temperature of the day are
+    those of its weather report; `effects` are the hypotheses."""
     found = check(log)
     track = track_of(log, found.fresh)
     model = replay(track, aircraft.react) if aircraft is not None and can_replay(track) else None
@@ -59,7 +64,7 @@ def study(log: FlightLog, aircraft: AircraftModel | None, day_known: bool) -> St
     left = replace(left, slack=left.slack + _unusable(log, found, track, set_up.grid)[:, None])
     unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, day_known)
     places, shapes = cells(track, set_up.grid, set_up.base)
-    return Study(found, track, set_up, left, unknown, signatures(set_up, FITTED), places, shapes)
+    return Study(found, track, set_up, left, unknown, all_signatures(set_up, effects), places, shapes, day_known)
 
 
 def mean_wind(track: Track) -> Array:
@@ -122,9 +127,9 @@ def weigh(layout: Study, noise: NoiseModel) -> Evidence:
     return evidence(products, layout.nuisance.columns.shape[2], layout.nuisance.deviations)
 
 
-def columns_of(layout: Study) -> Mapping[str, tuple[int, ...]]:
+def columns_of(signatures: Sequence[Signature]) -> Mapping[str, tuple[int, ...]]:
     """Which columns of the evidence belong to each effect."""
     found: dict[str, tuple[int, ...]] = {}
-    for index, signature in enumerate(layout.signatures):
+    for index, signature in enumerate(signatures):
         found[signature.effect] = (*found.get(signature.effect, ()), index)
     return found

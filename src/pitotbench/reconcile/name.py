@@ -50,11 +50,12 @@ def name(layout: Study, known: Knowledge) -> Naming:
     for _ in range(ROUNDS):
         sizes = _fitted_sizes(layout, weighed, columns)
         best = max(columns, key=lambda n: merit(weighed.fit(columns[n])))
-        layout = seen
-        if score(weighed.fit(columns[best])) > LARGE:
-            layout = without(seen, best, {parameter: v for (n, parameter), v in sizes.items() if n == best})
-        layout = at_sizes(layout, sizes)
-        weighed = weigh(layout, noise)
+        own = {parameter: v for (n, parameter), v in sizes.items() if n == best}
+        undone = without(layout, seen, best, own if score(weighed.fit(columns[best])) > LARGE else {})
+        renewed = at_sizes(undone, sizes)
+        if renewed is layout:
+            break
+        layout, weighed = renewed, weigh(renewed, noise)
     table = _Table(weighed, layout.signatures, known)
     chosen = table.choose()
     located = _located(layout, weighed, known, ())

@@ -10,7 +10,7 @@ from pitotbench.reconcile.channels import residuals
 from pitotbench.reconcile.clean import clean_track
 from pitotbench.reconcile.evidence import evidence, inner_products
 from pitotbench.reconcile.hypotheses import Scene, Signature, change
-from pitotbench.reconcile.nuisance import nuisance
+from pitotbench.reconcile.nuisance import Nuisance, nuisance
 from pitotbench.reconcile.scoring import merit
 from pitotbench.reconcile.study import FITTED, Study, mean_wind
 from pitotbench.reconcile.whitening import NoiseModel
@@ -18,6 +18,7 @@ from pitotbench.units import Array
 
 LOOKS = 14  # times over the log at which an event is first looked for
 HALVINGS = 3
+LINEAR_WITHIN = {"sensors": 0.1, "air": 0.1, "aircraft": 0.6}  # share of a size over which its signature serves
 SMALLEST = 0.05  # of the typical size: below it a signature is taken at this size
 
 
@@ -27,18 +28,20 @@ def at_sizes(layout: Study, sizes: Mapping[tuple[str, str], float]) -> Study:
     for i, old in enumerate(found):
         if (old.effect, old.parameter) in sizes:
             found[i] = _renewed(layout.scene, old, sizes[old.effect, old.parameter])
+    if all(new is old for new, old in zip(found, layout.signatures, strict=True)):
+        return layout
     return replace(layout, signatures=tuple(found))
 
 
-def without(layout: Study, name: str, sizes: Mapping[str, float]) -> Study:
-    """The study seen from a clean track in which an effect on the sensors is undone: all that acts on the sensors acts
-    there instead on signals that are as they were before the effect.
+def without(layout: Study, seen: Study, name: str, sizes: Mapping[str, float]) -> Study:
+    """A study seen from a clean track in which an effect on the sensors is undone (`seen` is the study as it was laid
+    out): all that acts on the sensors acts there on signals as they were before that effect.
 
     Where the effect is large, signals that still hold it would bend every other signature.
     """
-    effect, old = FITTED[name], layout.scene
-    if not isinstance(effect, SensorEffect):
-        return layout
+    effect, old = FITTED[name], seen.scene
+    if not isinstance(effect, SensorEffect) or not sizes:
+        return layout if layout.scene is old else _from(layout, old, seen.nuisance)
     full = _alone(effect, "", 0.0, {})
     full = {key: sizes.get(key, value) for key, value in full.items()}
     applied = effect.apply(Signals(old.clean.time, old.clean.channels), full)
@@ -48,8 +51,13 @@ def without(layout: Study, name: str, sizes: Mapping[str, float]) -> Study:
     base = residuals(clean, old.grid, old.frame, old.model)
     new = replace(old, clean=clean, base=base)
     unknown = nuisance(clean, old.grid, old.frame, old.model, base, layout.day_known)
-    found = tuple(_seen_from(new, s) for s in layout.signatures)
-    return replace(layout, scene=new, nuisance=unknown, signatures=found)
+    return _from(layout, new, unknown)
+
+
+def _from(layout: Study, scene: Scene, unknown: Nuisance) -> Study:
+    """A study from another scene."""
+    found = tuple(_seen_from(scene, s) for s in layout.signatures)
+    return replace(layout, scene=scene, nuisance=unknown, signatures=found)
 
 
 def _seen_from(scene: Scene, old: Signature) -> Signature:
@@ -67,7 +75,7 @@ def _renewed(scene: Scene, old: Signature, size: float) -> Signature:
     least = SMALLEST * abs(parameter.typical)
     size = float(np.clip(size, parameter.low, parameter.high))
     size = float(np.copysign(max(abs(size), least), size))
-    if abs(size - old.size) < least:
+    if abs(size - old.size) < max(least, LINEAR_WITHIN[effect.acts_on] * abs(old.size)):
         return old
     moved = change(scene, effect, _alone(effect, old.parameter, size, old.shapes))
     if moved is None or not np.any(moved):

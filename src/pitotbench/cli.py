@@ -57,6 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_calibrate(commands.add_parser("calibrate", help="recover the error curve and the wind from a log"))
     _add_fixed_speed(commands.add_parser("fixed-speed", help="three- and four-leg GPS methods"))
     add_campaign(commands.add_parser("campaign", help="fly maneuvers, sense and calibrate them"))
+    add_reconcile(commands.add_parser("reconcile", help="name the effect that a simulation lacks"))
     return parser
 
 
@@ -217,6 +218,54 @@ def run_campaign(options: argparse.Namespace) -> int:
     from pitotbench.campaign.command import request_of, run_and_print
 
     return DONE if run_and_print(request_of(options)) else NO_ANSWER
+
+
+def add_reconcile(parser: argparse.ArgumentParser) -> None:
+    """The flags of a reconciliation, shared by `pitotbench reconcile` and `scripts/reconcile.py`."""
+    parser.add_argument("log", type=Path, metavar="MEASURED", help="measured log (.csv, .parquet, .mat)")
+    parser.add_argument(
+        "--aircraft", default="navajo", help="aircraft model, or none: sensors alone (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--holdout", type=Path, metavar="LOG", help="another log, on which the gap is to shrink too"
+    )
+    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    parser.add_argument(
+        "--card", type=Path, metavar="CASE", help="case file that says what was flown (default: the log's header)"
+    )
+    parser.add_argument("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME")
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.add_argument("--out", type=Path, help="folder for verdict.json and patch.toml")
+    parser.set_defaults(run=run_reconcile)
+
+
+def run_reconcile(options: argparse.Namespace) -> int:
+    """Reconcile a log, print the verdict, write it and its patch."""
+    from rich.console import Console
+
+    from pitotbench.bench_reconcile import Setting, keep, reconcile
+    from pitotbench.logbook import find_mapping, read_log
+    from pitotbench.records.case_file import read_case
+    from pitotbench.show.verdict import print_verdict, verdict_json
+
+    log = read_log(options.log, options.mapping)
+    other = read_log(options.holdout, options.mapping) if options.holdout else None
+    card = read_case(options.card) if options.card else None
+    advised = find_mapping(options.mapping).calibrate if options.mapping else {}
+    setting = Setting(
+        static_error=advised.get("error_location") == "static", mach_max=float(advised.get("mach_max", 1.0))
+    )
+    found = reconcile(
+        log, options.aircraft, other, card, progress=lambda line: print(line, file=sys.stderr), setting=setting
+    )
+    document = verdict_json(found.verdict)
+    for line in keep(found, document, options.log.name, options.aircraft, options.out, options.apply):
+        print(line, file=sys.stderr)
+    if options.json:
+        print(json.dumps(document, indent=1))
+    else:
+        print_verdict(found.verdict, Console(highlight=False, soft_wrap=True))
+    return DONE
 
 
 if __name__ == "__main__":

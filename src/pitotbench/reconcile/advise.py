@@ -9,7 +9,14 @@ SHOWS: dict[str, tuple[tuple[str, ...], str]] = {
         "repeated decelerations and accelerations (rapid_decel), both ways",
     ),
     "changing height": (
-        ("static_lag", "line_leak", "wind_shear", "temperature_drift", "nonstandard_temperature", "static_zero_offset"),
+        (
+            "static_lag",
+            "line_leak",
+            "wind_shear",
+            "temperature_drift",
+            "nonstandard_temperature",
+            "static_zero_offset",
+        ),
         "a climb and a descent of 1,000 ft at constant airspeed",
     ),
     "turning": (
@@ -37,8 +44,10 @@ def advice(kind: str, groups: Sequence[Sequence[str]]) -> tuple[str, ...]:
     if kind == "no_gap":
         return ("nothing to separate; the smallest sizes that would have shown are listed",)
     if kind == "unknown":
-        return ("repeat the maneuver: a gap that returns in the same channel and phase is the airplane's or the "
-                "system's, one that does not is the day's",)
+        return (
+            "repeat the maneuver: a gap that returns in the same channel and phase is the airplane's or the "
+            "system's, one that does not is the day's",
+        )
     return tuple(_for_group(group) for group in groups)
 
 
@@ -51,7 +60,5 @@ def _for_group(names: Sequence[str]) -> str:
     listed = ", ".join(names)
     if len(told) < 2:
         where = SHOWS[told[0]][1] if told else "a longer log"
-        return (
-            f"{listed} act alike in any maneuver of this kind; look at the airplane, or sharpen both by: {where}"
-        )
+        return f"{listed} act alike in any maneuver of this kind; look at the airplane, or sharpen both by: {where}"
     return f"to tell {listed} apart: " + "; or ".join(SHOWS[kind][1] for kind in told)

@@ -102,7 +102,11 @@ def _ceiling(log: FlightLog) -> tuple[Check, tuple[Candidate, ...], Booleans]:
     top = float(log.impact_pressure.max())
     capped: NDArray[np.bool_] = log.impact_pressure >= top
     if capped.sum() < CEILING_ROWS or _step(log.impact_pressure) > 5.0:
-        return Check("saturation", "passed", "impact pressure does not stand at a ceiling"), (), ~np.zeros_like(capped)
+        return (
+            Check("saturation", "passed", "impact pressure does not stand at a ceiling"),
+            (),
+            ~np.zeros_like(capped),
+        )
     why = f"impact pressure stands at {top:.1f} Pa on {int(capped.sum())} rows"
     return Check("saturation", "failed", why), (_known("saturation", ("ceiling_pa", top, 1.0)),), ~capped
 

@@ -141,7 +141,13 @@ def _warmed(scene: Scene, warmer: float) -> Array | None:
 
 def _felt(scene: Scene, effect: AircraftEffect, sizes: dict[str, float]) -> Array | None:
     """The measured motion is the same; the aircraft that felt it was another, which the model does not know."""
-    if scene.model is None or scene.react is None or scene.baseline is None or scene.coarse is None:
+    if (
+        scene.model is None
+        or scene.react is None
+        or scene.baseline is None
+        or scene.coarse is None
+        or scene.plain is None
+    ):
         return None
     overlay, react = effect.overlay(sizes, scene.baseline), scene.react
     split = _throttle_split(overlay)

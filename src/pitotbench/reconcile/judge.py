@@ -12,6 +12,7 @@ from pitotbench.reconcile.closure import closure
 from pitotbench.reconcile.evidence import Evidence
 from pitotbench.reconcile.hypotheses import AircraftModel
 from pitotbench.reconcile.name import Naming, estimates, name
+from pitotbench.reconcile.nuisance import Setting
 from pitotbench.reconcile.null import Knowledge
 from pitotbench.reconcile.refine import at_sizes, without
 from pitotbench.reconcile.study import FITTED, Study, columns_of, scaled_to, study, weigh
@@ -33,7 +34,7 @@ def judge(layout: Study, known: Knowledge) -> tuple[Verdict, Naming]:
         candidates=named.candidates,
         located=named.leftover if kind == "unknown" and named.chosen else named.located,
         checks=layout.found.checks,
-        closure=closure(named.evidence, named.fit.columns, named.fit.sizes, _cells(named.layout)),
+        closure=closure(named.evidence, named.fit.columns, named.fit.sizes.tolist(), _cells(named.layout)),
         smallest_detectable=smallest_detectable(named.evidence, named.layout, known, named.fit.columns),
         advice=advice(kind, groups),
         notes=_notes(layout, known, named),
@@ -92,10 +93,12 @@ def _notes(layout: Study, known: Knowledge, named: Naming) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def hold_out(log: FlightLog, aircraft: AircraftModel | None, known: Knowledge, named: Naming, day: bool) -> Closure:
+def hold_out(
+    log: FlightLog, aircraft: AircraftModel | None, known: Knowledge, named: Naming, setting: Setting
+) -> Closure:
     """What the named effects, with the sizes already found, close on another log."""
     chosen: Catalog[Effect] = Catalog("effect", {n: FITTED[n] for n in named.chosen})
-    layout = study(log, aircraft, day, chosen)
+    layout = study(log, aircraft, setting, chosen)
     sizes = {
         (named.layout.signatures[c].effect, named.layout.signatures[c].parameter): float(v)
         for c, v in zip(named.fit.columns, named.fit.sizes, strict=True)

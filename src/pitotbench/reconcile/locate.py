@@ -53,7 +53,9 @@ def phases(track: Track, grid: Grid) -> NDArray[np.str_]:
 def _slope(values: Array, grid: Grid, half: int, track: Track) -> Array:
     ahead = np.minimum(grid.rows + half, len(values) - 1)
     behind = np.maximum(grid.rows - half, 0)
-    return (grid_mean(values, ahead) - grid_mean(values, behind)) / (np.maximum(ahead - behind, 1) * track.row_period)
+    change = grid_mean(values, ahead) - grid_mean(values, behind)
+    seconds = np.maximum(ahead - behind, 1) * track.row_period
+    return np.asarray(change / seconds)
 
 
 def grid_mean(values: Array, rows: NDArray[np.intp], half: int = 10) -> Array:

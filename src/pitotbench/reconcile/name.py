@@ -68,7 +68,9 @@ def name(layout: Study, known: Knowledge) -> Naming:
     return Naming(kind, chosen, alternatives, candidates, located, leftover, layout, weighed, fit)
 
 
-def _fitted_sizes(layout: Study, weighed: Evidence, columns: Mapping[str, Sequence[int]]) -> dict[tuple[str, str], float]:
+def _fitted_sizes(
+    layout: Study, weighed: Evidence, columns: Mapping[str, Sequence[int]]
+) -> dict[tuple[str, str], float]:
     """Sizes of the best explanations, alone and joined with the very best."""
     fits = {n: weighed.fit(c) for n, c in columns.items()}
     best = sorted(fits, key=lambda n: -merit(fits[n]))[:CONTENDERS]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench.pressure_error import INVERSE_PLUS, REFERENCE_PRESSURE
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.reconcile.channels import Frame, Residuals, residuals
 from pitotbench.reconcile.grid import Grid
 from pitotbench.reconcile.replay import Replay
@@ -25,6 +25,8 @@ ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
     "pitch": 0.005,
     "heading": 0.010,
 }
+ANGLE_SCALE = {"angle_of_attack": 0.02, "sideslip": 0.02}  # share: upwash not taken out
+FOREIGN = 5.0  # times these, for a log of which nothing is known
 OFFSETS = {  # of a residual channel [its unit]
     "pressure_height": 500.0,
     "temperature": 30.0,
@@ -50,33 +52,61 @@ class Nuisance:
 Change = Callable[[Track], Track]
 
 
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What is known of a log beyond its rows. `day_known`: the air's pressure and temperature are those of a weather
+    report, and the instruments are of the usual class; `static_error`: the error curve sits in the static pressure,
+    not in the impact pressure alone; rows above `mach_max` are not used."""
+
+    day_known: bool = False
+    static_error: bool = False
+    mach_max: float = 1.0
+
+
 def nuisance(
-    clean: Track, grid: Grid, frame: Frame, model: Replay | None, base: Residuals, day_known: bool = False
+    clean: Track, grid: Grid, frame: Frame, model: Replay | None, base: Residuals, known: Setting
 ) -> Nuisance:
-    """All nuisances that the residual channels of a log call for; where the day is known, the air's pressure and
-    temperature are those of its weather report."""
+    """All nuisances that the residual channels of a log call for."""
     found: dict[str, tuple[Array, float]] = {}
-    for name, (change, step, deviation) in _changes(clean).items():
+    for name, (change, step, deviation) in _changes(clean, known).items():
         moved = residuals(change(clean), grid, frame, model).values - base.values
         found[name] = (moved / step, deviation)
-    found |= _wind(grid, frame, base) | _offsets(clean, grid, base, day_known) | _earth(clean, grid, frame, base)
+    found |= _wind(grid, frame, base) | _offsets(clean, grid, base, known.day_known)
+    found |= _earth(clean, grid, frame, base)
     columns = np.stack([column for column, _ in found.values()], axis=2)
     return Nuisance(tuple(found), columns, np.array([deviation for _, deviation in found.values()]))
 
 
-def _changes(clean: Track) -> Mapping[str, tuple[Change, float, float]]:
+def _changes(clean: Track, known: Setting) -> Mapping[str, tuple[Change, float, float]]:
     changes: dict[str, tuple[Change, float, float]] = {}
-    basis = INVERSE_PLUS.basis(clean["impact_pressure"] / REFERENCE_PRESSURE)
-    for i, name in enumerate(INVERSE_PLUS.parameter_names):
-        changes[f"curve {name}"] = (_scaled(basis[:, i]), 0.01, CURVE_DEVIATION)
+    basis = MODELS["inverse+"].basis(clean["impact_pressure"] / REFERENCE_PRESSURE)
+    for i, name in enumerate(MODELS["inverse+"].parameter_names):
+        changes[f"curve {name}"] = (_curved(basis[:, i], known.static_error), 0.01, CURVE_DEVIATION)
+    wider = 1.0 if known.day_known else FOREIGN
     for name, deviation in ANGLE_BIAS.items():
         if name in clean:
-            changes[f"{name} bias"] = (_shifted(name, 0.002), 0.002, deviation)
+            changes[f"{name} bias"] = (_shifted(name, 0.002), 0.002, wider * deviation)
+    for name, deviation in ANGLE_SCALE.items():
+        if name in clean:
+            changes[f"{name} scale"] = (_scaled(name, 1.01), 0.01, wider * deviation)
     return changes
 
 
-def _scaled(term: Array) -> Change:
-    return lambda track: track.replaced({"impact_pressure": track["impact_pressure"] * (1.0 - 0.01 * term)})
+def _curved(term: Array, static_error: bool) -> Change:
+    """One hundredth of a term of the error curve, Δp = q_c − q_ci, which at a static source the pressure shows too."""
+
+    def change(track: Track) -> Track:
+        error = 0.01 * term * track["impact_pressure"]
+        changed = {"impact_pressure": track["impact_pressure"] - error}
+        return track.replaced(
+            changed | ({"static_pressure": track["static_pressure"] + error} if static_error else {})
+        )
+
+    return change
+
+
+def _scaled(name: str, factor: float) -> Change:
+    return lambda track: track.replaced({name: track[name] * factor})
 
 
 def _shifted(name: str, step: float) -> Change:

@@ -84,4 +84,4 @@ def _quantile(largest: Sequence[float] | Array) -> float:
     """The value that the largest score exceeds on a share of null flights (Gumbel 1958, by moments)."""
     scale = float(np.std(largest, ddof=1)) * np.sqrt(6.0) / np.pi
     mode = float(np.mean(largest)) - EULER * scale
-    return max(FLOOR, mode - scale * float(np.log(-np.log1p(-FALSE_ALARM))))
+    return max(FLOOR, float(mode - scale * np.log(-np.log1p(-FALSE_ALARM))))

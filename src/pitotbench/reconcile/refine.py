@@ -50,7 +50,7 @@ def without(layout: Study, seen: Study, name: str, sizes: Mapping[str, float]) -
     clean = clean_track(track, mean_wind(track))
     base = residuals(clean, old.grid, old.frame, old.model)
     new = replace(old, clean=clean, base=base)
-    unknown = nuisance(clean, old.grid, old.frame, old.model, base, layout.day_known)
+    unknown = nuisance(clean, old.grid, old.frame, old.model, base, layout.known)
     return _from(layout, new, unknown)
 
 

@@ -60,7 +60,9 @@ def motion_of(track: Track, rows: NDArray[np.intp]) -> Motion:
     follows, in which the engines answer to them."""
     names = [n for n in Motion.__dataclass_fields__ if n in track and n != "static_pressure"]
     mach = air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
-    warm = outside_temperature(track, mach) - air.standard_temperature(air.pressure_altitude(track["static_pressure"]))
+    warm = outside_temperature(track, mach) - air.standard_temperature(
+        air.pressure_altitude(track["static_pressure"])
+    )
     every = int(np.median(np.diff(rows)))
     around, after = _means(rows, every, len(track.time), 0.5), _means(rows, every, len(track.time), 0.0)
     return Motion(

@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pitotbench import air
 from pitotbench.catalog import Catalog
-from pitotbench.effects import EFFECTS, Effect, SensorEffect
+from pitotbench.effects import EFFECTS, Effect, Overlay, SensorEffect
 from pitotbench.reconcile.channels import Residuals, air_velocity, residuals
 from pitotbench.reconcile.checks import Found, check
 from pitotbench.reconcile.evidence import Evidence, evidence, inner_products
@@ -14,7 +15,7 @@ from pitotbench.reconcile.grid import Grid
 from pitotbench.reconcile.hypotheses import AircraftModel, Scene, Signature, scene
 from pitotbench.reconcile.hypotheses import signatures as all_signatures
 from pitotbench.reconcile.locate import Cell, cells
-from pitotbench.reconcile.nuisance import Nuisance, nuisance
+from pitotbench.reconcile.nuisance import Nuisance, Setting, nuisance
 from pitotbench.reconcile.replay import can_replay, replay
 from pitotbench.reconcile.track import Track, track_of
 from pitotbench.reconcile.whitening import NoiseModel, autocovariance, noise_model
@@ -43,7 +44,7 @@ class Study:
     signatures: tuple[Signature, ...]
     cells: tuple[Cell, ...]
     shapes: Array
-    day_known: bool
+    known: Setting
 
     @property
     def grid(self) -> Grid:
@@ -52,19 +53,22 @@ class Study:
 
 
 def study(
-    log: FlightLog, aircraft: AircraftModel | None, day_known: bool, effects: Catalog[Effect] = FITTED
+    log: FlightLog, aircraft: AircraftModel | None, known: Setting, effects: Catalog[Effect] = FITTED
 ) -> Study:
-    """Lay out a log; without an aircraft, its sensors alone. `day_known`: pressure and temperature of the day are
-    those of its weather report; `effects` are the hypotheses."""
+    """Lay out a log; without an aircraft, its sensors alone; `effects` are the hypotheses."""
     found = check(log)
     track = track_of(log, found.fresh)
-    model = replay(track, aircraft.react) if aircraft is not None and can_replay(track) else None
+    model = (
+        replay(track, lambda motion: aircraft.react(motion, Overlay()))
+        if aircraft is not None and can_replay(track)
+        else None
+    )
     set_up = scene(track, mean_wind(track), model, aircraft if model is not None else None)
     left = residuals(track, set_up.grid, set_up.frame, model)
-    left = replace(left, slack=left.slack + _unusable(log, found, track, set_up.grid)[:, None])
-    unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, day_known)
+    left = replace(left, slack=left.slack + _unusable(log, found, track, set_up.grid, known)[:, None])
+    unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, known)
     places, shapes = cells(track, set_up.grid, set_up.base)
-    return Study(found, track, set_up, left, unknown, all_signatures(set_up, effects), places, shapes, day_known)
+    return Study(found, track, set_up, left, unknown, all_signatures(set_up, effects), places, shapes, known)
 
 
 def mean_wind(track: Track) -> Array:
@@ -76,10 +80,11 @@ def mean_wind(track: Track) -> Array:
     return wind
 
 
-def _unusable(log: FlightLog, found: Found, track: Track, grid: Grid) -> Array:
-    """Slack of instants with a row at the ceiling near them, (n,)."""
+def _unusable(log: FlightLog, found: Found, track: Track, grid: Grid, known: Setting) -> Array:
+    """Slack of instants with a row at the ceiling or above the greatest Mach number near them, (n,)."""
     bad = np.interp(track.time, log.time, (~found.usable).astype(np.float64))
-    return np.where(grid.smooth(bad) > 0.0, WORST, 0.0)
+    mach = air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
+    return np.where((grid.smooth(bad) > 0.0) | (grid.smooth(mach) > known.mach_max), WORST, 0.0)
 
 
 def noise_residuals(layout: Study) -> Array:
@@ -99,15 +104,20 @@ def noise_residuals(layout: Study) -> Array:
 
 def own_noise(layout: Study) -> NoiseModel:
     """The noise as the log itself shows it: what is left when nuisances and the cells without physics are out."""
+    return noise_model(layout.residuals.names, autocovariance(_shapeless(layout), layout.grid))
+
+
+def _shapeless(layout: Study) -> Array:
+    """Residuals without nuisances and without what the cells take up, so that a gap does not count as noise, (n, c)."""
     left = noise_residuals(layout)
-    shapes = np.concatenate([layout.shapes, np.ones((len(left), 1))], axis=1)
-    left = left - shapes @ np.linalg.lstsq(shapes, left, rcond=1e-9)[0]
-    return noise_model(layout.residuals.names, autocovariance(left, layout.grid))
+    used = (layout.residuals.slack[:, :1] < WORST).astype(np.float64)
+    shapes = np.concatenate([layout.shapes, np.ones((len(left), 1))], axis=1) * used
+    return np.asarray(left - shapes @ np.linalg.lstsq(shapes, left * used, rcond=1e-9)[0])
 
 
 def scaled_to(noise: NoiseModel, layout: Study) -> NoiseModel:
     """A noise model with this log's own level of innovations, by their median, where that is the higher one."""
-    white = noise.whiten(noise_residuals(layout), layout.grid, layout.residuals.slack)
+    white = noise.whiten(_shapeless(layout), layout.grid, layout.residuals.slack)
     used = white[np.any(white != 0.0, axis=1)]
     level = 1.4826 * np.median(np.abs(used - np.median(used, axis=0)), axis=0)
     return replace(noise, deviations=noise.deviations * np.clip(level, 1.0, 4.0))

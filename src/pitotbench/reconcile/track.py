@@ -64,10 +64,15 @@ def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
     fresh = np.ones(len(log), dtype=np.bool_) if log.gps_fresh is None else log.gps_fresh
     fix_time = log.time[fresh]
     fix_period = float(np.median(np.diff(fix_time)))
-    times = [log.time[p[0]] + period * np.arange(int(round((log.time[p[-1]] - log.time[p[0]]) / period)) + 1) for p in pieces]
+    times = [
+        log.time[p[0]] + period * np.arange(int(round((log.time[p[-1]] - log.time[p[0]]) / period)) + 1)
+        for p in pieces
+    ]
     names = [n for n, a in log.channels().items() if a.dtype == np.float64 and n != "time"]
     channels = {
-        name: np.concatenate([_regular(log, name, p, t, _new(name, fresh, fresh_air)) for p, t in zip(pieces, times, strict=True)])
+        name: np.concatenate(
+            [_regular(log, name, p, t, _new(name, fresh, fresh_air)) for p, t in zip(pieces, times, strict=True)]
+        )
         for name in names
     }
     time = np.concatenate(times)

@@ -83,7 +83,9 @@ def _prepare(plant: Plant, motion: Motion, loaded_mass: float) -> tuple[Array, A
     burnt = max(0.0, loaded_mass - float(motion.mass[0])) / POUND / len(TANKS)  # tanks hold no more than they do
     for tank, full in zip(TANKS, fuel, strict=True):
         plant.set(tank, full - burnt)
-    low, high = (float(air.pressure_altitude(p)) for p in (motion.static_pressure.max(), motion.static_pressure.min()))
+    low, high = (
+        float(air.pressure_altitude(p)) for p in (motion.static_pressure.max(), motion.static_pressure.min())
+    )
     levels = np.linspace(low - 600.0, high + 600.0, 25)
     seen = np.empty((len(levels), 2))
     for i, level in enumerate(levels):

@@ -112,7 +112,8 @@ class Plant:
 
     def writer(self, name: str) -> Callable[[float], bool]:
         """The write function of a property, in JSBSim's own unit; for loops that write at every step."""
-        return self._tree.get_node(self._line(name).path).set_double_value
+        write: Callable[[float], bool] = self._tree.get_node(self._line(name).path).set_double_value
+        return write
 
     def run_initial_conditions(self) -> None:
         """Take over the initial conditions; engines and systems keep their state.
@@ -121,10 +122,10 @@ class Plant:
         """
         if not self.fdm.run_ic():
             raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
+
     def serves(self, path: str) -> bool:
         """Whether the aircraft has a property of this path."""
         return path in self._access
-
 
     def _line(self, name: str) -> Property:
         if "/" not in name:

@@ -1,4 +1,5 @@
-"""The conductor of reconciliation: flies null flights, lends the aircraft as a force meter, keeps what was learned."""
+"""The conductor of reconciliation: flies null flights, lends the aircraft as a force meter, keeps what was
+learned."""
 
 import json
 import os
@@ -77,7 +78,8 @@ def _react(name: str, motion: Motion, overlay: Overlay | None = None) -> Reactio
 
 
 def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
-    """The case that a log's header tells, as a null flight of an aircraft: without effects, its hidden parts as usual.
+    """The case that a log's header tells, as a null flight of an aircraft: without effects, its hidden parts as
+    usual.
 
     None where the header tells none (a foreign log).
     """
@@ -178,13 +180,15 @@ def _to_json(known: Knowledge) -> dict[str, Any]:
         "threshold": known.threshold,
         "cell_threshold": known.cell_threshold,
         "flights": known.flights,
+        "gusts": {name: list(pair) for name, pair in known.gusts.items()},
     }
 
 
 def _from_json(table: dict[str, Any]) -> Knowledge:
     noise = table.pop("noise")
     model = NoiseModel(tuple(noise["names"]), np.array(noise["coefficients"]), np.array(noise["deviations"]))
-    return Knowledge(noise=model, **table)
+    gusts = {name: (pair[0], pair[1]) for name, pair in table.pop("gusts").items()}
+    return Knowledge(noise=model, gusts=gusts, **table)
 
 
 def keep(

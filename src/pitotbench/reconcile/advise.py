@@ -40,7 +40,8 @@ SHOWS: dict[str, tuple[tuple[str, ...], str]] = {
 
 
 def advice(kind: str, groups: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Sentences for a verdict: `groups` holds, for each effect that was found, its name and those it is confused with."""
+    """Sentences for a verdict: `groups` holds, for each effect that was found, its name and those it is confused
+    with."""
     if kind == "no_gap":
         return ("nothing to separate; the smallest sizes that would have shown are listed",)
     if kind == "unknown":

@@ -1,8 +1,8 @@
 """Residual channels: every measured quantity minus what the others, and the aircraft model, say it should be.
 
-Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground velocity), force and
-moment, engine. Each channel is zero but for noise where sensors and model are true; wind and sensor biases are taken
-out later as columns of a regression.
+Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground velocity), force
+and moment, engine. Each channel is zero but for noise where sensors and model are true; wind and sensor biases are
+taken out later as columns of a regression.
 """
 
 from dataclasses import dataclass
@@ -120,8 +120,8 @@ def residuals(track: Track, grid: Grid, frame: Frame, model: Replay | None) -> R
 
 
 def _slack(grid: Grid, model: Replay, names: tuple[str, ...]) -> Array:
-    """What a model that is early or late by `TIMING` errs where it changes quickly: an engine's answer to a lever, a
-    propeller that meets its stop; seen by the instants near it as well."""
+    """What a model that is early or late by `TIMING` errs where it changes quickly: an engine's answer to a lever,
+    a propeller that meets its stop; seen by the instants near it as well."""
     slack = np.zeros((len(grid), len(names)))
     rate = np.abs(np.gradient(grid.smooth_answer(model.values, model.rows), axis=0)) / grid.step
     quick = np.maximum(0.0, rate - QUICK * np.median(rate, axis=0)) * TIMING

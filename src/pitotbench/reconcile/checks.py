@@ -16,6 +16,7 @@ from pitotbench.units import Array, Booleans
 
 AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
 FEWEST_REPEATS = 5  # rows on which all air data repeat at once before it is called a fault
+UNLIKELY = 6.0  # σ beyond the repeats that independent channels show together by chance
 REGULAR = 0.7  # share of equal run lengths from which repeats are a hold, not losses
 COARSE = 3.0  # steps a noise deviation below which rounding shows
 CEILING_ROWS = 10
@@ -24,7 +25,8 @@ CERTAIN = 99.0  # score of what is counted, not estimated
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What the checks say: sentences, effects found by counting, rows whose air data are new and below the ceiling."""
+    """What the checks say: sentences, effects found by counting, rows whose air data are new and below the
+    ceiling."""
 
     checks: tuple[Check, ...]
     effects: tuple[Candidate, ...]
@@ -37,7 +39,7 @@ def check(log: FlightLog) -> Found:
     repeated = _repeats(log)
     hold, held = _hold(log, repeated)
     step, stepped = _steps(log, repeated)
-    ceiling, capped, usable = _ceiling(log)
+    ceiling, capped, usable = _ceiling(log, repeated)
     return Found(
         (_clock(log), _gaps(log), hold, step, ceiling, _gps(log)),
         (*held, *stepped, *capped),
@@ -53,9 +55,12 @@ def _known(name: str, *sizes: tuple[str, float, float]) -> Candidate:
 def _repeats(log: FlightLog) -> Booleans:
     """Rows on which every air-data channel is what it was a row before: no noisy sensor does that by chance."""
     present = [getattr(log, name) for name in AIR_DATA if getattr(log, name) is not None]
-    same = np.all([np.diff(values) == 0.0 for values in present], axis=0)
+    each = np.array([np.diff(values) == 0.0 for values in present])
+    same = np.all(each, axis=0)
+    by_chance = float(np.prod(np.mean(each, axis=1))) * len(same)
     repeated: Booleans = np.concatenate([[False], same])
-    return repeated if repeated.sum() >= FEWEST_REPEATS else np.zeros_like(repeated)
+    surplus = FEWEST_REPEATS + UNLIKELY * float(np.sqrt(by_chance))
+    return repeated if repeated.sum() - by_chance > surplus else np.zeros_like(repeated)
 
 
 def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...]]:
@@ -98,10 +103,10 @@ def _noise(values: Array) -> float:
     return float(np.sqrt(max(0.0, float(np.mean(second**2)) / 6.0 - _step(values) ** 2 / 12.0)))
 
 
-def _ceiling(log: FlightLog) -> tuple[Check, tuple[Candidate, ...], Booleans]:
+def _ceiling(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...], Booleans]:
     top = float(log.impact_pressure.max())
     capped: NDArray[np.bool_] = log.impact_pressure >= top
-    if capped.sum() < CEILING_ROWS or _step(log.impact_pressure) > 5.0:
+    if (capped & ~repeated).sum() < CEILING_ROWS or _step(log.impact_pressure) > 5.0:
         return (
             Check("saturation", "passed", "impact pressure does not stand at a ceiling"),
             (),

@@ -2,7 +2,8 @@
 
 A signature made of noisy signals would carry their noise, which the residuals carry as well, and the two would
 correlate: a lag of the very noise that is being explained looks like a lag of the airplane. So impact pressure is
-rebuilt from the ground velocity and the wind, and all else is smoothed by local parabolas (Savitzky and Golay 1964).
+rebuilt from the ground velocity and the wind, and all else is smoothed by local parabolas (Savitzky and Golay
+1964).
 """
 
 from collections.abc import Mapping

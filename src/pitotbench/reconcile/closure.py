@@ -14,8 +14,8 @@ MOST = 20  # such cells
 def closure(weighed: Evidence, columns: Sequence[int], sizes: Sequence[float], cells: Sequence[int]) -> Closure:
     """The closure by effects of given sizes: nuisances are fitted anew, the sizes are not.
 
-    What noise leaves is what is left once the sizes are free and every cell that still shows something is fitted: so
-    an explanation that leaves a gap elsewhere does not count as closing all of it.
+    What noise leaves is what is left once the sizes are free and every cell that still shows something is fitted:
+    so an explanation that leaves a gap elsewhere does not count as closing all of it.
     """
     before = weighed.left(())
     after = before

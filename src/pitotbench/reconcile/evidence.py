@@ -1,8 +1,8 @@
 """All that hypotheses need of a log: one matrix of inner products of whitened columns, block by block.
 
 Columns are nuisances, signatures of effects, cells without physics, and the residuals themselves. Every fit, joint
-fit, held-out fit and distance between two explanations is then algebra on small matrices (generalized least squares;
-priors enter as rows of data: Rasmussen and Williams 2006, §2.7).
+fit, held-out fit and distance between two explanations is then algebra on small matrices (generalized least
+squares; priors enter as rows of data: Rasmussen and Williams 2006, §2.7).
 """
 
 from collections.abc import Sequence
@@ -33,8 +33,9 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """Inner products by block of time, (b, m, m): `nuisances` columns first, then signatures and cells, the residual
-    last; `prior` holds the nuisances' prior precisions, `inner` the products with the nuisances taken out."""
+    """Inner products by block of time, (b, m, m): `nuisances` columns first, then signatures and cells, the
+    residual last; `prior` holds the nuisances' prior precisions, `inner` the products with the nuisances taken
+    out."""
 
     products: Array
     nuisances: int
@@ -49,7 +50,8 @@ class Evidence:
         return Fit(tuple(columns), sizes[first:], covariance[first:, first:], max(0.0, gain - base))
 
     def scores(self, columns: Sequence[int], given: Sequence[int] = ()) -> Array:
-        """Size over its deviation of each column on its own, with others `given` free; 0 where they leave nothing."""
+        """Size over its deviation of each column on its own, with others `given` free; 0 where they leave
+        nothing."""
         chosen, taken = list(columns), list(given)
         power, product = np.diag(self.inner)[chosen].copy(), self.inner[chosen, -1].copy()
         whole = power.copy()

@@ -1,7 +1,8 @@
 """Every effect of the table as a hypothesis: its signature is what the effect's own code does to the residuals.
 
-One mechanism for all. An effect on the sensors acts on the clean track, an effect in the air adds its wind, an effect
-on the aircraft changes what the force meter says; the residuals with it less those without it, for each size.
+One mechanism for all. An effect on the sensors acts on the clean track, an effect in the air adds its wind, an
+effect on the aircraft changes what the force meter says; the residuals with it less those without it, for each
+size.
 """
 
 from collections.abc import Callable, Iterator, Mapping

@@ -10,6 +10,7 @@ from pitotbench.effects import Effect
 from pitotbench.reconcile.advise import advice
 from pitotbench.reconcile.closure import closure
 from pitotbench.reconcile.evidence import Evidence
+from pitotbench.reconcile.gusts import turbulence
 from pitotbench.reconcile.hypotheses import AircraftModel
 from pitotbench.reconcile.name import Naming, estimates, name
 from pitotbench.reconcile.nuisance import Setting
@@ -23,9 +24,12 @@ from pitotbench.records.verdict import Candidate, Closure, Detectable, Kind, Ver
 def judge(layout: Study, known: Knowledge) -> tuple[Verdict, Naming]:
     """The verdict on a log that is laid out, and the naming behind it."""
     named = name(layout, known)
-    effects = (*layout.found.effects, *_effects(named))
-    alternatives = (*((),) * len(layout.found.effects), *named.alternatives)
-    kind: Kind = "named" if named.kind == "no_gap" and effects else named.kind
+    seen = turbulence(_explained(named), known.gusts)
+    effects = (*layout.found.effects, *_effects(named), *seen)
+    alternatives = (*((),) * len(layout.found.effects), *named.alternatives, *(("turbulence_scale",),) * len(seen))
+    kind: Kind = named.kind
+    if kind in ("named", "no_gap") and effects:
+        kind = "one_of" if any(alternatives) else "named"
     groups = [(e.name, *others) for e, others in zip(effects, alternatives, strict=True)]
     verdict = Verdict(
         kind=kind,
@@ -55,6 +59,16 @@ def _effects(named: Naming) -> tuple[Candidate, ...]:
     return tuple(found)
 
 
+def _explained(named: Naming) -> Study:
+    """The study with what was named taken out of its residuals."""
+    layout = named.layout
+    columns = [layout.signatures[c].column for c in named.fit.columns]
+    taken = sum(
+        (c * s for c, s in zip(columns, named.fit.sizes, strict=True)), np.zeros_like(layout.residuals.values)
+    )
+    return replace(layout, residuals=replace(layout.residuals, values=layout.residuals.values - taken))
+
+
 def _cells(layout: Study) -> range:
     first = len(layout.signatures)
     return range(first, first + len(layout.cells))
@@ -63,7 +77,8 @@ def _cells(layout: Study) -> range:
 def smallest_detectable(
     weighed: Evidence, layout: Study, known: Knowledge, given: Sequence[int] = ()
 ) -> tuple[Detectable, ...]:
-    """The size of each effect that would have reached the threshold half of the time, what was named being known."""
+    """The size of each effect that would have reached the threshold half of the time, what was named being
+    known."""
     found = []
     for index, signature in enumerate(layout.signatures):
         if index in given:

@@ -1,7 +1,7 @@
 """Where the gap is: residual by channel, phase of flight and variable, as columns that know no physics.
 
-They are fitted as the effects are, so that their significance is in the same coin: a gap that they see and no effect
-explains is a real one with an unknown cause.
+They are fitted as the effects are, so that their significance is in the same coin: a gap that they see and no
+effect explains is a real one with an unknown cause.
 """
 
 from dataclasses import dataclass
@@ -79,7 +79,8 @@ def variables(track: Track, grid: Grid) -> dict[str, Array]:
 
 
 def cells(track: Track, grid: Grid, base: Residuals) -> tuple[tuple[Cell, ...], Array]:
-    """The places to look and the shape in each, (n, k): one column a phase and a variable, for every channel alike."""
+    """The places to look and the shape in each, (n, k): one column a phase and a variable, for every channel
+    alike."""
     phase = phases(track, grid)
     shapes = {("", name): values for name, values in variables(track, grid).items()}
     for name in np.unique(phase):

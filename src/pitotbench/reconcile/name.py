@@ -1,4 +1,5 @@
-"""Name the effect: fit every hypothesis, gate by what null flights show, and abstain where the log does not tell."""
+"""Name the effect: fit every hypothesis, gate by what null flights show, and abstain where the log does not
+tell."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Kind, Located
 
 APART = 9.0  # fall of the sum of squares that tells two explanations apart: 3σ
-LINEAR = 0.03  # share of an effect's score that its linear signature may leave for others
+LINEAR = 0.03  # error of a signature as a share of it: of sizes, and what it may leave for others to explain
 MOST = 3  # effects named at once
 CONTENDERS = 6  # explanations whose signatures are renewed at their fitted sizes
 ROUNDS = 3
@@ -99,17 +100,26 @@ class _Table:
         return score(self.singles[name]) / self.known.spread.get(name, 1.0)
 
     def choose(self) -> tuple[str, ...]:
-        """The effects that together explain the gap: the best one, then as long as a further one earns its place."""
+        """The effects that together explain the gap: the best one, then as long as a further one earns its
+        place."""
         chosen: tuple[str, ...] = ()
         for _ in range(MOST):
             better = self._better(chosen)
             if better is None:
                 break
             chosen = better
-        return chosen
+        return self._simplest(chosen)
+
+    def _simplest(self, chosen: tuple[str, ...]) -> tuple[str, ...]:
+        """With a single effect: of those that do as well, the one with the fewest sizes."""
+        if len(chosen) != 1:
+            return chosen
+        same = [*chosen, *self.like(chosen, 0)]
+        return (min(same, key=lambda n: (len(self.columns[n]), -merit(self.singles[n]))),)
 
     def _better(self, chosen: tuple[str, ...]) -> tuple[str, ...] | None:
-        """The best set with one effect more: over all pairs for two, greedily beyond; None where it is not worth it."""
+        """The best set with one effect more: over all pairs for two, greedily beyond; None where it is not worth
+        it."""
         before = self.fit(chosen) if chosen else None
         stems = [chosen] if len(chosen) != 1 else [(n,) for n in self._front()]
         sets = {tuple(sorted((*stem, n))) for stem in stems for n in self.columns if n not in stem}
@@ -161,9 +171,11 @@ class _Table:
 
 
 def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]:
-    """The sizes of a fit, by the names of their parameters."""
+    """The sizes of a fit, by the names of their parameters; the bound holds the error of the method as well."""
     found = zip(fit.columns, fit.sizes, fit.deviations, strict=True)
-    return tuple(Estimate(signatures[c].parameter, float(s), 2.0 * float(d)) for c, s, d in found)
+    return tuple(
+        Estimate(signatures[c].parameter, float(s), 2.0 * float(np.hypot(d, LINEAR * s))) for c, s, d in found
+    )
 
 
 def _within(low: float, high: float, size: float, deviation: float) -> bool:

@@ -1,7 +1,7 @@
 """What is unknown in every log and must not pass for an effect: wind, error curve, sensor biases, the day's air.
 
-Each is a column of the regression with a prior deviation: wide for what nobody knows (wind, curve, sea-level pressure
-and temperature), the accuracy class of the usual instrument for a bias.
+Each is a column of the regression with a prior deviation: wide for what nobody knows (wind, curve, sea-level
+pressure and temperature), the accuracy class of the usual instrument for a bias.
 """
 
 from collections.abc import Callable, Mapping
@@ -54,27 +54,42 @@ Change = Callable[[Track], Track]
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What is known of a log beyond its rows. `day_known`: the air's pressure and temperature are those of a weather
-    report, and the instruments are of the usual class; `static_error`: the error curve sits in the static pressure,
-    not in the impact pressure alone; rows above `mach_max` are not used."""
+    """What is known of a log beyond its rows. `day_known`: the air's pressure and temperature are those of a
+    weather report, and the instruments are of the usual class; `static_error`: the error curve sits in the static
+    pressure, not in the impact pressure alone; rows above `mach_max` are not used."""
 
     day_known: bool = False
     static_error: bool = False
     mach_max: float = 1.0
+    pressure_step: float = 0.0  # Pa, of a coarse quantization
 
 
 def nuisance(
-    clean: Track, grid: Grid, frame: Frame, model: Replay | None, base: Residuals, known: Setting
+    clean: Track, grid: Grid, frame: Frame, model: Replay | None, base: Residuals, known: Setting, shapes: Array
 ) -> Nuisance:
-    """All nuisances that the residual channels of a log call for."""
+    """All nuisances that the residual channels of a log call for; `shapes` (n, k) are those of the cells."""
     found: dict[str, tuple[Array, float]] = {}
     for name, (change, step, deviation) in _changes(clean, known).items():
         moved = residuals(change(clean), grid, frame, model).values - base.values
         found[name] = (moved / step, deviation)
     found |= _wind(grid, frame, base) | _offsets(clean, grid, base, known.day_known)
     found |= _earth(clean, grid, frame, base)
+    found |= _rounding(clean, grid, frame, model, base, known, shapes)
     columns = np.stack([column for column, _ in found.values()], axis=2)
     return Nuisance(tuple(found), columns, np.array([deviation for _, deviation in found.values()]))
+
+
+def _rounding(
+    clean: Track, grid: Grid, frame: Frame, model: Replay | None, base: Residuals, known: Setting, shapes: Array
+) -> dict[str, tuple[Array, float]]:
+    """A coarse step rounds a steady pressure the same way for long: an error a phase of flight and a variable."""
+    found: dict[str, tuple[Array, float]] = {}
+    step = known.pressure_step
+    for name in ("impact_pressure", "static_pressure") if step else ():
+        moved = residuals(_shifted(name, step)(clean), grid, frame, model).values - base.values
+        for i, shape in enumerate(shapes.T):
+            found[f"{name} rounding {i}"] = (moved * shape[:, None], float(1.0 / np.sqrt(12.0)))
+    return found
 
 
 def _changes(clean: Track, known: Setting) -> Mapping[str, tuple[Change, float, float]]:
@@ -93,7 +108,8 @@ def _changes(clean: Track, known: Setting) -> Mapping[str, tuple[Change, float, 
 
 
 def _curved(term: Array, static_error: bool) -> Change:
-    """One hundredth of a term of the error curve, Δp = q_c − q_ci, which at a static source the pressure shows too."""
+    """One hundredth of a term of the error curve, Δp = q_c − q_ci, which at a static source the pressure shows
+    too."""
 
     def change(track: Track) -> Track:
         error = 0.01 * term * track["impact_pressure"]

@@ -5,10 +5,11 @@ perfect. So the scores of flights of the very same card, data system and turbule
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from pitotbench.reconcile.gusts import usual_gusts
 from pitotbench.reconcile.locate import Cell
 from pitotbench.reconcile.scoring import score
 from pitotbench.reconcile.study import Study, columns_of, noise_residuals, scaled_to, weigh
@@ -23,8 +24,8 @@ EULER = 0.5772156649
 
 @dataclass(frozen=True, slots=True)
 class Knowledge:
-    """What null flights tell: the noise; per signature and per cell the mean score and its spread (never below one);
-    the thresholds for the largest score of the table and of the cells, in those units."""
+    """What null flights tell: the noise; per signature and per cell the mean score and its spread (never below
+    one); the thresholds for the largest score of the table and of the cells, in those units."""
 
     noise: NoiseModel
     spread: Mapping[str, float]
@@ -33,11 +34,12 @@ class Knowledge:
     threshold: float
     cell_threshold: float
     flights: int
+    gusts: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # mean and deviation, see gusts.py
 
 
 def ignorance(noise: NoiseModel) -> Knowledge:
-    """What is known where no null flight could be flown: thresholds from theory, with a margin of a half for a noise
-    model that the log itself had to give."""
+    """What is known where no null flight could be flown: thresholds from theory, with a margin of a half for a
+    noise model that the log itself had to give."""
     return Knowledge(noise, {}, {}, {}, 1.5 * FLOOR, 1.5 * FLOOR, 0)
 
 
@@ -56,7 +58,16 @@ def learn(studies: Sequence[Study]) -> Knowledge:
     cell_spread = {k: max(1.0, float(np.std(v))) for k, v in cells.items()}
     largest = [max(v / spread[k] for k, v in t[0].items()) for t in tables]
     largest_cell = [max(abs(v - mean[k]) / cell_spread[k] for k, v in t[1].items()) for t in tables]
-    return Knowledge(noise, spread, mean, cell_spread, _quantile(largest), _quantile(largest_cell), len(studies))
+    return Knowledge(
+        noise,
+        spread,
+        mean,
+        cell_spread,
+        _quantile(largest),
+        _quantile(largest_cell),
+        len(studies),
+        usual_gusts(studies),
+    )
 
 
 USUAL: Mapping[str, float] = {}  # root mean square score of an effect under pure noise, where it is not one

@@ -23,7 +23,8 @@ SMALLEST = 0.05  # of the typical size: below it a signature is taken at this si
 
 
 def at_sizes(layout: Study, sizes: Mapping[tuple[str, str], float]) -> Study:
-    """The study with the signatures of some (effect, parameter) taken at fitted sizes, within the plausible range."""
+    """The study with the signatures of some (effect, parameter) taken at fitted sizes, within the plausible
+    range."""
     found = list(layout.signatures)
     for i, old in enumerate(found):
         if (old.effect, old.parameter) in sizes:
@@ -34,8 +35,8 @@ def at_sizes(layout: Study, sizes: Mapping[tuple[str, str], float]) -> Study:
 
 
 def without(layout: Study, seen: Study, name: str, sizes: Mapping[str, float]) -> Study:
-    """A study seen from a clean track in which an effect on the sensors is undone (`seen` is the study as it was laid
-    out): all that acts on the sensors acts there on signals as they were before that effect.
+    """A study seen from a clean track in which an effect on the sensors is undone (`seen` is the study as it was
+    laid out): all that acts on the sensors acts there on signals as they were before that effect.
 
     Where the effect is large, signals that still hold it would bend every other signature.
     """
@@ -50,7 +51,7 @@ def without(layout: Study, seen: Study, name: str, sizes: Mapping[str, float]) -
     clean = clean_track(track, mean_wind(track))
     base = residuals(clean, old.grid, old.frame, old.model)
     new = replace(old, clean=clean, base=base)
-    unknown = nuisance(clean, old.grid, old.frame, old.model, base, layout.known)
+    unknown = nuisance(clean, old.grid, old.frame, old.model, base, layout.known, layout.shapes)
     return _from(layout, new, unknown)
 
 

@@ -1,4 +1,5 @@
-"""From a track to the motion that the force meter is moved along, and how its answer shifts with the measured state."""
+"""From a track to the motion that the force meter is moved along, and how its answer shifts with the measured
+state."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -14,7 +15,13 @@ from pitotbench.units import Array, Kelvin
 React = Callable[[Motion], Reaction]
 
 # What a wrong sensor shifts the model's state by, and the step for its difference quotient.
-VARIED: Mapping[str, float] = {"mach": 0.002, "static_pressure": 300.0, "angle_of_attack": 0.005, "sideslip": 0.005}
+VARIED: Mapping[str, float] = {
+    "temperature_offset": 2.0,
+    "mach": 0.002,
+    "static_pressure": 300.0,
+    "angle_of_attack": 0.005,
+    "sideslip": 0.005,
+}
 FINE, COARSE = 0.1, 1.0  # s between states: for the answer, for how it changes
 NEEDED = (
     *("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "elevator", "aileron", "rudder"),
@@ -37,7 +44,8 @@ class Replay:
         """The model's answer at another measured state, to first order, (m, 12)."""
         values = self.values.copy()
         for name, slope in self.slopes.items():
-            values += slope * (getattr(motion, name) - getattr(self.motion, name))[:, None]
+            moved = np.broadcast_to(getattr(motion, name) - getattr(self.motion, name), len(values))
+            values += slope * moved[:, None]
         return values
 
 

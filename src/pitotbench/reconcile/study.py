@@ -19,6 +19,7 @@ from pitotbench.reconcile.nuisance import Nuisance, Setting, nuisance
 from pitotbench.reconcile.replay import can_replay, replay
 from pitotbench.reconcile.track import Track, track_of
 from pitotbench.reconcile.whitening import NoiseModel, autocovariance, noise_model
+from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
@@ -55,7 +56,15 @@ class Study:
 def study(
     log: FlightLog, aircraft: AircraftModel | None, known: Setting, effects: Catalog[Effect] = FITTED
 ) -> Study:
-    """Lay out a log; without an aircraft, its sensors alone; `effects` are the hypotheses."""
+    """Lay out a log; without an aircraft, its sensors alone; `effects` are the hypotheses.
+
+    Raises BadInputError for a log without attitude.
+    """
+    missing = [name for name in ("roll", "pitch", "heading") if getattr(log, name) is None]
+    if missing:
+        raise BadInputError(
+            f"reconcile needs the attitude: the log has no {', '.join(missing)}; record roll, pitch, heading"
+        )
     found = check(log)
     track = track_of(log, found.fresh)
     model = (
@@ -66,9 +75,15 @@ def study(
     set_up = scene(track, mean_wind(track), model, aircraft if model is not None else None)
     left = residuals(track, set_up.grid, set_up.frame, model)
     left = replace(left, slack=left.slack + _unusable(log, found, track, set_up.grid, known)[:, None])
-    unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, known)
     places, shapes = cells(track, set_up.grid, set_up.base)
+    known = replace(known, pressure_step=_coarse_step(found))
+    unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, known, shapes)
     return Study(found, track, set_up, left, unknown, all_signatures(set_up, effects), places, shapes, known)
+
+
+def _coarse_step(found: Found) -> float:
+    """The step of a coarse quantization [Pa], 0 where there is none."""
+    return next((e.sizes[0].value for e in found.effects if e.name == "quantization"), 0.0)
 
 
 def mean_wind(track: Track) -> Array:
@@ -108,7 +123,8 @@ def own_noise(layout: Study) -> NoiseModel:
 
 
 def _shapeless(layout: Study) -> Array:
-    """Residuals without nuisances and without what the cells take up, so that a gap does not count as noise, (n, c)."""
+    """Residuals without nuisances and without what the cells take up, so that a gap does not count as noise, (n,
+    c)."""
     left = noise_residuals(layout)
     used = (layout.residuals.slack[:, :1] < WORST).astype(np.float64)
     shapes = np.concatenate([layout.shapes, np.ones((len(left), 1))], axis=1) * used

@@ -1,8 +1,8 @@
 """A measured log made regular: uniform rows in stretches without gaps, GPS interpolated between its fixes.
 
-Both sides of every comparison go through the same symmetric filter at the same instants. What a comparison must not
-contain: a hold of the last fix, a window that leans to one side, a rectangle rule; each looks like a delay of half a
-sample interval.
+Both sides of every comparison go through the same symmetric filter at the same instants. What a comparison must
+not contain: a hold of the last fix, a window that leans to one side, a rectangle rule; each looks like a delay of
+half a sample interval.
 """
 
 from collections.abc import Mapping
@@ -65,8 +65,7 @@ def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
     fix_time = log.time[fresh]
     fix_period = float(np.median(np.diff(fix_time)))
     times = [
-        log.time[p[0]] + period * np.arange(int(round((log.time[p[-1]] - log.time[p[0]]) / period)) + 1)
-        for p in pieces
+        log.time[p[0]] + period * np.arange(round((log.time[p[-1]] - log.time[p[0]]) / period) + 1) for p in pieces
     ]
     names = [n for n, a in log.channels().items() if a.dtype == np.float64 and n != "time"]
     channels = {

@@ -27,8 +27,8 @@ class NoiseModel:
     deviations: Array
 
     def whiten(self, values: Array, grid: Grid, slack: Array) -> Array:
-        """Innovations over their deviations, of (n, c) or (n, c, k); `slack` (n, c) adds to the deviations. Rows whose
-        past is not whole are zero."""
+        """Innovations over their deviations, of (n, c) or (n, c, k); `slack` (n, c) adds to the deviations. Rows
+        whose past is not whole are zero."""
         out = values.copy()
         for lag in range(1, self.coefficients.shape[1] + 1):
             weight = self.coefficients[:, lag - 1]

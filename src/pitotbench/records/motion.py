@@ -1,4 +1,5 @@
-"""What an airplane did, as measured, and what a model of it would have felt doing the same: equation error's two sides."""
+"""What an airplane did, as measured, and what a model of it would have felt doing the same: equation error's two
+sides."""
 
 from dataclasses import dataclass, fields
 from typing import cast
@@ -40,8 +41,8 @@ class Motion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reaction:
-    """What a model feels along a `Motion`: specific force [m/s²] and angular acceleration [rad/s²] in body axes, and
-    its engines' manifold pressure [Pa], speed [rad/s] and fuel flow [kg/s]; one entry a state."""
+    """What a model feels along a `Motion`: specific force [m/s²] and angular acceleration [rad/s²] in body axes,
+    and its engines' manifold pressure [Pa], speed [rad/s] and fuel flow [kg/s]; one entry a state."""
 
     specific_force_x: Array
     specific_force_y: Array

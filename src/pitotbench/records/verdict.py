@@ -64,8 +64,8 @@ class Closure:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The answer. `effects` are those named; `alternatives` holds, for each of them, the names that the log does not
-    tell from it (empty where it does); `candidates` all single explanations, best first."""
+    """The answer. `effects` are those named; `alternatives` holds, for each of them, the names that the log does
+    not tell from it (empty where it does); `candidates` all single explanations, best first."""
 
     kind: Kind
     effects: tuple[Candidate, ...]

@@ -1,8 +1,8 @@
 """The aircraft as a force meter: JSBSim moved along measured states, its engines running on the measured throttles.
 
-At each state the initial conditions are set anew, so that nothing drifts and no autopilot can hide a force; between
-two states the engines, governors and turbochargers run in JSBSim's own time. The result is the right-hand side of the
-equation-error method (Klein and Morelli, Aircraft System Identification, 2006, ch. 5).
+At each state the initial conditions are set anew, so that nothing drifts and no autopilot can hide a force;
+between two states the engines, governors and turbochargers run in JSBSim's own time. The result is the right-hand
+side of the equation-error method (Klein and Morelli, Aircraft System Identification, 2006, ch. 5).
 """
 
 from collections.abc import Callable

@@ -1,7 +1,8 @@
 """Where the gap is: residual by channel, phase of flight and variable, as columns that know no physics.
 
 They are fitted as the effects are, so that their significance is in the same coin: a gap that they see and no
-effect explains is a real one with an unknown cause.
+effect explains is a real one with an unknown cause. Phases and variables come from the clean track: a variable
+that holds the gusts, as the angle of attack does, runs with the residuals by its own noise.
 """
 
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ CHANGE = 0.25  # m/s² of airspeed
 IDLE = 12.0 * INCH_OF_MERCURY
 FEWEST = 12  # instants of a phase that is looked at
 SPAN = 4.0  # s over which rates are taken
-LEAST_SPREAD = {"bank": 3.0 * DEGREE, "altitude": 30.0 * FOOT, "angle of attack": 0.3 * DEGREE}
+LEAST_SPREAD = {"bank": 3.0 * DEGREE, "altitude": 30.0 * FOOT}
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +68,7 @@ def grid_mean(values: Array, rows: NDArray[np.intp], half: int = 10) -> Array:
 def variables(track: Track, grid: Grid) -> dict[str, Array]:
     """The variables over which a gap may run, each scaled to mean 0 and deviation 1, (n,); only those that vary."""
     found = {"airspeed": grid.smooth(true_airspeed(track)), "time": track.time[grid.rows]}
-    sources = {"bank": "roll", "angle of attack": "angle_of_attack", "altitude": "altitude"}
+    sources = {"bank": "roll", "altitude": "altitude"}
     for name, source in (sources | {"power": "manifold_pressure_left"}).items():
         if source in track:
             found[name] = grid.smooth(track[source])

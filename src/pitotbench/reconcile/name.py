@@ -197,6 +197,11 @@ def _located(layout: Study, weighed: Evidence, known: Knowledge, given: Sequence
     return tuple(sorted(best.values(), key=lambda place: -abs(place.significance)))
 
 
+def _happens_once(name: str) -> bool:
+    """Whether an effect has a time at which it happens."""
+    return any(p.shape and p.name.endswith("_s") for p in FITTED[name].parameters)
+
+
 def _kind(
     table: _Table,
     chosen: tuple[str, ...],
@@ -209,6 +214,9 @@ def _kind(
         return "unknown" if located and abs(located[0].significance) > threshold else "no_gap"
     explained = score(table.fit(chosen))
     allowed = float(np.hypot(threshold, 3.0 * LINEAR * explained))
-    if table.held_out_ratio(chosen) < HONEST or (leftover and abs(leftover[0].significance) > allowed):
+    lasting = not any(_happens_once(name) for name in chosen)  # else no other block tells of it
+    if lasting and table.held_out_ratio(chosen) < HONEST:
+        return "unknown"
+    if leftover and abs(leftover[0].significance) > allowed:
         return "unknown"
     return "one_of" if any(alternatives) else "named"

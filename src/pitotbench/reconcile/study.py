@@ -75,7 +75,7 @@ def study(
     set_up = scene(track, mean_wind(track), model, aircraft if model is not None else None)
     left = residuals(track, set_up.grid, set_up.frame, model)
     left = replace(left, slack=left.slack + _unusable(log, found, track, set_up.grid, known)[:, None])
-    places, shapes = cells(track, set_up.grid, set_up.base)
+    places, shapes = cells(set_up.clean, set_up.grid, set_up.base)
     known = replace(known, pressure_step=_coarse_step(found))
     unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, known, shapes)
     return Study(found, track, set_up, left, unknown, all_signatures(set_up, effects), places, shapes, known)

@@ -11,6 +11,7 @@ from pitotbench.catalog import UnknownNameError
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 if TYPE_CHECKING:
+    from pitotbench.bench_reconcile import Setting
     from pitotbench.calibrate.options import CalibrationOptions
     from pitotbench.records.calibration import Calibration
     from pitotbench.records.log import FlightLog
@@ -243,29 +244,37 @@ def run_reconcile(options: argparse.Namespace) -> int:
     """Reconcile a log, print the verdict, write it and its patch."""
     from rich.console import Console
 
-    from pitotbench.bench_reconcile import Setting, keep, reconcile
-    from pitotbench.logbook import find_mapping, read_log
+    from pitotbench.bench_reconcile import keep, reconcile
+    from pitotbench.logbook import read_log
     from pitotbench.records.case_file import read_case
     from pitotbench.show.verdict import print_verdict, verdict_json
 
     log = read_log(options.log, options.mapping)
     other = read_log(options.holdout, options.mapping) if options.holdout else None
     card = read_case(options.card) if options.card else None
-    advised = find_mapping(options.mapping).calibrate if options.mapping else {}
-    setting = Setting(
-        static_error=advised.get("error_location") == "static", mach_max=float(advised.get("mach_max", 1.0))
-    )
-    found = reconcile(
-        log, options.aircraft, other, card, progress=lambda line: print(line, file=sys.stderr), setting=setting
-    )
+    found = reconcile(log, options.aircraft, other, card, progress=_say, setting=_setting(options.mapping))
     document = verdict_json(found.verdict)
     for line in keep(found, document, options.log.name, options.aircraft, options.out, options.apply):
-        print(line, file=sys.stderr)
+        _say(line)
     if options.json:
         print(json.dumps(document, indent=1))
     else:
         print_verdict(found.verdict, Console(highlight=False, soft_wrap=True))
     return DONE
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _setting(mapping: str | None) -> "Setting":
+    """What the mapping of a foreign log advises."""
+    from pitotbench.bench_reconcile import Setting
+    from pitotbench.logbook import find_mapping
+
+    advised = find_mapping(mapping).calibrate if mapping else {}
+    static = advised.get("error_location") == "static"
+    return Setting(static_error=static, mach_max=float(advised.get("mach_max", 1.0)))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from pitotbench.reconcile.null import Knowledge, label
 from pitotbench.reconcile.refine import at_sizes, placed_in_time, without
 from pitotbench.reconcile.scoring import joined, merit, score
 from pitotbench.reconcile.study import FITTED, Study, columns_of, scaled_to, weigh
+from pitotbench.reconcile.whitening import NoiseModel
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Kind, Located
 
@@ -44,10 +45,23 @@ class Naming:
 def name(layout: Study, known: Knowledge) -> Naming:
     """Name what a log shows, given what null flights show."""
     noise = scaled_to(known.noise, layout)
-    layout = placed_in_time(layout, noise)
-    weighed = weigh(layout, noise)
+    layout, weighed = _renewed(placed_in_time(layout, noise), noise)
+    table = _Table(weighed, layout.signatures, known)
+    chosen = table.choose()
+    located = _located(layout, weighed, known, ())
+    leftover = _located(layout, weighed, known, joined(table.columns, chosen))
+    alternatives = tuple(table.like(chosen, i) for i in range(len(chosen)))
+    kind = _kind(table, chosen, alternatives, located, leftover)
+    ranked = sorted(table.columns, key=lambda n: -table.singles[n].gain)
+    candidates = tuple(table.candidate(n) for n in ranked[:SHOWN])
+    fit = weighed.fit(joined(table.columns, chosen))
+    return Naming(kind, chosen, alternatives, candidates, located, leftover, layout, weighed, fit)
+
+
+def _renewed(seen: Study, noise: NoiseModel) -> tuple[Study, Evidence]:
+    """Signatures of the best explanations at their fitted sizes, the best one undone where it is large."""
+    layout, weighed = seen, weigh(seen, noise)
     columns = columns_of(layout.signatures)
-    seen = layout
     for _ in range(ROUNDS):
         sizes = _fitted_sizes(layout, weighed, columns)
         best = max(columns, key=lambda n: merit(weighed.fit(columns[n])))
@@ -57,16 +71,7 @@ def name(layout: Study, known: Knowledge) -> Naming:
         if renewed is layout:
             break
         layout, weighed = renewed, weigh(renewed, noise)
-    table = _Table(weighed, layout.signatures, known)
-    chosen = table.choose()
-    located = _located(layout, weighed, known, ())
-    leftover = _located(layout, weighed, known, joined(columns, chosen))
-    alternatives = tuple(table.like(chosen, i) for i in range(len(chosen)))
-    kind = _kind(table, chosen, alternatives, located, leftover)
-    ranked = sorted(columns, key=lambda n: -table.singles[n].gain)
-    candidates = tuple(table.candidate(n) for n in ranked[:SHOWN])
-    fit = weighed.fit(joined(columns, chosen))
-    return Naming(kind, chosen, alternatives, candidates, located, leftover, layout, weighed, fit)
+    return layout, weighed
 
 
 def _fitted_sizes(

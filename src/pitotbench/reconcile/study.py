@@ -60,11 +60,7 @@ def study(
 
     Raises BadInputError for a log without attitude.
     """
-    missing = [name for name in ("roll", "pitch", "heading") if getattr(log, name) is None]
-    if missing:
-        raise BadInputError(
-            f"reconcile needs the attitude: the log has no {', '.join(missing)}; record roll, pitch, heading"
-        )
+    _require_attitude(log)
     found = check(log)
     track = track_of(log, found.fresh)
     model = (
@@ -79,6 +75,14 @@ def study(
     known = replace(known, pressure_step=_coarse_step(found))
     unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, known, shapes)
     return Study(found, track, set_up, left, unknown, all_signatures(set_up, effects), places, shapes, known)
+
+
+def _require_attitude(log: FlightLog) -> None:
+    missing = [name for name in ("roll", "pitch", "heading") if getattr(log, name) is None]
+    if missing:
+        raise BadInputError(
+            f"reconcile needs the attitude: the log has no {', '.join(missing)}; record roll, pitch and heading"
+        )
 
 
 def _coarse_step(found: Found) -> float:

@@ -17,6 +17,7 @@ from pitotbench.simulate.plant import Plant, SimulationError
 from pitotbench.simulate.properties import PROPERTIES
 from pitotbench.units import FOOT, POUND, Array
 
+TENTH = 0.1  # s
 RUN_IN = 12.0  # s, for the engines at the first state and after every gap
 FREE = 0.2  # s between states up to which the airplane flies on between them; over longer ones it is held
 GAP = 1.5  # s between two states: a longer one is a gap
@@ -43,7 +44,6 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float) -> Reaction:
     """What an aircraft feels along a measured motion: some 100 µs a state at ten states a second.
 
     `loaded_mass` [kg] is that of the untouched aircraft with full tanks, from which the logged mass tells the fuel.
-
     The plant is used up: take a new one for the next motion.
     Raises SimulationError where JSBSim refuses a state or the engines do not start.
     """
@@ -54,12 +54,12 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float) -> Reaction:
     reads = [_reader(plant, path, factor) for path, factor in _outputs()]
     mass = plant.getter("mass")
     rows = np.empty((len(motion.time), len(reads)))
-    steps = np.diff(motion.time, append=motion.time[-1] + 0.1)
+    steps = np.diff(motion.time, append=motion.time[-1] + TENTH)
     for k in range(len(rows)):
         starts = k == 0 or steps[k - 1] > GAP
-        for _ in range(round(RUN_IN / 0.1) if starts else 0):
+        for _ in range(round(RUN_IN / TENTH) if starts else 0):
             _place(plant, states[k], servos, wanted[k])
-            plant.advance(round(0.1 / plant.time_step))
+            plant.advance(round(TENTH / plant.time_step))
         _place(plant, states[k], servos, wanted[k])
         rows[k] = [read() for read in reads]
         rows[k, :3] /= mass[0]() * mass[1]
@@ -83,6 +83,11 @@ def _prepare(plant: Plant, motion: Motion, loaded_mass: float) -> tuple[Array, A
     burnt = max(0.0, loaded_mass - float(motion.mass[0])) / POUND / len(TANKS)  # tanks hold no more than they do
     for tank, full in zip(TANKS, fuel, strict=True):
         plant.set(tank, full - burnt)
+    return _levels(plant, motion)
+
+
+def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
+    """Geometric height [m] and speed of sound [m/s] at each state's pressure, looked up in the plant's own air."""
     low, high = (
         float(air.pressure_altitude(p)) for p in (motion.static_pressure.max(), motion.static_pressure.min())
     )

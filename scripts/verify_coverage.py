@@ -17,9 +17,12 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=400, help="flights a cell (default: %(default)s)")
     parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
     parser.add_argument("--minutes", type=float, help="stop after so many minutes, with whole seeds only")
+    parser.add_argument(
+        "--flights", type=Path, help="folder where flights are kept for the next campaign (40 MB a seed)"
+    )
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder (default: %(default)s)")
     options = parser.parse_args()
-    verify(options.seeds, options.out, options.jobs, options.minutes)
+    verify(options.seeds, options.out, options.jobs, options.minutes, options.flights)
     return 0
 
 

@@ -8,6 +8,9 @@ import numpy as np
 from pitotbench import air
 from pitotbench.calibrate import CalibrationOptions as CalibrationOptions
 from pitotbench.calibrate import calibrate as calibrate
+from pitotbench.calibrate import calibrate_together as calibrate_together
+from pitotbench.calibrate.fixed_speed_points import cross_check as cross_check
+from pitotbench.calibrate.fixed_speed_points import fixed_speed_points as fixed_speed_points
 from pitotbench.logbook import atomic, write_log
 from pitotbench.pressure_error import MODELS, PressureErrorCurve, TableCurve
 from pitotbench.records.calibration import Calibration, ErrorCurve

@@ -8,14 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from pitotbench.catalog import UnknownNameError
+from pitotbench.fixed_speed_command import add_fixed_speed
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 if TYPE_CHECKING:
     from pitotbench.bench_reconcile import Setting
     from pitotbench.calibrate.options import CalibrationOptions
     from pitotbench.records.calibration import Calibration
+    from pitotbench.records.fixed_speed import FixedSpeedPoint
     from pitotbench.records.log import FlightLog
-    from pitotbench.units import Array
 
 DONE, BAD_INPUT, NO_ANSWER = 0, 2, 3
 
@@ -56,7 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="command")
     _add_fly(commands.add_parser("fly", help="fly a case file and write the log"))
     _add_calibrate(commands.add_parser("calibrate", help="recover the error curve and the wind from a log"))
-    _add_fixed_speed(commands.add_parser("fixed-speed", help="three- and four-leg GPS methods"))
+    add_fixed_speed(commands.add_parser("fixed-speed", help="leg and turn GPS methods, of a log or of typed legs"))
     add_campaign(commands.add_parser("campaign", help="fly maneuvers, sense and calibrate them"))
     add_reconcile(commands.add_parser("reconcile", help="name the effect that a simulation lacks"))
     return parser
@@ -80,9 +81,10 @@ def _fly(options: argparse.Namespace) -> int:
 
 def _add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat)")
-    parser.add_argument("--model", help="pressure-error model (default: the mapping's, else inverse+)")
+    parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
     parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
+    parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
     parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
     parser.add_argument("--no-down", action="store_true", help="do not use the vertical GPS velocity")
     parser.add_argument("--method", help="covering or paper (default: covering)")
@@ -90,97 +92,104 @@ def _add_calibrate(parser: argparse.ArgumentParser) -> None:
         "--error-location",
         help="impact (as published) or static (static source) (default: the mapping's, else impact)",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.add_argument("--wind", help="constant, linear (in time and height) or drifting (default: constant)")
+    parser.add_argument(
+        "--latency",
+        help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` (default)",
+    )
+    parser.add_argument("--accuracy", help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40")
+    parser.add_argument("--all-rows", action="store_true", help="keep faulty rows")
+    parser.add_argument(
+        "--separately", action="store_true", help="a curve for each of several logs, not one for all"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
     parser.set_defaults(run=_calibrate)
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    from pitotbench.bench import calibrate
+    from pitotbench.bench import calibrate, calibrate_together, cross_check
     from pitotbench.logbook import read_log
+    from pitotbench.show.fixed_speed import points_json, print_points
     from pitotbench.show.tables import calibration_json, print_calibration
 
     choice = _choice(options)
     logs = [(path, read_log(path, options.mapping)) for path in options.logs]
-    results = [(path, log, calibrate(log, choice)) for path, log in logs]
+    if options.separately or len(logs) == 1:
+        found = [calibrate(log, choice) for _, log in logs]
+    else:
+        found = list(calibrate_together([log for _, log in logs], choice))
+    results = [(path, log, result) for (path, log), result in zip(logs, found, strict=True)]
+    points = [cross_check(log, choice) for _, log in logs]
     if options.report:
-        _write_report(options.report, results)
+        _write_report(options.report, results, points)
     if options.json:
-        documents = [calibration_json(result) for _, _, result in results]
+        pairs = zip(found, points, strict=True)
+        documents = [calibration_json(result) | {"fixed_speed": points_json(beside)} for result, beside in pairs]
         print(json.dumps(documents[0] if len(documents) == 1 else documents, indent=1))
         return DONE
     from rich.console import Console
 
-    for path, _, result in results:
-        console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True)
+    for (path, _, result), beside in zip(results, points, strict=True):
         console.print(f"[bold]{path.name}[/bold]")
         print_calibration(result, console)
+        print_points(beside, console, result.curve)
     return DONE
 
 
-_CHOICES = ("model", "method", "error_location", "mach_max")
+_CHOICES = ("model", "method", "error_location", "mach_max", "wind")
+_NAMED_LATENCIES = ("checked", "estimated")
 
 
 def _choice(options: argparse.Namespace) -> "CalibrationOptions":
     """What the user states, before what the mapping advises, before the defaults."""
+    from pitotbench.calibrate.accuracy import parse_accuracies
     from pitotbench.calibrate.options import options_from
     from pitotbench.logbook import find_mapping
+    from pitotbench.units import KNOT
 
     advised = find_mapping(options.mapping).calibrate if options.mapping else {}
     stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}
+    if options.ground_speed_min_kt is not None:
+        stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
     if options.no_down:
         stated["use_down"] = False
     if options.on_condition:
         stated["on_condition"] = True
-    return options_from({**advised, **stated})
+    if options.all_rows:
+        stated["robust"] = False
+    if options.accuracy is not None:
+        stated["accuracies"] = parse_accuracies(options.accuracy)
+    if options.latency is not None:
+        stated |= _latency(options.latency)
+    return options_from({"latency": "checked", **advised, **stated})
 
 
-def _write_report(path: Path, results: "Sequence[tuple[Path, FlightLog, Calibration]]") -> None:
+def _latency(text: str) -> dict[str, object]:
+    if text in _NAMED_LATENCIES:
+        return {"latency": text}
+    try:
+        return {"gps_latency": float(text), "latency": "checked"}
+    except ValueError as error:
+        raise BadInputError(f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}") from error
+
+
+def _write_report(
+    path: Path,
+    results: "Sequence[tuple[Path, FlightLog, Calibration]]",
+    points: "Sequence[Sequence[FixedSpeedPoint]]",
+) -> None:
     from pitotbench.bench import write_text
     from pitotbench.show.report import log_page
     from pitotbench.show.section import log_section
 
-    sections = [log_section(source.name, log, result) for source, log, result in results]
+    sections = [
+        log_section(source.name, log, result, beside)
+        for (source, log, result), beside in zip(results, points, strict=True)
+    ]
     title = "Pitot-static calibration: " + ", ".join(source.name for source, _, _ in results)
     write_text(path, log_page(title, "from measured logs", sections))
-
-
-def _add_fixed_speed(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--ground-speed-kt", required=True, help="ground speed of each leg, with commas [kt]")
-    parser.add_argument("--track-deg", required=True, help="true track of each leg, with commas [°]")
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
-    parser.set_defaults(run=_fixed_speed)
-
-
-def _fixed_speed(options: argparse.Namespace) -> int:
-    from pitotbench.calibrate.fixed_speed import fixed_speed
-    from pitotbench.show.tables import fixed_speed_json
-    from pitotbench.units import DEGREE, KNOT
-
-    speeds, tracks = (
-        _numbers(options.ground_speed_kt, "--ground-speed-kt"),
-        _numbers(options.track_deg, "--track-deg"),
-    )
-    found = fixed_speed(speeds * KNOT, tracks * DEGREE)
-    answer = fixed_speed_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
-    if options.json:
-        print(json.dumps(answer, indent=1))
-        return DONE
-    spread = "" if answer["spread_kt"] is None else f", spread {answer['spread_kt']:.4f} kt"
-    print(f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}")
-    print(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°")
-    return DONE
-
-
-def _numbers(text: str, flag: str) -> "Array":
-    import numpy as np
-
-    try:
-        return np.array([float(part) for part in text.split(",")])
-    except ValueError as error:
-        raise BadInputError(
-            f"{flag} takes numbers with commas between them, such as 178,185,188; got {text!r}"
-        ) from error
 
 
 def add_campaign(parser: argparse.ArgumentParser) -> None:
@@ -192,7 +201,7 @@ def add_campaign(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model",
         default="inverse+",
-        help="model, comma list, or all: inverse+, quadratic, linear, bias (default: %(default)s)",
+        help="model, comma list, auto, or all: inverse+, quadratic, linear, bias (default: %(default)s)",
     )
     parser.add_argument("--method", default="covering", help="covering or paper (default: %(default)s)")
     parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")

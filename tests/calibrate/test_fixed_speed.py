@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench.calibrate.fixed_speed import fixed_speed, horseshoe
+from pitotbench.calibrate.fixed_speed import circle_fit, fixed_speed, horseshoe
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.units import DEGREE, KNOT
 
@@ -28,11 +28,31 @@ def test_three_leg_worked_example():
     assert result.spread is None
 
 
-def test_horseshoe_recovers_the_airspeed():
-    """Headings 0, 90, 180° in a wind: the formula is exact for tracks that are 90° apart in heading."""
-    airspeed, wind = 60.0, np.array([4.0, 0.0])
-    legs = airspeed * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]]) + wind
-    assert horseshoe(np.linalg.norm(legs, axis=1)) == pytest.approx(airspeed, rel=5e-3)
+def test_horseshoe_is_exact_on_square_tracks():
+    """Tracks 0, 90, 180°: the wind along, plus what the wind across leaves of the airspeed."""
+    airspeed, (north, east) = 60.0, (4.0, -7.0)
+    along, across = np.array([north, east, -north]), np.array([east, north, east])
+    assert horseshoe(along + np.sqrt(airspeed**2 - across**2)) == pytest.approx(airspeed, rel=1e-12)
+
+
+def test_horseshoe_on_square_headings_is_off_by_the_square_of_the_wind():
+    airspeed, east = 60.0, 6.0
+    speeds = np.array([np.hypot(airspeed, east), airspeed + east, np.hypot(airspeed, east)])
+    assert horseshoe(speeds) - airspeed == pytest.approx(east**2 / airspeed, rel=0.2)
+
+
+def test_circle_fit_is_exact_on_a_circle_and_agrees_with_three_legs():
+    angle = np.array([0.3, 1.9, 3.0, 4.4, 6.0])
+    velocity = 60.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1) + [4.0, -7.0]
+    assert circle_fit(velocity) == pytest.approx([60.0, 4.0, -7.0], rel=1e-9)
+    rough = velocity[:3] + np.array([[0.4, -0.1], [-0.3, 0.2], [0.1, 0.5]])
+    three = fixed_speed(np.linalg.norm(rough, axis=1), np.arctan2(rough[:, 1], rough[:, 0]))
+    assert circle_fit(rough)[0] == pytest.approx(three.true_airspeed, rel=1e-9)
+
+
+def test_circle_fit_of_one_direction_is_no_answer():
+    with pytest.raises(NoAnswerError, match="full"):
+        circle_fit(np.outer(np.linspace(59.0, 61.0, 9), [1.0, 0.0]))
 
 
 def test_parallel_legs_are_no_answer():

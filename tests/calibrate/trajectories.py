@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from pitotbench import air
-from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE, PressureErrorCurve
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE, PressureErrorCurve, TableCurve
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, KNOT, Array
 
@@ -44,7 +44,14 @@ def straight(rate: int, low_kt: float = 100.0, high_kt: float = 160.0) -> tuple[
     return np.linspace(high_kt, low_kt, 120 * rate) * KNOT, np.zeros(120 * rate)
 
 
-def fly(path: tuple[Array, Array], rate: int, gps_rate: int, noise: Air, seed: int = 1) -> FlightLog:
+def fly(
+    path: tuple[Array, Array],
+    rate: int,
+    gps_rate: int,
+    noise: Air,
+    seed: int = 1,
+    truth: PressureErrorCurve | TableCurve = TRUTH,
+) -> FlightLog:
     """Sense a path: an Ornstein-Uhlenbeck gust along it, white sensor noise, a held GPS."""
     rng = np.random.default_rng(seed)
     speed, heading = path
@@ -55,7 +62,7 @@ def fly(path: tuple[Array, Array], rate: int, gps_rate: int, noise: Air, seed: i
     airspeed = still + noise.gust * gust
     mach = airspeed / air.sound_speed(AIR_TEMPERATURE)
     impact = air.impact_pressure_from_mach(mach, STATIC_PRESSURE)
-    indicated = TRUTH.indicated_impact_pressure(impact) + noise.pressure * rng.standard_normal(n)
+    indicated = truth.indicated_impact_pressure(impact) + noise.pressure * rng.standard_normal(n)
     fix = (np.arange(n) // (rate // gps_rate)) * (rate // gps_rate)
     north = still * np.cos(heading) + WIND[0] + noise.gps * rng.standard_normal(n)
     east = still * np.sin(heading) + WIND[1] + noise.gps * rng.standard_normal(n)
@@ -76,7 +83,7 @@ def fly(path: tuple[Array, Array], rate: int, gps_rate: int, noise: Air, seed: i
     )
 
 
-def true_correction(indicated_airspeed: Array) -> Array:
+def true_correction(indicated_airspeed: Array, truth: PressureErrorCurve | TableCurve = TRUTH) -> Array:
     """Calibrated minus indicated airspeed [m/s] of the truth."""
-    impact = TRUTH.impact_pressure(air.impact_pressure(indicated_airspeed))
+    impact = truth.impact_pressure(air.impact_pressure(indicated_airspeed))
     return air.calibrated_airspeed(impact) - indicated_airspeed

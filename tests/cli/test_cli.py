@@ -14,7 +14,7 @@ from pitotbench.simulate import MANEUVERS
 
 CURVE_KEYS = {
     "indicated_airspeed_kt", "correction_kt", "two_sigma_kt", "white_two_sigma_kt", "normalized_pressure_error",
-    "normalized_two_sigma",
+    "normalized_two_sigma", "simultaneous_two_sigma_kt",
 }  # fmt: skip
 WIND_KEYS = {
     "north_kt", "east_kt", "down_kt", "north_two_sigma_kt", "east_two_sigma_kt", "down_two_sigma_kt",
@@ -54,6 +54,36 @@ def test_fixed_speed_worked_example(capsys):
     answer = json.loads(capsys.readouterr().out)
     assert answer["true_airspeed_kt"] == pytest.approx(183.7267, abs=5e-5)
     assert answer["spread_kt"] == pytest.approx(0.8271, abs=5e-5)
+
+
+def test_fixed_speed_of_a_log_and_beside_the_curve(tmp_path, capsys):
+    rate = 10
+    heading = np.linspace(0.0, 400.0, 90 * rate) * np.pi / 180.0
+    speed = np.concatenate([np.full(90 * rate, 55.0), np.linspace(55.0, 75.0, 60 * rate), np.full(90 * rate, 75.0)])
+    path = speed, np.concatenate([heading, np.full(60 * rate, heading[-1]), heading])
+    name = tmp_path / "turns.csv"
+    write_log(fixture.fly(path, rate, rate, fixture.Air()), name)
+    assert main(["fixed-speed", str(name), "--json"]) == 0
+    points = json.loads(capsys.readouterr().out)["fixed_speed"]
+    assert [point["method"] for point in points] == ["turn", "turn"]
+    assert main(["calibrate", str(name), "--model", "linear", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["fixed_speed"] == points
+    assert main(["fixed-speed", str(name)]) == 0
+    assert "[kt]" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "flags",
+    [[], ["--track-deg", "1,2,3"], ["x.csv", "--track-deg", "1"], ["--ground-speed-kt", "a", "--track-deg", "1"]],
+)
+def test_fixed_speed_wants_a_log_or_typed_legs(flags, capsys):
+    assert main(["fixed-speed", *flags]) == 2
+    assert "--ground-speed-kt" in capsys.readouterr().err
+
+
+def test_fixed_speed_of_a_log_without_legs_has_no_answer(log, capsys):
+    assert main(["fixed-speed", str(log)]) == 3
+    assert "four legs" in capsys.readouterr().err
 
 
 def test_fly_writes_a_log_without_truth(tmp_path, capsys):

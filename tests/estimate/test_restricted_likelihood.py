@@ -12,7 +12,9 @@ from pitotbench.estimate.restricted_likelihood import Regression, noise_posterio
 def make_problem(n=60, seed=3):
     rng = np.random.default_rng(seed)
     X = np.column_stack([np.ones(n), np.linspace(-1, 1, n)])
-    return Regression(X @ [1.0, 2.0] + rng.standard_normal(n), X, X), Intervals(np.arange(n + 1.0), np.arange(n))
+    return Regression(X @ [1.0, 2.0] + rng.standard_normal(n), X, X, np.zeros(2)), Intervals(
+        np.arange(n + 1.0), np.arange(n)
+    )
 
 
 def test_restricted_likelihood_matches_the_dense_form():

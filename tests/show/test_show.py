@@ -1,16 +1,20 @@
 """Pictures and tables: what a reader needs is on them, with units."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 import trajectories as fixture
+from rich.console import Console
 
 from pitotbench.bench import tolerances
 from pitotbench.calibrate import calibrate
+from pitotbench.records.fixed_speed import FixedSpeedPoint
 from pitotbench.show.answer import answer_of
 from pitotbench.show.curves import curve_panels
+from pitotbench.show.fixed_speed import points_json, print_points
 from pitotbench.show.flights import flight_panels
 from pitotbench.show.remarks import remarks
 from pitotbench.show.report import log_page
@@ -39,6 +43,35 @@ def test_curve_panels_carry_units_truth_and_the_limit(result):
     text = _words(curve_panels({"inverse+": result}, {"inverse+": result.curve.correction}))
     for wanted in ("Error curve", "indicated airspeed [kt]", "FAR 25.1323(c)", "truth", "white 2σ"):
         assert wanted in text
+
+
+@pytest.fixture(scope="module")
+def point():
+    return FixedSpeedPoint(
+        method="four_leg", legs=4, seconds=40.0, indicated_airspeed=130.0 * KNOT, calibrated_airspeed=129.0 * KNOT,
+        correction=-1.0 * KNOT, two_sigma=0.25 * KNOT, true_airspeed=140.0 * KNOT,
+        true_airspeed_two_sigma=0.3 * KNOT, spread=None, wind_north=0.0, wind_east=-10.0 * KNOT,
+        wind_two_sigma=0.4 * KNOT,
+    )  # fmt: skip
+
+
+def test_fixed_speed_points_are_on_the_curve_and_in_numbers(log, result, point):
+    assert "four-leg, ±2σ" in _words(curve_panels({"inverse+": result}, None, [point]))
+    assert "four-leg" not in _words(curve_panels({"inverse+": result}, None))
+    assert "four-leg" in log_section("a.csv", log, result, [point]).html
+    (plain,) = points_json([point])
+    assert plain["correction_kt"] == pytest.approx(-1.0)
+    assert plain["wind_from_deg"] == pytest.approx(90.0)
+    assert plain["spread_kt"] is None
+
+
+def test_the_table_of_points_says_how_far_each_is_off_the_curve(result, point, capsys):
+    curve = result.curve
+    on_curve = float(np.interp(point.indicated_airspeed, curve.indicated_airspeed, curve.correction))
+    print_points([replace(point, correction=on_curve + 0.5 * KNOT)], Console(width=80), curve)
+    row = capsys.readouterr().out.splitlines()[-1]
+    assert row.startswith("four-leg")
+    assert row.split()[-1] == "+0.50"
 
 
 def test_residual_panels_carry_units(result):

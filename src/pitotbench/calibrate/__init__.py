@@ -1,27 +1,24 @@
 """FlightLog to Calibration. Nothing in this room can reach the truth of a simulated flight."""
 
+from collections.abc import Sequence
 from functools import cache
-from typing import Any
 
-import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from pitotbench.calibrate.covering import fit_covering
+from pitotbench.calibrate.accuracy import Accuracies as Accuracies
+from pitotbench.calibrate.accuracy import accuracies_from as accuracies_from
 from pitotbench.calibrate.fixed_speed import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibrate.fixed_speed import fixed_speed as fixed_speed
-from pitotbench.calibrate.observability import require_observable, require_useful
-from pitotbench.calibrate.observations import Observations, observe
+from pitotbench.calibrate.observability import require_useful
+from pitotbench.calibrate.options import AUTO
 from pitotbench.calibrate.options import CalibrationOptions as CalibrationOptions
-from pitotbench.calibrate.output_error import OutputErrorFit
-from pitotbench.calibrate.paper import fit_scalar, fit_vector
-from pitotbench.calibrate.prediction import PredictionModel
-from pitotbench.calibrate.result import Answer, answer_of, assemble
-from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.calibrate.reduction import reduce_log
+from pitotbench.calibrate.result import assemble
+from pitotbench.calibrate.several import reduce_together
+from pitotbench.calibrate.structure import calibrate_auto
 from pitotbench.records.calibration import Calibration
+from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
-
-_ILL_CONDITIONED = 1e6
-_FULL_SCALE_RATIO = 8.0  # q_ci/q_ref above which the reference pressure is raised to the data
 
 
 def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
@@ -32,58 +29,33 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for the methods.
     """
     # One thread: faster on arrays of this size, and the same digits on any number of cores.
+    chosen = options or CalibrationOptions()
     with _threads().limit(limits=1):
-        return _calibrate(log, options or CalibrationOptions())
+        calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
+    require_useful(calibration)
+    return calibration
+
+
+def calibrate_together(
+    logs: Sequence[FlightLog], options: CalibrationOptions | None = None
+) -> tuple[Calibration, ...]:
+    """One curve for several logs of one airplane, each with its own wind: a Calibration a log, one curve in all.
+
+    Raises as `calibrate` does; a warning says where the logs disagree about the curve.
+    """
+    chosen = options or CalibrationOptions()
+    if chosen.model == AUTO:
+        raise BadInputError("several logs have a curve in common only of one model: name it, or use --separately")
+    with _threads().limit(limits=1):
+        calibrations = tuple(
+            assemble(reduction, airspeeds) for reduction, airspeeds in reduce_together(logs, chosen)
+        )
+    for calibration in calibrations:
+        require_useful(calibration)
+    return calibrations
 
 
 @cache
 def _threads() -> ThreadpoolController:
     """Looked up once: finding the loaded libraries takes longer than a fit."""
     return ThreadpoolController()
-
-
-def _calibrate(log: FlightLog, options: CalibrationOptions) -> Calibration:
-    obs = observe(log, options)
-    model = PredictionModel(
-        MODELS[options.model], _reference(obs), options.error_location == "static", options.wind_down
-    )
-    require_observable(model, obs)
-    white = fit_vector(model, obs, log) if options.form == "vector" else fit_scalar(model, obs)
-    answer, diagnostics = _bound(options, model, obs, white)
-    calibration = assemble(options, model, obs, white, answer, diagnostics, _warnings(log, obs, white))
-    require_useful(calibration)
-    return calibration
-
-
-def _bound(
-    options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
-) -> tuple[Answer, dict[str, Any]]:
-    """The answer whose bound is reported: of the chosen method."""
-    if options.method == "paper":
-        return answer_of(white), {}
-    fit = fit_covering(model, obs, white.theta)
-    return answer_of(fit), {
-        "gust_deviation_mps": fit.gust_deviation,
-        "gust_length_m": fit.gust_length,
-        "blocks": fit.blocks,
-    }
-
-
-def _reference(obs: Observations) -> float:
-    """The usual reference pressure [Pa], or a round one near the data's middle for fast airplanes."""
-    middle = float(np.median(obs.impact_pressure))
-    if middle < _FULL_SCALE_RATIO * REFERENCE_PRESSURE:
-        return REFERENCE_PRESSURE
-    return float(round(middle, -3))
-
-
-def _warnings(log: FlightLog, obs: Observations, white: OutputErrorFit) -> tuple[str, ...]:
-    warnings = list(log.header.get("warnings", ()))
-    if obs.standard_day:
-        warnings.append("no temperature in the log: a standard day is assumed; 5 K off is about 1 kt at 100 kt")
-    if white.condition_number > _ILL_CONDITIONED:
-        warnings.append(
-            f"condition number {white.condition_number:.1e}: the parameters are nearly confounded; "
-            "trust the curve inside the flown speeds, not the single parameters"
-        )
-    return tuple(warnings)

@@ -37,10 +37,14 @@ class Blocks:
         return edges
 
 
-def divide(obs: Observations) -> Blocks:
-    """Blocks of one second (half below two minutes of data, two above eight), never across a gap."""
+def block_length(obs: Observations) -> float:
+    """One second, half below two minutes of data, two above eight."""
     duration = len(obs) * float(np.median(np.diff(obs.time)))
-    length = _SHORT_BLOCK if duration < _SHORT else _LONG_BLOCK if duration > _LONG else _BLOCK
+    return _SHORT_BLOCK if duration < _SHORT else _LONG_BLOCK if duration > _LONG else _BLOCK
+
+
+def divide(obs: Observations, length: float) -> Blocks:
+    """Blocks of a length [s], never across a gap."""
     offset = obs.time - obs.time[0]
     cell = np.floor((offset + 0.5 * length) / length).astype(np.intp)
     part_step = int(cell[-1]) + 2

@@ -13,6 +13,7 @@ from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.units import Array, MetersPerSecond, Radians
 
 _ILL_CONDITIONED = 1e6
+_STEPS = 6  # of Gauss-Newton, which converges in three or four
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +58,31 @@ def _three_legs(velocity: Array) -> tuple[float, float, float]:
 
 
 def horseshoe(ground_speed: MetersPerSecond) -> float:
-    """True airspeed [m/s] from three legs on headings 90° apart (left, middle, right legs in order).
+    """True airspeed [m/s] from three legs on ground tracks 90° apart, the middle one second.
 
-    V = ½·sqrt(V1² + V2² + V3² + V1² V3²/V2²); Lowry, Performance of Light Aircraft, 1999.
+    V = ½·sqrt(V1² + V2² + V3² + V1² V3²/V2²); Lowry, Performance of Light Aircraft, 1999. Exact for tracks; where
+    headings are held instead, a wind w along the middle leg makes it w²/V too high.
     """
     first, second, third = (float(v) for v in ground_speed)
     if min(first, second, third) <= 0.0:
         raise BadInputError("ground speeds must be positive")
     return 0.5 * float(np.sqrt(first**2 + second**2 + third**2 + (first * third / second) ** 2))
+
+
+def circle_fit(velocity: Array) -> Array:
+    """True airspeed and wind [V, W_N, W_E] [m/s] of ground velocities (n, 2) at one airspeed: their circle.
+
+    Least squares of the distances from the circle, by Gauss-Newton from the algebraic fit (Kåsa 1976).
+    Raises NoAnswerError where the velocities are too much alike.
+    """
+    columns = np.column_stack([2.0 * velocity, np.ones(len(velocity))])
+    if len(velocity) < 3 or np.linalg.cond(columns) > _ILL_CONDITIONED:
+        raise NoAnswerError("the turn does not determine the wind: fly a full one")
+    north, east, rest = np.linalg.lstsq(columns, np.sum(velocity**2, axis=1))[0]
+    answer = np.array([np.sqrt(rest + north**2 + east**2), north, east])
+    for _ in range(_STEPS):
+        through_air = velocity - answer[1:]
+        distance = np.linalg.norm(through_air, axis=1)
+        jacobian = np.column_stack([np.ones(len(velocity)), through_air / distance[:, None]])
+        answer = answer + np.linalg.lstsq(jacobian, distance - answer[0])[0]
+    return answer

@@ -11,7 +11,7 @@ from pitotbench import air
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.units import KNOT, Array, Booleans, Kelvin, MetersPerSecond, Pascal, Seconds
+from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 _MINIMUM_SAMPLES = 30
 _MINIMUM_AIRSPEED = 20.0 * KNOT  # below it a pitot tube says little
@@ -37,6 +37,7 @@ class Observations:
     held_north: MetersPerSecond
     held_east: MetersPerSecond
     held_down: MetersPerSecond
+    altitude: Meters | None
     part: NDArray[np.intp]
     fresh: Booleans
     used: Booleans
@@ -49,9 +50,19 @@ class Observations:
 
     def every(self, step: int) -> "Observations":
         """Every `step`-th row."""
-        rows = (f.name for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray) and f.name != "used")
-        thinned: dict[str, Any] = {name: getattr(self, name)[::step] for name in rows}
-        return replace(self, **thinned)
+        return self.at(slice(None, None, step))
+
+    def at(self, rows: slice | NDArray[np.intp] | Booleans) -> "Observations":
+        """The chosen rows; `used` stays that of all."""
+        names = (f.name for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray) and f.name != "used")
+        chosen: dict[str, Any] = {name: getattr(self, name)[rows] for name in names}
+        return replace(self, **chosen)
+
+    def select(self, good: Booleans) -> "Observations":
+        """The good rows; `used` marks them only."""
+        used = self.used.copy()
+        used[np.flatnonzero(used)[~good]] = False
+        return replace(self.at(good), used=used)
 
     def as_held(self) -> "Observations":
         """The same rows with the velocity as logged: each fix held until the next (the paper's way)."""
@@ -63,16 +74,17 @@ class Observations:
         )
 
 
-def observe(log: FlightLog, options: CalibrationOptions) -> Observations:
+def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) -> Observations:
     """Choose rows and bring ground velocity to the times of the air data.
 
+    `margin` [s] leaves out the ends of contiguous stretches, so that other latencies have the same rows.
     Raises BadInputError where too few usable rows remain or a needed channel is missing.
     """
     fresh = fresh_samples(log)
     part = _parts(log.time)
     down = log.velocity_down if log.velocity_down is not None and options.use_down else np.zeros(len(log))
     held = np.stack([log.velocity_north, log.velocity_east, down])
-    velocity, between = _between_fixes(log.time, held, fresh, part)
+    velocity, between = _between_fixes(log.time, held, fresh, part, options.gps_latency, margin)
     used = _usable_rows(log, options) & between
     _require_rows(used, options)
     temperature, heating, standard = _temperature(log, options)
@@ -87,6 +99,7 @@ def observe(log: FlightLog, options: CalibrationOptions) -> Observations:
         held_north=held[0, used],
         held_east=held[1, used],
         held_down=held[2, used],
+        altitude=None if log.altitude is None else log.altitude[used],
         part=part[used],
         fresh=fresh[used],
         used=used,
@@ -106,6 +119,8 @@ def fresh_samples(log: FlightLog) -> Booleans:
 
 def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
     used = log.impact_pressure > float(air.impact_pressure(_MINIMUM_AIRSPEED))
+    if options.ground_speed_min > 0.0:
+        used &= np.hypot(log.velocity_north, log.velocity_east) >= options.ground_speed_min
     if options.on_condition:
         if log.on_condition is None:
             raise BadInputError("the log has no on_condition column; leave out --on-condition or add the column")
@@ -121,18 +136,22 @@ def _require_rows(used: Booleans, options: CalibrationOptions) -> None:
             f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt"
             f"{', on condition' if options.on_condition else ''}"
             f"{', below the Mach limit' if options.mach_max is not None else ''}"
+            f"{', above the least ground speed' if options.ground_speed_min > 0.0 else ''}"
             ", between GPS fixes that change); "
             f"at least {_MINIMUM_SAMPLES} are needed: choose other rows or fly longer"
         )
 
 
-def _between_fixes(time: Seconds, held: Array, fresh: Booleans, part: NDArray[np.intp]) -> tuple[Array, Booleans]:
-    """Held velocities (3, n) as smooth curves through their fixes, and the rows that lie between fixes.
+def _between_fixes(
+    time: Seconds, held: Array, fresh: Booleans, part: NDArray[np.intp], latency: float, margin: float
+) -> tuple[Array, Booleans]:
+    """Held velocities (3, n) as smooth curves through their fixes, read `latency` seconds later than stamped, and
+    the rows that lie between fixes.
 
     Cubic splines, each contiguous stretch for itself: a hold would lag by half a fix interval, and beyond the
     last fix there is nothing to interpolate.
     """
-    if fresh.mean() > _DENSE:
+    if fresh.mean() > _DENSE and latency == margin == 0.0:
         return held, np.ones(len(time), dtype=np.bool_)
     velocity, between = held.copy(), np.zeros(len(time), dtype=np.bool_)
     for number in np.unique(part):
@@ -140,8 +159,9 @@ def _between_fixes(time: Seconds, held: Array, fresh: Booleans, part: NDArray[np
         fixes = rows & fresh
         if int(fixes.sum()) < _FEWEST_FIXES:
             continue
-        knots = time[fixes]
-        rows &= (time >= knots[0]) & (time <= knots[-1])
+        knots = time[fixes] - latency
+        rows &= time >= max(knots[0], knots[0] + latency + margin)
+        rows &= time <= min(knots[-1], knots[-1] + latency - margin)
         velocity[:, rows] = CubicSpline(knots, held[:, fixes], axis=1)(time[rows])
         between |= rows
     return velocity, between

@@ -27,6 +27,12 @@ class Prediction:
     impact_pressure: Pascal
     true_airspeed: MetersPerSecond
     slope: Array
+    error_count: int
+
+    @property
+    def wind_columns(self) -> Array:
+        """The part of the Jacobian that belongs to the wind, (n, 2 or 3) [Pa s/m]."""
+        return self.jacobian[:, self.error_count :]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +66,7 @@ class PredictionModel:
         for column, axis in enumerate(along, start=self.error_count):
             jacobian[:, column] = by_speed_squared * axis
         impact = obs.static_pressure * ratio
-        return Prediction(indicated, jacobian, impact, speed, 2.0 * speed * by_speed_squared)
+        return Prediction(indicated, jacobian, impact, speed, 2.0 * speed * by_speed_squared, self.error_count)
 
     def _indicated(self, k: Array, ratio: Array, obs: Observations) -> tuple[Array, Array, Array, Array]:
         """Solve q_ci = F(f(q_ci/q_ref)) by Newton, from the measured q_ci; also dq_ci/df, dq_ci/d(q_c/p) and the

@@ -1,78 +1,44 @@
 """Assemble a Calibration from either fit."""
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibrate.covering import CoveringFit
+from pitotbench.calibrate.answer import Answer
 from pitotbench.calibrate.curve import CurveMap, curve_airspeeds
+from pitotbench.calibrate.nuisances import Nuisance
 from pitotbench.calibrate.observations import Observations
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.prediction import PredictionModel
-from pitotbench.estimate.mixture import half_width
-from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, Residuals, WindEstimate
-from pitotbench.units import Array
+from pitotbench.calibrate.reduction import Reduction
+from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, Residuals, Share, WindEstimate
+from pitotbench.units import Array, MetersPerSecond
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """Weighted Gaussian answers for θ: weights (m,), means (m, p), covariances (m, p, p)."""
-
-    weights: Array
-    means: Array
-    covariances: Array
-
-    @property
-    def mean(self) -> Array:
-        return np.asarray(self.weights @ self.means)
-
-    def two_sigma(self, gradient: Array) -> Array:
-        """Half-widths of linear functions of θ, gradient (c, p)."""
-        means = self.means @ gradient.T
-        variances = np.einsum("cp,mpq,cq->mc", gradient, self.covariances, gradient)
-        return half_width(self.weights, means, np.sqrt(variances))
-
-
-def answer_of(fit: OutputErrorFit | CoveringFit) -> Answer:
-    """The answer of a fit: one Gaussian for output error, a mixture for the covering estimator."""
-    if isinstance(fit, OutputErrorFit):
-        return Answer(np.ones(1), fit.theta[None], fit.covariance[None])
-    return Answer(
-        np.array([node.weight for node in fit.nodes]),
-        fit.theta + np.stack([node.estimate for node in fit.nodes]),
-        np.stack([node.covariance for node in fit.nodes]),
-    )
-
-
-def assemble(
-    options: CalibrationOptions,
-    model: PredictionModel,
-    obs: Observations,
-    white: OutputErrorFit,
-    answer: Answer,
-    diagnostics: dict[str, Any],
-    warnings: tuple[str, ...],
-) -> Calibration:
-    """Everything a user sees, from the answer and the white fit that preceded it."""
-    residuals = _residuals(model, obs, answer.mean)
+def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> Calibration:
+    """Everything a user sees; the curve at indicated airspeeds [m/s], of the log's own range where None."""
+    model, obs, white, answer = reduction.model, reduction.observations, reduction.white, reduction.answer
+    if airspeeds is None:
+        airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
+    residuals = _residuals(model, obs, answer.mean[: model.count])
     return Calibration(
-        model=options.model,
-        method=options.method,
+        model=reduction.options.model,
+        method=reduction.options.method,
         parameters=_parameters(model, answer),
         reference_pressure=model.reference_pressure,
         wind=_wind(model, answer),
-        curve=_curve(model, obs, white, answer),
-        residual_two_sigma=_published_two_sigma(options, model, obs, white),
+        curve=_curve(CurveMap(model, airspeeds), white, answer),
+        residual_two_sigma=_published_two_sigma(reduction.options, model, obs, white),
         samples=len(obs),
         converged=True,
         reason=white.reason,
         condition_number=white.condition_number,
         residuals=residuals,
-        warnings=warnings,
-        diagnostics={"iterations": white.iterations, **diagnostics},
+        warnings=reduction.warnings,
+        shares=_shares(CurveMap(model, airspeeds), answer, reduction.nuisances),
+        diagnostics={"iterations": white.iterations, **reduction.diagnostics},
     )
 
 
@@ -87,13 +53,13 @@ def _published_two_sigma(
 
 
 def _parameters(model: PredictionModel, answer: Answer) -> tuple[Estimate, ...]:
-    bounds = answer.two_sigma(np.eye(model.count))
+    bounds = answer.two_sigma(np.eye(len(answer.mean)))
     names = model.error.parameter_names
     return tuple(Estimate(name, float(v), float(b)) for name, v, b in zip(names, answer.mean, bounds, strict=False))
 
 
 def _wind(model: PredictionModel, answer: Answer) -> WindEstimate:
-    bounds = answer.two_sigma(np.eye(model.count))
+    bounds = answer.two_sigma(np.eye(len(answer.mean)))
     names = ("north", "east", "down")[: model.count - model.error_count]
     parts = [
         Estimate(name, float(answer.mean[i]), float(bounds[i]))
@@ -102,20 +68,44 @@ def _wind(model: PredictionModel, answer: Answer) -> WindEstimate:
     return WindEstimate(*parts)
 
 
-def _curve(model: PredictionModel, obs: Observations, white: OutputErrorFit, answer: Answer) -> ErrorCurve:
-    airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
-    curve, free = CurveMap(model, airspeeds), model.error_count
-    k = answer.mean[:free]
-    gradient, basis = np.zeros((len(airspeeds), model.count)), np.zeros((len(airspeeds), model.count))
-    gradient[:, :free], basis[:, :free] = curve.correction_gradient(k), curve.basis()
-    white_variance = np.einsum("cp,pq,cq->c", gradient, white.covariance, gradient)
+def _curve(curve: CurveMap, white: OutputErrorFit, answer: Answer) -> ErrorCurve:
+    k = answer.mean[: curve.model.error_count]
+    gradient, basis = _widened(curve.correction_gradient(k), answer), _widened(curve.basis(), answer)
+    bounds = answer.two_sigma(gradient)
+    own = gradient[:, : curve.model.count]
+    white_variance = np.einsum("cp,pq,cq->c", own, white.covariance, own)
     return ErrorCurve(
-        indicated_airspeed=airspeeds,
+        indicated_airspeed=curve.indicated_airspeed,
         correction=curve.correction(k),
-        two_sigma=answer.two_sigma(gradient),
+        two_sigma=bounds,
+        simultaneous_two_sigma=answer.simultaneous(gradient, bounds),
         white_two_sigma=2.0 * np.sqrt(white_variance),
         normalized_pressure_error=curve.normalized(k),
         normalized_two_sigma=answer.two_sigma(basis),
+    )
+
+
+def _widened(gradient: Array, answer: Answer) -> Array:
+    """A gradient with respect to the error parameters as one with respect to all of θ."""
+    wide = np.zeros((len(gradient), len(answer.mean)))
+    wide[:, : gradient.shape[1]] = gradient
+    return wide
+
+
+def _shares(curve: CurveMap, answer: Answer, nuisances: Sequence[Nuisance]) -> tuple[Share, ...]:
+    """What each nuisance contributes to the bounds."""
+    free, count = curve.model.error_count, curve.model.count
+    gradient = _widened(curve.correction_gradient(answer.mean[:free]), answer)
+    every = np.eye(len(answer.mean))
+    wind, bounds = every[free : free + 2], answer.two_sigma(every)
+    return tuple(
+        Share(
+            nuisance.name,
+            Estimate(nuisance.name, float(answer.mean[place]), float(bounds[place])),
+            float(np.sqrt(np.mean(answer.two_sigma_by(place, gradient) ** 2))),
+            float(np.max(answer.two_sigma_by(place, wind))),
+        )
+        for place, nuisance in enumerate(nuisances, start=count)
     )
 
 

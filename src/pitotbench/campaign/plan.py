@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pitotbench.calibrate import CalibrationOptions
-from pitotbench.pressure_error import MODELS
+from pitotbench.calibrate.options import require_model
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError
 from pitotbench.sense import SYSTEMS, data_system
@@ -62,7 +62,7 @@ def plan(
     for name in flown:
         _ = MANEUVERS[name]
     for name in fitted:
-        _ = MODELS[name]
+        require_model(name)
     return [
         Task(
             replace(base, maneuver=name, truth_seed=seed, sensor_seed=seed),

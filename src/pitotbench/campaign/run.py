@@ -62,7 +62,7 @@ def perform(task: Task) -> Outcome:
         results = _calibrate(task, system, log, failures)
         rows += [_row(case, system, model, result, flight) for model, result in results.items()]
         if task.draw and results:
-            sections.append(_section(task, system, flight, results))
+            sections.append(_section(task, system, flight, log, results))
     return Outcome(task.name, tuple(rows), tuple(sections), tuple(failures))
 
 
@@ -86,7 +86,7 @@ def _row(case: Case, system: str, model: str, result: Calibration, flight: Fligh
     return Row(case.maneuver, system, model, case.truth_seed, case.turbulence, bench.score(result, flight))
 
 
-def _section(task: Task, system: str, flight: Flight, results: dict[str, Calibration]) -> Section:
+def _section(task: Task, system: str, flight: Flight, log: FlightLog, results: dict[str, Calibration]) -> Section:
     # Imported here: a worker that draws nothing need not load the drawing library.
     from pitotbench.show.section import flight_section
 
@@ -94,7 +94,7 @@ def _section(task: Task, system: str, flight: Flight, results: dict[str, Calibra
     truth = {name: bench.true_correction(spec, r.curve.indicated_airspeed) for name, r in results.items()}
     # The flight is the same for every data system: it is drawn once.
     tolerances = bench.tolerances(flight.case) if system == task.systems[0] else None
-    return flight_section(flight, system, results, truth, tolerances)
+    return flight_section(flight, system, results, truth, tolerances, bench.cross_check(log, task.options))
 
 
 def run(tasks: Sequence[Task], executor: Executor | None, step: Callable[[], None]) -> list[Outcome]:

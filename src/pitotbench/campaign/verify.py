@@ -2,8 +2,10 @@
 
 import os
 import sys
+from collections.abc import Callable
 from concurrent.futures import Executor
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from time import monotonic
@@ -13,14 +15,23 @@ from rich.console import Console
 from rich.progress import Progress
 
 from pitotbench.campaign.coverage import FIRST_SCORED_SEED, Trial, score_trial, summarize, trials
+from pitotbench.campaign.flight_store import FlightStore
 from pitotbench.campaign.run import executor_for
 from pitotbench.simulate import MANEUVERS
 
 _SEEDS_A_ROUND = 2
 
+Score = Callable[[Trial], list[dict[str, object]]]
 
-def verify(seeds: int, out: Path, jobs: int | None, minutes: float | None) -> pd.DataFrame:
-    """Fly up to `seeds` seeds of every cell and write coverage.csv, coverage.png and coverage.md into `out`."""
+
+def verify(
+    seeds: int, out: Path, jobs: int | None = None, minutes: float | None = None, flights: Path | None = None
+) -> pd.DataFrame:
+    """Fly up to `seeds` seeds of every cell and write coverage.csv, coverage.png and coverage.md into `out`.
+
+    `flights`: a folder where flights are kept from one campaign to the next.
+    """
+    score = partial(score_trial, store=None if flights is None else FlightStore(flights))
     begun = monotonic()
     rows: list[dict[str, object]] = []
     done = 0
@@ -32,7 +43,7 @@ def verify(seeds: int, out: Path, jobs: int | None, minutes: float | None) -> pd
         line = bar.add_task("seeds", total=seeds)
         while done < seeds and (minutes is None or monotonic() - begun < 60.0 * minutes):
             count = min(_SEEDS_A_ROUND, seeds - done)
-            rows += _round(pool, trials(list(MANEUVERS), count, FIRST_SCORED_SEED + done))
+            rows += _round(pool, score, trials(list(MANEUVERS), count, FIRST_SCORED_SEED + done))
             done += count
             bar.advance(line, count)
     table = pd.DataFrame(rows)
@@ -40,8 +51,8 @@ def verify(seeds: int, out: Path, jobs: int | None, minutes: float | None) -> pd
     return table
 
 
-def _round(pool: Executor | None, flown: list[Trial]) -> list[dict[str, object]]:
-    results = map(score_trial, flown) if pool is None else pool.map(score_trial, flown)
+def _round(pool: Executor | None, score: Score, flown: list[Trial]) -> list[dict[str, object]]:
+    results = map(score, flown) if pool is None else pool.map(score, flown)
     return [row for result in results for row in result]
 
 

@@ -9,20 +9,26 @@ from pitotbench.effects.air.turbulence_level import TURBULENCE_LEVEL
 from pitotbench.effects.air.turbulence_scale import TURBULENCE_SCALE
 from pitotbench.effects.air.updraft import UPDRAFT
 from pitotbench.effects.air.wind_drift import WIND_DRIFT
+from pitotbench.effects.air.wind_oscillation import WIND_OSCILLATION
 from pitotbench.effects.air.wind_shear import WIND_SHEAR
 from pitotbench.effects.airframe.belly_pod import BELLY_POD
 from pitotbench.effects.airframe.control_effectiveness import CONTROL_EFFECTIVENESS
+from pitotbench.effects.airframe.inclined_pod import INCLINED_POD
 from pitotbench.effects.airframe.induced_drag import INDUCED_DRAG
 from pitotbench.effects.airframe.loading import CENTER_OF_GRAVITY, MASS
 from pitotbench.effects.airframe.not_retracted import FLAP_NOT_UP, GEAR_NOT_UP
+from pitotbench.effects.airframe.polar_bend import POLAR_BEND
 from pitotbench.effects.airframe.trim_offset import TRIM_OFFSET
 from pitotbench.effects.airframe.turn_drag import TURN_DRAG
+from pitotbench.effects.airframe.turn_rate_drag import TURN_RATE_DRAG
 from pitotbench.effects.choice import Choice as Choice
 from pitotbench.effects.choice import Named, choose
+from pitotbench.effects.das.air_data_latency import AIR_DATA_LATENCY
 from pitotbench.effects.das.antenna_lever_arm import ANTENNA_LEVER_ARM
 from pitotbench.effects.das.clock_drift import CLOCK_DRIFT
 from pitotbench.effects.das.dropped_samples import DROPPED_SAMPLES
 from pitotbench.effects.das.gps_latency import GPS_LATENCY
+from pitotbench.effects.das.gps_smoothing import GPS_SMOOTHING
 from pitotbench.effects.das.quantization import QUANTIZATION
 from pitotbench.effects.das.sample_and_hold import SAMPLE_AND_HOLD
 from pitotbench.effects.das.saturation import SATURATION
@@ -35,6 +41,7 @@ from pitotbench.effects.effect import SensorEffect as SensorEffect
 from pitotbench.effects.overlay import Baseline as Baseline
 from pitotbench.effects.overlay import Overlay as Overlay
 from pitotbench.effects.pneumatic.attitude_static_error import ALPHA_STATIC_ERROR, SIDESLIP_STATIC_ERROR
+from pitotbench.effects.pneumatic.creep import CREEP
 from pitotbench.effects.pneumatic.height_dependent_lag import HEIGHT_DEPENDENT_LAG
 from pitotbench.effects.pneumatic.hysteresis import HYSTERESIS
 from pitotbench.effects.pneumatic.line_lag import PITOT_LAG, STATIC_LAG
@@ -45,8 +52,10 @@ from pitotbench.effects.pneumatic.second_order_line import SECOND_ORDER_LINE
 from pitotbench.effects.pneumatic.static_source_change import STATIC_SOURCE_CHANGE
 from pitotbench.effects.pneumatic.total_pressure_loss import INCLINED_PITOT_LOSS, TOTAL_PRESSURE_LOSS
 from pitotbench.effects.pneumatic.transducer_drift import TEMPERATURE_DRIFT, TIME_DRIFT
+from pitotbench.effects.pneumatic.warm_up_drift import WARM_UP_DRIFT
 from pitotbench.effects.pneumatic.water_in_line import WATER_IN_LINE
 from pitotbench.effects.pneumatic.zero_offset import IMPACT_ZERO_OFFSET, STATIC_ZERO_OFFSET
+from pitotbench.effects.propulsion.friction_loss import FRICTION_LOSS
 from pitotbench.effects.propulsion.governor_speed import GOVERNOR_SPEED
 from pitotbench.effects.propulsion.manifold_pressure_gauge import MANIFOLD_PRESSURE_GAUGE
 from pitotbench.effects.propulsion.power_deficit import POWER_DEFICIT
@@ -58,6 +67,7 @@ _ALL: tuple[Effect, ...] = (
     # pneumatic
     ALPHA_STATIC_ERROR,
     SIDESLIP_STATIC_ERROR,
+    CREEP,
     HEIGHT_DEPENDENT_LAG,
     HYSTERESIS,
     PITOT_LAG,
@@ -71,14 +81,17 @@ _ALL: tuple[Effect, ...] = (
     INCLINED_PITOT_LOSS,
     TIME_DRIFT,
     TEMPERATURE_DRIFT,
+    WARM_UP_DRIFT,
     WATER_IN_LINE,
     IMPACT_ZERO_OFFSET,
     STATIC_ZERO_OFFSET,
     # das
+    AIR_DATA_LATENCY,
     ANTENNA_LEVER_ARM,
     CLOCK_DRIFT,
     DROPPED_SAMPLES,
     GPS_LATENCY,
+    GPS_SMOOTHING,
     QUANTIZATION,
     SAMPLE_AND_HOLD,
     SATURATION,
@@ -91,18 +104,23 @@ _ALL: tuple[Effect, ...] = (
     TURBULENCE_SCALE,
     UPDRAFT,
     WIND_DRIFT,
+    WIND_OSCILLATION,
     WIND_SHEAR,
     # airframe
     BELLY_POD,
     CONTROL_EFFECTIVENESS,
+    INCLINED_POD,
     INDUCED_DRAG,
     MASS,
     CENTER_OF_GRAVITY,
     FLAP_NOT_UP,
     GEAR_NOT_UP,
+    POLAR_BEND,
     TRIM_OFFSET,
     TURN_DRAG,
+    TURN_RATE_DRAG,
     # propulsion
+    FRICTION_LOSS,
     GOVERNOR_SPEED,
     MANIFOLD_PRESSURE_GAUGE,
     POWER_DEFICIT,

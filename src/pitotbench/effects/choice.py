@@ -48,7 +48,7 @@ def _problems(choice: Choice) -> Iterator[str]:
     name, known = choice.effect.name, {p.name: p for p in choice.effect.parameters}
     for key, value in choice.sizes.items():
         if key not in known:
-            yield f"{name}: {explain('parameter', key, list(known))}"
+            yield f"{name}: {explain('parameter', key, list(known)).rstrip('.')}"
         elif not _plausible(value, known[key]):
             p = known[key]
             yield f"{name}: {key} = {value:g} is not within {p.low:g} to {p.high:g}"

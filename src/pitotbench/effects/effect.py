@@ -34,7 +34,7 @@ class Effect:
     """What all effects share.
 
     `variant_of` names the effect of which this is another form of the same cause (a second-order line for a
-    lag); `changes` names the channels of a log that it is meant to change (for effects on the sensors: no other).
+    lag). An effect on the sensors changes the channels `changes`, and `also` where there are such; no others.
     """
 
     name: str
@@ -45,6 +45,7 @@ class Effect:
     what: str
     variant_of: str = ""
     changes: tuple[str, ...] = ()
+    also: tuple[str, ...] = ()
 
     def complete(self, sizes: Sizes) -> dict[str, float]:
         """The sizes with `typical` for each shape left out and 0 for each size left out."""

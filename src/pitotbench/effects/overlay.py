@@ -50,7 +50,11 @@ class WindTerm:
 
 @dataclass(frozen=True, slots=True)
 class Overlay:
-    """All that effects add. `sizes` are new properties that the expressions name; `a + b` holds both."""
+    """All that effects add. `sizes` are new properties that the expressions name; `a + b` holds both.
+
+    In a loaded aircraft a size is the property of that path and may be set at any time. Functions of drag that
+    read the lift coefficient see that of the step before, as JSBSim computes drag first.
+    """
 
     sizes: tuple[tuple[str, float], ...] = ()
     settings: tuple[Setting, ...] = ()
@@ -80,10 +84,12 @@ class AeroFunction:
 
 @dataclass(frozen=True, slots=True)
 class Engine:
-    """An engine as loaded: where its propeller is [in], and its fuel per power [lb/(hp h)], 0 where unknown."""
+    """An engine as loaded: where its propeller is [in], its fuel per indicated power [lb/(hp h)], 0 where unknown,
+    and its constant friction [hp]."""
 
     location: Point
     fuel_per_power: float = 0.0
+    friction: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from scipy.special import ndtr
 from pitotbench.units import Array
 
 TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
+_DRAWS, _DRAW_SEED = 600, 20111  # a node; the factor is then good to about 1 %
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
 
@@ -52,3 +53,24 @@ def half_width(weights: Array, means: Array, deviations: Array, share: float = T
         inside = weights @ (ndtr((middle - offset) / deviations) - ndtr((-middle - offset) / deviations))
         low, high = np.where(inside < share, middle, low), np.where(inside < share, high, middle)
     return np.asarray(0.5 * (low + high))
+
+
+def simultaneous_factor(weights: Array, means: Array, covariances: Array, gradient: Array, bounds: Array) -> float:
+    """By how much pointwise bounds must grow so that all of them hold at once in `TWO_SIGMA_SHARE` of cases.
+
+    Parameters: a mixture of weights (m,), means (m, p), covariances (m, p, p); gradient (c, p) of c linear
+    functions with pointwise half-widths (c,). The largest deviation in units of its bound, over draws of the
+    mixture with fixed seed. At least 1.
+    """
+    rng = np.random.default_rng(_DRAW_SEED)
+    offset = (means - weights @ means) @ gradient.T
+    largest = np.empty((len(weights), _DRAWS))
+    for node, covariance in enumerate(covariances):
+        scale = np.sqrt(np.diag(covariance))
+        values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+        root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        deviation = offset[node][:, None] + gradient @ root @ rng.standard_normal((len(scale), _DRAWS))
+        largest[node] = np.max(np.abs(deviation) / bounds[:, None], axis=0)
+    order = np.argsort(largest, axis=None)
+    held = np.cumsum(np.repeat(weights / _DRAWS, _DRAWS)[order])
+    return max(1.0, float(largest.ravel()[order][np.searchsorted(held, TWO_SIGMA_SHARE)]))

@@ -16,7 +16,7 @@ from pitotbench.units import Array
 
 _DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
 _STEPS, _HALVINGS = 40, 12
-_SETTLED, _ROUGHLY = 2e-3, 0.2  # what a further step would add to the log-posterior
+_SETTLED, _ROUGHLY = 0.1, 0.3  # what the last step still adds to the log-posterior; after it, far less
 _FLATTEST = 0.2  # second derivative below which a direction counts as flat
 _LONGEST = 2.0  # step in ln φ
 _NARROWEST, _WIDEST = 0.05, 1.2  # bounds on a node's standard deviation in ln φ
@@ -28,19 +28,26 @@ LogPrior = Callable[[Array], float]
 @dataclass(frozen=True, slots=True)
 class Regression:
     """The linear problem: response (n,), regressors (n, p), instruments (n, p) (the regressors, or cleaner
-    copies of them that do not share their measurement noise)."""
+    copies of them that do not share their measurement noise), and the precision of each coefficient's prior
+    around zero, (p,); 0 where nothing is known before."""
 
     response: Array
     regressors: Array
     instruments: Array
+    prior_precision: Array
 
 
 @dataclass(frozen=True, slots=True)
 class NoiseNode:
-    """One value φ of the noise parameters, its posterior weight, and β with its covariance given φ."""
+    """One value φ of the noise parameters, its posterior weight, and β with its covariance given φ.
+
+    `log_mass` is the logarithm of the weight before normalization: summed over the nodes, the masses are the
+    restricted likelihood integrated over φ.
+    """
 
     noise: Array
     weight: float
+    log_mass: float
     estimate: Array
     covariance: Array
 
@@ -49,6 +56,7 @@ def restricted_log_likelihood(problem: Regression, noise: MarkovNoise) -> float:
     """The restricted log-likelihood of the residuals (Harville 1974), up to a constant."""
     data = np.concatenate([problem.regressors, problem.response[:, None]], axis=1)
     products = data.T @ noise.weigh(data)
+    products.flat[: -1 : len(products) + 1] += problem.prior_precision
     scale = np.sqrt(np.diag(products))
     # The last row of the factor is the response explained by the regressors and what is left of it.
     pivots = np.diag(np.linalg.cholesky(products / scale[:, None] / scale)) * scale
@@ -63,8 +71,9 @@ def solve(problem: Regression, noise: MarkovNoise) -> tuple[Array, Array]:
     """
     p = problem.regressors.shape[1]
     weighed = noise.weigh(problem.instruments)
-    normal = weighed.T @ problem.regressors
-    spread = weighed.T @ problem.instruments
+    prior = np.diag(problem.prior_precision)
+    normal = weighed.T @ problem.regressors + prior
+    spread = weighed.T @ problem.instruments + prior
     scale = np.sqrt(np.diag(spread))
     inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     estimate = inverse @ (weighed.T @ problem.response)
@@ -86,7 +95,8 @@ def noise_posterior(
     """Nodes of the posterior of φ, each with its β; `start` is a first guess of the mode."""
     mode, curvature = _climb(_log_posterior(problem, noise_of, log_prior), start, _SETTLED)
     design = composite_design(len(mode))
-    places = mode + design.points @ _principal_axes(curvature).T
+    axes = _principal_axes(curvature)
+    places = mode + design.points @ axes.T
     noises = [noise_of(phi) for phi in places]
     heights = np.array(
         [
@@ -95,10 +105,12 @@ def noise_posterior(
         ]
     )
     weights = design.weights * np.exp(heights - heights.max())
+    volume = float(np.linalg.slogdet(axes)[1]) + 0.5 * len(mode) * np.log(2.0 * np.pi)
+    masses = np.log(design.weights) + heights + volume
     weights /= weights.sum()
-    answers = [solve(problem, noise) for noise in noises]
     return tuple(
-        NoiseNode(phi, float(weight), *answer) for phi, weight, answer in zip(places, weights, answers, strict=True)
+        NoiseNode(phi, float(weight), float(mass), *solve(problem, noise))
+        for phi, weight, mass, noise in zip(places, weights, masses, noises, strict=True)
     )
 
 
@@ -112,7 +124,7 @@ def _log_posterior(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) 
 def _climb(function: LogPrior, start: Array, enough: float) -> tuple[Array, Array]:
     """The maximum of a smooth function of few variables, and minus its second derivatives there.
 
-    Ends where a further step would add less than `enough`.
+    Ends with a step that adds less than `enough`.
 
     Newton's method on differences: the second derivatives are wanted anyway, and a quasi-Newton search takes twice
     the evaluations to learn them. Raises NoAnswerError where it does not settle.
@@ -124,7 +136,7 @@ def _climb(function: LogPrior, start: Array, enough: float) -> tuple[Array, Arra
         step = vectors @ ((vectors.T @ slope) / np.maximum(np.abs(values), _FLATTEST))
         step *= min(1.0, _LONGEST / float(np.linalg.norm(step)))
         if float(slope @ step) < enough:
-            return place, curvature
+            return place + step, curvature
         before = here
         place, here = _uphill(function, place, here, step)
         if here <= before:

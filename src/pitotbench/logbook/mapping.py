@@ -50,7 +50,7 @@ class _Document(BaseModel):
     title: str = ""
     columns: dict[str, str | _Target] = {}
     files: list[_File] = []
-    calibrate: dict[str, str | float | bool] = {}
+    calibrate: dict[str, str | float | bool | dict[str, float]] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ class Mapping:
 
     title: str
     files: tuple[MappedFile, ...]
-    calibrate: dict[str, str | float | bool]
+    calibrate: dict[str, str | float | bool | dict[str, float]]
 
 
 JOINS = ("last", "nearest", "linear")

@@ -3,12 +3,15 @@
 from pitotbench.catalog import Catalog
 from pitotbench.pressure_error.curve import PressureErrorCurve as PressureErrorCurve
 from pitotbench.pressure_error.curve import PressureErrorRangeError as PressureErrorRangeError
+from pitotbench.pressure_error.model import PressureErrorModel as PressureErrorModel
 from pitotbench.pressure_error.models import BIAS, INVERSE, INVERSE_PLUS, LINEAR, QUADRATIC
-from pitotbench.pressure_error.models import PressureErrorModel as PressureErrorModel
+from pitotbench.pressure_error.spline import SPLINE
+from pitotbench.pressure_error.spline import SplineModel as SplineModel
+from pitotbench.pressure_error.spline import spline_between as spline_between
 from pitotbench.pressure_error.table import TableCurve as TableCurve
 
 REFERENCE_PRESSURE = 1630.28  # Pa, impact pressure at 100 KCAS: makes x = q_ci/q_ref of order one
 
 MODELS: Catalog[PressureErrorModel] = Catalog(
-    "pressure-error model", {m.name: m for m in (BIAS, LINEAR, QUADRATIC, INVERSE, INVERSE_PLUS)}
+    "pressure-error model", {m.name: m for m in (BIAS, LINEAR, QUADRATIC, INVERSE, INVERSE_PLUS, SPLINE)}
 )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench.pressure_error.models import PressureErrorModel
+from pitotbench.pressure_error.model import PressureErrorModel
 from pitotbench.units import Array, Pascal
 
 _ITERATIONS = 60

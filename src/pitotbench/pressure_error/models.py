@@ -14,7 +14,7 @@ Term = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
-class PressureErrorModel:
+class TermModel:
     """A model of Δp/q_c that is linear in its parameters: one term and its slope a parameter."""
 
     name: str
@@ -30,14 +30,18 @@ class PressureErrorModel:
         """The derivatives of the terms with respect to x, shape (n, k)."""
         return np.stack([slope(x) for _, slope in self.terms], axis=-1)
 
+    def spread_over(self, low: float, high: float) -> "TermModel":
+        """The model itself: a law has no knots."""
+        return self
+
 
 ONE: tuple[Term, Term] = (np.ones_like, np.zeros_like)
 X: tuple[Term, Term] = (lambda x: x, np.ones_like)
 X_SQUARED: tuple[Term, Term] = (lambda x: x * x, lambda x: 2.0 * x)
 ONE_OVER_X: tuple[Term, Term] = (lambda x: 1.0 / x, lambda x: -1.0 / (x * x))
 
-BIAS = PressureErrorModel("bias", ("k1",), (ONE,), "k1")
-LINEAR = PressureErrorModel("linear", ("k1", "k2"), (ONE, X), "k1 + k2 x")
-QUADRATIC = PressureErrorModel("quadratic", ("k1", "k2", "k3"), (ONE, X, X_SQUARED), "k1 + k2 x + k3 x²")
-INVERSE = PressureErrorModel("inverse", ("k1", "k2"), (ONE, ONE_OVER_X), "k1 + k2/x")
-INVERSE_PLUS = PressureErrorModel("inverse+", ("k1", "k2", "k3"), (ONE, X, ONE_OVER_X), "k1 + k2 x + k3/x")
+BIAS = TermModel("bias", ("k1",), (ONE,), "k1")
+LINEAR = TermModel("linear", ("k1", "k2"), (ONE, X), "k1 + k2 x")
+QUADRATIC = TermModel("quadratic", ("k1", "k2", "k3"), (ONE, X, X_SQUARED), "k1 + k2 x + k3 x²")
+INVERSE = TermModel("inverse", ("k1", "k2"), (ONE, ONE_OVER_X), "k1 + k2/x")
+INVERSE_PLUS = TermModel("inverse+", ("k1", "k2", "k3"), (ONE, X, ONE_OVER_X), "k1 + k2 x + k3/x")

@@ -29,13 +29,15 @@ class WindEstimate:
 class ErrorCurve:
     """The pressure error as a curve over indicated airspeed; arrays of one length.
 
-    `correction` is calibrated minus indicated airspeed. `two_sigma` is the bound that is meant to cover,
+    `correction` is calibrated minus indicated airspeed. `two_sigma` is the bound that is meant to cover each
+    point, `simultaneous_two_sigma` the wider band that is meant to hold the whole curve at once, and
     `white_two_sigma` the Cramér-Rao bound for white residuals, shown for comparison only.
     """
 
     indicated_airspeed: MetersPerSecond
     correction: MetersPerSecond
     two_sigma: MetersPerSecond
+    simultaneous_two_sigma: MetersPerSecond
     white_two_sigma: MetersPerSecond
     normalized_pressure_error: Array  # Δp/q_c
     normalized_two_sigma: Array
@@ -45,6 +47,17 @@ class ErrorCurve:
         check_lengths("ErrorCurve", arrays, len(self.indicated_airspeed))
         for name, array in arrays:
             object.__setattr__(self, name, freeze(array))
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """What not knowing one number exactly contributes to the bounds [m/s]: root mean square over the curve, and on
+    the larger wind component. Shares add to the rest as squares. `estimate` is what the log says of it."""
+
+    name: str
+    estimate: Estimate
+    curve: float
+    wind: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,4 +101,5 @@ class Calibration:
     condition_number: float
     residuals: Residuals
     warnings: tuple[str, ...] = ()
+    shares: tuple[Share, ...] = ()
     diagnostics: dict[str, Any] | None = None

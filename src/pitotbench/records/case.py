@@ -87,7 +87,9 @@ class Case:
     """One flight and its sensing, completely: the same Case gives the same log, bit for bit.
 
     `card` overrides numbers of the maneuver's card (names carry their unit suffix, for example
-    `{"dwell_s": 20.0}`). `truth_seed` drives turbulence and the pilot, `sensor_seed` the sensors.
+    `{"dwell_s": 20.0}`). `accuracy` states 2σ of what the residual cannot show (`{"temperature_k": 1.0}`); it is
+    told to the calibrator and changes nothing of the flight. `truth_seed` drives turbulence and the pilot,
+    `sensor_seed` the sensors.
     """
 
     aircraft: str = "navajo"
@@ -101,5 +103,6 @@ class Case:
     pressure_error: PressureErrorSpec = field(default_factory=PressureErrorSpec)
     das: DataSystem = field(default_factory=DataSystem)
     effects: tuple[EffectSpec, ...] = ()
+    accuracy: Mapping[str, float] = field(default_factory=dict)
     truth_seed: int = 1
     sensor_seed: int = 1

@@ -95,7 +95,7 @@ def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
 
     The digest is of the whole case as TOML, so that a truth file can be matched to its log.
     """
-    told = case_table(case, omit=(*TRUTH_FIELDS, "das", "truth_seed", "sensor_seed"))
+    told = case_table(case, omit=(*TRUTH_FIELDS, "das", "accuracy", "truth_seed", "sensor_seed"))
     system = {**case_table_of_system(das), "name": das.label}
     return {
         "format": "pitotbench flight log 1",
@@ -103,6 +103,7 @@ def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
         "seeds": {"truth": case.truth_seed, "sensor": sensor_seed},
         "case": {**told, "das": system},
         "case_sha256": case_digest(case),
+        **({"accuracy": dict(case.accuracy)} if case.accuracy else {}),
     }
 
 

@@ -1,36 +1,49 @@
 """Pictures of an error curve: what it is, how well it is known, and what the certification rule allows."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.calibration import Calibration
+from pitotbench.records.fixed_speed import FixedSpeedPoint
+from pitotbench.show.fixed_speed import method_words
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, Panel, panel
 from pitotbench.units import KNOT, Array, MetersPerSecond
 
 _FAR_SHARE, _FAR_KNOTS = 0.03, 5.0  # FAR 25.1323(c): the larger of 3 % and 5 kt
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
+_MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
 _AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "calibrated − indicated [kt]"
 
 
-def curve_panels(results: Mapping[str, Calibration], truth: Mapping[str, MetersPerSecond] | None) -> list[Panel]:
+def curve_panels(
+    results: Mapping[str, Calibration],
+    truth: Mapping[str, MetersPerSecond] | None,
+    points: Sequence[FixedSpeedPoint] = (),
+) -> list[Panel]:
     """The error curve, its bound, and the curve inside the FAR limit.
 
     `results` by model, the first is the one explained; `truth` is the true correction [m/s] by model, at each
-    model's own airspeeds, where it is known.
+    model's own airspeeds, where it is known; `points` are laid over the curve.
     """
     name, first = next(iter(results.items()))
     true = None if truth is None else truth[name]
     return [
-        panel("Error curve", lambda axes: draw_curve(axes, results, true)),
+        panel("Error curve", lambda axes: draw_curve(axes, results, true, points)),
         panel("How well the curve is known", lambda axes: draw_bound(axes, first, true)),
         panel("Against FAR 25.1323(c)", lambda axes: draw_limit(axes, first), far_note(first)),
     ]
 
 
-def draw_curve(axes: Axes, results: Mapping[str, Calibration], truth: MetersPerSecond | None) -> None:
-    """The correction over indicated airspeed with ±2σ, other models beside it, the truth where known."""
+def draw_curve(
+    axes: Axes,
+    results: Mapping[str, Calibration],
+    truth: MetersPerSecond | None,
+    points: Sequence[FixedSpeedPoint] = (),
+) -> None:
+    """The correction over indicated airspeed with ±2σ, other models beside it, the truth where known; points of
+    fixed-speed methods as Martos et al. (2011), Fig. 13, lay them over the curve."""
     name, first = next(iter(results.items()))
     speed, value, bound = _knots(first)
     axes.fill_between(speed, value - bound, value + bound, color=BLUE, alpha=0.2, lw=0, label="±2σ")
@@ -40,13 +53,29 @@ def draw_curve(axes: Axes, results: Mapping[str, Calibration], truth: MetersPerS
     axes.plot(speed, value, color=BLUE, label=name)
     if truth is not None:
         axes.plot(speed, truth / KNOT, color="black", ls="--", lw=1.2, label="truth (simulated)")
+    draw_points(axes, points)
     axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
+
+
+def draw_points(axes: Axes, points: Sequence[FixedSpeedPoint]) -> None:
+    """The points' corrections with 2σ bars on axes of indicated airspeed and correction [kt]."""
+    for method in dict.fromkeys(point.method for point in points):
+        chosen = [point for point in points if point.method == method]
+        axes.errorbar(
+            [point.indicated_airspeed / KNOT for point in chosen],
+            [point.correction / KNOT for point in chosen],
+            yerr=[point.two_sigma / KNOT for point in chosen],
+            fmt=_MARKERS[method], color=INK, ms=4.5, mfc="white", capsize=2.5, lw=1.0, zorder=4,
+            label=f"{method_words(chosen[0])}, ±2σ",
+        )  # fmt: skip
 
 
 def draw_bound(axes: Axes, result: Calibration, truth: MetersPerSecond | None) -> None:
     """The bound that is meant to cover, the white one, and the true error where known."""
     speed, value, bound = _knots(result)
     axes.plot(speed, bound, color=BLUE, label="2σ, meant to cover")
+    whole = result.curve.simultaneous_two_sigma / KNOT
+    axes.plot(speed, whole, color=BLUE, lw=1.0, ls=":", label="2σ, whole curve")
     axes.plot(speed, result.curve.white_two_sigma / KNOT, color=ORANGE, lw=1.1, label="white 2σ")
     if truth is not None:
         axes.plot(speed, np.abs(value - truth / KNOT), color="black", ls="--", lw=1.2, label="true error, size")

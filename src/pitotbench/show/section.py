@@ -3,10 +3,12 @@
 from collections.abc import Mapping, Sequence
 
 from pitotbench.records.calibration import Calibration
+from pitotbench.records.fixed_speed import FixedSpeedPoint
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.show.answer import Answer, Section, answer_of
 from pitotbench.show.curves import curve_panels
+from pitotbench.show.fixed_speed import points_html
 from pitotbench.show.flights import flight_panels
 from pitotbench.show.markup import render
 from pitotbench.show.residuals import residual_panels
@@ -21,26 +23,27 @@ def flight_section(
     results: Mapping[str, Calibration],
     truth: Mapping[str, MetersPerSecond],
     tolerances: Mapping[str, float] | None,
+    points: Sequence[FixedSpeedPoint] = (),
 ) -> Section:
     """The section of a simulated flight as one data system (`20/1`) saw it.
 
     `truth`: true correction [m/s] by model; `tolerances`: see `flight_panels`, or None where the flight itself
-    is already drawn in another section.
+    is already drawn in another section; `points` of fixed-speed methods go over the curve.
     """
     maneuver = flight.case.maneuver.replace("_", " ")
     answer = answer_of(next(iter(results.values())), f"{maneuver} {system}")
     flown = [] if tolerances is None else flight_panels(flight, tolerances)
     name = f"{flight.case.maneuver}-{system.replace('/', '-')}"
-    html = _html(name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown)
+    html = _html(name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown, points)
     return Section(name, maneuver, system, answer, html)
 
 
-def log_section(name: str, log: FlightLog, result: Calibration) -> Section:
+def log_section(name: str, log: FlightLog, result: Calibration, points: Sequence[FixedSpeedPoint] = ()) -> Section:
     """The section of a measured log, of which nobody knows the truth."""
     answer = answer_of(result, name)
     rows = f"{len(log):,} rows read, {result.samples:,} used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
-    html = _html(anchor, name, rows, answer, {result.model: result}, None, [])
+    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points)
     return Section(anchor, "logs", name, answer, html)
 
 
@@ -52,6 +55,7 @@ def _html(
     results: Mapping[str, Calibration],
     truth: Mapping[str, MetersPerSecond] | None,
     flown: Sequence[Panel],
+    points: Sequence[FixedSpeedPoint],
 ) -> str:
     first = next(iter(results.values()))
     return render(
@@ -61,6 +65,6 @@ def _html(
         remark=remark,
         answer=answer,
         flown=flown,
-        panels=[*curve_panels(results, truth), *residual_panels(first)],
-        numbers=curve_html(first),
+        panels=[*curve_panels(results, truth, points), *residual_panels(first)],
+        numbers=curve_html(first) + points_html(points),
     )

@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pitotbench.records.calibration import Calibration, Estimate
+from pitotbench.show.choice import choice_html, choice_of, print_choice
 from pitotbench.units import DEGREE, KNOT
 
 CAMPAIGN_COLUMNS: dict[str, tuple[str, str]] = {
@@ -24,6 +25,13 @@ CAMPAIGN_COLUMNS: dict[str, tuple[str, str]] = {
     "wind_error_kt": ("wind error\n[kt]", ".3f"),
     "curve_coverage": ("curve inside 2σ\n[%]", ".0%"),
 }
+
+
+_HEADINGS = (
+    "indicated\n[kt]", "correction\n[kt]", "2σ\n[kt]", "2σ, whole\ncurve [kt]", "white 2σ\n[kt]", "Δp/q_c\n[-]",
+    "2σ\n[-]",
+)  # fmt: skip
+_STYLES = (".0f", "+.2f", ".2f", ".2f", ".2f", "+.4f", ".4f")
 
 
 def campaign_table(results: pd.DataFrame) -> pd.DataFrame:
@@ -63,17 +71,18 @@ def print_calibration(result: Calibration, console: Console) -> None:
     table = Table(
         header_style="bold", pad_edge=False, title=f"{result.model}, method {result.method}", title_justify="left"
     )
-    for heading in ("indicated\n[kt]", "correction\n[kt]", "2σ\n[kt]", "white 2σ\n[kt]", "Δp/q_c\n[-]", "2σ\n[-]"):
+    for heading in _HEADINGS:
         table.add_column(escape(heading), justify="right")
-    for speed, value, bound, white, ratio, ratio_bound in _curve_rows(result):
-        table.add_row(
-            f"{speed:.0f}", f"{value:+.2f}", f"{bound:.2f}", f"{white:.2f}", f"{ratio:+.4f}", f"{ratio_bound:.4f}"
-        )
+    for row in _curve_rows(result):
+        table.add_row(*(format(value, style) for value, style in zip(row, _STYLES, strict=True)))
     console.print(table)
     for parameter in result.parameters:
         console.print(f"{parameter.name} = {parameter.value:+.5f} ± {parameter.two_sigma:.5f} (2σ)")
     for part in _winds(result):
         console.print(f"wind toward {part.name} {part.value / KNOT:+.2f} ± {part.two_sigma / KNOT:.2f} kt (2σ)")
+    print_choice(result, console)
+    for line in share_lines(result):
+        console.print(line)
     console.print(
         f"residual 2σ {result.residual_two_sigma / KNOT:.2f} kt, {result.samples:,} samples, "
         f"condition number {result.condition_number:.1e}; {result.reason}"
@@ -83,23 +92,45 @@ def print_calibration(result: Calibration, console: Console) -> None:
         console.print(f"warning: {warning}", style="yellow")
 
 
+def share_lines(result: Calibration) -> list[str]:
+    """What each stated accuracy contributes to the bounds, largest first, in words."""
+    curve = result.curve.two_sigma / KNOT
+    total = float((curve @ curve / len(curve)) ** 0.5)
+    wind = max(result.wind.north.two_sigma, result.wind.east.two_sigma) / KNOT
+    return [
+        f"of ±{total:.2f} kt on the curve (±{wind:.2f} kt on the wind), {share.curve / KNOT:.2f} "
+        f"({share.wind / KNOT:.2f}) is {share.name} ({share.estimate.value:+.3g} ± {share.estimate.two_sigma:.3g})"
+        for share in sorted(result.shares, key=lambda share: -share.curve - share.wind)
+    ]
+
+
 def curve_html(result: Calibration) -> str:
     """The curve as an HTML table that folds away."""
     head = "".join(
         f"<th>{h}</th>"
-        for h in ("indicated [kt]", "correction [kt]", "2σ [kt]", "white 2σ [kt]", "Δp/q<sub>c</sub> [-]", "2σ [-]")
+        for h in (
+            "indicated [kt]",
+            "correction [kt]",
+            "2σ [kt]",
+            "2σ, whole curve [kt]",
+            "white 2σ [kt]",
+            "Δp/q<sub>c</sub> [-]",
+            "2σ [-]",
+        )
     )
     body = "".join(
-        f"<tr><td>{s:.0f}</td><td>{v:+.2f}</td><td>{b:.2f}</td><td>{w:.2f}</td><td>{r:+.4f}</td><td>{rb:.4f}</td></tr>"
-        for s, v, b, w, r, rb in _curve_rows(result)
+        f"<tr><td>{s:.0f}</td><td>{v:+.2f}</td><td>{b:.2f}</td><td>{a:.2f}</td><td>{w:.2f}</td>"
+        f"<td>{r:+.4f}</td><td>{rb:.4f}</td></tr>"
+        for s, v, b, a, w, r, rb in _curve_rows(result)
     )
     parameters = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
+    shares = "".join(f"<p>{escape_html(line)}</p>" for line in share_lines(result))
     return (
         f'<details><summary>The curve in numbers</summary><div class="scroll"><table><thead><tr>{head}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
         f"<p>{parameters} (2σ), x = q<sub>ci</sub> / {result.reference_pressure:.2f} Pa. "
-        f"{result.reason}.</p>"
-        f"</details>"
+        f"{result.reason}.</p>{shares}"
+        f"</details>{choice_html(result)}"
     )
 
 
@@ -109,6 +140,7 @@ def _curve_rows(result: Calibration) -> list[tuple[float, ...]]:
         c.indicated_airspeed / KNOT,
         c.correction / KNOT,
         c.two_sigma / KNOT,
+        c.simultaneous_two_sigma / KNOT,
         c.white_two_sigma / KNOT,
         c.normalized_pressure_error,
         c.normalized_two_sigma,
@@ -126,6 +158,7 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
         "indicated_airspeed_kt",
         "correction_kt",
         "two_sigma_kt",
+        "simultaneous_two_sigma_kt",
         "white_two_sigma_kt",
         "normalized_pressure_error",
         "normalized_two_sigma",
@@ -147,6 +180,18 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
         "samples": result.samples,
         "converged": result.converged,
         "warnings": list(result.warnings),
+        "shares": [
+            {
+                "name": s.name,
+                "value": s.estimate.value,
+                "two_sigma": s.estimate.two_sigma,
+                "curve_two_sigma_kt": s.curve / KNOT,
+                "wind_two_sigma_kt": s.wind / KNOT,
+            }
+            for s in result.shares
+        ],
+        "diagnostics": {k: v for k, v in (result.diagnostics or {}).items() if k != "model_choice"},
+        **({"model_choice": choice_of(result)} if choice_of(result) else {}),
     }
 
 

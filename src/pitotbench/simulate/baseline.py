@@ -33,8 +33,9 @@ def _functions(root: ET.Element) -> list[AeroFunction]:
 
 def _engine(folder: Path, element: ET.Element) -> Engine:
     file = folder / "Engines" / f"{element.get('file')}.xml"
-    fuel = ET.parse(file).getroot().findtext("bsfc") if file.is_file() else None
-    return Engine(_point(element.find("thruster/location")), float(fuel) if fuel else 0.0)
+    root = ET.parse(file).getroot() if file.is_file() else element
+    fuel, friction = (float(root.findtext(tag) or 0.0) for tag in ("bsfc", "static-friction"))
+    return Engine(_point(element.find("thruster/location")), fuel, friction)
 
 
 def _declared(folder: Path) -> dict[str, float]:

@@ -3,6 +3,7 @@
 import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from pitotbench.effects import Overlay
 from pitotbench.effects.air.recorded_time import RECORDING_START
@@ -25,10 +26,13 @@ def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> P
         raise BadInputError(f"{folder} is there already; choose another name for the variant")
     tree = _parsed(original / f"{original.name}.xml")
     _insert(tree.getroot(), overlay)
-    shutil.copytree(original, folder)
-    (folder / f"{original.name}.xml").unlink()
     ET.indent(tree)
-    tree.write(folder / f"{name}.xml", encoding="unicode")
+    shelf.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=shelf, prefix=".") as scratch:  # whole or not at all
+        copy = Path(shutil.copytree(original, Path(scratch) / name))
+        (copy / f"{original.name}.xml").unlink()
+        tree.write(copy / f"{name}.xml", encoding="unicode")
+        copy.rename(folder)
     return folder
 
 

@@ -27,6 +27,11 @@ def _filter(toward: str) -> str:
     )
 
 
+def _unless_off(value: Expression) -> Expression:
+    """Exactly zero at zero change, where the filter would leave a rounding."""
+    return operation("ifthen", operation("eq", _CHANGE, 0.0), 0.0, value)
+
+
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     directions, grown = ("north", "east", "down"), total(1.0, _CHANGE)
     time = quotient(LENGTH, operation("max", 100.0, "velocities/vt-fps"))
@@ -39,7 +44,8 @@ def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
             *(_filter(toward) for toward in directions),
         ),
         winds=tuple(
-            WindTerm(t, difference(product(root, size(NAME, t)), f"atmosphere/turb-{t}-fps")) for t in directions
+            WindTerm(t, _unless_off(difference(product(root, size(NAME, t)), f"atmosphere/turb-{t}-fps")))
+            for t in directions
         ),
     )
 

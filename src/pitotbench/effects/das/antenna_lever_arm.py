@@ -42,6 +42,7 @@ ANTENNA_LEVER_ARM = SensorEffect(
     source="rigid-body kinematics, v = v_cg + ω × r (Stevens and Lewis 2003, Aircraft Control and Simulation)",
     what="GPS velocity is that of the antenna, which swings about the center of gravity.",
     changes=("velocity_north", "velocity_east"),
+    also=("velocity_down",),
     needs=ATTITUDE,
     function=_apply,
 )

@@ -21,5 +21,6 @@ CLOCK_DRIFT = SensorEffect(
     source="quartz clocks: 20 to 100 ppm by data sheet, some 1,000 ppm for a loaded computer's timer",
     what="The clocks of air data and GPS run apart during the flight.",
     changes=("velocity_north", "velocity_east"),
+    also=("velocity_down", "altitude"),
     function=_apply,
 )

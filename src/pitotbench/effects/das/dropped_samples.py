@@ -32,6 +32,7 @@ DROPPED_SAMPLES = SensorEffect(
     source="Gilbert 1960, Bell System Technical Journal 39: losses come in bursts",
     what="Some rows of air data are lost, and the last good one stands in their place.",
     changes=("impact_pressure", "static_pressure"),
+    also=("total_temperature",),
     after_noise=True,
     function=_apply,
 )

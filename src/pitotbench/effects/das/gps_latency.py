@@ -23,5 +23,6 @@ GPS_LATENCY = SensorEffect(
     source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
     what="GPS velocity and altitude are recorded late against the air data.",
     changes=("velocity_north", "velocity_east"),
+    also=("velocity_down", "altitude"),
     function=_apply,
 )

@@ -28,6 +28,7 @@ SAMPLE_AND_HOLD = SensorEffect(
     source="Martos, Kiszely and Foster 2011, §II.C: data systems of several rates on one time base",
     what="Air data refresh more slowly than they are recorded: each value repeats.",
     changes=("impact_pressure", "static_pressure"),
+    also=("total_temperature",),
     after_noise=True,
     function=_apply,
 )

@@ -1,0 +1,105 @@
+"""What is estimated beside the curve and the wind because it is not known exactly, each with its prior.
+
+Every nuisance is one number, zero on average, that changes the predicted airspeed in proportion. First order is
+enough: a temperature 3 K off moves the airspeed by 0.5 %, so what is neglected is 0.003 % of it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, Accuracies
+from pitotbench.calibrate.observations import Observations
+from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.calibrate.prediction import Prediction
+from pitotbench.units import Array, MetersPerSecond
+
+# Wide priors of a linear wind: a change of 5 m/s in ten minutes or in 300 m is one standard deviation.
+_WIND_CHANGE = 5.0  # m/s
+_WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
+_LEAST_CLIMB = 60.0  # m: below so much height difference a shear has no meaning
+
+Column = Callable[[Prediction, Observations], MetersPerSecond]
+
+
+@dataclass(frozen=True, slots=True)
+class Nuisance:
+    """One unknown: its name with unit, the standard deviation of its prior [that unit], and what one unit of it
+    adds to the predicted true airspeed, (n,) [m/s]."""
+
+    name: str
+    deviation: float
+    column: Column
+
+
+def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisance, ...]:
+    """The nuisances of a log under the chosen options."""
+    stated = options.accuracies or Accuracies()
+    temperature = max(stated.temperature_k, WITHOUT_TEMPERATURE if obs.standard_day else 0.0)
+    probe_heated = 1.0 if obs.probe_heating > 0.0 else 0.0  # a probe of the air's own temperature has no recovery
+    known = (
+        Nuisance("temperature_k", 0.5 * temperature, _by_temperature),
+        Nuisance("recovery_factor", 0.5 * stated.recovery_factor * probe_heated, _by_recovery),
+        Nuisance("static_pressure_pa", 0.5 * stated.static_pressure_pa, _by_static_pressure),
+        Nuisance("impact_pressure_zero_pa", 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope),
+        Nuisance("velocity_north_mps", 0.5 * stated.velocity_mps, lambda p, o: along_track(p)[:, 0]),
+        Nuisance("velocity_east_mps", 0.5 * stated.velocity_mps, lambda p, o: along_track(p)[:, 1]),
+        Nuisance("latency_s", 0.5 * stated.latency_s, by_latency),
+    )
+    changing = _linear_wind(obs) if options.wind == "linear" else ()
+    return (*(n for n in known if n.deviation > 0.0), *changing)
+
+
+def along_track(prediction: Prediction) -> Array:
+    """What wind toward north and east add to the predicted airspeed, (n, 2) [-]: minus its direction cosines."""
+    return prediction.wind_columns[:, :2] / prediction.slope[:, None]
+
+
+def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
+    """The wind's change with time and, where the log climbs, with height, toward north and east."""
+    elapsed = (obs.time - 0.5 * (obs.time[0] + obs.time[-1])) / _WIND_TIME
+    changes = {"per_600_s": elapsed}
+    if obs.altitude is not None and np.ptp(obs.altitude) > _LEAST_CLIMB:
+        changes["per_300_m"] = (obs.altitude - float(np.mean(obs.altitude))) / _WIND_HEIGHT
+    return tuple(
+        Nuisance(f"wind_{axis}_mps_{name}", _WIND_CHANGE, _wind_times(change, column))
+        for name, change in changes.items()
+        for column, axis in enumerate(("north", "east"))
+    )
+
+
+def _wind_times(change: Array, axis: int) -> Column:
+    return lambda prediction, obs: along_track(prediction)[:, axis] * change
+
+
+def _by_temperature(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    # V = M sqrt(γRT): the same ground velocity in warmer air is a smaller Mach number and impact pressure.
+    return -0.5 * prediction.true_airspeed / obs.probe_temperature
+
+
+def _by_recovery(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    # T = T_t/(1 + 0.2 r M²): more recovery means that the air is colder than thought.
+    heat = air.HEAT_RATIO * air.GAS_CONSTANT * obs.probe_temperature
+    return 0.1 * prediction.true_airspeed**3 / heat
+
+
+def _by_static_pressure(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    # The impact pressure of a Mach number is proportional to the static pressure.
+    return prediction.indicated / (obs.static_pressure * prediction.slope)
+
+
+def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    """What one second of GPS latency adds to the predicted airspeed [m/s]: the ground acceleration along it."""
+    north, east = (_rate(v, obs) for v in (obs.velocity_north, obs.velocity_east))
+    direction = -along_track(prediction)
+    return direction[:, 0] * north + direction[:, 1] * east
+
+
+def _rate(values: Array, obs: Observations) -> Array:
+    """Time derivative, zero beside gaps."""
+    rate = np.gradient(values, obs.time)
+    edge = np.flatnonzero(np.diff(obs.part))
+    rate[edge] = rate[edge + 1] = 0.0
+    return rate

@@ -1,0 +1,166 @@
+"""One log on its way to an answer: rows, white fit, faulty rows, noise, answer."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, accuracies_from
+from pitotbench.calibrate.answer import Answer, answer_of
+from pitotbench.calibrate.covering import CoveringFit, Structure, fit_covering
+from pitotbench.calibrate.latency import estimate_latency, latency_warning, with_latency
+from pitotbench.calibrate.nuisances import Nuisance, nuisances_of
+from pitotbench.calibrate.observability import require_observable
+from pitotbench.calibrate.observations import Observations, observe
+from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.calibrate.output_error import OutputErrorFit
+from pitotbench.calibrate.paper import fit_scalar, fit_vector
+from pitotbench.calibrate.prediction import PredictionModel
+from pitotbench.calibrate.screening import screen
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.records.errors import NoAnswerError
+from pitotbench.records.log import FlightLog
+
+_ILL_CONDITIONED = 1e6
+_FULL_SCALE_RATIO = 8.0  # q_ci/q_ref above which the reference pressure is raised to the data
+_LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
+_MOST_NAMED, _MOST_LISTED = 5, 1000  # rows left out: in a warning, in the diagnostics
+
+
+@dataclass(frozen=True, slots=True)
+class Reduction:
+    """A log reduced: what was fitted to which rows, the white fit, the answer, and what was noticed on the way."""
+
+    options: CalibrationOptions
+    model: PredictionModel
+    observations: Observations
+    white: OutputErrorFit
+    answer: Answer
+    nuisances: tuple[Nuisance, ...]
+    diagnostics: dict[str, Any]
+    warnings: tuple[str, ...]
+
+
+def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None) -> Reduction:
+    """Reduce a log; `reference_pressure` [Pa] None takes the usual one, or one near the data of a fast airplane."""
+    if options.accuracies is None:
+        options = replace(options, accuracies=accuracies_from(log.header.get("accuracy", {})))
+    obs = observe(log, options)
+    reference = reference_pressure or reference_of([obs])
+    model = PredictionModel(MODELS[options.model], reference, options.error_location == "static", options.wind_down)
+    require_observable(model, obs)
+    obs, white, left_out = _screened(model, obs, log, options)
+    found: dict[str, Any] = {"rows_left_out": [int(row) for row in left_out[:_MOST_LISTED]]}
+    nuisances: tuple[Nuisance, ...] = ()
+    answer = answer_of(white)
+    if options.method == "covering":
+        options, obs, nuisances, fit, noticed = _cover(log, options, model, obs, white)
+        answer, found = answer_of(fit), found | noticed
+    warnings = _warnings(log, obs, white, left_out, found)
+    return Reduction(options, model, obs, white, answer, nuisances, found, warnings)
+
+
+def model_of(
+    name: str, options: CalibrationOptions, obs: Observations, reference_pressure: float
+) -> PredictionModel:
+    """What is fitted; a model with knots gets them over the range of the data."""
+    error = MODELS[name].spread_over(*flown_range(obs, reference_pressure))
+    return PredictionModel(error, reference_pressure, options.error_location == "static", options.wind_down)
+
+
+def flown_range(obs: Observations, reference_pressure: float) -> tuple[float, float]:
+    """The range of x = q_ci/q_ref in the data, without the outermost thousandths."""
+    low, high = (float(q) for q in np.quantile(obs.impact_pressure, [0.001, 0.999]) / reference_pressure)
+    return low, max(high, _LEAST_RANGE * low)
+
+
+def reference_of(observed: Sequence[Observations]) -> float:
+    """The usual reference pressure [Pa], or a round one near the data's middle for fast airplanes."""
+    middle = float(np.median(np.concatenate([obs.impact_pressure for obs in observed])))
+    if middle < _FULL_SCALE_RATIO * REFERENCE_PRESSURE:
+        return REFERENCE_PRESSURE
+    return float(round(middle, -3))
+
+
+def _screened(
+    model: PredictionModel, obs: Observations, log: FlightLog, options: CalibrationOptions
+) -> tuple[Observations, OutputErrorFit, NDArray[np.intp]]:
+    """The rows that count, the white fit to them, and the rows left out, (k,)."""
+    fit = _white_fit(model, obs, log, options)
+    none = np.zeros(0, dtype=np.intp)
+    if options.robust and options.form == "scalar":
+        screened = screen(model, obs, None if fit is None else fit.theta)
+        if len(screened.left_out):
+            obs, none, fit = screened.observations, screened.left_out, None
+    # Fitted again without the faulty rows; without any, the error says why there is no fit.
+    return obs, fit or fit_scalar(model, obs), none
+
+
+def _white_fit(
+    model: PredictionModel, obs: Observations, log: FlightLog, options: CalibrationOptions
+) -> OutputErrorFit | None:
+    """The published fit; None where faulty rows may keep it from converging."""
+    if options.form == "vector":
+        return fit_vector(model, obs, log)
+    try:
+        return fit_scalar(model, obs)
+    except NoAnswerError:
+        return None
+
+
+def _cover(
+    log: FlightLog, options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
+) -> tuple[CalibrationOptions, Observations, tuple[Nuisance, ...], CoveringFit, dict[str, Any]]:
+    """The covering fit; where the latency is to be estimated, of the log read again with it."""
+    structure = Structure(model, nuisances_of(options, obs), options.wind == "drifting")
+    fit = fit_covering(structure, obs, white.theta)
+    found: dict[str, Any] = {}
+    if options.latency != "given":
+        latency = estimate_latency(log, options, structure, fit)
+        found = {
+            "latency_s": latency.value,
+            "latency_two_sigma_s": latency.two_sigma,
+            "latency_left_s": 0.0 if options.latency == "estimated" else latency.value - options.gps_latency,
+        }
+        if options.latency == "estimated":
+            options = with_latency(options, latency)
+            kept = np.isin(np.flatnonzero(observe(log, options).used), np.flatnonzero(obs.used))
+            obs = observe(log, options).select(kept)
+            structure = Structure(model, nuisances_of(options, obs), options.wind == "drifting")
+            fit = fit_covering(structure, obs, white.theta)
+    found |= {
+        "gust_deviation_mps": fit.gust_deviation,
+        "gust_length_m": fit.gust_length,
+        "wind_deviation_mps": fit.wind_deviation,
+        "blocks": fit.blocks,
+    }
+    return options, obs, structure.nuisances, fit, found
+
+
+def _warnings(
+    log: FlightLog,
+    obs: Observations,
+    white: OutputErrorFit,
+    left_out: NDArray[np.intp],
+    found: Mapping[str, Any],
+) -> tuple[str, ...]:
+    warnings = list(log.header.get("warnings", ()))
+    if obs.standard_day:
+        warnings.append(
+            f"no temperature in the log: a standard day is assumed, {WITHOUT_TEMPERATURE:.0f} K off at most (2σ); "
+            "its part of the bound is listed"
+        )
+    if white.condition_number > _ILL_CONDITIONED:
+        warnings.append(
+            f"condition number {white.condition_number:.1e}: the parameters are nearly confounded; "
+            "trust the curve inside the flown speeds, not the single parameters"
+        )
+    if len(left_out):
+        times = ", ".join(f"{t:.2f}" for t in log.time[left_out[:_MOST_NAMED]])
+        more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""
+        warnings.append(f"{len(left_out)} rows disagree with all others and are left out, at {times}{more} s")
+    if abs(found.get("latency_left_s", 0.0)) > found.get("latency_two_sigma_s", np.inf):
+        warnings.append(latency_warning(found["latency_s"], found["latency_two_sigma_s"]))
+    return tuple(warnings)

@@ -1,0 +1,67 @@
+"""Flights kept on disk, so that a long campaign need not fly them again when only the calibrator has changed.
+
+A flight is found by what decides it: its case without pressure error and sensors, and the simulator's version.
+Only the channels that air data and GPS velocity need are kept.
+"""
+
+from dataclasses import dataclass
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pitotbench import bench
+from pitotbench.logbook import atomic
+from pitotbench.records.case import Case
+from pitotbench.records.case_file import case_table
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.flight import Flight
+from pitotbench.records.toml_text import write_toml
+
+_CHANNELS = (
+    "time", "total_pressure", "static_pressure", "air_temperature", "altitude",
+    "velocity_north", "velocity_east", "velocity_down",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class FlightStore:
+    """A folder of flights."""
+
+    folder: Path
+
+    def fly(self, case: Case) -> Flight:
+        """The flight of a case, from the folder or flown and kept."""
+        path = self.folder / f"{case.maneuver}-{case.truth_seed}-{_digest(case)}.npz"
+        if path.exists():
+            return _read(path, case)
+        flight = bench.fly(case)
+        self._keep(flight, path)
+        return flight
+
+    def require_same(self, case: Case) -> None:
+        """Fly a case again. Raises BadInputError where the kept flight differs: the simulator has changed."""
+        kept, flown = self.fly(case), bench.fly(case)
+        if any(not np.array_equal(kept[name], flown[name]) for name in _CHANNELS):
+            raise BadInputError(f"the flights in {self.folder} are of another simulator: delete the folder")
+
+    def _keep(self, flight: Flight, path: Path) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        arrays: dict[str, Any] = {name: flight[name] for name in _CHANNELS}
+        labels, label = np.unique(flight.segment, return_inverse=True)
+        arrays |= {"labels": labels, "label": label.astype(np.uint8), "on_condition": flight.on_condition}
+        with atomic(path) as scratch, scratch.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+
+
+def _read(path: Path, case: Case) -> Flight:
+    with np.load(path) as kept:
+        segment = kept["labels"][kept["label"]]
+        return Flight(case, {name: kept[name] for name in _CHANNELS}, segment, kept["on_condition"])
+
+
+def _digest(case: Case) -> str:
+    flown = write_toml(case_table(case, omit=("pressure_error", "das", "sensor_seed", "accuracy")))
+    return sha256(f"{version('jsbsim')}\n{flown}".encode()).hexdigest()[:16]

@@ -1,0 +1,82 @@
+"""`pitotbench fixed-speed`: the leg and turn methods, of a log or of legs typed on the command line."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pitotbench.records.errors import BadInputError
+
+if TYPE_CHECKING:
+    from pitotbench.units import Array
+
+
+def add_fixed_speed(parser: argparse.ArgumentParser) -> None:
+    """The flags of the command."""
+    parser.add_argument("log", nargs="?", type=Path, metavar="LOG", help="log file: legs and turns are found in it")
+    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    parser.add_argument("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]")
+    parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.set_defaults(run=run_fixed_speed)
+
+
+def run_fixed_speed(options: argparse.Namespace) -> int:
+    """Print the answer; returns exit code 0. Raises BadInputError unless either a log or legs are given."""
+    typed = [options.ground_speed_kt, options.track_deg]
+    if options.log is not None and typed == [None, None]:
+        _of_log(options)
+    elif options.log is None and None not in typed:
+        _of_legs(options)
+    else:
+        raise BadInputError("give either a log or both --ground-speed-kt and --track-deg")
+    return 0
+
+
+def _of_log(options: argparse.Namespace) -> None:
+    from rich.console import Console
+
+    from pitotbench.bench import fixed_speed_points
+    from pitotbench.calibrate.options import options_from
+    from pitotbench.logbook import find_mapping, read_log
+    from pitotbench.show.fixed_speed import points_json, print_points
+
+    advised = find_mapping(options.mapping).calibrate if options.mapping else {}
+    points = fixed_speed_points(read_log(options.log, options.mapping), options_from(advised))
+    if options.json:
+        _write_json({"fixed_speed": points_json(points)})
+    else:
+        print_points(points, Console(highlight=False, soft_wrap=True))
+
+
+def _of_legs(options: argparse.Namespace) -> None:
+    from pitotbench.calibrate.fixed_speed import fixed_speed
+    from pitotbench.show.tables import fixed_speed_json
+    from pitotbench.units import DEGREE, KNOT
+
+    speeds = _numbers(options.ground_speed_kt, "--ground-speed-kt")
+    tracks = _numbers(options.track_deg, "--track-deg")
+    found = fixed_speed(speeds * KNOT, tracks * DEGREE)
+    answer = fixed_speed_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
+    if options.json:
+        _write_json(answer)
+        return
+    spread = "" if answer["spread_kt"] is None else f", spread {answer['spread_kt']:.4f} kt"
+    sys.stdout.write(f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}\n")
+    sys.stdout.write(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°\n")
+
+
+def _write_json(document: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(document, indent=1) + "\n")
+
+
+def _numbers(text: str, flag: str) -> "Array":
+    import numpy as np
+
+    try:
+        return np.array([float(part) for part in text.split(",")])
+    except ValueError as error:
+        raise BadInputError(
+            f"{flag} takes numbers with commas between them, such as 178,185,188; got {text!r}"
+        ) from error

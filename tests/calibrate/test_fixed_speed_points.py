@@ -1,0 +1,124 @@
+"""Fixed-speed points from logs: recovery of a known answer, the bound over many flights, what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trajectories as fixture
+
+from pitotbench import air
+from pitotbench.bench import sense, true_correction, wind_toward
+from pitotbench.calibrate.fixed_speed_points import cross_check, fixed_speed_points
+from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.records.errors import NoAnswerError
+from pitotbench.units import DEGREE, KNOT
+
+RATE = 10
+
+
+def legs_path(*headings_deg, speeds_kt=(110.0, 140.0), seconds=20):
+    """Legs joined by turns at standard rate, once a speed; speed changes on the last heading."""
+    speed, heading = [], []
+    for fast in speeds_kt:
+        for here, there in zip(headings_deg, (*headings_deg[1:], headings_deg[-1]), strict=True):
+            turn = np.linspace(here, there, max(1, round(abs(there - here) / 3.0 * RATE)))
+            heading += [np.full(seconds * RATE, here), turn]
+            speed += [np.full(seconds * RATE, fast), np.full(len(turn), fast)]
+        speed.append(np.linspace(fast, fast + 30.0, 30 * RATE))
+        heading.append(np.full(30 * RATE, headings_deg[-1]))
+    return np.concatenate(speed) * KNOT, np.concatenate(heading) * DEGREE
+
+
+def circle_path(speed_kt=120.0, seconds=90):
+    return np.full(seconds * RATE, speed_kt) * KNOT, np.linspace(0.0, 400.0, seconds * RATE) * DEGREE
+
+
+def error_kt(point):
+    return (point.correction - fixture.true_correction(np.array([point.indicated_airspeed]))[0]) / KNOT
+
+
+@pytest.mark.parametrize(
+    ("path", "method", "count"),
+    [
+        (legs_path(0, 90, 180, 270), "four_leg", 2),
+        (legs_path(0, 120, 240), "three_leg", 2),
+        (legs_path(0, 72, 144, 216, 288), "many_leg", 2),
+        (circle_path(), "turn", 1),
+    ],
+)
+def test_legs_and_turns_are_found_and_recover_curve_and_wind(path, method, count):
+    points = fixed_speed_points(fixture.fly(path, RATE, RATE, fixture.CALM))
+    assert [point.method for point in points] == [method] * count
+    for point in points:
+        assert error_kt(point) == pytest.approx(0.0, abs=0.01)
+        assert (point.wind_north, point.wind_east) == pytest.approx(fixture.WIND, abs=0.01)
+
+
+def test_horseshoe_stands_beside_three_legs_only_where_tracks_are_square():
+    windy = fixture.fly(legs_path(0, 90, 180), RATE, RATE, fixture.CALM)
+    assert {point.method for point in fixed_speed_points(windy)} == {"three_leg"}
+    still = replace(
+        windy,
+        velocity_north=windy.velocity_north - fixture.WIND[0],
+        velocity_east=windy.velocity_east - fixture.WIND[1],
+    )
+    points = fixed_speed_points(still)
+    assert [point.method for point in points] == ["three_leg", "horseshoe"] * 2
+    assert points[1].correction == pytest.approx(points[0].correction, abs=1e-3)
+
+
+def test_labels_are_believed():
+    """Only what is on condition counts: here two seconds of every leg, too short to be one."""
+    log = fixture.fly(legs_path(0, 90, 180, 270, seconds=20), RATE, RATE, fixture.CALM)
+    on = np.zeros(len(log), dtype=np.bool_)
+    on[:: 20 * RATE] = True
+    on = np.convolve(on, np.ones(2 * RATE), mode="same") > 0
+    with pytest.raises(NoAnswerError):
+        fixed_speed_points(replace(log, on_condition=on))
+
+
+@pytest.mark.parametrize("path", [legs_path(0, 90, 180, 270), circle_path()])
+def test_the_bound_covers_and_is_not_idle(path):
+    """40 or 20 points in gusts: at least 80 % inside 2σ (95 less three standard errors), 2σ below 4 times rms."""
+    found = [
+        p for seed in range(20) for p in fixed_speed_points(fixture.fly(path, RATE, RATE, fixture.Air(), seed))
+    ]
+    error, bound = np.array([[error_kt(point), point.two_sigma / KNOT] for point in found]).T
+    assert np.mean(np.abs(error) <= bound) >= 0.80
+    assert bound.mean() <= 4.0 * np.sqrt(np.mean(error**2))
+
+
+def test_a_static_source_error_is_taken_from_the_static_pressure():
+    """q_ci = q − Δp and p_i = p + Δp: total pressure is right, and 10 % of q come back as the correction."""
+    log = fixture.fly(circle_path(), RATE, RATE, fixture.CALM)
+    impact = fixture.TRUTH.impact_pressure(log.impact_pressure)
+    pressure_error = 0.1 * impact
+    wrong = replace(
+        log, impact_pressure=impact - pressure_error, static_pressure=log.static_pressure + pressure_error
+    )
+    (point,) = fixed_speed_points(wrong, CalibrationOptions(error_location="static"))
+    expected = air.calibrated_airspeed(impact.mean()) - air.calibrated_airspeed(0.9 * impact.mean())
+    assert point.correction == pytest.approx(float(expected), abs=0.01 * KNOT)
+    (missed,) = fixed_speed_points(wrong, CalibrationOptions(error_location="impact"))
+    assert abs(missed.correction - expected) > 0.1 * KNOT
+
+
+def test_a_circle_of_the_simulator_agrees_with_its_truth(smooth_flights):
+    """Means of a turning vector over a second would be 0.03 kt short: they must not be used."""
+    flight = smooth_flights["circle"]
+    points = fixed_speed_points(sense(flight, "50/50"))
+    speeds = np.array([point.indicated_airspeed for point in points])
+    error = np.array([point.correction for point in points])
+    error -= true_correction(flight.case.pressure_error, speeds)
+    assert len(points) == 4
+    assert np.all(np.abs(error) < 0.02 * KNOT)
+    wind = wind_toward(flight.case.wind)
+    assert all(abs(point.wind_north - wind[0]) < 0.03 * KNOT for point in points)
+
+
+@pytest.mark.parametrize("path", [fixture.straight(RATE), fixture.step_decrease(RATE), legs_path(0, 180)])
+def test_logs_without_three_tracks_or_a_turn_are_refused_with_what_to_fly(path):
+    log = fixture.fly(path, RATE, RATE, fixture.CALM)
+    with pytest.raises(NoAnswerError, match="fly four legs 90° apart"):
+        fixed_speed_points(log)
+    assert cross_check(log) == ()

@@ -1,0 +1,126 @@
+"""`--model auto`: it covers curves that no law draws, costs little where a law holds, and says what it weighed."""
+
+import json
+
+import numpy as np
+import pytest
+import trajectories as fixture
+
+from pitotbench import air
+from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.catalog import UnknownNameError
+from pitotbench.cli import main
+from pitotbench.logbook import write_log
+from pitotbench.pressure_error import MODELS, TableCurve
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.units import KNOT
+
+AUTO = CalibrationOptions(model="auto")
+SEEDS = range(540, 552)
+
+
+def bumped(seed):
+    """The usual truth with a bump of a random size and sign at a random speed."""
+    rng = np.random.default_rng(seed)
+    speed = np.arange(70.0, 200.0, 2.5)
+    bump = rng.choice([-1.0, 1.0]) * rng.uniform(0.008, 0.015)
+    shape = np.exp(-0.5 * ((speed - rng.uniform(110.0, 150.0)) / 12.0) ** 2)
+    values = fixture.TRUTH.normalized(air.impact_pressure(speed * KNOT)) + bump * shape
+    return TableCurve(tuple(speed * KNOT), tuple(values))
+
+
+def logs_of(truths):
+    path, light = fixture.step_decrease(10), fixture.Air(gust=0.15)
+    return [fixture.fly(path, 10, 10, light, seed, truth) for seed, truth in zip(SEEDS, truths, strict=True)]
+
+
+def inside(result, truth):
+    curve = result.curve
+    error = curve.correction - fixture.true_correction(curve.indicated_airspeed, truth)
+    return np.abs(error) <= curve.two_sigma
+
+
+def test_covers_curves_outside_the_table():
+    truths = [bumped(seed) for seed in SEEDS]
+    logs = logs_of(truths)
+    auto = np.mean([inside(calibrate(log, AUTO), t).mean() for log, t in zip(logs, truths, strict=True)])
+    law = np.mean([inside(calibrate(log), t).mean() for log, t in zip(logs, truths, strict=True)])
+    assert auto >= 0.85
+    assert law < auto - 0.05
+
+
+def test_costs_little_where_a_law_holds():
+    logs = logs_of([fixture.TRUTH] * len(SEEDS))
+    auto, named = ([calibrate(log, o) for log in logs] for o in (AUTO, CalibrationOptions()))
+    assert np.mean([inside(r, fixture.TRUTH).mean() for r in auto]) >= 0.88
+    bounds = [np.mean([r.curve.two_sigma.mean() for r in results]) for results in (auto, named)]
+    assert bounds[0] < 1.5 * bounds[1]
+
+
+@pytest.fixture(scope="module")
+def calm():
+    return fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(gust=0.02, gps=0.02, pressure=2.0))
+
+
+def test_says_what_it_weighed(calm):
+    result = calibrate(calm, AUTO)
+    rows = {row["model"]: row for row in result.diagnostics["model_choice"]}
+    assert list(rows) == list(MODELS)
+    assert sum(row["weight"] for row in rows.values()) == pytest.approx(1.0, abs=1e-6)
+    assert sum(result.diagnostics["departure"].values()) == pytest.approx(1.0, abs=1e-6)
+    chosen = next(name for name, row in rows.items() if row["chosen"])
+    assert result.model == f"auto ({chosen})"
+    assert len(result.parameters) == rows[chosen]["parameters"]
+
+
+def test_quiet_data_rule_out_what_is_wrong(calm):
+    """The truth is Inverse+; in quiet air neither a constant nor a straight line passes for it."""
+    rows = {row["model"]: row for row in calibrate(calm, AUTO).diagnostics["model_choice"]}
+    for wrong in ("bias", "linear"):
+        assert rows[wrong]["bic"] > rows["inverse+"]["bic"] + 10.0
+        assert rows[wrong]["held_out"] < rows["inverse+"]["held_out"] - 5.0
+        assert not rows[wrong]["chosen"]
+
+
+def test_one_speed_leaves_the_constant():
+    speed, heading = fixture.step_decrease(10)
+    log = fixture.fly((np.full_like(speed, 120.0 * KNOT), heading), 10, 10, fixture.Air(pressure=1.0, gust=0.1))
+    result = calibrate(log, AUTO)
+    assert result.model == "auto (bias)"
+    assert inside(result, fixture.TRUTH).all()
+    assert result.curve.two_sigma.max() < 2.0 * KNOT
+
+
+def test_one_heading_is_still_no_answer():
+    with pytest.raises(NoAnswerError, match="headings lie within"):
+        calibrate(fixture.fly(fixture.straight(10), 10, 10, fixture.Air()), AUTO)
+
+
+def test_paper_method_weighs_no_models():
+    with pytest.raises(BadInputError, match="'covering'"):
+        CalibrationOptions(model="auto", method="paper")
+
+
+def test_wrong_name_shows_auto():
+    with pytest.raises(UnknownNameError, match="Did you mean 'auto'"):
+        CalibrationOptions(model="atuo")
+
+
+def test_spline_gets_its_knots_from_the_log(calm):
+    result = calibrate(calm, CalibrationOptions(model="spline"))
+    assert inside(result, fixture.TRUTH).mean() > 0.7
+    low, high = result.parameters[0], result.parameters[-1]
+    ends = fixture.TRUTH.normalized(np.quantile(calm.impact_pressure, [0.001, 0.999]))
+    assert abs(low.value - ends[0]) <= 2.0 * low.two_sigma
+    assert abs(high.value - ends[1]) <= 2.0 * high.two_sigma
+
+
+def test_command_line(calm, tmp_path, capsys):
+    path = tmp_path / "log.parquet"
+    write_log(calm, path)
+    assert main(["calibrate", str(path), "--model", "auto", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["model"].startswith("auto (")
+    assert {row["model"] for row in found["model_choice"]} == set(MODELS)
+    assert main(["calibrate", str(path), "--model", "auto"]) == 0
+    assert "models weighed" in capsys.readouterr().out

@@ -1,0 +1,147 @@
+"""What a log does not tell: stated accuracies widen the bound by their share; errors within them are covered."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trajectories as fixture
+
+from pitotbench.calibrate import Accuracies, CalibrationOptions, calibrate
+from pitotbench.calibrate.accuracy import parse_accuracies
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.units import KNOT
+
+QUIET = fixture.Air(gust=0.05, pressure=2.0)
+
+
+@pytest.fixture(scope="module")
+def log():
+    return fixture.fly(fixture.step_decrease(20), 20, 20, QUIET)
+
+
+def _error(result):
+    return result.curve.correction - fixture.true_correction(result.curve.indicated_airspeed)
+
+
+def test_a_temperature_error_is_invisible_and_covered_by_its_stated_accuracy(log):
+    warm = replace(log, total_temperature=log.total_temperature + 2.0)
+    plain = calibrate(warm)
+    stated = calibrate(warm, CalibrationOptions(accuracies=Accuracies(temperature_k=3.0)))
+    assert plain.residual_two_sigma == pytest.approx(calibrate(log).residual_two_sigma, rel=0.02)
+    assert np.all(np.abs(_error(plain)) > plain.curve.two_sigma)  # the trap
+    assert np.all(np.abs(_error(stated)) < stated.curve.two_sigma)
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [("temperature_k", 2.0), ("recovery_factor", 0.1), ("static_pressure_pa", 100.0), ("velocity_mps", 0.2)],
+)
+def test_shares_add_to_the_bound_as_squares(log, name, size):
+    without = calibrate(log)
+    result = calibrate(log, CalibrationOptions(accuracies=Accuracies(**{name: size})))
+    assert all(share.name.startswith(name.rsplit("_", 1)[0]) for share in result.shares)
+    for seen, before, parts in (
+        (result.curve.two_sigma, without.curve.two_sigma, [s.curve for s in result.shares]),
+        (result.wind.north.two_sigma, without.wind.north.two_sigma, [s.wind for s in result.shares]),
+    ):
+        added = np.sqrt(max(np.mean(np.square(seen)) - np.mean(np.square(before)), 0.0))
+        assert added == pytest.approx(np.max(parts), rel=0.1, abs=0.05 * KNOT)
+
+
+def test_sensitivity_to_temperature_is_the_known_one(log):
+    """Half a percent of airspeed for a percent of temperature."""
+    result = calibrate(log, CalibrationOptions(accuracies=Accuracies(temperature_k=1.0)))
+    indicated = result.curve.indicated_airspeed
+    assert result.shares[0].curve == pytest.approx(0.5 / 276.3 * np.sqrt(np.mean(indicated**2)), rel=0.1)
+
+
+def test_accuracies_come_from_the_header_where_the_options_are_silent(log):
+    told = replace(log, header={"accuracy": {"temperature_k": 1.0}})
+    assert [s.name for s in calibrate(told).shares] == ["temperature_k"]
+    silent = CalibrationOptions(accuracies=Accuracies())
+    assert calibrate(told, silent).shares == ()
+
+
+def test_zero_offset_is_found():
+    log = fixture.fly(fixture.step_decrease(20), 20, 20, QUIET)
+    offset = replace(log, impact_pressure=log.impact_pressure + 60.0)
+    options = CalibrationOptions(model="linear", accuracies=Accuracies(impact_pressure_zero_pa=200.0))
+    estimate = calibrate(offset, options).shares[0].estimate
+    # The truth's k3/x is 0.14 of the reference pressure: a zero offset of the other sign.
+    without = calibrate(log, options).shares[0].estimate
+    assert estimate.value - without.value == pytest.approx(60.0, abs=5.0)
+
+
+def test_no_temperature_means_a_wide_prior(log):
+    result = calibrate(replace(log, total_temperature=None))
+    assert [s.name for s in result.shares] == ["temperature_k"]
+    assert result.shares[0].curve > 1.0 * KNOT
+
+
+def _ramp(log, change):
+    """The wind changes by `change` m/s toward north over the log."""
+    elapsed = (log.time - log.time.mean()) / np.ptp(log.time)
+    return replace(log, velocity_north=log.velocity_north + change * elapsed)
+
+
+@pytest.mark.parametrize("wind", ["linear", "drifting"])
+def test_a_wind_that_changes_widens_the_bound_and_is_covered(wind):
+    log = _ramp(fixture.fly(fixture.step_decrease(20), 20, 20, fixture.Air(gust=0.15)), 1.0)
+    constant, honest = calibrate(log), calibrate(log, CalibrationOptions(wind=wind))
+    assert np.max(np.abs(_error(constant)) / constant.curve.two_sigma) > 1.0  # the trap
+    assert np.all(np.abs(_error(honest)) < honest.curve.two_sigma)
+    assert np.mean(honest.curve.two_sigma) > 1.2 * np.mean(constant.curve.two_sigma)
+
+
+def test_a_latency_is_found_where_the_speed_changes_and_taken_off():
+    log = _decelerations(latency=0.5)
+    checked = calibrate(log, CalibrationOptions(latency="checked"))
+    assert checked.diagnostics["latency_s"] == pytest.approx(0.5, abs=0.15)
+    assert any("trail" in text for text in checked.warnings)
+    estimated = calibrate(log, CalibrationOptions(latency="estimated"))
+    assert [s.name for s in estimated.shares] == ["latency_s"]
+    assert np.max(np.abs(_error(estimated))) < 0.12
+    assert np.mean(estimated.curve.two_sigma) < 0.3 * np.mean(checked.curve.two_sigma)
+    stated = calibrate(log, CalibrationOptions(gps_latency=0.5, latency="checked"))
+    assert not any("trail" in text for text in stated.warnings)
+
+
+def test_no_change_of_speed_no_latency():
+    log = fixture.fly(fixture.step_decrease(20), 20, 20, QUIET)
+    with pytest.raises(NoAnswerError, match="idle deceleration"):
+        calibrate(log, CalibrationOptions(latency="estimated"))
+
+
+def _decelerations(latency):
+    """Decelerations and accelerations of 2 kt/s on four headings, the GPS stamped late."""
+    rate, headings = 20, (0.0, 90.0, 180.0, 270.0)
+    leg = np.concatenate([np.linspace(160, 100, 30 * rate), np.linspace(100, 160, 30 * rate)])
+    speed, heading = np.tile(leg, len(headings)), np.repeat(np.deg2rad(headings), len(leg))
+    log = fixture.fly((speed * KNOT, heading), rate, rate, fixture.Air(gust=0.1))
+    late = {
+        name: np.interp(log.time - latency, log.time, getattr(log, name))
+        for name in ("velocity_north", "velocity_east")
+    }
+    beside_turns = np.abs((log.time + 30.0) % 60.0 - 30.0) > 5.0  # the turns between the legs are not flown
+    return replace(log, **late, gps_fresh=np.ones(len(log), dtype=bool)).select(beside_turns)
+
+
+def test_accuracies_from_text():
+    assert parse_accuracies("temperature_k=1, static_pressure_pa=40") == Accuracies(
+        temperature_k=1.0, static_pressure_pa=40.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("temperature=1", "Did you mean 'temperature_k'"),
+        ("temperature_k", "name=2σ"),
+        ("temperature_k=x", "name=2σ"),
+        ("temperature_k=-1", "zero or more"),
+        ("temperature_k=nan", "zero or more"),
+    ],
+)
+def test_wrong_accuracies_are_refused(text, says):
+    with pytest.raises(BadInputError, match=says):
+        parse_accuracies(text)

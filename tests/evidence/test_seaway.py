@@ -1,0 +1,52 @@
+"""A solar airplane's log (PX4, 1 Hz pressure and GPS): no truth beside it, but scale, zero and bound are stable.
+
+A robust fit of the same log with scale, zero and lag, published with the data, leaves a zero near 100 Pa.
+"""
+
+import numpy as np
+import pytest
+from shared_data import real_log
+
+from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.calibrate.options import options_from
+from pitotbench.logbook import find_mapping, read_log
+
+
+@pytest.fixture(scope="module")
+def log():
+    return read_log(real_log("seaway", "differential_pressure_0.csv"), mapping="seaway")
+
+
+def _options() -> CalibrationOptions:
+    return options_from({**find_mapping("seaway").calibrate, "latency": "checked"})
+
+
+def _scale_and_zero(log):
+    result = calibrate(log, _options())
+    zero = next(s.estimate for s in result.shares if s.name == "impact_pressure_zero_pa")
+    return result, result.parameters[0], zero
+
+
+def test_scale_zero_latency_and_bound_are_reported(log):
+    result, scale, zero = _scale_and_zero(log)
+    print(
+        f"scale k1 {scale.value:+.3f} ± {scale.two_sigma:.3f}, zero {zero.value:.0f} ± {zero.two_sigma:.0f} Pa (2σ)"
+    )
+    print(
+        f"latency {result.diagnostics['latency_s']:+.2f} ± {result.diagnostics['latency_two_sigma_s']:.2f} s (2σ)"
+    )
+    assert zero.value == pytest.approx(100.0, abs=15.0)
+    assert abs(scale.value) < scale.two_sigma + 0.1
+
+
+def test_stable_under_halving_the_data(log):
+    """Every second sample agrees with the whole within its own bounds, and its bounds are alike."""
+    flown = np.flatnonzero(np.hypot(log.velocity_north, log.velocity_east) > 5.0)
+    _, whole_scale, whole_zero = _scale_and_zero(log)
+    for half in (0, 1):
+        _, scale, zero = _scale_and_zero(log.select(flown[half::2]))
+        print(f"half {half}: k1 {scale.value:+.3f} ± {scale.two_sigma:.3f}")
+        print(f"half {half}: zero {zero.value:.0f} ± {zero.two_sigma:.0f} Pa")
+        assert abs(scale.value - whole_scale.value) < scale.two_sigma
+        assert abs(zero.value - whole_zero.value) < zero.two_sigma
+        assert scale.two_sigma == pytest.approx(whole_scale.two_sigma, rel=0.3)

@@ -1,0 +1,101 @@
+"""The effects of a case in the recorded log: in the right place of the chain, and nowhere told."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import synthetic_flight as fixture
+
+from pitotbench.effects import EFFECTS
+from pitotbench.records.case import EffectSpec
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.sense import data_system, record
+from pitotbench.units import INCH_OF_MERCURY
+
+SENSORS = [name for name, effect in EFFECTS.items() if effect.acts_on == "sensors"]
+
+
+def flown(*effects: EffectSpec, gap: float = 0.0) -> Flight:
+    flight = fixture.flight(seconds=40.0, gap=gap, case=fixture.unbiased(effects=effects))
+    speeds = {f"propeller_speed_{side}": np.full(len(flight), 270.0) for side in ("left", "right")}
+    return replace(flight, channels={**flight.channels, **speeds})
+
+
+def differing(one: FlightLog, other: FlightLog) -> set[str]:
+    a, b = one.channels(), other.channels()
+    assert set(a) == set(b)
+    return {name for name in a if not np.array_equal(a[name], b[name])}
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_a_log_differs_where_the_effect_says(name):
+    das = data_system("50/50")
+    plain = record(flown(), das, 1)
+    log = record(flown(EffectSpec(name, EFFECTS[name].typical())), das, 1)
+    allowed = {*EFFECTS[name].changes, *EFFECTS[name].also}
+    assert differing(log, plain) <= allowed
+    assert name in ("saturation", "temperature_drift") or differing(
+        log, plain
+    )  # these two are still in this flight
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_zero_size_records_the_same_log_bit_for_bit(name):
+    zero = {p.name: 0.0 for p in EFFECTS[name].parameters if not p.shape}
+    das = data_system("20/1")
+    assert differing(record(flown(EffectSpec(name, zero)), das, 1), record(flown(), das, 1)) == set()
+
+
+def test_an_effect_that_is_felt_is_lagged_before_the_noise():
+    """The same noise on top: it cancels but for one step of rounding."""
+    das = data_system("50/50")
+    lagged = record(flown(EffectSpec("pitot_lag", {"lag_s": 0.5})), das, 1)
+    difference = lagged.impact_pressure - record(flown(), das, 1).impact_pressure
+    smooth = np.convolve(difference, np.ones(9) / 9.0, mode="valid")
+    assert np.abs(difference[4:-4] - smooth).max() < 0.5  # the noise is 12 Pa
+    assert np.abs(difference).max() > 10.0
+
+
+def test_the_recorders_faults_come_after_the_noise():
+    das = data_system("50/50")
+    stored = record(flown(EffectSpec("quantization", {"step_pa": 25.0})), das, 1)
+    np.testing.assert_allclose(stored.impact_pressure % 25.0, 0.0)
+    held = record(flown(EffectSpec("sample_and_hold", {"period_s": 0.2})), das, 1)
+    assert np.mean(np.diff(held.impact_pressure) == 0.0) == pytest.approx(0.9, abs=0.01)
+
+
+def test_latency_equals_that_of_the_data_system():
+    das = data_system("50/50")
+    by_effect = record(flown(EffectSpec("gps_latency", {"latency_s": 0.3}), gap=30.0), das, 1)
+    by_system = record(flown(gap=30.0), replace(das, gps_latency=0.3), 1)
+    for name in ("velocity_north", "velocity_east", "velocity_down", "altitude"):
+        np.testing.assert_allclose(getattr(by_effect, name), getattr(by_system, name), atol=0.0102)
+
+
+def test_a_gauge_reads_high_by_its_error():
+    das = data_system("50/50")
+    read = record(flown(EffectSpec("manifold_pressure_gauge", {"left_inhg": 1.0, "right_inhg": 0.0})), das, 1)
+    plain = record(flown(), das, 1)
+    np.testing.assert_allclose(
+        read.manifold_pressure_left - plain.manifold_pressure_left, INCH_OF_MERCURY, atol=5.01
+    )
+    np.testing.assert_array_equal(read.manifold_pressure_right, plain.manifold_pressure_right)
+
+
+def test_effects_on_the_aircraft_are_not_the_sensors_business():
+    das = data_system("50/50")
+    with_pod = record(flown(EffectSpec("belly_pod", {"drag_area_m2": 0.1})), das, 1)
+    assert differing(with_pod, record(flown(), das, 1)) == set()
+
+
+def test_a_bad_size_is_refused():
+    with pytest.raises(BadInputError, match="pitot_lag: lag_s = 99"):
+        record(flown(EffectSpec("pitot_lag", {"lag_s": 99.0})), data_system("50/50"), 1)
+
+
+def test_the_header_tells_no_effect():
+    log = record(flown(EffectSpec("pitot_lag", {"lag_s": 0.345})), data_system("50/50"), 1)
+    assert "lag" not in str(log.header)
+    assert "0.345" not in str(log.header)

@@ -204,7 +204,8 @@ def keep(
     Returns a line for each thing written. Raises BadInputError for a variant where nothing acts on the aircraft or
     the name is taken: nothing is ever overwritten by it.
     """
-    made = patch(found.verdict.effects, source, datetime.now(UTC).strftime("%Y-%m-%d"))
+    sure = found.verdict.kind in ("named", "one_of")  # what does not explain the gap is no patch
+    made = patch(found.verdict.effects if sure else (), source, datetime.now(UTC).strftime("%Y-%m-%d"))
     lines = []
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)

@@ -283,7 +283,8 @@ def _setting(mapping: str | None) -> "Setting":
 
     advised = find_mapping(mapping).calibrate if mapping else {}
     static = advised.get("error_location") == "static"
-    return Setting(static_error=static, mach_max=float(advised.get("mach_max", 1.0)))
+    mach = advised.get("mach_max")
+    return Setting(static_error=static, mach_max=mach if isinstance(mach, float) else 1.0)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.special import ndtri
 
 from pitotbench.reconcile.gusts import usual_gusts
 from pitotbench.reconcile.locate import Cell
@@ -18,7 +19,7 @@ from pitotbench.units import Array
 
 FEWEST = 4  # flights for their spread to mean anything
 FALSE_ALARM = 0.01  # share of null flights above the threshold
-FLOOR = 4.0  # σ, below which no threshold falls: some 60 hypotheses, each tried twice
+FLOOR = 4.0  # σ, below which no threshold for the table falls: some 60 hypotheses, each tried twice
 EULER = 0.5772156649
 
 
@@ -64,7 +65,7 @@ def learn(studies: Sequence[Study]) -> Knowledge:
         mean,
         cell_spread,
         _quantile(largest),
-        _quantile(largest_cell),
+        _quantile(largest_cell, _floor(len(cells), len(studies))),
         len(studies),
         usual_gusts(studies),
     )
@@ -91,8 +92,14 @@ def _rms(values: Sequence[float]) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def _quantile(largest: Sequence[float] | Array) -> float:
+def _floor(tries: int, flights: int) -> float:
+    """What the largest of independent scores exceeds on that share of null flights (Šidák 1967), with the error of
+    means taken over so few flights."""
+    return float(ndtri(1.0 - 0.5 * FALSE_ALARM / tries) * np.sqrt(1.0 + 1.0 / flights))
+
+
+def _quantile(largest: Sequence[float] | Array, least: float = FLOOR) -> float:
     """The value that the largest score exceeds on a share of null flights (Gumbel 1958, by moments)."""
     scale = float(np.std(largest, ddof=1)) * np.sqrt(6.0) / np.pi
     mode = float(np.mean(largest)) - EULER * scale
-    return max(FLOOR, float(mode - scale * np.log(-np.log1p(-FALSE_ALARM))))
+    return max(least, float(mode - scale * np.log(-np.log1p(-FALSE_ALARM))))

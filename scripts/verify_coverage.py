@@ -9,7 +9,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from pitotbench.campaign.verify import verify
+from pitotbench.campaign.scorings import SCORINGS
+from pitotbench.campaign.verify import Budget, verify
 
 
 def main() -> int:
@@ -20,9 +21,18 @@ def main() -> int:
     parser.add_argument(
         "--flights", type=Path, help="folder where flights are kept for the next campaign (40 MB a seed)"
     )
+    parser.add_argument(
+        "--rows",
+        type=Path,
+        help="Parquet file of scored rows: a campaign cut short goes on (delete it with a change)",
+    )
+    parser.add_argument(
+        "--scoring", default=",".join(SCORINGS), help="comma list of questions (default: %(default)s)"
+    )
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder (default: %(default)s)")
     options = parser.parse_args()
-    verify(options.seeds, options.out, options.jobs, options.minutes, options.flights)
+    budget = Budget(options.jobs, options.minutes, options.flights, options.rows)
+    verify(options.seeds, options.out, budget, [SCORINGS[name].name for name in options.scoring.split(",")])
     return 0
 
 

@@ -144,6 +144,13 @@ def _approach(
     raise NoAnswerError("the fit does not settle: check the log for gross errors, or choose a simpler model")
 
 
+def covariance_given(structure: Structure, obs: Observations, blocks: Blocks, theta: Array, phi: Array) -> Array:
+    """Covariance of θ and the nuisances, (p + m, p + m), were the noise known, φ = ln(gust deviation [m/s], gust
+    length [m], white deviation [m/s]): the inverse information matrix, whatever the response."""
+    problem = _linearize(structure, obs, blocks, theta)
+    return solve(problem.regression, problem.noise_of(phi))[1]
+
+
 def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFit, column: Nuisance) -> Estimate:
     """One more nuisance, free, with the noise that is then most likely, on one-second blocks.
 
@@ -223,11 +230,16 @@ def _noise_family(structure: Structure, blocks: Blocks, airspeed: Array, along: 
 
 def _log_prior_of(structure: Structure) -> LogPrior:
     """Half-normal levels (the φ terms turn densities of a level into densities of its logarithm), log-normal
-    length."""
+    length.
+
+    Beside a drifting wind the gust's level has no φ term (Jeffreys' prior for a scale): both explain short changes,
+    and a density that is flat in the level takes calm air for gusty at the drift's expense.
+    """
     scales = [(0, GUST_SCALE), (2, WHITE_SCALE)] + ([(3, WIND_SCALE)] if structure.drifting else [])
+    flat = [0.0 if structure.drifting else 1.0, 0.0, 1.0, 1.0]
 
     def log_prior(phi: Array) -> float:
-        levels = sum(phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2 for i, scale in scales)
+        levels = sum(flat[i] * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2 for i, scale in scales)
         length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(GUST_LENGTH_FACTOR)) ** 2
         return float(levels + length)
 

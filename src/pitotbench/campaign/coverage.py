@@ -63,11 +63,13 @@ def trials(maneuvers: Sequence[str], seeds: int, first: int = FIRST_SCORED_SEED)
     return [Trial(m, t, s) for s in range(first, first + seeds) for m in maneuvers for t in TURBULENCE]
 
 
-def score_trial(trial: Trial, store: FlightStore | None = None) -> list[dict[str, object]]:
-    """Fly a trial once, sense it by every data system, calibrate as every scoring asks; one row each."""
+def score_trial(
+    trial: Trial, store: FlightStore | None = None, asked: Sequence[str] = tuple(SCORINGS)
+) -> list[dict[str, object]]:
+    """Fly a trial once, sense it by every data system, calibrate as every asked scoring says; one row each."""
     case = trial.case()
     flight = bench.fly(case) if store is None else store.fly(case)
-    return [row for scoring in SCORINGS for row in _rows(trial, flight, scoring)]
+    return [row for name in asked for row in _rows(trial, flight, SCORINGS[name])]
 
 
 def _rows(trial: Trial, flight: Flight, scoring: Scoring) -> Iterator[dict[str, object]]:

@@ -7,6 +7,7 @@ import numpy as np
 
 from pitotbench import air, bench
 from pitotbench.calibrate import Accuracies, CalibrationOptions
+from pitotbench.catalog import Catalog
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
@@ -74,8 +75,9 @@ def _axes(values: Array) -> list[tuple[str, Array]]:
     return list(zip(("north", "east"), values, strict=True))
 
 
-SCORINGS = (
+_ALL = (
     Scoring("constant wind", SYSTEMS, CalibrationOptions(), steady, healthy, against_paper=True),
     Scoring("systematic errors", SYSTEMS, CalibrationOptions(accuracies=STATED), steady, systematic),
     Scoring("slow wind", ("50/50",), CalibrationOptions(wind="drifting"), slow, healthy),
 )
+SCORINGS: Catalog[Scoring] = Catalog("scoring", {scoring.name: scoring for scoring in _ALL})

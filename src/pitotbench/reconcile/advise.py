@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+DIAGNOSTIC = "diagnostic (climb, descent, steady sideslips, turn, idle and back: 6 minutes)"
+
 # What makes an effect of each kind show, by what its signature needs.
 SHOWS: dict[str, tuple[tuple[str, ...], str]] = {
     "changing airspeed": (
@@ -17,13 +19,13 @@ SHOWS: dict[str, tuple[tuple[str, ...], str]] = {
             "nonstandard_temperature",
             "static_zero_offset",
         ),
-        "a climb and a descent of 1,000 ft at constant airspeed",
+        "a climb and a descent at constant airspeed (diagnostic)",
     ),
     "turning": (
         ("turn_drag", "induced_drag", "antenna_lever_arm", "mass", "wind_drift", "sea_breeze_front"),
         "a full circle at 30° of bank, both ways (circle)",
     ),
-    "sideslip": (("sideslip_static_error", "control_effectiveness"), "steady-heading sideslips to both sides"),
+    "sideslip": (("sideslip_static_error", "control_effectiveness"), "steady-heading sideslips to both sides (diagnostic)"),
     "power at constant airspeed": (
         ("propwash_error", "power_deficit", "propeller_efficiency", "manifold_pressure_gauge", "throttle_rigging"),
         "level flight at one airspeed with high and low power (climb, then descend)",
@@ -62,4 +64,4 @@ def _for_group(names: Sequence[str]) -> str:
     if len(told) < 2:
         where = SHOWS[told[0]][1] if told else "a longer log"
         return f"{listed} act alike in any maneuver of this kind; look at the airplane, or sharpen both by: {where}"
-    return f"to tell {listed} apart: " + "; or ".join(SHOWS[kind][1] for kind in told)
+    return f"to tell {listed} apart: fly {DIAGNOSTIC}; or " + "; or ".join(SHOWS[kind][1] for kind in told)

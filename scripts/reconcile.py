@@ -5,10 +5,14 @@ python scripts/reconcile.py MEASURED.csv --aircraft navajo [--holdout OTHER.csv]
 
 import argparse
 import sys
+from pathlib import Path
 
-from pitotbench.cli import add_reconcile, guarded
+sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
+
+from pitotbench.cli import OneLineParser, guarded
+from pitotbench.reconciler.command import add_reconcile
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = OneLineParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_reconcile(parser)
     sys.exit(guarded(parser.parse_args()))

@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from functools import cache, partial
 from hashlib import sha256
 from multiprocessing import get_context
@@ -15,19 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.bench import write_text
 from pitotbench.effects import Overlay
 from pitotbench.reconcile.hypotheses import AircraftModel
 from pitotbench.reconcile.judge import hold_out, judge, with_hold_out
 from pitotbench.reconcile.name import Naming
 from pitotbench.reconcile.nuisance import Setting as Setting
 from pitotbench.reconcile.null import Knowledge, ignorance, learn
-from pitotbench.reconcile.patch import Patch, patch
 from pitotbench.reconcile.study import Study, own_noise, study
 from pitotbench.reconcile.whitening import NoiseModel
-from pitotbench.records.case import Case, EffectSpec
+from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case, write_case
-from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.records.toml_text import write_toml
@@ -36,10 +32,8 @@ from pitotbench.sense import record
 from pitotbench.simulate import fly
 from pitotbench.simulate.baseline import read_baseline
 from pitotbench.simulate.force_meter import FREE, loaded_mass, measure
-from pitotbench.simulate.hangar import OWN, PACKAGE, find_aircraft
-from pitotbench.simulate.modified import overlay_of
+from pitotbench.simulate.hangar import PACKAGE, find_aircraft
 from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.variant import write_variant
 
 NULL_FLIGHTS = 8
 NULL_SEED = 730_001  # truth and sensor seeds of null flights count up from here
@@ -189,39 +183,3 @@ def _from_json(table: dict[str, Any]) -> Knowledge:
     model = NoiseModel(tuple(noise["names"]), np.array(noise["coefficients"]), np.array(noise["deviations"]))
     gusts = {name: (pair[0], pair[1]) for name, pair in table.pop("gusts").items()}
     return Knowledge(noise=model, gusts=gusts, **table)
-
-
-def keep(
-    found: Reconciliation,
-    document: Mapping[str, Any],
-    source: str,
-    aircraft: str,
-    out: Path | None,
-    variant: str | None,
-) -> list[str]:
-    """Write `verdict.json` and `patch.toml` to a folder, and the patched aircraft under a name, where asked for.
-
-    Returns a line for each thing written. Raises BadInputError for a variant where nothing acts on the aircraft or
-    the name is taken: nothing is ever overwritten by it.
-    """
-    sure = found.verdict.kind in ("named", "one_of")  # what does not explain the gap is no patch
-    made = patch(found.verdict.effects if sure else (), source, datetime.now(UTC).strftime("%Y-%m-%d"))
-    lines = []
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        write_text(out / "verdict.json", json.dumps(document, indent=1) + "\n")
-        write_text(out / "patch.toml", made.text)
-        lines.append(f"written: {out / 'verdict.json'}, {out / 'patch.toml'}")
-    if variant is not None:
-        lines.append(f"written: {_keep_variant(made, aircraft, variant)}")
-    return lines
-
-
-def _keep_variant(made: Patch, aircraft: str, variant: str) -> Path:
-    entries = tuple(EffectSpec(name, sizes) for name, sizes in made.entries)
-    overlay = overlay_of(Case(aircraft=aircraft, effects=entries))
-    if overlay.is_empty():
-        raise BadInputError(
-            "nothing that was named acts on the aircraft: put the entries of patch.toml into the case file instead"
-        )
-    return write_variant(find_aircraft(aircraft), OWN, f"{aircraft}+{variant}", overlay)

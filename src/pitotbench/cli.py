@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, NoReturn
 from pitotbench.catalog import UnknownNameError
 from pitotbench.fixed_speed_command import add_fixed_speed
 from pitotbench.planner.command import add_flags
+from pitotbench.reconciler.command import add_reconcile
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 if TYPE_CHECKING:
-    from pitotbench.bench_reconcile import Setting
     from pitotbench.calibrate.options import CalibrationOptions
     from pitotbench.records.calibration import Calibration
     from pitotbench.records.fixed_speed import FixedSpeedPoint
@@ -234,63 +234,6 @@ def run_campaign(options: argparse.Namespace) -> int:
     from pitotbench.campaign.command import request_of, run_and_print
 
     return DONE if run_and_print(request_of(options)) else NO_ANSWER
-
-
-def add_reconcile(parser: argparse.ArgumentParser) -> None:
-    """The flags of a reconciliation, shared by `pitotbench reconcile` and `scripts/reconcile.py`."""
-    parser.add_argument("log", type=Path, metavar="MEASURED", help="measured log (.csv, .parquet, .mat)")
-    parser.add_argument(
-        "--aircraft", default="navajo", help="aircraft model, or none: sensors alone (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--holdout", type=Path, metavar="LOG", help="another log, on which the gap is to shrink too"
-    )
-    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
-    parser.add_argument(
-        "--card", type=Path, metavar="CASE", help="case file that says what was flown (default: the log's header)"
-    )
-    parser.add_argument("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME")
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
-    parser.add_argument("--out", type=Path, help="folder for verdict.json and patch.toml")
-    parser.set_defaults(run=run_reconcile)
-
-
-def run_reconcile(options: argparse.Namespace) -> int:
-    """Reconcile a log, print the verdict, write it and its patch."""
-    from rich.console import Console
-
-    from pitotbench.bench_reconcile import keep, reconcile
-    from pitotbench.logbook import read_log
-    from pitotbench.records.case_file import read_case
-    from pitotbench.show.verdict import print_verdict, verdict_json
-
-    log = read_log(options.log, options.mapping)
-    other = read_log(options.holdout, options.mapping) if options.holdout else None
-    card = read_case(options.card) if options.card else None
-    found = reconcile(log, options.aircraft, other, card, progress=_say, setting=_setting(options.mapping))
-    document = verdict_json(found.verdict)
-    for line in keep(found, document, options.log.name, options.aircraft, options.out, options.apply):
-        _say(line)
-    if options.json:
-        print(json.dumps(document, indent=1))
-    else:
-        print_verdict(found.verdict, Console(highlight=False, soft_wrap=True))
-    return DONE
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
-
-
-def _setting(mapping: str | None) -> "Setting":
-    """What the mapping of a foreign log advises."""
-    from pitotbench.bench_reconcile import Setting
-    from pitotbench.logbook import find_mapping
-
-    advised = find_mapping(mapping).calibrate if mapping else {}
-    static = advised.get("error_location") == "static"
-    mach = advised.get("mach_max")
-    return Setting(static_error=static, mach_max=mach if isinstance(mach, float) else 1.0)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,10 @@ SHOWS: dict[str, tuple[tuple[str, ...], str]] = {
         ("turn_drag", "induced_drag", "antenna_lever_arm", "mass", "wind_drift", "sea_breeze_front"),
         "a full circle at 30° of bank, both ways (circle)",
     ),
-    "sideslip": (("sideslip_static_error", "control_effectiveness"), "steady-heading sideslips to both sides (diagnostic)"),
+    "sideslip": (
+        ("sideslip_static_error", "control_effectiveness"),
+        "steady-heading sideslips to both sides (diagnostic)",
+    ),
     "power at constant airspeed": (
         ("propwash_error", "power_deficit", "propeller_efficiency", "manifold_pressure_gauge", "throttle_rigging"),
         "level flight at one airspeed with high and low power (climb, then descend)",

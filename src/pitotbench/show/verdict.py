@@ -4,6 +4,7 @@ from typing import Any
 
 from rich.console import Console
 
+from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.verdict import Candidate, Closure, Verdict
 
 SAID = {
@@ -39,6 +40,50 @@ def verdict_json(verdict: Verdict) -> dict[str, Any]:
         ],
         "notes": list(verdict.notes),
     }
+
+
+def account_json(account: Account) -> dict[str, Any]:
+    """The verdict with the rounds that followed and the card flown again, as plain data."""
+    return verdict_json(account.rounds[0].verdict) | {
+        "rounds": [
+            {"verdict": r.verdict.kind, "added": list(r.added), "closure": _share(r.verdict, r.verdict.closure)}
+            for r in account.rounds
+        ],
+        "waterfall": [{"effect": step.effect, "left": step.left} for step in account.waterfall],
+        "flown_again": _flown(account.flown),
+        "flown_again_holdout": _flown(account.flown_holdout),
+        "null_flights": account.null_flights,
+    }
+
+
+def _flown(flown: FlownAgain) -> dict[str, Any]:
+    return {
+        "skipped": flown.skipped or None,
+        "within_tolerance": [
+            {
+                "quantity": t.quantity,
+                "half_width": t.half_width,
+                "unit": t.unit,
+                "before": t.before,
+                "after": t.after,
+                "by_chance": t.by_chance,
+            }
+            for t in flown.tolerances
+        ],
+    }
+
+
+def print_account(account: Account, console: Console) -> None:
+    """Print the verdict, then what each further look at the log said."""
+    print_verdict(account.rounds[0].verdict, console)
+    for number, each in enumerate(account.rounds[1:], start=2):
+        added = f": {', '.join(each.added)}" if each.added else ""
+        console.print(f"look {number}, with that in the model: {SAID[each.verdict.kind]}{added}")
+    for flown, which in ((account.flown, "flown again"), (account.flown_holdout, "held-out card flown again")):
+        for t in flown.tolerances:
+            told = f"{100 * t.before:.0f} % before, {100 * t.after:.0f} % with the patch"
+            chance = f"{100 * t.by_chance:.0f} % between two flights of one airplane"
+            console.print(f"{which}: {t.quantity} within {t.half_width:g} {t.unit}: {told}, {chance}")
 
 
 def _share(verdict: Verdict, closed: Closure | None) -> float | None:

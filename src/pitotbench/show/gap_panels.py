@@ -79,19 +79,21 @@ def waterfall_panel(account: Account) -> Panel:
 
 def before_after_panel(closures: Sequence[tuple[str, Closure]]) -> Panel:
     """The gap before and after the patch, on the fitted and on the held-out log."""
+    size = (4.6, 1.3 + 0.6 * len(closures))
+    return panel("Before and after", lambda axes: draw_closures(axes, closures), size=size)
 
-    def draw(axes: Axes) -> None:
-        for i, (_, closed) in enumerate(closures):
-            axes.barh(i - 0.2, closed.before - closed.noise, color=GREY, height=0.36, label="_" if i else "before")
-            after = max(closed.after - closed.noise, 0.0)
-            axes.barh(i + 0.2, after, color=GREEN, height=0.36, label="_" if i else "with the patch")
-            axes.text(after, i + 0.2, f"  G = {closed.share:.3f}", va="center", fontsize=8)
-        axes.set_yticks(range(len(closures)), [name for name, _ in closures])
-        axes.invert_yaxis()
-        axes.set(xlabel="explainable gap: sum of squares beyond noise [noise variances]")
-        axes.grid(axis="y", visible=False)
 
-    return panel("Before and after", draw, size=(4.6, 1.3 + 0.6 * len(closures)))
+def draw_closures(axes: Axes, closures: Sequence[tuple[str, Closure]]) -> None:
+    """Two bars a log: the explainable gap before and with the patch, with G beside them."""
+    for i, (_, closed) in enumerate(closures):
+        axes.barh(i - 0.2, closed.before - closed.noise, color=GREY, height=0.36, label="_" if i else "before")
+        after = max(closed.after - closed.noise, 0.0)
+        axes.barh(i + 0.2, after, color=GREEN, height=0.36, label="_" if i else "with the patch")
+        axes.text(after, i + 0.2, f"  G = {closed.share:.3f}", va="center", fontsize=8)
+    axes.set_yticks(range(len(closures)), [name for name, _ in closures])
+    axes.invert_yaxis()
+    axes.set(xlabel="explainable gap [sum of squares in units of the noise]")
+    axes.grid(axis="y", visible=False)
 
 
 def trace_panels(traces: Sequence[Trace], located: Sequence[str]) -> list[Panel]:
@@ -101,17 +103,20 @@ def trace_panels(traces: Sequence[Trace], located: Sequence[str]) -> list[Panel]
 
 
 def _trace_panel(trace: Trace) -> Panel:
-    def draw(axes: Axes) -> None:
-        low, high = np.nanpercentile(trace.gap, [0.5, 99.5])
-        time, gap, explained = broken(trace.time - trace.time[0], trace.gap, trace.explained)
-        axes.plot(time / 60.0, np.clip(gap, low, high), color="#BBBBBB", lw=0.5, label="measured − simulated")
-        middle = broken(*_averaged(trace.time - trace.time[0], trace.gap))
-        axes.plot(middle[0] / 60.0, middle[1], color=BLUE, lw=1.1, label=f"same, {BIN:g} s means")
-        if np.any(trace.explained):
-            axes.plot(time / 60.0, explained, color=RED, lw=1.1, label="what the patch adds")
-        axes.set(xlabel="time [min]", ylabel=f"{words(trace.channel)} [{trace.unit or '-'}]")
+    return panel(words(trace.channel).capitalize(), lambda axes: draw_trace(axes, trace))
 
-    return panel(words(trace.channel).capitalize(), draw)
+
+def draw_trace(axes: Axes, trace: Trace) -> None:
+    """A residual channel, its means over a few seconds, and what the patch adds."""
+    since = trace.time - trace.time[0]
+    low, high = np.nanpercentile(trace.gap, [0.5, 99.5])
+    time, gap, explained = broken(since, trace.gap, trace.explained)
+    axes.plot(time / 60.0, np.clip(gap, low, high), color="#BBBBBB", lw=0.5, label="measured − simulated")
+    middle = broken(*_averaged(since, trace.gap))
+    axes.plot(middle[0] / 60.0, middle[1], color=BLUE, lw=1.1, label=f"same, {BIN:g} s means")
+    if np.any(trace.explained):
+        axes.plot(time / 60.0, explained, color=RED, lw=1.1, label="what the patch adds")
+    axes.set(xlabel="time [min]", ylabel=f"{words(trace.channel)} [{trace.unit or '-'}]")
 
 
 def _averaged(time: Array, values: Array) -> tuple[Array, Array]:

@@ -9,7 +9,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
 
-from pitotbench.reconciler.stories import STORIES, write_stories
+from pitotbench.catalog import Catalog
+from pitotbench.reconciler.stories import STORIES, tell, write_stories
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -17,5 +18,10 @@ if __name__ == "__main__":
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs", help="folder of the page")
     parser.add_argument("--reports", type=Path, help="folder for the full report of each")
     options = parser.parse_args()
-    wanted = options.only.split(",") if options.only else [story.name for story in STORIES]
-    write_stories(wanted, options.out, options.reports, lambda line: print(line, file=sys.stderr, flush=True))
+    known = Catalog("story", {story.name: story for story in STORIES})
+    wanted = options.only.split(",") if options.only else list(known)
+
+    def say(line: str) -> None:
+        print(line, file=sys.stderr, flush=True)
+
+    write_stories([tell(known[name], say) for name in wanted], options.out, options.reports)

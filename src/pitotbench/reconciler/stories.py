@@ -6,9 +6,9 @@ from pathlib import Path
 
 from pitotbench.bench import calibrate, fly, sense, write_text
 from pitotbench.calibrate.options import CalibrationOptions
-from pitotbench.catalog import Catalog
-from pitotbench.reconciler.account import Named, Outcome, reconcile_fully
+from pitotbench.reconciler.account import Named, reconcile_fully
 from pitotbench.records.case import Case, EffectSpec
+from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog
 from pitotbench.show.reconcile import account_page
 from pitotbench.show.stories import Chapter, stories_page, story_picture
@@ -43,7 +43,7 @@ class Told:
     """A story with what came of it; `calibrations` are (what, residual 2σ [kt]) where turn data are at stake."""
 
     story: Story
-    outcome: Outcome
+    account: Account
     calibrations: tuple[tuple[str, float], ...] = ()
 
 
@@ -123,30 +123,23 @@ def tell(story: Story, progress: Progress | None = None) -> Told:
     measured, other = _log(story, story.seed), _log(story, story.seed + HELD_OUT)
     holdout = Named(f"{story.name}-held-out.csv", other)
     outcome = reconcile_fully(Named(f"{story.name}.csv", measured), "navajo", holdout, progress=progress)
-    return Told(story, outcome, _calibrations(story, measured) if story.turn_data else ())
+    return Told(story, outcome.account, _calibrations(story, measured) if story.turn_data else ())
 
 
-def write_stories(names: Sequence[str], out: Path, reports: Path | None, progress: Progress) -> None:
-    """Tell stories and write `reconcile-stories.md` with a picture each into a folder, and the full reports into
-    another one where it is given.
-
-    Raises UnknownNameError for a story that does not exist.
-    """
-    known = Catalog("story", {story.name: story for story in STORIES})
-    pictures = out / "stories"
-    pictures.mkdir(parents=True, exist_ok=True)
+def write_stories(stories: Sequence[Told], out: Path, reports: Path | None = None) -> None:
+    """Write `reconcile-stories.md` with a picture of each story into a folder, and the full reports into another
+    one where it is given."""
+    (out / "stories").mkdir(parents=True, exist_ok=True)
     chapters = []
-    for story in (known[name] for name in names):
-        progress(f"story: {story.name}")
-        told = tell(story, progress)
-        account = told.outcome.account
-        story_picture(account, pictures / f"{story.name}.png")
+    for told in stories:
+        story, account = told.story, told.account
+        story_picture(account, out / "stories" / f"{story.name}.png")
         if reports is not None:
             reports.mkdir(parents=True, exist_ok=True)
             write_text(reports / f"{story.name}.html", account_page(account))
         truth = {e.name: e.parameters for e in story.effects} or "no effect of the table"
         chapters.append(Chapter(story.name, story.title, story.told, account, truth, told.calibrations))
-    seeds = ", ".join(str(known[name].seed) for name in names)
+    seeds = ", ".join(str(told.story.seed) for told in stories)
     provenance = (
         f"Seeds {seeds}, held out + {HELD_OUT}; {SYSTEM} Hz, light turbulence. Written by "
         "`scripts/reconcile_stories.py`; with `--reports DIR` it writes the full report of each as well."

@@ -37,7 +37,7 @@ def _map_panel(title: str, found: GapMap, values: Array, scale: float, note: str
         axes.tick_params(labelsize=7, length=0)
         axes.grid(visible=False)
         for row, column in zip(*np.nonzero(np.abs(np.nan_to_num(values)) > found.threshold), strict=True):
-            _mark(axes, int(row), int(column), float(values[row, column]), scale)
+            _mark(axes, int(row), int(column), float(values[row, column]), float(norm(values[row, column])))
         bar = figure.colorbar(
             image, ax=axes, shrink=0.8, ticks=[-scale, -found.threshold, 0, found.threshold, scale]
         )
@@ -47,10 +47,10 @@ def _map_panel(title: str, found: GapMap, values: Array, scale: float, note: str
         return Panel(title, svg(figure, title), note)
 
 
-def _mark(axes: Axes, row: int, column: int, value: float, scale: float) -> None:
-    """A frame and the number."""
+def _mark(axes: Axes, row: int, column: int, value: float, shade: float) -> None:
+    """A frame and the number, light on a dark shade (0 to 1, 0.5 is white)."""
     axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, edgecolor=INK, linewidth=0.8))
-    color = "white" if abs(value) > 0.5 * scale else INK
+    color = "white" if abs(shade - 0.5) > 0.33 else INK
     axes.text(column, row, f"{value:+.0f}", ha="center", va="center", fontsize=6, color=color)
 
 

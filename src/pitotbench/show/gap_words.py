@@ -63,14 +63,14 @@ def _answer(verdict: Verdict, null_flights: int) -> str:
     if verdict.kind == "no_gap":
         return f"Simulation and measurement agree: no significant gap. {_sure(null_flights)}"
     if verdict.kind == "unknown":
-        tried = f" The best explanation of the table, {words(verdict.candidates[0].name)}, does not hold."
-        return "There is a real gap, and nothing in the table of effects explains it." + (
-            tried if verdict.candidates else ""
-        )
-    effects = [
-        effect_words(e) + (f", or as well {_listed([words(n) for n in others], 'or')}" if others else "")
-        for e, others in zip(verdict.effects, verdict.alternatives, strict=True)
-    ]
+        best = [words(candidate.name) for candidate in verdict.candidates[:1]]
+        tried = [f"The best explanation of the table, {name}, does not hold." for name in best]
+        return " ".join(["There is a real gap, and nothing in the table of effects explains it.", *tried])
+    known = {candidate.name: candidate for candidate in verdict.candidates}
+    effects = []
+    for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
+        told = [effect_words(known[n]) if n in known else words(n) for n in others]
+        effects.append(effect_words(effect) + (f" or, as well, {_listed(told, 'or')}" if told else ""))
     lead = "The model lacks " if verdict.kind == "named" else "The model lacks one of these: "
     return f"{lead}{_listed(effects)}; ± is 2σ. {_sure(null_flights)}"
 

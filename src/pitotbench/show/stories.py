@@ -18,7 +18,7 @@ _HEAD = """# Reconcile, told on flights in which the cause is hidden
 
 Each flight holds something that the model of the airplane does not. `pitotbench reconcile` sees the log, the model,
 and null flights of the same card; the truth is told here only after its answer. Sizes are ± 2σ; G is the share of
-the explainable gap that the patch closes, on the fitted flight and on another one of the same card that was not used.
+the explainable gap that the patch closes, on the fitted flight and on another one of that card that was not used.
 {provenance}
 
 | story | verdict | named | truth | G, fitted | G, held out | looks |

@@ -80,7 +80,12 @@ def test_bad_names_are_refused_before_the_log_is_read(capsys):
 def test_the_folder_holds_verdict_patch_report_and_overlay(tmp_path, monkeypatch):
     monkeypatch.setattr("pitotbench.reconciler.keep.account_page", lambda account: "<html></html>")
     keep(outcome(POD), {"verdict": "named"}, tmp_path)
-    assert sorted(f.name for f in tmp_path.iterdir()) == ["overlay.xml", "patch.toml", "report.html", "verdict.json"]
+    assert sorted(f.name for f in tmp_path.iterdir()) == [
+        "overlay.xml",
+        "patch.toml",
+        "report.html",
+        "verdict.json",
+    ]
     keep(outcome(LAG), {"verdict": "named"}, tmp_path)  # an earlier overlay does not outlive its patch
     assert not (tmp_path / "overlay.xml").exists()
 

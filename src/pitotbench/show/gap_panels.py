@@ -8,12 +8,13 @@ from matplotlib.colors import SymLogNorm
 from matplotlib.patches import Rectangle
 
 from pitotbench.records.gap import Account, GapMap, History, Trace
-from pitotbench.records.verdict import Closure
+from pitotbench.records.verdict import Closure, Located
 from pitotbench.show.gap_words import words
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, RED, Panel, broken, canvas, panel, svg, thin
 from pitotbench.units import Array
 
 SHOWN = 6  # channels over time
+SEEN = 0.1  # of what is left over: less is not seen in a picture
 BIN = 4.0  # s, over which a channel is averaged for the eye
 
 
@@ -96,10 +97,25 @@ def draw_closures(axes: Axes, closures: Sequence[tuple[str, Closure]]) -> None:
     axes.grid(axis="y", visible=False)
 
 
-def trace_panels(traces: Sequence[Trace], located: Sequence[str]) -> list[Panel]:
-    """Channels in which the gap is largest, over time: measured less simulated, and what the patch adds."""
+def trace_panels(traces: Sequence[Trace], located: Sequence[Located]) -> list[Panel]:
+    """Channels over time: measured less simulated, and what the patch adds."""
+    return [_trace_panel(trace) for trace in telling(traces, located)[:SHOWN]]
+
+
+def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
+    """The channels in which a patch shows, the clearest first; without a patch those of the located gap."""
+    clear = {trace.channel: _clearness(trace) for trace in traces}
+    if max(clear.values()) > 0.0:
+        found = [trace for trace in traces if clear[trace.channel] > SEEN]
+        return sorted(found, key=lambda trace: -clear[trace.channel])
     by_name = {trace.channel: trace for trace in traces}
-    return [_trace_panel(by_name[name]) for name in located[:SHOWN] if name in by_name]
+    return [by_name[place.channel] for place in located if place.channel in by_name]
+
+
+def _clearness(trace: Trace) -> float:
+    """What the patch adds over what is left, root mean squares."""
+    left = float(np.sqrt(np.mean((trace.gap - trace.explained) ** 2)))
+    return float(np.sqrt(np.mean(trace.explained**2))) / max(left, 1e-12)
 
 
 def _trace_panel(trace: Trace) -> Panel:

@@ -26,7 +26,7 @@ def account_page(account: Account) -> str:
         rounds=_rounds(account),
         maps=map_panels(account.gap_map),
         closing=_closing(account),
-        traces=trace_panels(account.traces, [place.channel for place in verdict.located]),
+        traces=trace_panels(account.traces, verdict.located),
         candidates=[_candidate(each, verdict) for each in verdict.candidates],
         flown=[(name, flown, _rows(flown), history_panels(flown.histories)) for name, flown in _flown(account)],
         detectable=[detectable_words(found) for found in verdict.smallest_detectable],

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from pitotbench.records.gap import Account, Tolerance
 from pitotbench.records.verdict import Candidate, Located
-from pitotbench.show.gap_panels import draw_closures, draw_trace
+from pitotbench.show.gap_panels import draw_closures, draw_trace, telling
 from pitotbench.show.gap_words import place_words, size_words, words
 from pitotbench.show.style import BLUE, GREY, canvas
 from pitotbench.show.verdict import SAID
@@ -152,13 +152,12 @@ def _moved(tolerance: Tolerance) -> float:
 def story_picture(account: Account, path: Path) -> None:
     """Where the gap is, when, and what is left of it, as PNG."""
     verdict = account.rounds[0].verdict
-    traces = {trace.channel: trace for trace in account.traces}
     closures = [("fitted", verdict.closure)]
     if verdict.closure_holdout is not None:
         closures.append(("held out", verdict.closure_holdout))
     with canvas(1, 3, 13.5, 3.3) as (figure, (where, when, left)):
         draw_places(where, verdict.located[:_PLACES], account.gap_map.threshold)
-        draw_trace(when, traces[verdict.located[0].channel])
+        draw_trace(when, telling(account.traces, verdict.located)[0])
         when.legend(fontsize=7, loc="best")
         if verdict.kind in ("named", "one_of"):
             draw_closures(left, closures)

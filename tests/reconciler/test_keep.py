@@ -2,16 +2,19 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from pitotbench.cli import main
+from pitotbench.logbook import read_log
 from pitotbench.reconcile.patch import patch
 from pitotbench.reconciler.keep import install, keep
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.verdict import Candidate, Closure
 from pitotbench.simulate.hangar import find_aircraft
+from pitotbench.units import INCH_OF_MERCURY
 
 POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.3, 0.02),), 40.0, 1.0, True)
 LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.4, 0.02),), 40.0, 1.0, True)
@@ -25,23 +28,19 @@ def outcome(*effects: Candidate, kind: str = "named"):
     return SimpleNamespace(found=SimpleNamespace(verdict=verdict), account=account, patch=made)
 
 
-def campaign(aircraft: str) -> pd.DataFrame:
-    options = ["--maneuver", "circle", "--das", "20/1", "--turbulence", "none", "--jobs", "1", "--out", aircraft]
-    assert main(["campaign", "--aircraft", aircraft, *options]) == 0
-    return pd.read_parquet(f"{aircraft}/results.parquet")
-
-
-def test_an_applied_patch_flies_in_a_campaign_and_is_not_the_baseline(tmp_path, monkeypatch):
+def test_an_applied_patch_flies_in_a_campaign_with_its_drag(tmp_path, monkeypatch, smooth_flights):
     monkeypatch.chdir(tmp_path)
     lines = install(outcome(POD, LAG), "test")
     assert "pitot_lag" in lines[1]
     told = (tmp_path / "aircraft" / "navajo+test" / "variant.toml").read_text()
     assert "flight.csv" in told
     assert "two_sigma" in told
-    pod = campaign("navajo+test")
-    assert len(pod) == 1
-    log = next((tmp_path / "navajo+test").rglob("*.parquet"))
-    assert log.is_file()
+    options = ["--maneuver", "circle", "--das", "20/1", "--turbulence", "none", "--jobs", "1", "--out", "out"]
+    assert main(["campaign", "--aircraft", "navajo+test", *options]) == 0
+    assert len(pd.read_parquet("out/results.parquet")) == 1
+    log = read_log(next(f for f in (tmp_path / "out").rglob("*.parquet") if f.name != "results.parquet"))
+    power = np.mean(log.manifold_pressure_left) - np.mean(smooth_flights["circle"]["manifold_pressure_left"])
+    assert power > 1.0 * INCH_OF_MERCURY  # the pod is paid for
 
 
 def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):

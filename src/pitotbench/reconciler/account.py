@@ -41,6 +41,7 @@ def reconcile_fully(
     progress: Progress | None = None,
     setting: Setting | None = None,
     refly: bool = True,
+    refly_holdout: bool = True,
 ) -> Outcome:
     """Reconcile, look again until nothing significant is left, fly the cards again (unless told not to).
 
@@ -53,11 +54,11 @@ def reconcile_fully(
     rounds, more, shapes = look_until_quiet(measured.log, aircraft, found, setting, progress)
     made = patch_of(found, more, shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(made)
-    flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="no log held out")
+    flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
     if refly:
         say("flying the card again")
         flown = fly_again(measured.log, found.card, effects)
-    if refly and holdout is not None:
+    if refly and refly_holdout and holdout is not None:
         say("flying the card of the held-out log again")
         flown_holdout = fly_again(holdout.log, card or card_of(holdout.log.header, aircraft), effects)
     account = Account(

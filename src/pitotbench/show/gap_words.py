@@ -63,9 +63,10 @@ def _answer(verdict: Verdict, null_flights: int) -> str:
     if verdict.kind == "no_gap":
         return f"Simulation and measurement agree: no significant gap. {_sure(null_flights)}"
     if verdict.kind == "unknown":
-        best = [words(candidate.name) for candidate in verdict.candidates[:1]]
-        tried = [f"The best explanation of the table, {name}, does not hold." for name in best]
-        return " ".join(["There is a real gap, and nothing in the table of effects explains it.", *tried])
+        best = [f"{effect_words(c)}, at {c.score:.0f}σ" for c in verdict.candidates[:1]]
+        tried = [f"The best of the table, {told}, leaves a gap or does not hold on other parts." for told in best]
+        said = "There is a real gap, and nothing in the table of effects explains it."
+        return " ".join([said, *tried, _sure(null_flights)])
     known = {candidate.name: candidate for candidate in verdict.candidates}
     effects = []
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):

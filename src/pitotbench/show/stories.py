@@ -134,15 +134,13 @@ def _gap(account: Account) -> str:
 
 def _flown(account: Account) -> str:
     """What flying the card again says, of the quantity that it says most of."""
-    told = []
-    for flown, which in ((account.flown, "the card"), (account.flown_holdout, "the held-out card")):
-        if flown.tolerances:
-            most = max(flown.tolerances, key=_moved)
-            limit = f"{most.half_width:g} {most.unit} of the measured {most.quantity}"
-            shares = f"{most.before:.0%} of the time before and {most.after:.0%} with the patch"
-            chance = f"two flights of one airplane: {most.by_chance:.0%}"
-            told.append(f" Flown again, {which} is within {limit} for {shares} ({chance}).")
-    return "".join(told)
+    if not account.flown.tolerances:
+        return ""
+    most = max(account.flown.tolerances, key=_moved)
+    limit = f"{most.half_width:g} {most.unit} of the measured {most.quantity}"
+    shares = f"{most.before:.0%} of the time before and {most.after:.0%} with the patch"
+    chance = f"two flights of one airplane: {most.by_chance:.0%}"
+    return f" Flown again, the card is within {limit} for {shares} ({chance})."
 
 
 def _moved(tolerance: Tolerance) -> float:

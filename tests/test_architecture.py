@@ -9,13 +9,14 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 
-def test_calibrate_and_estimate_load_without_the_truth():
-    """Importing the calibrator must not bring in the records of truth, the simulator or the sensors."""
+@pytest.mark.parametrize("room", ["calibrate", "reconcile"])
+def test_a_judge_loads_without_the_truth(room):
+    """Importing it must not bring in the records of truth, the simulator or the sensors."""
     code = (
         "import sys, types\n"
         "package = types.ModuleType('pitotbench'); package.__path__ = [sys.argv[1]]\n"
         "sys.modules['pitotbench'] = package\n"  # without the public page, which names everything
-        "import pitotbench.calibrate\n"
+        f"import pitotbench.{room}\n"
         "bad = [m for m in sys.modules if m.startswith(('pitotbench.simulate', 'pitotbench.sense',"
         " 'pitotbench.records.flight', 'pitotbench.records.case', 'jsbsim', 'matplotlib'))]\n"
         "sys.exit(','.join(bad) or 0)"

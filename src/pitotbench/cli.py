@@ -10,6 +10,7 @@ from pitotbench.catalog import UnknownNameError
 from pitotbench.commands.calibrate import add_calibrate
 from pitotbench.commands.fixed_speed import add_fixed_speed
 from pitotbench.planner.command import add_flags as add_plan
+from pitotbench.reconciler.command import add_reconcile
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.study.command import add_flags as add_study
 
@@ -54,6 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     add_calibrate(commands.add_parser("calibrate", help="recover the error curve and the wind from a log"))
     add_fixed_speed(commands.add_parser("fixed-speed", help="leg and turn GPS methods, of a log or of typed legs"))
     add_campaign(commands.add_parser("campaign", help="fly maneuvers, sense and calibrate them"))
+    add_reconcile(commands.add_parser("reconcile", help="name the effect that a simulation lacks"))
     add_study(commands.add_parser("study", help="the paper's simulator study, claim by claim"))
     add_plan(commands.add_parser("plan", help="what to fly: the 2σ of every maneuver, before it is flown"))
     return parser

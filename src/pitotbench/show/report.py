@@ -47,10 +47,13 @@ def _flown(results: pd.DataFrame) -> str:
 def _page(sections: Sequence[Section], **content: object) -> str:
     optional = {"failures": (), "table": "", "all_models": "", "panels": (), "case": ""}
     groups = [(name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)]
-    return render("report.html", version=_version(), sections=sections, groups=groups, **{**optional, **content})
+    return render(
+        "report.html", version=page_version(), sections=sections, groups=groups, **{**optional, **content}
+    )
 
 
-def _version() -> str:
+def page_version() -> str:
+    """The version of the bench that made a page."""
     try:
         return version("pitotbench")
     except PackageNotFoundError:  # run from a checkout that was never installed

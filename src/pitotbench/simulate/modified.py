@@ -13,9 +13,9 @@ from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.toml_text import write_toml
 from pitotbench.simulate.baseline import read_baseline
-from pitotbench.simulate.hangar import OWN, find_aircraft
+from pitotbench.simulate.hangar import OWN, find_aircraft, known_aircraft
 from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.variant import write_variant
+from pitotbench.simulate.variant import overlay_text, write_variant
 
 
 def overlay_of(case: Case) -> Overlay:
@@ -62,6 +62,21 @@ def install_variant(
     table = {"aircraft": aircraft, "provenance": dict(provenance or {}), "effects": told}
     (folder / "variant.toml").write_text(write_toml(table), encoding="utf-8")
     return folder
+
+
+def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
+    """What effects add to the JSBSim file of an aircraft, as XML; empty where none of them acts on it."""
+    overlay = _overlay(aircraft, chosen([e for e in effects if EFFECTS[e.name].acts_on == "aircraft"]))
+    return "" if overlay.is_empty() else overlay_text(find_aircraft(aircraft), overlay)
+
+
+def require_free(aircraft: str, variant: str) -> None:
+    """Raise BadInputError where a variant cannot be written: a bad name, or one that is taken."""
+    if not re.fullmatch(r"[A-Za-z0-9_.-]+", variant):
+        raise BadInputError(f"variant {variant!r}: use letters, digits, dots, dashes and underscores")
+    name = f"{aircraft}+{variant}"
+    if name in known_aircraft():
+        raise BadInputError(f"{known_aircraft()[name]} is there already; choose another name for the variant")
 
 
 def mark_recording(plant: Plant) -> None:

@@ -110,6 +110,19 @@ class Plant:
         if not write(value / factor):
             raise SimulationError(f"JSBSim did not take {name} = {value}.{self._transcript.said()}")
 
+    def writer(self, name: str) -> Callable[[float], bool]:
+        """The write function of a property, in JSBSim's own unit; for loops that write at every step."""
+        write: Callable[[float], bool] = self._tree.get_node(self._line(name).path).set_double_value
+        return write
+
+    def run_initial_conditions(self) -> None:
+        """Take over the initial conditions; engines and systems keep their state.
+
+        Raises SimulationError where JSBSim refuses them.
+        """
+        if not self.fdm.run_ic():
+            raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
+
     def serves(self, path: str) -> bool:
         """Whether the aircraft has a property of this path."""
         return path in self._access
@@ -190,16 +203,12 @@ class Plant:
             ("ic/vc-kts", airspeed / KNOT),
         ):
             self.set(path, value)
-        self._run_ic()
+        self.run_initial_conditions()
         ground = [self.get(f"velocity_{axis}") for axis in ("north", "east", "down")]
         for path, speed, wind in zip(("vn", "ve", "vd"), ground, (air.north, air.east, air.down), strict=True):
             self.set(f"ic/{path}-fps", (speed + wind) / FOOT)
-        self._run_ic()
+        self.run_initial_conditions()
         blow(self, air)
-
-    def _run_ic(self) -> None:
-        if not self.fdm.run_ic():
-            raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
 
     def _engage(self, altitude: float, airspeed: float, heading: float) -> None:
         """Autopilot on: heading, altitude, airspeed by throttle."""

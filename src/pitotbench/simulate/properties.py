@@ -85,6 +85,7 @@ CONTROLS = (
     Property("bank_target", "ap/bank-target-deg", DEGREE, writable=True),
     Property("bank_limit", "ap/bank-limit-deg", DEGREE, writable=True),
     Property("roll_rate_limit", "ap/roll-rate-limit-degps", DEGREE, writable=True),
+    Property("sideslip_target", "ap/sideslip-target-deg", DEGREE, writable=True),
     Property("pitch_mode", "ap/pitch-mode", writable=True),
     Property("altitude_target", "ap/altitude-target-ft", FOOT, writable=True),
     Property("pitch_target", "ap/pitch-target-deg", DEGREE, writable=True),

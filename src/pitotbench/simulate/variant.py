@@ -36,6 +36,26 @@ def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> P
     return folder
 
 
+def overlay_text(original: Path, overlay: Overlay) -> str:
+    """What a variant of an aircraft holds beyond the original, as the XML text of the elements that JSBSim loads,
+    each inside the part of the aircraft's file to which it is added."""
+    root = _parsed(original / f"{original.name}.xml").getroot()
+    before = {id(element) for element in root.iter()}
+    _insert(root, overlay)
+    _prune(root, before)
+    root.insert(0, ET.Comment(f" added to the file of {original.name}; the rest of it is untouched "))
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _prune(element: ET.Element, old: set[int]) -> None:
+    """Leave only new elements and the way to them."""
+    for child in list(element):
+        _prune(child, old)
+        if id(child) in old and (len(child) == 0 or not any(id(e) not in old for e in child.iter())):
+            element.remove(child)
+
+
 def _parsed(file: Path) -> "ET.ElementTree[ET.Element]":
     return ET.parse(file, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
 

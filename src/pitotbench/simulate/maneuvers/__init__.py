@@ -9,6 +9,7 @@ from pitotbench.simulate.maneuvers import (
     circle,
     cloverleaf,
     decel_circle,
+    diagnostic,
     figure_eight,
     four_leg,
     race_track,
@@ -51,6 +52,7 @@ _TABLE = (
     Maneuver("decel_circle", decel_circle.DecelCircleCard(), decel_circle.fly, None, "circle"),
     Maneuver("figure_eight", figure_eight.FigureEightCard(), figure_eight.fly, None, "circle"),
     Maneuver("cloverleaf", cloverleaf.CloverleafCard(), cloverleaf.fly, None, "leg"),
+    Maneuver("diagnostic", diagnostic.DiagnosticCard(), diagnostic.fly, None, "leg"),
 )
 
 MANEUVERS = Catalog("maneuver", {maneuver.name: maneuver for maneuver in _TABLE})

@@ -103,6 +103,15 @@ class Cockpit:
         self._hands.command("bank_target", bank)
         self._hands.command("lateral_mode", BANK_HOLD)
 
+    def hold_altitude(self, altitude: float) -> None:
+        """Hold a geometric altitude [m], climbing or descending to it at the autopilot's rate."""
+        self.targets.altitude = altitude
+        self._hands.command("altitude_target", altitude)
+
+    def hold_sideslip(self, sideslip: float) -> None:
+        """Hold a sideslip [rad] by rudder, wind from the right positive; the heading stays held by bank."""
+        self._hands.command("sideslip_target", sideslip)
+
     def set_manifold_pressure(self, pressure: float) -> None:
         """Hold a manifold pressure [Pa] on both engines."""
         self._hands.command("manifold_pressure_target", pressure)

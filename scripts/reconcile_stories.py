@@ -1,0 +1,27 @@
+"""Hide an effect in a flight, reconcile, hold the answer against the truth: writes docs/reconcile-stories.md.
+
+python scripts/reconcile_stories.py [--only belly_pod,turn_drag] [--out docs] [--reports DIR]
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
+
+from pitotbench.catalog import Catalog
+from pitotbench.reconciler.stories import STORIES, tell, write_stories
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", help="names with commas: " + ", ".join(story.name for story in STORIES))
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs", help="folder of the page")
+    parser.add_argument("--reports", type=Path, help="folder for the full report of each")
+    options = parser.parse_args()
+    known = Catalog("story", {story.name: story for story in STORIES})
+    wanted = options.only.split(",") if options.only else list(known)
+
+    def say(line: str) -> None:
+        print(line, file=sys.stderr, flush=True)
+
+    write_stories([tell(known[name], say) for name in wanted], options.out, options.reports)

@@ -1,0 +1,227 @@
+"""Name the effect: fit every hypothesis, gate by what null flights show, and abstain where the log does not
+tell."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench.reconcile.evidence import Evidence, Fit
+from pitotbench.reconcile.hypotheses import Signature
+from pitotbench.reconcile.null import Knowledge, label
+from pitotbench.reconcile.refine import at_sizes, placed_in_time, without
+from pitotbench.reconcile.scoring import joined, merit, score
+from pitotbench.reconcile.study import FITTED, Study, columns_of, scaled_to, weigh
+from pitotbench.reconcile.whitening import NoiseModel
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.verdict import Candidate, Kind, Located
+
+APART = 9.0  # fall of the sum of squares that tells two explanations apart: 3σ
+LINEAR = 0.03  # error of a signature as a share of it: of sizes, and what it may leave for others to explain
+MOST = 3  # effects named at once
+CONTENDERS = 6  # explanations whose signatures are renewed at their fitted sizes
+ROUNDS = 3
+LARGE = 8.0  # score from which an effect on the sensors is undone before others are judged
+HONEST = 0.5  # held-out over in-sample gain, below which an explanation does not hold
+SLIGHT = 2.0  # deviations by which a size may miss its plausible range
+SHOWN = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Naming:
+    """What the evidence says; `chosen` are the effects fitted together, with the study and evidence behind them."""
+
+    kind: Kind
+    chosen: tuple[str, ...]
+    alternatives: tuple[tuple[str, ...], ...]
+    candidates: tuple[Candidate, ...]
+    located: tuple[Located, ...]
+    leftover: tuple[Located, ...]
+    layout: Study
+    evidence: Evidence
+    fit: Fit
+
+
+def name(layout: Study, known: Knowledge) -> Naming:
+    """Name what a log shows, given what null flights show."""
+    noise = scaled_to(known.noise, layout)
+    layout, weighed = _renewed(placed_in_time(layout, noise), noise)
+    table = _Table(weighed, layout.signatures, known)
+    chosen = table.choose()
+    located = _located(layout, weighed, known, ())
+    leftover = _located(layout, weighed, known, joined(table.columns, chosen))
+    alternatives = tuple(table.like(chosen, i) for i in range(len(chosen)))
+    kind = _kind(table, chosen, alternatives, located, leftover)
+    ranked = sorted(table.columns, key=lambda n: -table.singles[n].gain)
+    candidates = tuple(table.candidate(n) for n in ranked[:SHOWN])
+    fit = weighed.fit(joined(table.columns, chosen))
+    return Naming(kind, chosen, alternatives, candidates, located, leftover, layout, weighed, fit)
+
+
+def _renewed(seen: Study, noise: NoiseModel) -> tuple[Study, Evidence]:
+    """Signatures of the best explanations at their fitted sizes, the best one undone where it is large."""
+    layout, weighed = seen, weigh(seen, noise)
+    columns = columns_of(layout.signatures)
+    for _ in range(ROUNDS):
+        sizes = _fitted_sizes(layout, weighed, columns)
+        best = max(columns, key=lambda n: merit(weighed.fit(columns[n])))
+        own = {parameter: v for (n, parameter), v in sizes.items() if n == best}
+        undone = without(layout, seen, best, own if score(weighed.fit(columns[best])) > LARGE else {})
+        renewed = at_sizes(undone, sizes)
+        if renewed is layout:
+            break
+        layout, weighed = renewed, weigh(renewed, noise)
+    return layout, weighed
+
+
+def _fitted_sizes(
+    layout: Study, weighed: Evidence, columns: Mapping[str, Sequence[int]]
+) -> dict[tuple[str, str], float]:
+    """Sizes of the best explanations, alone and joined with the very best."""
+    fits = {n: weighed.fit(c) for n, c in columns.items()}
+    best = sorted(fits, key=lambda n: -merit(fits[n]))[:CONTENDERS]
+    sizes: dict[tuple[str, str], float] = {}
+    for effect in best:
+        for column, size in zip(columns[effect], fits[effect].sizes, strict=True):
+            sizes[effect, layout.signatures[column].parameter] = float(size)
+    return sizes
+
+
+class _Table:
+    """All explanations of one log, and the choice among them."""
+
+    def __init__(self, weighed: Evidence, signatures: Sequence[Signature], known: Knowledge) -> None:
+        self.evidence, self.signatures, self.known = weighed, signatures, known
+        columns = columns_of(signatures)
+        self.columns = columns
+        self.singles = {n: weighed.fit(c) for n, c in columns.items()}
+
+    def fit(self, names: Sequence[str]) -> Fit:
+        """Several effects together."""
+        return self.evidence.fit(joined(self.columns, names))
+
+    def score(self, name: str) -> float:
+        """Score of an effect alone, in units of its spread on null flights."""
+        return score(self.singles[name]) / self.known.spread.get(name, 1.0)
+
+    def choose(self) -> tuple[str, ...]:
+        """The effects that together explain the gap: the best one, then as long as a further one earns its
+        place."""
+        chosen: tuple[str, ...] = ()
+        for _ in range(MOST):
+            better = self._better(chosen)
+            if better is None:
+                break
+            chosen = better
+        return self._simplest(chosen)
+
+    def _simplest(self, chosen: tuple[str, ...]) -> tuple[str, ...]:
+        """With a single effect: of those that do as well, the one with the fewest sizes."""
+        if len(chosen) != 1:
+            return chosen
+        same = [*chosen, *self.like(chosen, 0)]
+        return (min(same, key=lambda n: (len(self.columns[n]), -merit(self.singles[n]))),)
+
+    def _better(self, chosen: tuple[str, ...]) -> tuple[str, ...] | None:
+        """The best set with one effect more: over all pairs for two, greedily beyond; None where it is not worth
+        it."""
+        before = self.fit(chosen) if chosen else None
+        stems = [chosen] if len(chosen) != 1 else [(n,) for n in self._front()]
+        sets = {tuple(sorted((*stem, n))) for stem in stems for n in self.columns if n not in stem}
+        fits = {s: self.fit(s) for s in sets}
+        plausible = [s for s in sets if self._plausible(s, fits[s])]
+        if not plausible:
+            return None
+        best = max(plausible, key=lambda s: merit(fits[s]))
+        gained = merit(fits[best]) - (merit(before) if before is not None else 0.0)
+        spread = max(self.known.spread.get(n, 1.0) for n in best if n not in chosen)
+        allowance = LINEAR * score(before) if before is not None else 0.0
+        needed = (self.known.threshold * spread) ** 2 + allowance**2
+        return best if gained > needed else None
+
+    def _front(self) -> list[str]:
+        return sorted(self.columns, key=lambda n: -merit(self.singles[n]))[: 2 * CONTENDERS]
+
+    def _plausible(self, names: Sequence[str], fit: Fit) -> bool:
+        ranges = [self._range(self.signatures[c]) for n in names for c in self.columns[n]]
+        sizes = zip(ranges, fit.sizes, fit.deviations, strict=True)
+        return all(_within(*limits, size, deviation) for limits, size, deviation in sizes)
+
+    def _range(self, signature: Signature) -> tuple[float, float]:
+        parameter = next(p for p in FITTED[signature.effect].parameters if p.name == signature.parameter)
+        return parameter.low, parameter.high
+
+    def like(self, chosen: tuple[str, ...], place: int) -> tuple[str, ...]:
+        """Effects that would do as well in the place of one that was chosen."""
+        rest = chosen[:place] + chosen[place + 1 :]
+        here = merit(self.fit(chosen))
+        found = []
+        for other in self.columns:
+            if other not in chosen:
+                fit = self.fit((*rest, other))
+                if here - merit(fit) < APART and self._plausible((*rest, other), fit):
+                    found.append((merit(fit), other))
+        return tuple(n for _, n in sorted(found, reverse=True))
+
+    def held_out_ratio(self, names: Sequence[str]) -> float:
+        """Gain on blocks left out over gain in sample."""
+        fit = self.fit(names)
+        return self.evidence.held_out_gain(joined(self.columns, names)) / max(fit.gain, 1e-9)
+
+    def candidate(self, name: str) -> Candidate:
+        """An effect as a single explanation."""
+        fit = self.singles[name]
+        ratio, plausible = self.held_out_ratio((name,)), self._plausible((name,), fit)
+        return Candidate(name, estimates(self.signatures, fit), self.score(name), ratio, plausible)
+
+
+def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]:
+    """The sizes of a fit, by the names of their parameters; the bound holds the error of the method as well."""
+    found = zip(fit.columns, fit.sizes, fit.deviations, strict=True)
+    return tuple(
+        Estimate(signatures[c].parameter, float(s), 2.0 * float(np.hypot(d, LINEAR * s))) for c, s, d in found
+    )
+
+
+def _within(low: float, high: float, size: float, deviation: float) -> bool:
+    """Whether a size is plausible: in its range, or not told from none."""
+    slack = SLIGHT * deviation
+    return low - slack <= size <= high + slack or abs(size) <= slack
+
+
+def _located(layout: Study, weighed: Evidence, known: Knowledge, given: Sequence[int]) -> tuple[Located, ...]:
+    """The most significant place in every channel, in σ beyond what null flights show there."""
+    first = len(layout.signatures)
+    values = weighed.scores(range(first, first + len(layout.cells)), given)
+    best: dict[str, Located] = {}
+    for cell, value in zip(layout.cells, values, strict=True):
+        key = label(cell)
+        told = float(value - known.cell_mean.get(key, 0.0)) / known.cell_spread.get(key, 1.0)
+        if cell.channel not in best or abs(told) > abs(best[cell.channel].significance):
+            best[cell.channel] = Located(cell.channel, cell.phase, cell.variable, told)
+    return tuple(sorted(best.values(), key=lambda place: -abs(place.significance)))
+
+
+def _happens_once(name: str) -> bool:
+    """Whether an effect has a time at which it happens."""
+    return any(p.shape and p.name.endswith("_s") for p in FITTED[name].parameters)
+
+
+def _kind(
+    table: _Table,
+    chosen: tuple[str, ...],
+    alternatives: Sequence[Sequence[str]],
+    located: Sequence[Located],
+    leftover: Sequence[Located],
+) -> Kind:
+    threshold = table.known.cell_threshold
+    if not chosen:
+        return "unknown" if located and abs(located[0].significance) > threshold else "no_gap"
+    explained = score(table.fit(chosen))
+    allowed = float(np.hypot(threshold, 3.0 * LINEAR * explained))
+    lasting = not any(_happens_once(name) for name in chosen)  # else no other block tells of it
+    if lasting and table.held_out_ratio(chosen) < HONEST:
+        return "unknown"
+    if leftover and abs(leftover[0].significance) > allowed:
+        return "unknown"
+    return "one_of" if any(alternatives) else "named"

@@ -1,0 +1,159 @@
+"""Signatures where they matter: at the size that was fitted, and at the time when it happened."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pitotbench.effects import Effect, SensorEffect, Signals
+from pitotbench.reconcile.channels import residuals
+from pitotbench.reconcile.clean import clean_track
+from pitotbench.reconcile.evidence import evidence, inner_products
+from pitotbench.reconcile.hypotheses import Scene, Signature, change
+from pitotbench.reconcile.nuisance import Nuisance, nuisance
+from pitotbench.reconcile.scoring import merit
+from pitotbench.reconcile.study import FITTED, Study, mean_wind
+from pitotbench.reconcile.whitening import NoiseModel
+from pitotbench.units import Array
+
+LOOKS = 14  # times over the log at which an event is first looked for
+HALVINGS = 3
+LINEAR_WITHIN = {"sensors": 0.1, "air": 0.1, "aircraft": 0.6}  # share of a size over which its signature serves
+SMALLEST = 0.05  # of the typical size: below it a signature is taken at this size
+
+
+def at_sizes(layout: Study, sizes: Mapping[tuple[str, str], float]) -> Study:
+    """The study with the signatures of some (effect, parameter) taken at fitted sizes, within the plausible
+    range."""
+    found = list(layout.signatures)
+    for i, old in enumerate(found):
+        if (old.effect, old.parameter) in sizes:
+            found[i] = _renewed(layout.scene, old, sizes[old.effect, old.parameter])
+    if all(new is old for new, old in zip(found, layout.signatures, strict=True)):
+        return layout
+    return replace(layout, signatures=tuple(found))
+
+
+def without(layout: Study, seen: Study, name: str, sizes: Mapping[str, float]) -> Study:
+    """A study seen from a clean track in which an effect on the sensors is undone (`seen` is the study as it was
+    laid out): all that acts on the sensors acts there on signals as they were before that effect.
+
+    Where the effect is large, signals that still hold it would bend every other signature.
+    """
+    effect, old = FITTED[name], seen.scene
+    if not isinstance(effect, SensorEffect) or not sizes:
+        return layout if layout.scene is old else _from(layout, old, seen.nuisance)
+    full = _alone(effect, "", 0.0, {})
+    full = {key: sizes.get(key, value) for key, value in full.items()}
+    applied = effect.apply(Signals(old.clean.time, old.clean.channels), full)
+    undone = {n: 2.0 * v - applied[n] for n, v in old.clean.channels.items() if applied[n] is not v}
+    track = layout.track.replaced({n: layout.track[n] + undone[n] - old.clean[n] for n in undone})
+    clean = clean_track(track, mean_wind(track))
+    base = residuals(clean, old.grid, old.frame, old.model)
+    new = replace(old, clean=clean, base=base)
+    unknown = nuisance(clean, old.grid, old.frame, old.model, base, layout.known, layout.shapes)
+    return _from(layout, new, unknown)
+
+
+def _from(layout: Study, scene: Scene, unknown: Nuisance) -> Study:
+    """A study from another scene."""
+    found = tuple(_seen_from(scene, s) for s in layout.signatures)
+    return replace(layout, scene=scene, nuisance=unknown, signatures=found)
+
+
+def _seen_from(scene: Scene, old: Signature) -> Signature:
+    """A signature of an effect on the sensors, from another clean track; others do not change."""
+    effect = FITTED[old.effect]
+    if not isinstance(effect, SensorEffect):
+        return old
+    moved = change(scene, effect, _alone(effect, old.parameter, old.size, old.shapes))
+    return old if moved is None else replace(old, column=moved / old.size)
+
+
+def _renewed(scene: Scene, old: Signature, size: float) -> Signature:
+    effect = FITTED[old.effect]
+    parameter = next(p for p in effect.parameters if p.name == old.parameter)
+    least = SMALLEST * abs(parameter.typical)
+    size = float(np.clip(size, parameter.low, parameter.high))
+    size = float(np.copysign(max(abs(size), least), size))
+    if abs(size - old.size) < max(least, LINEAR_WITHIN[effect.acts_on] * abs(old.size)):
+        return old
+    moved = change(scene, effect, _alone(effect, old.parameter, size, old.shapes))
+    if moved is None or not np.any(moved):
+        return old
+    return replace(old, size=size, column=moved / size)
+
+
+def _alone(effect: Effect, parameter: str, size: float, shapes: Mapping[str, float]) -> dict[str, float]:
+    """One size of an effect, the others zero, with its shapes."""
+    none = {p.name: p.typical if p.shape else 0.0 for p in effect.parameters}
+    return {**none, **shapes, **({parameter: size} if parameter else {})}
+
+
+def placed_in_time(layout: Study, noise: NoiseModel) -> Study:
+    """The study with every effect that happens at some time (its shapes are in seconds) put where it fits best."""
+    found = list(layout.signatures)
+    for effect in FITTED.values():
+        when = [p for p in effect.parameters if p.shape and p.name.endswith("_s")]
+        own = [i for i, s in enumerate(found) if s.effect == effect.name]
+        if when and own:
+            for i, renewed in zip(own, _search(layout, noise, effect, [found[i] for i in own]), strict=True):
+                found[i] = renewed
+    return replace(layout, signatures=tuple(found))
+
+
+def _search(layout: Study, noise: NoiseModel, effect: Effect, own: Sequence[Signature]) -> list[Signature]:
+    """Coarse steps over the time of the first shape, then all shapes in halved steps around the best."""
+    shapes = [p for p in effect.parameters if p.shape and p.name.endswith("_s")]
+    time = layout.track.time[layout.grid.rows] - layout.track.time[0]
+    best = {p.name: p.typical for p in shapes}
+    judged = _Judge(layout, noise)
+
+    def look(trial: Mapping[str, float]) -> tuple[float, list[Signature]]:
+        columns = [_shaped(layout.scene, effect, s, trial) for s in own]
+        return judged.merit([c.column for c in columns]), columns
+
+    value, kept = look(best)
+    steps = {p.name: p.typical for p in shapes}
+    steps[shapes[0].name] = float(time[-1]) / LOOKS
+    trials = [{**best, shapes[0].name: t} for t in np.linspace(time[0], time[-1], LOOKS + 2)[1:-1]]
+    for _ in range(HALVINGS + 1):
+        for trial in trials:
+            there, columns = look(trial)
+            if there > value:
+                value, kept, best = there, columns, dict(trial)
+        steps = {name: 0.5 * step for name, step in steps.items()}
+        trials = [
+            {**best, p.name: float(np.clip(best[p.name] + sign * steps[p.name], p.low, p.high))}
+            for p in shapes
+            for sign in (-1.0, 1.0)
+        ]
+    return kept
+
+
+def _shaped(scene: Scene, effect: Effect, old: Signature, shapes: Mapping[str, float]) -> Signature:
+    moved = change(scene, effect, _alone(effect, old.parameter, old.size, shapes))
+    column = np.zeros_like(old.column) if moved is None else moved / old.size
+    return replace(old, column=column, shapes=dict(shapes))
+
+
+class _Judge:
+    """Merit of columns that are not in a study yet."""
+
+    def __init__(self, layout: Study, noise: NoiseModel) -> None:
+        self._layout, self._noise = layout, noise
+        self._nuisances = self._white(layout.nuisance.columns)
+        self._residual = self._white(layout.residuals.values)
+
+    def _white(self, values: Array) -> Array:
+        return self._noise.whiten(values, self._layout.grid, self._layout.residuals.slack)
+
+    def merit(self, columns: Sequence[Array]) -> float:
+        """Merit of some columns together."""
+        n, c = self._residual.shape
+        new = self._white(np.stack(columns, axis=2))
+        products = inner_products(
+            np.concatenate([self._nuisances, new], axis=2), np.zeros((n, c, 0)), self._residual, blocks=1
+        )
+        k = self._nuisances.shape[2]
+        return merit(evidence(products, k, self._layout.nuisance.deviations).fit(range(len(columns))))

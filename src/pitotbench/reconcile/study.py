@@ -1,0 +1,165 @@
+"""One log laid out for judgment: its residuals, its hypotheses, and the evidence that joins them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS, Effect, Overlay, SensorEffect
+from pitotbench.reconcile.channels import Residuals, air_velocity, residuals
+from pitotbench.reconcile.checks import Found, check
+from pitotbench.reconcile.evidence import Evidence, evidence, inner_products
+from pitotbench.reconcile.grid import Grid
+from pitotbench.reconcile.hypotheses import AircraftModel, Scene, Signature, scene
+from pitotbench.reconcile.hypotheses import signatures as all_signatures
+from pitotbench.reconcile.locate import Cell, cells
+from pitotbench.reconcile.nuisance import Nuisance, Setting, nuisance
+from pitotbench.reconcile.replay import can_replay, replay
+from pitotbench.reconcile.track import Track, track_of
+from pitotbench.reconcile.whitening import NoiseModel, autocovariance, noise_model
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.units import Array
+
+ROUNDS = 3  # of scaling the channels against each other before the noise is known
+WORST = 1e6  # slack of instants that say nothing
+COUNTED = tuple(  # found by counting in step 0, not by fitting
+    name for name, effect in EFFECTS.items() if isinstance(effect, SensorEffect) and effect.after_noise
+)
+FITTED: Catalog[Effect] = Catalog(
+    "effect", {name: effect for name, effect in EFFECTS.items() if name not in COUNTED and not effect.variant_of}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """A log laid out, before its noise is known."""
+
+    found: Found
+    track: Track
+    scene: Scene
+    residuals: Residuals
+    nuisance: Nuisance
+    signatures: tuple[Signature, ...]
+    cells: tuple[Cell, ...]
+    shapes: Array
+    known: Setting
+
+    @property
+    def grid(self) -> Grid:
+        """The instants."""
+        return self.scene.grid
+
+
+def study(
+    log: FlightLog, aircraft: AircraftModel | None, known: Setting, effects: Catalog[Effect] = FITTED
+) -> Study:
+    """Lay out a log; without an aircraft, its sensors alone; `effects` are the hypotheses.
+
+    Raises BadInputError for a log without attitude.
+    """
+    _require_attitude(log)
+    found = check(log)
+    track = track_of(log, found.fresh)
+    model = (
+        replay(track, lambda motion: aircraft.react(motion, Overlay()))
+        if aircraft is not None and can_replay(track)
+        else None
+    )
+    set_up = scene(track, mean_wind(track), model, aircraft if model is not None else None)
+    left = residuals(track, set_up.grid, set_up.frame, model)
+    left = replace(left, slack=left.slack + _unusable(log, found, track, set_up.grid, known)[:, None])
+    places, shapes = cells(set_up.clean, set_up.grid, set_up.base)
+    known = replace(known, pressure_step=_coarse_step(found))
+    unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, known, shapes)
+    return Study(found, track, set_up, left, unknown, all_signatures(set_up, effects), places, shapes, known)
+
+
+def _require_attitude(log: FlightLog) -> None:
+    missing = [name for name in ("roll", "pitch", "heading") if getattr(log, name) is None]
+    if missing:
+        raise BadInputError(
+            f"reconcile needs the attitude: the log has no {', '.join(missing)}; record roll, pitch and heading"
+        )
+
+
+def _coarse_step(found: Found) -> float:
+    """The step of a coarse quantization [Pa], 0 where there is none."""
+    return next((e.sizes[0].value for e in found.effects if e.name == "quantization"), 0.0)
+
+
+def mean_wind(track: Track) -> Array:
+    """Ground velocity less air velocity on average, toward north, east, down [m/s], (3,)."""
+    through, wind = air_velocity(track), np.zeros(3)
+    for i, name in enumerate(("velocity_north", "velocity_east", "velocity_down")):
+        if name in track:
+            wind[i] = np.mean(track[name] - through[i])
+    return wind
+
+
+def _unusable(log: FlightLog, found: Found, track: Track, grid: Grid, known: Setting) -> Array:
+    """Slack of instants with a row at the ceiling or above the greatest Mach number near them, (n,)."""
+    bad = np.interp(track.time, log.time, (~found.usable).astype(np.float64))
+    mach = air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
+    return np.where((grid.smooth(bad) > 0.0) | (grid.smooth(mach) > known.mach_max), WORST, 0.0)
+
+
+def noise_residuals(layout: Study) -> Array:
+    """Residuals without nuisances, by least squares with robust scales, (n, c): what noise is learned from."""
+    values, columns = layout.residuals.values, layout.nuisance.columns
+    scale = values.std(axis=0) + 1e-12
+    left = values
+    for _ in range(ROUNDS):
+        inside = layout.residuals.slack < WORST
+        design = (columns * (inside / scale)[:, :, None]).reshape(-1, columns.shape[2])
+        normal = design.T @ design + np.diag(1.0 / layout.nuisance.deviations**2)
+        sizes = np.linalg.solve(normal, design.T @ (values * inside / scale).ravel())
+        left = values - columns @ sizes
+        scale = 1.4826 * np.median(np.abs(left - np.median(left, axis=0)), axis=0) + 1e-12
+    return np.where(layout.residuals.slack < WORST, left, 0.0)
+
+
+def own_noise(layout: Study) -> NoiseModel:
+    """The noise as the log itself shows it: what is left when nuisances and the cells without physics are out."""
+    return noise_model(layout.residuals.names, autocovariance(_shapeless(layout), layout.grid))
+
+
+def _shapeless(layout: Study) -> Array:
+    """Residuals without nuisances and without what the cells take up, so that a gap does not count as noise, (n,
+    c)."""
+    left = noise_residuals(layout)
+    used = (layout.residuals.slack[:, :1] < WORST).astype(np.float64)
+    shapes = np.concatenate([layout.shapes, np.ones((len(left), 1))], axis=1) * used
+    return np.asarray(left - shapes @ np.linalg.lstsq(shapes, left * used, rcond=1e-9)[0])
+
+
+def scaled_to(noise: NoiseModel, layout: Study) -> NoiseModel:
+    """A noise model with this log's own level of innovations, by their median, where that is the higher one."""
+    white = noise.whiten(_shapeless(layout), layout.grid, layout.residuals.slack)
+    used = white[np.any(white != 0.0, axis=1)]
+    level = 1.4826 * np.median(np.abs(used - np.median(used, axis=0)), axis=0)
+    return replace(noise, deviations=noise.deviations * np.clip(level, 1.0, 4.0))
+
+
+def weigh(layout: Study, noise: NoiseModel) -> Evidence:
+    """The evidence of a log under a noise model."""
+    n, c = layout.residuals.values.shape
+
+    def white(values: Array) -> Array:
+        return noise.whiten(values, layout.grid, layout.residuals.slack)
+
+    columns = [s.column[:, :, None] for s in layout.signatures]
+    dense = white(np.concatenate([layout.nuisance.columns, *columns], axis=2))
+    shapes = white(np.broadcast_to(layout.shapes[:, None, :], (n, c, layout.shapes.shape[1])).copy())
+    products = inner_products(dense, shapes, white(layout.residuals.values))
+    return evidence(products, layout.nuisance.columns.shape[2], layout.nuisance.deviations)
+
+
+def columns_of(signatures: Sequence[Signature]) -> Mapping[str, tuple[int, ...]]:
+    """Which columns of the evidence belong to each effect."""
+    found: dict[str, tuple[int, ...]] = {}
+    for index, signature in enumerate(signatures):
+        found[signature.effect] = (*found.get(signature.effect, ()), index)
+    return found

@@ -1,0 +1,110 @@
+"""A measured log made regular: uniform rows in stretches without gaps, GPS interpolated between its fixes.
+
+Both sides of every comparison go through the same symmetric filter at the same instants. What a comparison must
+not contain: a hold of the last fix, a window that leans to one side, a rectangle rule; each looks like a delay of
+half a sample interval.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.units import Array, Booleans, Seconds
+
+Indices = NDArray[np.intp]
+
+GPS_CHANNELS = ("velocity_north", "velocity_east", "velocity_down", "altitude")
+AIR_CHANNELS = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
+ANGLES = ("heading",)  # unwrapped here
+GAP = 2.0  # s without a row that end a stretch; less is filled by interpolation
+HALF_WINDOW = 0.2  # s, of the filter
+SLOW_GPS = 0.3  # s between fixes from which they are taken as they are, unfiltered
+SHORTEST = 10.0  # s, of a stretch that is used
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """Channels by the field names of a FlightLog, each (n,), on uniform rows; `start` holds the first row of every
+    stretch and the number of rows; `fix` the rows of the GPS fixes, `fix_period` [s]."""
+
+    time: Seconds
+    channels: Mapping[str, Array]
+    start: tuple[int, ...]
+    fix: Indices
+    fix_period: float
+    row_period: float
+
+    def __getitem__(self, name: str) -> Array:
+        return self.channels[name]
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.channels
+
+    def replaced(self, changed: Mapping[str, Array]) -> "Track":
+        """The same rows with some channels changed."""
+        merged = {**self.channels, **changed}
+        return Track(self.time, merged, self.start, self.fix, self.fix_period, self.row_period)
+
+
+def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
+    """A log as a track; `fresh_air` is false on rows whose air data only repeat those before.
+
+    Raises BadInputError where no stretch is long enough to be used.
+    """
+    period = float(np.median(np.diff(log.time)))
+    bounds = np.flatnonzero(np.diff(log.time) > GAP) + 1
+    pieces = [rows for rows in np.split(np.arange(len(log)), bounds) if _long_enough(log.time[rows])]
+    if not pieces:
+        raise BadInputError(f"the log holds no stretch of {SHORTEST:.0f} s without a gap: nothing can be compared")
+    fresh = np.ones(len(log), dtype=np.bool_) if log.gps_fresh is None else log.gps_fresh
+    fix_time = log.time[fresh]
+    fix_period = float(np.median(np.diff(fix_time)))
+    times = [
+        log.time[p[0]] + period * np.arange(round((log.time[p[-1]] - log.time[p[0]]) / period) + 1) for p in pieces
+    ]
+    names = [n for n, a in log.channels().items() if a.dtype == np.float64 and n != "time"]
+    channels = {
+        name: np.concatenate(
+            [_regular(log, name, p, t, _new(name, fresh, fresh_air)) for p, t in zip(pieces, times, strict=True)]
+        )
+        for name in names
+    }
+    time = np.concatenate(times)
+    start = (0, *np.cumsum([len(t) for t in times]).tolist())
+    return Track(time, channels, start, _rows_of(time, fix_time, period), fix_period, period)
+
+
+def _long_enough(time: Seconds) -> bool:
+    return len(time) > 1 and bool(time[-1] - time[0] >= SHORTEST)
+
+
+def _new(name: str, gps: Booleans, air_data: Booleans | None) -> Booleans | None:
+    """Which rows bring a new sample of a channel; None where all do."""
+    return gps if name in GPS_CHANNELS else air_data if name in AIR_CHANNELS else None
+
+
+def _regular(log: FlightLog, name: str, rows: Indices, time: Seconds, fresh: Booleans | None) -> Array:
+    """One channel of one stretch on uniform rows."""
+    values = np.asarray(getattr(log, name), dtype=np.float64)[rows]
+    values = np.unwrap(values) if name in ANGLES else values
+    known = log.time[rows]
+    if fresh is not None and not fresh[rows].all():
+        new = fresh[rows].copy()
+        new[0] = False  # what is held from before the stretch has no known time
+        if new.sum() < 4:
+            return np.interp(time, known, values)
+        inside = np.clip(time, known[new][0], known[new][-1])
+        return np.asarray(CubicSpline(known[new], values[new])(inside))
+    return np.interp(time, known, values)
+
+
+def _rows_of(time: Seconds, wanted: Seconds, period: float) -> Indices:
+    """Rows whose time is that of a fix."""
+    row = np.clip(np.searchsorted(time, wanted - 0.5 * period), 0, len(time) - 1)
+    found: Indices = row[np.abs(time[row] - wanted) < 0.51 * period]
+    return found

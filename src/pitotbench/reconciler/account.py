@@ -1,0 +1,82 @@
+"""One reconciliation from the log to all that a report shows."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from pitotbench.bench_reconcile import Reconciliation, Setting, card_of, reconcile
+from pitotbench.reconcile.patch import Patch
+from pitotbench.reconcile.picture import gap_map, traces, waterfall
+from pitotbench.reconciler.reflight import fly_again
+from pitotbench.reconciler.rounds import look_until_quiet, patch_of
+from pitotbench.records.case import Case, EffectSpec
+from pitotbench.records.gap import Account, FlownAgain
+from pitotbench.records.log import FlightLog
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A log with the name it is told by."""
+
+    name: str
+    log: FlightLog
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """A reconciliation, the account of it, and its patch."""
+
+    found: Reconciliation
+    account: Account
+    patch: Patch
+
+
+def reconcile_fully(
+    measured: Named,
+    aircraft: str = "navajo",
+    holdout: Named | None = None,
+    card: Case | None = None,
+    progress: Progress | None = None,
+    setting: Setting | None = None,
+    refly: bool = True,
+    refly_holdout: bool = True,
+) -> Outcome:
+    """Reconcile, look again until nothing significant is left, fly the cards again (unless told not to).
+
+    Raises BadInputError for a log that cannot be used.
+    """
+    say = progress or (lambda text: None)
+    found = reconcile(
+        measured.log, aircraft, holdout.log if holdout else None, card, progress=progress, setting=setting
+    )
+    rounds, more, shapes = look_until_quiet(measured.log, aircraft, found, setting, progress)
+    made = patch_of(found, more, shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
+    effects = entries(made)
+    flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
+    if refly:
+        say("flying the card again")
+        flown = fly_again(measured.log, found.card, effects)
+    if refly and refly_holdout and holdout is not None:
+        say("flying the card of the held-out log again")
+        flown_holdout = fly_again(holdout.log, card or card_of(holdout.log.header, aircraft), effects)
+    account = Account(
+        log=measured.name,
+        aircraft=aircraft,
+        holdout=holdout.name if holdout else "",
+        rounds=rounds,
+        gap_map=gap_map(found.naming, found.known),
+        waterfall=waterfall(found.naming),
+        traces=traces(found.naming),
+        patch=made.text,
+        flown=flown,
+        flown_holdout=flown_holdout,
+        null_flights=found.known.flights,
+    )
+    return Outcome(found, account, made)
+
+
+def entries(made: Patch) -> tuple[EffectSpec, ...]:
+    """A patch as effects of a case."""
+    return tuple(EffectSpec(name, sizes) for name, sizes in made.entries)

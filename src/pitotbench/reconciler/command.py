@@ -1,0 +1,92 @@
+"""The command `reconcile`: its flags, and what it prints. Slow packages load only where it runs."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pitotbench.records.errors import BadInputError
+
+if TYPE_CHECKING:
+    from pitotbench.bench_reconcile import Setting
+    from pitotbench.reconciler.account import Outcome
+
+
+def add_reconcile(parser: argparse.ArgumentParser) -> None:
+    """The flags of a reconciliation, shared by `pitotbench reconcile` and `scripts/reconcile.py`."""
+    parser.add_argument("log", type=Path, metavar="MEASURED", help="measured log (.csv, .parquet, .mat)")
+    parser.add_argument(
+        "--aircraft", default="navajo", help="aircraft model, or none: sensors alone (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--holdout", type=Path, metavar="LOG", help="another log, on which the gap is to shrink too"
+    )
+    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    parser.add_argument(
+        "--card", type=Path, metavar="CASE", help="case file that says what was flown (default: the log's header)"
+    )
+    parser.add_argument("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME")
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.add_argument("--out", type=Path, help="folder for report.html, verdict.json, patch.toml and overlay.xml")
+    parser.set_defaults(run=run_reconcile)
+
+
+def run_reconcile(options: argparse.Namespace) -> int:
+    """Reconcile a log, print the verdict, write its report and its patch."""
+    from rich.console import Console
+
+    from pitotbench.reconciler.keep import install, keep
+    from pitotbench.show.verdict import account_json, print_account
+
+    _check_variant(options)
+    outcome = _outcome(options)
+    document = account_json(outcome.account)
+    written = keep(outcome, document, options.out) if options.out else []
+    if options.json:
+        print(json.dumps(document, indent=1))
+    else:
+        print_account(outcome.account, Console(highlight=False, soft_wrap=True))
+    for line in written:
+        _say(line)
+    if options.apply:
+        for line in install(outcome, options.apply):
+            _say(line)
+    return 0
+
+
+def _check_variant(options: argparse.Namespace) -> None:
+    """Refuse a name that cannot be applied before minutes are spent on the log."""
+    from pitotbench.simulate.modified import require_free
+
+    if options.apply is not None and options.aircraft == "none":
+        raise BadInputError("--apply keeps a patched aircraft, and --aircraft none has none: name the aircraft")
+    if options.apply is not None:
+        require_free(options.aircraft, options.apply)
+
+
+def _outcome(options: argparse.Namespace) -> "Outcome":
+    from pitotbench.logbook import read_log
+    from pitotbench.reconciler.account import Named, reconcile_fully
+    from pitotbench.records.case_file import read_case
+
+    measured = Named(options.log.name, read_log(options.log, options.mapping))
+    other = Named(options.holdout.name, read_log(options.holdout, options.mapping)) if options.holdout else None
+    card = read_case(options.card) if options.card else None
+    refly = options.out is not None or options.json  # else nothing shows it
+    return reconcile_fully(measured, options.aircraft, other, card, _say, _setting(options.mapping), refly)
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _setting(mapping: str | None) -> "Setting":
+    """What the mapping of a foreign log advises."""
+    from pitotbench.bench_reconcile import Setting
+    from pitotbench.logbook import find_mapping
+
+    advised = find_mapping(mapping).calibrate if mapping else {}
+    static = advised.get("error_location") == "static"
+    mach = advised.get("mach_max")
+    return Setting(static_error=static, mach_max=mach if isinstance(mach, float) else 1.0)

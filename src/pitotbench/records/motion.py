@@ -1,0 +1,69 @@
+"""What an airplane did, as measured, and what a model of it would have felt doing the same: equation error's two
+sides."""
+
+from dataclasses import dataclass, fields
+from typing import cast
+
+from pitotbench.records.frozen import check_lengths, freeze
+from pitotbench.units import Array, Pascal, Radians, Seconds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """States and controls of an airplane at increasing times; arrays of one length, SI and radians.
+
+    A model that is moved along them needs no equation of motion: it cannot drift. `temperature_offset` is the
+    air's mean temperature above standard [K]. Raises RecordError where lengths differ.
+    """
+
+    time: Seconds
+    static_pressure: Pascal
+    mach: Array
+    angle_of_attack: Radians
+    sideslip: Radians
+    roll: Radians
+    pitch: Radians
+    heading: Radians
+    roll_rate: Array
+    pitch_rate: Array
+    yaw_rate: Array
+    elevator: Radians
+    aileron: Radians
+    rudder: Radians
+    throttle_left: Array
+    throttle_right: Array
+    mass: Array
+    temperature_offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        _settle(self, len(self.time))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reaction:
+    """What a model feels along a `Motion`: specific force [m/s²] and angular acceleration [rad/s²] in body axes,
+    and its engines' manifold pressure [Pa], speed [rad/s] and fuel flow [kg/s]; one entry a state."""
+
+    specific_force_x: Array
+    specific_force_y: Array
+    specific_force_z: Array
+    roll_acceleration: Array
+    pitch_acceleration: Array
+    yaw_acceleration: Array
+    manifold_pressure_left: Pascal
+    manifold_pressure_right: Pascal
+    propeller_speed_left: Array
+    propeller_speed_right: Array
+    fuel_flow_left: Array
+    fuel_flow_right: Array
+
+    def __post_init__(self) -> None:
+        _settle(self, len(self.specific_force_x))
+
+
+def _settle(record: Motion | Reaction, length: int) -> None:
+    """Check that all arrays have one length, and make them read-only."""
+    arrays = {f.name: getattr(record, f.name) for f in fields(record) if f.name != "temperature_offset"}
+    check_lengths(type(record).__name__, arrays.items(), length)
+    for name, array in arrays.items():
+        object.__setattr__(record, name, cast(Array, freeze(array)))

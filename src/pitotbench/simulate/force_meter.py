@@ -1,0 +1,185 @@
+"""The aircraft as a force meter: JSBSim moved along measured states, its engines running on the measured throttles.
+
+At each state the initial conditions are set anew, so that nothing drifts and no autopilot can hide a force;
+between two states the engines, governors and turbochargers run in JSBSim's own time. The result is the right-hand
+side of the equation-error method (Klein and Morelli, Aircraft System Identification, 2006, ch. 5).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.records.motion import Motion, Reaction
+from pitotbench.simulate.atmosphere import Air
+from pitotbench.simulate.plant import Plant, SimulationError
+from pitotbench.simulate.properties import PROPERTIES
+from pitotbench.units import FOOT, POUND, Array
+
+TENTH = 0.1  # s
+RUN_IN = 12.0  # s, for the engines at the first state and after every gap
+FREE = 0.2  # s between states up to which the airplane flies on between them; over longer ones it is held
+GAP = 1.5  # s between two states: a longer one is a gap
+FULL = ("specific_force_x", "specific_force_y", "specific_force_z")
+ENGINE = ("manifold_pressure", "propeller_speed", "fuel_flow")
+TANKS = ("propulsion/tank/contents-lbs", "propulsion/tank[1]/contents-lbs")
+# Control, the command that moves it, and the position it takes.
+CONTROLS = (
+    ("elevator", "fcs/elevator-cmd-norm", "elevator"),
+    ("aileron", "fcs/aileron-cmd-norm", "aileron"),
+    ("rudder", "fcs/rudder-cmd-norm", "rudder"),
+    ("throttle_left", "throttle_bias_left", "throttle_left"),
+    ("throttle_right", "throttle_bias_right", "throttle_right"),
+)
+PROBE = 0.1  # of a command, to learn how far it moves its control
+
+
+def loaded_mass(aircraft: str) -> float:
+    """Mass of an aircraft as its file loads it, tanks full [kg]."""
+    return Plant.load(aircraft).get("mass")
+
+
+def measure(plant: Plant, motion: Motion, loaded_mass: float) -> Reaction:
+    """What an aircraft feels along a measured motion: some 100 µs a state at ten states a second.
+
+    `loaded_mass` [kg] is that of the untouched aircraft with full tanks, from which the logged mass tells the fuel.
+    The plant is used up: take a new one for the next motion.
+    Raises SimulationError where JSBSim refuses a state or the engines do not start.
+    """
+    heights, sound = _prepare(plant, motion, loaded_mass)
+    servos = [_Servo.probe(plant, *control) for control in CONTROLS]
+    wanted = np.stack([getattr(motion, name) for name, *_ in CONTROLS], axis=1)
+    states = _initial_conditions(motion, heights, sound)
+    reads = [_reader(plant, path, factor) for path, factor in _outputs()]
+    mass = plant.getter("mass")
+    rows = np.empty((len(motion.time), len(reads)))
+    steps = np.diff(motion.time, append=motion.time[-1] + TENTH)
+    for k in range(len(rows)):
+        starts = k == 0 or steps[k - 1] > GAP
+        for _ in range(round(RUN_IN / TENTH) if starts else 0):
+            _place(plant, states[k], servos, wanted[k])
+            plant.advance(round(TENTH / plant.time_step))
+        _place(plant, states[k], servos, wanted[k])
+        rows[k] = [read() for read in reads]
+        rows[k, :3] /= mass[0]() * mass[1]
+        plant.advance(0 if steps[k] > GAP else max(1, round(steps[k] / plant.time_step)))
+    return _reaction(rows)
+
+
+def _prepare(plant: Plant, motion: Motion, loaded_mass: float) -> tuple[Array, Array]:
+    """Start the engines in flight, hand the controls over, load the fuel; geometric height [m] and speed of sound
+    [m/s] at each state's pressure in this plant's atmosphere."""
+    height = float(air.pressure_altitude(motion.static_pressure[0]))
+    speed = float(air.calibrated_airspeed(air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])))
+    fuel = [plant.get(tank) for tank in TANKS]
+    plant.start(height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset))
+    for mode in ("lateral_mode", "pitch_mode", "throttle_mode", "throttle_command"):
+        plant.set(mode, 0)
+    if float(np.median(np.diff(motion.time))) > FREE:
+        for part in ("translational", "rotational"):
+            for what in ("rate", "position"):
+                plant.set(f"simulation/integrator/{what}/{part}", 0)  # none: only engines and systems go on
+    burnt = max(0.0, loaded_mass - float(motion.mass[0])) / POUND / len(TANKS)  # tanks hold no more than they do
+    for tank, full in zip(TANKS, fuel, strict=True):
+        plant.set(tank, full - burnt)
+    return _levels(plant, motion)
+
+
+def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
+    """Geometric height [m] and speed of sound [m/s] at each state's pressure, looked up in the plant's own air."""
+    low, high = (
+        float(air.pressure_altitude(p)) for p in (motion.static_pressure.max(), motion.static_pressure.min())
+    )
+    levels = np.linspace(low - 600.0, high + 600.0, 25)
+    seen = np.empty((len(levels), 2))
+    for i, level in enumerate(levels):
+        plant.set("ic/h-sl-ft", float(level) / FOOT)
+        plant.run_initial_conditions()
+        seen[i] = plant.get("static_pressure"), plant.get("atmosphere/a-fps") * FOOT
+    heights = np.interp(-np.log(motion.static_pressure), -np.log(seen[:, 0]), levels)
+    return heights, np.interp(heights, levels, seen[:, 1])
+
+
+def _initial_conditions(motion: Motion, heights: Array, sound: Array) -> Array:
+    """The states as JSBSim's initial conditions in still air, in the order of `_IC`."""
+    speed = motion.mach * sound / FOOT
+    alpha, beta = motion.angle_of_attack, motion.sideslip
+    return np.stack(
+        [
+            heights / FOOT,
+            motion.roll,
+            motion.pitch,
+            np.mod(motion.heading, 2.0 * np.pi),
+            speed * np.cos(alpha) * np.cos(beta),
+            speed * np.sin(beta),
+            speed * np.sin(alpha) * np.cos(beta),
+            motion.roll_rate,
+            motion.pitch_rate,
+            motion.yaw_rate,
+        ],
+        axis=1,
+    )
+
+
+_IC = (
+    *("ic/h-sl-ft", "ic/phi-rad", "ic/theta-rad", "ic/psi-true-rad", "ic/u-fps", "ic/v-fps", "ic/w-fps"),
+    *("ic/p-rad_sec", "ic/q-rad_sec", "ic/r-rad_sec"),
+)
+
+
+@dataclass(slots=True)
+class _Servo:
+    """Moves one control to a measured position, whatever the aircraft's own systems add to the command."""
+
+    write: Callable[[float], object]
+    read: Callable[[], float]
+    factor: float  # SI value of the position a unit of its property
+    slope: float  # position a unit of the command
+    command: float = 0.0
+
+    @classmethod
+    def probe(cls, plant: Plant, name: str, command: str, position: str) -> "_Servo":
+        """Learn how far the command moves the control."""
+        read, factor = plant.getter(position)
+        before = read()
+        plant.set(command, PROBE)
+        plant.run_initial_conditions()
+        slope = (read() - before) / PROBE
+        plant.set(command, 0.0)
+        plant.run_initial_conditions()
+        if abs(slope) < 1e-6:
+            raise SimulationError(f"{plant.aircraft}: {name} does not follow {command}")
+        return cls(plant.writer(command), read, factor, slope)
+
+    def move(self, position: float) -> None:
+        """Command the position, given what the present command made of it."""
+        self.command += (position / self.factor - self.read()) / self.slope
+        self.write(self.command)
+
+
+def _place(plant: Plant, state: Array, servos: list[_Servo], wanted: Array) -> None:
+    """Put the aircraft into a state: the second round moves the controls as the new state has changed them."""
+    for servo, position in zip(servos, wanted, strict=True):
+        servo.move(float(position))
+    for path, value in zip(_IC, state, strict=True):
+        plant.writer(path)(float(value))
+    plant.run_initial_conditions()
+
+
+def _outputs() -> list[tuple[str, float]]:
+    forces = [(PROPERTIES[name].path, PROPERTIES[name].factor) for name in FULL]
+    turning = [(f"accelerations/{axis}dot-rad_sec2", 1.0) for axis in "pqr"]
+    engines = [PROPERTIES[f"{name}_{side}"] for name in ENGINE for side in ("left", "right")]
+    return forces + turning + [(line.path, line.factor) for line in engines]
+
+
+def _reader(plant: Plant, path: str, factor: float) -> Callable[[], float]:
+    read = plant.getter(path)[0]
+    return lambda: read() * factor
+
+
+def _reaction(rows: Array) -> Reaction:
+    names = [*FULL, *(f"{axis}_acceleration" for axis in ("roll", "pitch", "yaw"))]
+    names += [f"{name}_{side}" for name in ENGINE for side in ("left", "right")]
+    return Reaction(**{name: rows[:, i].copy() for i, name in enumerate(names)})

@@ -1,0 +1,24 @@
+"""Recording faults are counted, not fitted."""
+
+import pytest
+
+from pitotbench.reconcile.checks import check
+
+FAULTS = {"sample_and_hold": "period_s", "dropped_samples": "fraction", "quantization": "step_pa"}
+TYPICAL = {"sample_and_hold": 0.25, "dropped_samples": 0.05, "quantization": 40.0, "saturation": 3500.0}
+
+
+@pytest.mark.parametrize("das", ["20/1", "50/50"])
+def test_a_sound_log_passes(sensed, das: str) -> None:
+    found = check(sensed(das=das))
+    assert found.effects == ()
+    assert {c.status for c in found.checks} == {"passed"}
+
+
+@pytest.mark.parametrize("name", [*FAULTS, "saturation"])
+def test_a_fault_is_named_with_its_size(sensed, name: str) -> None:
+    found = check(sensed(name, das="50/50"))
+    assert [effect.name for effect in found.effects] == [name]
+    size = found.effects[0].sizes[0]
+    assert size.value == pytest.approx(TYPICAL[name], rel=0.15)
+    assert any(c.status == "failed" for c in found.checks)

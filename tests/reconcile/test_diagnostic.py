@@ -1,0 +1,48 @@
+"""The diagnostic maneuver: what looks alike in a calibration maneuver comes apart in it."""
+
+import numpy as np
+
+from pitotbench import Case, fly, sense
+from pitotbench.catalog import Catalog
+from pitotbench.reconcile.advise import advice
+from pitotbench.reconcile.nuisance import Setting
+from pitotbench.reconcile.study import FITTED, columns_of, own_noise, study, weigh
+from pitotbench.records.case import EffectSpec
+from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
+
+LAG = (EffectSpec("pitot_lag", {"lag_s": 0.3}),)
+
+
+def separation(maneuver: str) -> float:
+    """σ by which a log with a pitot lag prefers the lag to a GPS latency, sensors alone."""
+    few = Catalog("effect", {name: FITTED[name] for name in ("pitot_lag", "gps_latency")})
+    log = sense(fly(Case(maneuver=maneuver, truth_seed=52, sensor_seed=52, effects=LAG)), "20/20")
+    layout = study(log, None, Setting(day_known=True), few)
+    weighed, columns = weigh(layout, own_noise(layout)), columns_of(layout.signatures)
+    gains = {name: weighed.fit(own).gain for name, own in columns.items()}
+    return float(np.sqrt(max(0.0, gains["pitot_lag"] - gains["gps_latency"])))
+
+
+def test_it_tells_lag_from_latency_where_step_decrease_does_not():
+    before, after = separation("step_decrease"), separation("diagnostic")
+    print(f"pitot lag 0.3 s against GPS latency: {before:.1f}σ in step_decrease, {after:.1f}σ in diagnostic")
+    assert before < 4.0
+    assert after > 8.0
+
+
+def test_it_is_advised_where_causes_of_two_kinds_are_not_told_apart():
+    assert "diagnostic" in advice("one_of", [("pitot_lag", "static_lag")])[0]
+    assert "look at the airplane" in advice("one_of", [("gear_not_up", "belly_pod")])[0]
+
+
+def test_it_is_no_maneuver_of_the_paper():
+    assert "diagnostic" in MANEUVERS
+    assert "diagnostic" not in PAPER_MANEUVERS
+
+
+def test_it_climbs_slips_to_both_sides_and_idles(smooth_flights):
+    flight = smooth_flights["diagnostic"]
+    assert np.ptp(flight["altitude"]) > 230.0
+    assert np.degrees(flight["sideslip"].max()) > 2.0
+    assert np.degrees(flight["sideslip"].min()) < -1.5
+    assert flight["throttle_left"].min() < 0.02

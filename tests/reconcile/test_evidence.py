@@ -1,0 +1,59 @@
+"""The algebra of evidence against plain least squares, and whitening against a process of known spectrum."""
+
+import numpy as np
+import pytest
+
+from pitotbench.reconcile.evidence import Evidence, evidence, inner_products
+from pitotbench.reconcile.grid import Grid
+from pitotbench.reconcile.null import learn
+from pitotbench.reconcile.whitening import autocovariance, noise_model
+
+N, C = 800, 2
+
+
+def made(size: float = 0.0, seed: int = 3) -> tuple[Evidence, np.ndarray, np.ndarray]:
+    """Two nuisances, two signatures, one cell a channel; the first signature is in the residual with a size."""
+    draw = np.random.default_rng(seed)
+    dense = draw.standard_normal((N, C, 4))
+    cells = np.ones((N, C, 1))
+    residual = draw.standard_normal((N, C)) + dense[:, :, 0] * 5.0 + size * dense[:, :, 2]
+    return evidence(inner_products(dense, cells, residual), 2, np.array([10.0, 10.0])), dense, residual
+
+
+def test_fit_is_least_squares_with_the_prior_as_rows() -> None:
+    weighed, dense, residual = made(0.7)
+    design = np.concatenate([dense[:, :, :3].reshape(-1, 3), np.diag([0.1, 0.1, 0.0])[:2]])
+    wanted = np.linalg.lstsq(design, np.concatenate([residual.ravel(), [0.0, 0.0]]), rcond=None)[0]
+    assert weighed.fit([0]).sizes[0] == pytest.approx(wanted[2], rel=1e-9)
+    covariance = np.linalg.inv(design.T @ design)
+    assert weighed.fit([0]).deviations[0] == pytest.approx(np.sqrt(covariance[2, 2]), rel=1e-9)
+
+
+def test_gain_is_the_square_of_the_score() -> None:
+    weighed, _, _ = made(0.3)
+    assert weighed.fit([0]).gain == pytest.approx(weighed.scores([0])[0] ** 2, rel=1e-9)
+    assert weighed.fit([0], given=[1]).gain == pytest.approx(weighed.scores([0], given=[1])[0] ** 2, rel=1e-6)
+
+
+def test_held_out_gain_tells_a_true_effect_from_a_chance_one() -> None:
+    weighed, _, _ = made(0.5)
+    assert weighed.held_out_gain([0]) / weighed.fit([0]).gain > 0.9
+    nothing, _, _ = made(0.0)
+    assert nothing.held_out_gain([0]) < 10.0
+
+
+def test_whitening_makes_an_autoregression_white() -> None:
+    draw, n = np.random.default_rng(1), 6000
+    values = np.zeros((n, 1))
+    for i in range(2, n):
+        values[i] = 1.2 * values[i - 1] - 0.4 * values[i - 2] + 0.5 * draw.standard_normal()
+    grid = Grid(np.arange(n), np.arange(n) == 0, 0.5, np.ones(1), True)
+    noise = noise_model(("x",), autocovariance(values, grid))
+    white = noise.whiten(values, grid, np.zeros_like(values))[20:, 0]
+    assert noise.deviations[0] == pytest.approx(0.5, rel=0.05)
+    assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.04
+
+
+def test_too_few_null_flights_are_refused() -> None:
+    with pytest.raises(ValueError, match="null flights"):
+        learn([])

@@ -1,0 +1,88 @@
+"""Cards flown again: what is the same is the same, what differs shows in its own unit."""
+
+import numpy as np
+import pytest
+
+from pitotbench import air
+from pitotbench.reconcile.flown_again import compare, features_of
+from pitotbench.records.log import FlightLog
+from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT
+
+LEG, DECEL = "leg 150 kt 000°", "decel 1"
+
+
+def log(rate: float = -1.0, pitch: float = 2.0, noise: int = 0, segments: bool = True) -> FlightLog:
+    """A leg of 40 s at 150 kt, then 30 s of slowing down at a rate [kt/s], 10 Hz."""
+    time = np.arange(700) / 10.0
+    speed = 150.0 + rate * np.maximum(time - 40.0, 0.0)
+    speed = speed + np.random.default_rng(noise).normal(0.0, 0.05, time.shape)
+    zero = np.zeros_like(time)
+    return FlightLog(
+        time=time,
+        impact_pressure=air.impact_pressure(speed * KNOT),
+        static_pressure=zero + 80_000.0,
+        velocity_north=speed * KNOT,
+        velocity_east=zero,
+        roll=zero,
+        pitch=zero + pitch * DEGREE,
+        heading=zero,
+        manifold_pressure_left=zero + 28.0 * INCH_OF_MERCURY,
+        segment=np.where(time < 40.0, LEG, DECEL) if segments else None,
+    )
+
+
+def test_the_same_airplane_is_within_every_tolerance():
+    flown = compare(log(noise=9), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
+    assert [t.quantity for t in flown.tolerances] == ["indicated airspeed", "pitch", "bank", "heading"]
+    assert all(t.before == t.after == t.by_chance == 1.0 for t in flown.tolerances)
+    assert not flown.skipped
+
+
+def test_a_steeper_deceleration_leaves_the_tolerance_and_is_a_feature():
+    flown = compare(log(-1.2, noise=9), [log(noise=1), log(noise=2)], [log(-1.2, noise=3), log(-1.2, noise=4)])
+    airspeed = flown.tolerances[0]
+    # 1.2 kt apart after 6 of the 30 s in which it slows down, of 70 s in all
+    assert airspeed.before == pytest.approx(46 / 70, abs=0.02)
+    assert airspeed.after == 1.0
+    slowing = next(f for f in flown.features if (f.segment, f.name) == (DECEL, "change of airspeed"))
+    assert slowing.measured == pytest.approx(-1.2, abs=0.01)
+    assert slowing.simulated == pytest.approx(-1.0, abs=0.01)
+    assert abs(slowing.measured - slowing.simulated) > 10.0 * slowing.deviation
+    assert abs(slowing.measured - slowing.patched) < 5.0 * slowing.deviation
+
+
+def test_pitch_is_told_in_degrees():
+    flown = compare(log(pitch=3.0), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
+    pitch = flown.tolerances[1]
+    assert (pitch.half_width, pitch.before, pitch.after) == (pytest.approx(0.6), 0.0, 0.0)
+
+
+def test_histories_stand_at_the_time_of_the_log():
+    flown = compare(log(), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
+    decel = next(h for h in flown.histories if h.quantity == "indicated airspeed" and h.time[0] > 1.0)
+    assert decel.time[0] == pytest.approx(40.0)
+    assert decel.measured[0] == pytest.approx(150.0, abs=0.5)
+
+
+def test_logs_without_segments_are_skipped_with_a_reason():
+    bare = log(segments=False)
+    assert "segments" in compare(bare, [log(), log()], [log(), log()]).skipped
+
+
+def test_a_turn_tells_bank_beyond_that_of_its_turn_rate():
+    speed, bank = 70.0, 30.0 * DEGREE
+    time = np.arange(200) / 10.0
+    rate = 9.80665 * np.tan(bank) / speed
+    part = log().select(np.arange(200))
+    turning = FlightLog(
+        **part.channels()
+        | {
+            "time": time,
+            "roll": np.full(200, bank + 1.0 * DEGREE),
+            "heading": (rate * time) % (2 * np.pi),
+            "velocity_north": speed * np.cos(rate * time),
+            "velocity_east": speed * np.sin(rate * time),
+        }
+    )
+    found = features_of(turning)
+    assert found["bank beyond that of the turn rate", "°"] == pytest.approx(1.0, abs=0.01)

@@ -1,0 +1,71 @@
+"""Both sides of a comparison through one symmetric filter: nothing may look late that is not."""
+
+import numpy as np
+import pytest
+
+from pitotbench.reconcile.grid import grid_of
+from pitotbench.reconcile.track import track_of
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+
+PERIOD = 7.0  # s
+
+
+def log_of(rate: float, gps_rate: float, seconds: float = 60.0, late: float = 0.0) -> FlightLog:
+    """A log whose velocity and impact pressure swing alike; the GPS holds its last fix."""
+    time = np.arange(0.0, seconds, 1.0 / rate)
+    fix = np.floor(time * gps_rate + 1e-6) / gps_rate
+    fresh = np.diff(fix, prepend=-1.0) > 0.0
+    wave = 60.0 + 5.0 * np.sin(2.0 * np.pi * (time - late) / PERIOD)
+    held = 60.0 + 5.0 * np.sin(2.0 * np.pi * fix / PERIOD)
+    return FlightLog(
+        time=time,
+        impact_pressure=wave,
+        static_pressure=np.full_like(time, 8e4),
+        velocity_north=held,
+        velocity_east=np.zeros_like(time),
+        gps_fresh=fresh,
+    )
+
+
+def lateness(log: FlightLog) -> float:
+    """Delay of the air data against the GPS [s] as the grid sees it, by least squares on the slope."""
+    track = track_of(log)
+    grid = grid_of(track)
+    air_data = grid.smooth(track["impact_pressure"])
+    gps = grid.smooth(track["velocity_north"], gps=True)
+    slope = 2.0 * np.pi / PERIOD * 5.0 * np.cos(2.0 * np.pi * track.time[grid.rows] / PERIOD)
+    return float(-(air_data - gps) @ slope / (slope @ slope))
+
+
+@pytest.mark.parametrize(("rate", "gps_rate"), [(20.0, 1.0), (20.0, 5.0), (50.0, 50.0), (100.0, 10.0)])
+def test_no_phantom_delay(rate: float, gps_rate: float) -> None:
+    assert abs(lateness(log_of(rate, gps_rate))) < 0.004
+
+
+def test_a_delay_is_seen() -> None:
+    assert lateness(log_of(50.0, 5.0, late=0.2)) == pytest.approx(0.2, abs=0.01)
+
+
+def test_lost_rows_are_filled_and_gaps_split() -> None:
+    log = log_of(50.0, 50.0)
+    rows = np.ones(len(log), dtype=np.bool_)
+    rows[500:503] = False  # 60 ms lost
+    rows[1500:1700] = False  # 4 s without recording
+    track = track_of(log.select(rows))
+    assert len(track.start) == 3
+    assert np.allclose(np.diff(track.time[: track.start[1]]), 0.02)
+    assert abs(lateness(log.select(rows))) < 0.004
+
+
+def test_mean_between_is_exact_for_a_constant_rate() -> None:
+    track = track_of(log_of(50.0, 50.0))
+    grid = grid_of(track)
+    rate = grid.rate(grid.smooth(3.0 * track.time), track)
+    assert np.allclose(rate[1:], 3.0)
+    assert np.allclose(grid.mean_between(np.full(len(track.time), 3.0))[1:], 3.0)
+
+
+def test_a_log_that_is_too_short_is_refused() -> None:
+    with pytest.raises(BadInputError, match="stretch"):
+        track_of(log_of(50.0, 50.0, seconds=5.0))

@@ -1,0 +1,83 @@
+"""Effects that were put into a flight are found, with their size; where there is none, none is named."""
+
+from dataclasses import replace
+
+import pytest
+
+from pitotbench import Case, fly, sense
+from pitotbench.bench_reconcile import aircraft_model, card_of, reconcile
+from pitotbench.catalog import Catalog, UnknownNameError
+from pitotbench.effects import EFFECTS
+from pitotbench.reconcile.judge import judge
+from pitotbench.reconcile.nuisance import Setting
+from pitotbench.reconcile.null import ignorance
+from pitotbench.reconcile.patch import patch
+from pitotbench.reconcile.study import own_noise, study
+from pitotbench.records.case import EffectSpec
+from pitotbench.records.case_file import read_case
+from pitotbench.show.verdict import verdict_json
+
+
+@pytest.fixture(scope="module")
+def pod():
+    """A flight with a pod that the model lacks, judged against a few hypotheses, no null flights."""
+    case = Case(maneuver="rapid_decel", truth_seed=21, effects=(EffectSpec("belly_pod", {"drag_area_m2": 0.12}),))
+    few = Catalog(
+        "effect", {n: EFFECTS[n] for n in ("belly_pod", "power_deficit", "mass", "pitot_lag", "gps_latency")}
+    )
+    layout = study(sense(fly(case), "50/50"), aircraft_model("navajo"), Setting(day_known=True), few)
+    return judge(layout, ignorance(own_noise(layout)))[0]
+
+
+def test_sensors_alone_without_an_effect_name_nothing(sensed) -> None:
+    verdict = reconcile(sensed(das="50/50"), "none").verdict
+    assert verdict.kind == "no_gap"
+    assert verdict.effects == ()
+    assert verdict.smallest_detectable
+
+
+def test_gps_latency_is_named_by_the_sensors_alone(sensed) -> None:
+    verdict = reconcile(sensed("gps_latency", das="50/50"), "none").verdict
+    assert verdict.kind == "named"
+    assert [effect.name for effect in verdict.effects] == ["gps_latency"]
+    size = verdict.effects[0].sizes[0]
+    assert abs(size.value - 0.3) < size.two_sigma
+
+
+def test_the_belly_pod_is_named_with_its_size_and_closes_the_gap(pod) -> None:
+    assert [effect.name for effect in pod.effects] == ["belly_pod"]
+    size = pod.effects[0].sizes[0]
+    assert abs(size.value - 0.12) < size.two_sigma < 0.04
+    assert pod.closure.share > 0.9
+    assert pod.located[0].channel == "specific_force_x"
+
+
+def test_the_verdict_is_plain_data(pod) -> None:
+    document = verdict_json(pod)
+    assert document["verdict"] == pod.kind
+    assert document["gap_before"] > document["gap_after"]
+    assert document["effects"][0]["parameters"][0]["name"] == "drag_area_m2"
+
+
+def test_the_patch_is_an_entry_of_a_case_file(pod) -> None:
+    made = patch(pod.effects, "flight.csv", "2026-01-01")
+    case = read_case(made.text)
+    assert case.effects[0].name == "belly_pod"
+    assert case.effects[0].parameters["drag_area_m2"] == pytest.approx(pod.effects[0].sizes[0].value, rel=1e-4)
+
+
+def test_the_card_is_told_by_the_header_without_its_effects(sensed) -> None:
+    card = card_of(sensed("pitot_lag").header, "navajo")
+    assert card is not None
+    assert (card.maneuver, card.das.label, card.effects) == ("rapid_decel", "20/1", ())
+    assert card_of({}, "navajo") is None
+
+
+def test_an_unknown_aircraft_is_refused(sensed) -> None:
+    with pytest.raises(UnknownNameError, match="Known"):
+        reconcile(sensed(), "navayo")
+
+
+def test_a_log_without_attitude_is_refused_with_a_way_out(sensed) -> None:
+    with pytest.raises(Exception, match="attitude"):
+        reconcile(replace(sensed(), roll=None, pitch=None, heading=None), "none")

@@ -1,0 +1,60 @@
+"""The patch as a case file takes it, and as JSBSim loads it."""
+
+import tomllib
+import xml.etree.ElementTree as ET
+
+from pitotbench.reconcile.patch import patch
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.case import EffectSpec
+from pitotbench.records.case_file import read_case
+from pitotbench.records.verdict import Candidate
+from pitotbench.simulate.modified import overlay_xml
+
+
+def candidate(name: str, *sizes: tuple[str, float, float]) -> Candidate:
+    return Candidate(name, tuple(Estimate(*size) for size in sizes), 10.0, 1.0, True)
+
+
+POD = candidate("belly_pod", ("drag_area_m2", 0.1234567, 0.01))
+GEAR = candidate("gear_not_up", ("extension", 0.26, 0.02))
+FRONT = candidate("sea_breeze_front", ("north_mps", 3.0, 0.4))
+
+
+def test_it_reads_back_with_bounds_and_provenance_in_comments():
+    made = patch([POD], "flight.csv", "2026-01-01")
+    assert read_case(made.text).effects == (EffectSpec("belly_pod", {"drag_area_m2": 0.12346}),)
+    assert "± 0.01 (2σ)" in made.text
+    assert "flight.csv" in made.text
+
+
+def test_what_is_not_told_apart_stands_in_comments_ready_to_be_put_in_its_place():
+    made = patch([POD], "flight.csv", "2026-01-01", others=[[GEAR]])
+    assert [e.name for e in read_case(made.text).effects] == ["belly_pod"]
+    swapped = made.text[made.text.index("# the log does not") :].splitlines()[1:]
+    table = tomllib.loads("\n".join(line.removeprefix("#").strip() for line in swapped))
+    assert table["effects"] == [{"name": "gear_not_up", "parameters": {"extension": 0.26}}]
+
+
+def test_a_size_out_of_range_is_brought_to_its_edge():
+    made = patch([candidate("belly_pod", ("drag_area_m2", 3.0, 0.1))], "flight.csv", "2026-01-01")
+    assert dict(made.entries) == {"belly_pod": {"drag_area_m2": 0.8}}
+
+
+def test_the_time_of_an_event_is_kept():
+    shapes = {"sea_breeze_front": {"at_s": 123.0}}
+    made = patch([FRONT], "flight.csv", "2026-01-01", shapes)
+    assert dict(made.entries)["sea_breeze_front"]["at_s"] == 123.0
+
+
+def test_the_overlay_holds_what_is_added_and_nothing_else():
+    text = overlay_xml("navajo", [EffectSpec("belly_pod", {"drag_area_m2": 0.12}), EffectSpec("pitot_lag")])
+    root = ET.fromstring(text)
+    assert [p.text for p in root.findall("system/property")] == ["effects/belly-pod/drag-area-m2"]
+    functions = root.findall("aerodynamics/axis/function")
+    assert [f.get("name") for f in functions] == ["effects/drag-0"]
+    assert root.find("propulsion") is None
+    assert root.find("metrics") is None
+
+
+def test_effects_on_the_sensors_make_no_overlay():
+    assert overlay_xml("navajo", [EffectSpec("pitot_lag", {"lag_s": 0.4})]) == ""

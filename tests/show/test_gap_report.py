@@ -1,0 +1,118 @@
+"""The report of a reconciliation: every verdict is told in words, with units, and stands alone."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.gap import Account, Feature, FlownAgain, GapMap, History, Round, Step, Tolerance, Trace
+from pitotbench.records.verdict import Candidate, Check, Closure, Detectable, Located, Verdict
+from pitotbench.show.gap_words import sentences, size_words
+from pitotbench.show.reconcile import account_page
+from pitotbench.show.stories import Chapter, stories_page, story_picture
+from pitotbench.show.verdict import account_json
+
+TIME = np.arange(200) / 2.0
+POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.12, 0.01),), 50.0, 1.0, True)
+GEAR = Candidate("gear_not_up", (Estimate("extension", 0.26, 0.02),), 49.9, 1.0, True)
+NAMED = Verdict(
+    kind="named",
+    effects=(POD,),
+    alternatives=((),),
+    candidates=(POD, GEAR),
+    located=(Located("specific_force_x", "", "airspeed", -68.2), Located("temperature", "level", "", 9.0)),
+    checks=(Check("clock", "passed", "rows every 0.02 s"), Check("saturation", "failed", "stands at 900 Pa")),
+    closure=Closure(2000.0, 1010.0, 1000.0),
+    smallest_detectable=(Detectable("pitot_lag", "lag_s", 0.08),),
+    advice=("to sharpen belly_pod: level flight (four_leg)",),
+    closure_holdout=Closure(1900.0, 1045.0, 1000.0),
+)
+QUIET = replace(NAMED, kind="no_gap", effects=(), alternatives=(), closure_holdout=None)
+
+
+def flown() -> FlownAgain:
+    history = History("pitch", "°", TIME, np.sin(TIME), np.sin(TIME) + 1.0, np.sin(TIME))
+    feature = Feature("leg 150 kt 000°", "manifold pressure", "inHg", 33.1, 30.2, 33.0, 0.2)
+    return FlownAgain((feature,), (Tolerance("pitch", "°", 0.6, 0.25, 0.97, 0.98),), (history,))
+
+
+def account(verdict: Verdict = NAMED, added: tuple[str, ...] = ("belly_pod",)) -> Account:
+    before = np.array([[-68.2, 3.0], [1.0, np.nan]])
+    rounds = (Round(verdict, added), Round(QUIET, ())) if added else (Round(verdict, ()),)
+    return Account(
+        log="flight.csv",
+        aircraft="navajo",
+        holdout="other.csv",
+        rounds=rounds,
+        gap_map=GapMap(("specific_force_x", "temperature"), ("over airspeed", "level"), before, before / 20.0, 4.3),
+        waterfall=(Step("belly_pod", 1010.0),) if added else (),
+        traces=(Trace("specific_force_x", "m/s²", TIME, np.cos(TIME), np.cos(TIME)),),
+        patch='[[effects]]\nname = "belly_pod"\n' if added else "",
+        flown=flown(),
+        flown_holdout=FlownAgain(skipped="no card"),
+        null_flights=8,
+    )
+
+
+def test_the_answer_is_told_in_sentences():
+    told = " ".join(sentences(account()))
+    assert "The model lacks belly pod (drag area 0.12 ± 0.01 m²)" in told
+    assert "specific force x over airspeed (-68σ)" in told
+    assert "closes 99 % of the explainable gap of this log, and 95 % of that of other.csv" in told
+    assert "nothing significant remains" in told
+
+
+def test_what_is_not_told_apart_is_told_with_its_size():
+    like = replace(NAMED, kind="one_of", alternatives=(("gear_not_up",),))
+    told = sentences(account(like))[0]
+    assert "one of these" in told
+    assert "or, as well, gear not up (extension 0.26 ± 0.02)" in told
+
+
+@pytest.mark.parametrize(("kind", "said"), [("unknown", "nothing in the table"), ("no_gap", "agree")])
+def test_a_verdict_without_a_patch_offers_none(kind, said):
+    verdict = replace(NAMED, kind=kind, effects=(), alternatives=(), closure_holdout=None)
+    found = account(verdict, added=())
+    assert said in sentences(found)[0]
+    assert "The patch" not in account_page(found)
+
+
+def test_without_null_flights_the_doubt_is_told():
+    assert "before it is believed" in sentences(replace(account(), null_flights=0))[0]
+
+
+def test_the_page_stands_alone_and_holds_every_part():
+    page = account_page(account())
+    assert not re.search(r'(src|href)="(?!#|data:)', page)
+    for part in ("σ", "m/s²", "[min]", "inHg", "rows every 0.02 s", "stands at 900 Pa", "lag 0.08 s", "no card"):
+        assert part in page, part
+    assert "25 %" in page
+    assert "97 %" in page
+    assert "98 %" in page
+    assert ">nan<" not in page
+
+
+def test_the_numbers_are_plain_data_too():
+    document = account_json(account())
+    assert document["rounds"][0] == {"verdict": "named", "added": ["belly_pod"], "closure": pytest.approx(0.99)}
+    assert document["flown_again"]["within_tolerance"][0]["after"] == 0.97
+    assert document["flown_again_holdout"]["skipped"] == "no card"
+    assert document["closure_holdout"] == pytest.approx(0.95)
+
+
+def test_sizes_carry_their_unit():
+    assert size_words("latency_s", 0.3, 0.02) == "latency 0.3 ± 0.02 s"
+    assert size_words("drag_area_m2", 0.1) == "drag area 0.1 m²"
+    assert size_words("extension", 0.26) == "extension 0.26"
+
+
+def test_a_story_tells_truth_and_answer_side_by_side(tmp_path):
+    chapter = Chapter("pod", "The belly pod", "Steeper.", account(), {"belly_pod": {"drag_area_m2": 0.125}})
+    page = stories_page([chapter], "Seeds 1.")
+    assert "| The belly pod | named | belly pod: drag area 0.12 ± 0.01 m² | belly pod: drag area 0.125 m² |" in page
+    assert "0.990 | 0.950 | 2 |" in page
+    assert "for 25% of the time before and 97% with the patch" in page
+    story_picture(account(), tmp_path / "pod.png")
+    assert (tmp_path / "pod.png").stat().st_size > 10_000

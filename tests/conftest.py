@@ -3,10 +3,14 @@
 from collections.abc import Iterator, Mapping
 
 import pytest
+from hypothesis import settings
 
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
 from pitotbench.simulate import MANEUVERS, fly
+
+settings.register_profile("untimed", deadline=None)  # a busy machine is no defect
+settings.load_profile("untimed")
 
 
 class Flights(Mapping[str, Flight]):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from pitotbench.catalog import UnknownNameError
 from pitotbench.fixed_speed_command import add_fixed_speed
+from pitotbench.planner.command import add_flags
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     add_fixed_speed(commands.add_parser("fixed-speed", help="leg and turn GPS methods, of a log or of typed legs"))
     add_campaign(commands.add_parser("campaign", help="fly maneuvers, sense and calibrate them"))
     add_reconcile(commands.add_parser("reconcile", help="name the effect that a simulation lacks"))
+    add_flags(commands.add_parser("plan", help="what to fly: the 2σ of every maneuver, before it is flown"))
     return parser
 
 
@@ -194,9 +196,13 @@ def _write_report(
 
 def add_campaign(parser: argparse.ArgumentParser) -> None:
     """The flags of a campaign, shared by `pitotbench campaign` and `scripts/run_campaign.py`."""
-    from pitotbench.simulate.maneuvers import MANEUVERS
+    from pitotbench.simulate.maneuvers import MANEUVERS, PAPER_MANEUVERS
 
-    parser.add_argument("--maneuver", required=True, help=f"{', '.join(MANEUVERS)}, a comma list, or all")
+    parser.add_argument(
+        "--maneuver",
+        required=True,
+        help=f"{', '.join(MANEUVERS)}, a comma list, or all ({', '.join(PAPER_MANEUVERS)})",
+    )
     parser.add_argument("--das", required=True, help="20/1, 50/50, 100/100, any A/G in Hz, a comma list, or all")
     parser.add_argument(
         "--model",

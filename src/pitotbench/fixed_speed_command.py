@@ -9,45 +9,61 @@ from typing import TYPE_CHECKING, Any
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
+    from pitotbench.calibrate.options import CalibrationOptions
     from pitotbench.units import Array
 
 
 def add_fixed_speed(parser: argparse.ArgumentParser) -> None:
     """The flags of the command."""
-    parser.add_argument("log", nargs="?", type=Path, metavar="LOG", help="log file: legs and turns are found in it")
+    parser.add_argument("logs", nargs="*", type=Path, metavar="LOG", help="log files: legs and turns are found")
     parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    parser.add_argument("--accuracy", help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40")
     parser.add_argument("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]")
     parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
     parser.set_defaults(run=run_fixed_speed)
 
 
 def run_fixed_speed(options: argparse.Namespace) -> int:
-    """Print the answer; returns exit code 0. Raises BadInputError unless either a log or legs are given."""
+    """Print the answer; returns exit code 0. Raises BadInputError unless either logs or legs are given."""
     typed = [options.ground_speed_kt, options.track_deg]
-    if options.log is not None and typed == [None, None]:
-        _of_log(options)
-    elif options.log is None and None not in typed:
+    if options.logs and typed == [None, None]:
+        _of_logs(options)
+    elif not options.logs and None not in typed:
         _of_legs(options)
     else:
-        raise BadInputError("give either a log or both --ground-speed-kt and --track-deg")
+        raise BadInputError("give either logs or both --ground-speed-kt and --track-deg")
     return 0
 
 
-def _of_log(options: argparse.Namespace) -> None:
+def _of_logs(options: argparse.Namespace) -> None:
     from rich.console import Console
 
     from pitotbench.bench import fixed_speed_points
-    from pitotbench.calibrate.options import options_from
-    from pitotbench.logbook import find_mapping, read_log
+    from pitotbench.logbook import read_log
     from pitotbench.show.fixed_speed import points_json, print_points
 
-    advised = find_mapping(options.mapping).calibrate if options.mapping else {}
-    points = fixed_speed_points(read_log(options.log, options.mapping), options_from(advised))
+    choice = _choice(options)
+    found = [(path, fixed_speed_points(read_log(path, options.mapping), choice)) for path in options.logs]
     if options.json:
-        _write_json({"fixed_speed": points_json(points)})
-    else:
-        print_points(points, Console(highlight=False, soft_wrap=True))
+        documents = [{"fixed_speed": points_json(points)} for _, points in found]
+        _write_json(documents[0] if len(documents) == 1 else documents)
+        return
+    for path, points in found:
+        console = Console(highlight=False, soft_wrap=True)
+        console.print(f"[bold]{path.name}[/bold]")
+        print_points(points, console)
+
+
+def _choice(options: argparse.Namespace) -> "CalibrationOptions":
+    """What the mapping advises, with the accuracies that the user states."""
+    from pitotbench.calibrate.accuracy import parse_accuracies
+    from pitotbench.calibrate.options import options_from
+    from pitotbench.logbook import find_mapping
+
+    advised = find_mapping(options.mapping).calibrate if options.mapping else {}
+    stated = {} if options.accuracy is None else {"accuracies": parse_accuracies(options.accuracy)}
+    return options_from({**advised, **stated})
 
 
 def _of_legs(options: argparse.Namespace) -> None:
@@ -67,7 +83,7 @@ def _of_legs(options: argparse.Namespace) -> None:
     sys.stdout.write(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°\n")
 
 
-def _write_json(document: dict[str, Any]) -> None:
+def _write_json(document: Any) -> None:
     sys.stdout.write(json.dumps(document, indent=1) + "\n")
 
 

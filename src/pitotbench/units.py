@@ -20,6 +20,7 @@ Meters = Annotated[Array, "m"]
 Radians = Annotated[Array, "rad"]
 
 KNOT = 1852.0 / 3600.0  # m/s, exact by definition of the nautical mile
+NAUTICAL_MILE = 1852.0  # m, exact by definition
 FOOT = 0.3048  # m, exact
 INCH_OF_MERCURY = 3386.389  # Pa, conventional at 0 °C
 PSI = 6894.757293168  # Pa

@@ -8,6 +8,7 @@ import trajectories as fixture
 
 from pitotbench import air
 from pitotbench.bench import sense, true_correction, wind_toward
+from pitotbench.calibrate.accuracy import Accuracies
 from pitotbench.calibrate.fixed_speed_points import cross_check, fixed_speed_points
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.records.errors import NoAnswerError
@@ -122,3 +123,49 @@ def test_logs_without_three_tracks_or_a_turn_are_refused_with_what_to_fly(path):
     with pytest.raises(NoAnswerError, match="fly four legs 90° apart"):
         fixed_speed_points(log)
     assert cross_check(log) == ()
+
+
+@pytest.mark.parametrize("location", ["impact", "static"])
+@pytest.mark.parametrize(
+    ("channel", "name", "off"),
+    [
+        ("total_temperature", "temperature_k", 1.0),
+        ("static_pressure", "static_pressure_pa", 40.0),
+        ("impact_pressure", "impact_pressure_zero_pa", 5.0),
+    ],
+)
+def test_a_stated_accuracy_widens_the_bound_by_what_such_an_error_does(channel, name, off, location):
+    """The log with that very error moves the correction by the share, which adds to the bound as a square."""
+    log = fixture.fly(legs_path(0, 90, 180, 270), RATE, RATE, fixture.Air())
+    wrong = replace(log, **{channel: getattr(log, channel) + off})
+    options = CalibrationOptions(error_location=location, accuracies=Accuracies(**{name: off}))
+    plain = fixed_speed_points(log, replace(options, accuracies=Accuracies()))
+    shifted, widened = fixed_speed_points(wrong, options), fixed_speed_points(log, options)
+    for here, there, wide in zip(plain, shifted, widened, strict=True):
+        moved = there.correction - here.correction
+        assert abs(moved) > 0.005 * KNOT
+        assert wide.two_sigma == pytest.approx(np.hypot(here.two_sigma, moved), rel=0.02)
+        assert wide.correction == here.correction
+
+
+def test_accuracies_of_the_header_and_of_a_standard_day_count():
+    log = fixture.fly(circle_path(), RATE, RATE, fixture.CALM)
+    (plain,), (stated,) = (
+        fixed_speed_points(log),
+        fixed_speed_points(replace(log, header={"accuracy": {"temperature_k": 10.0}})),
+    )
+    (unmeasured,) = fixed_speed_points(replace(log, total_temperature=None))
+    assert plain.two_sigma < 0.05 * KNOT < 1.0 * KNOT < stated.two_sigma
+    assert unmeasured.two_sigma == pytest.approx(stated.two_sigma, rel=0.1)
+
+
+def test_an_error_of_ground_velocity_goes_to_the_wind():
+    log = fixture.fly(circle_path(), RATE, RATE, fixture.CALM)
+    (plain,) = fixed_speed_points(log)
+    (moved,) = fixed_speed_points(replace(log, velocity_north=log.velocity_north + 0.5))
+    (wide,) = fixed_speed_points(log, CalibrationOptions(accuracies=Accuracies(velocity_mps=0.5)))
+    assert moved.correction == pytest.approx(plain.correction, abs=1e-3)
+    assert wide.two_sigma == plain.two_sigma
+    assert wide.wind_two_sigma == pytest.approx(
+        np.hypot(plain.wind_two_sigma, moved.wind_north - plain.wind_north), rel=1e-3
+    )

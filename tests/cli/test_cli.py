@@ -70,6 +70,10 @@ def test_fixed_speed_of_a_log_and_beside_the_curve(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["fixed_speed"] == points
     assert main(["fixed-speed", str(name)]) == 0
     assert "[kt]" in capsys.readouterr().out
+    assert main(["fixed-speed", str(name), str(name), "--accuracy", "temperature_k=3", "--json"]) == 0
+    one, other = (document["fixed_speed"] for document in json.loads(capsys.readouterr().out))
+    assert one == other
+    assert all(wide["two_sigma_kt"] > point["two_sigma_kt"] for wide, point in zip(one, points, strict=True))
 
 
 @pytest.mark.parametrize(

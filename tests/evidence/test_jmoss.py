@@ -4,11 +4,15 @@ The balloon's wind over the flight's height band: CLASS55 26.0 kt toward north a
 and 8.4 kt. Its Δp/q_ci: 0.034 to 0.040 for Mach 0.6 to 0.9. The published tool finds 29.7, 5.3 and 34.2, 10.6 kt.
 """
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from shared_data import real_log
 
-from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench import air
+from pitotbench.calibrate import Accuracies, CalibrationOptions, calibrate
 from pitotbench.logbook import read_log
 from pitotbench.units import KNOT
 
@@ -52,3 +56,39 @@ def test_pressure_error_agrees_with_the_balloon(flight):
     slack = curve.normalized_two_sigma[middle] + 0.002
     assert np.all(indicated[middle] > low - slack)
     assert np.all(indicated[middle] < high + slack)
+
+
+def _balloon_temperature(pressure):
+    """Air temperature [K] that the balloon measured at static pressures [Pa]."""
+    lines = real_log("jmoss", "WB.txt").read_text(encoding="latin-1").splitlines()
+    rows = [line.split() for line in lines if re.match(r"^\s*\d{4,6}\s+\d", line)]
+    celsius, hectopascal = np.array([(float(row[4]), float(row[6])) for row in rows]).T
+    return np.interp(-pressure, -100.0 * hectopascal, celsius) + 273.15
+
+
+@pytest.mark.parametrize(("name", "low", "high"), [("CLASS55", -1.0, 1.0), ("CLASS65", 1.5, 4.0)])
+def test_no_residual_shows_how_far_the_probe_is_off(name, low, high):
+    """Against the balloon at the same pressure: nearly right on one flight, 2.7 K too warm on the other."""
+    log = read_log(real_log("jmoss", f"{name}.csv"), mapping="jmoss")
+    mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
+    offset = log.total_temperature / (1.0 + 0.2 * mach**2) - _balloon_temperature(log.static_pressure)
+    offset = offset[mach < 0.8]
+    print(f"{name}: probe minus balloon {offset.mean():+.2f} ± {offset.std():.2f} K")
+    assert low < offset.mean() < high
+    warmer = replace(log, total_temperature=log.total_temperature - offset.mean())
+    plain, corrected = (calibrate(each, OPTIONS) for each in (log, warmer))
+    assert corrected.residual_two_sigma == pytest.approx(plain.residual_two_sigma, rel=0.01)
+    stated = calibrate(log, replace(OPTIONS, accuracies=Accuracies(temperature_k=5.0)))
+    difference = np.abs(corrected.curve.correction - plain.curve.correction)
+    assert np.all(difference < stated.curve.two_sigma)
+
+
+def test_the_air_data_of_one_log_trail_the_gps():
+    """Half a second, seen in planned accelerations of CLASS65; CLASS55 holds too few to tell."""
+    options = replace(OPTIONS, wind="drifting", latency="checked")
+    for name, significant in (("CLASS65", True), ("CLASS55", False)):
+        result = calibrate(read_log(real_log("jmoss", f"{name}.csv"), mapping="jmoss"), options)
+        latency, bound = result.diagnostics["latency_s"], result.diagnostics["latency_two_sigma_s"]
+        print(f"{name}: latency of the GPS {latency:+.2f} ± {bound:.2f} s (2σ)")
+        assert (abs(latency) > bound) == significant
+        assert abs(latency + 0.5) < bound

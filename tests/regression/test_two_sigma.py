@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 import two_sigma
 
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate import PAPER_MANEUVERS
 
 TABLE = pd.read_csv(Path(__file__).with_name("two_sigma.csv"))
 MARKS = pd.read_csv(Path(__file__).with_name("turbulence_marks.csv"), index_col="maneuver")["mean_cas_mps"]
@@ -30,12 +30,12 @@ def compare(flight):
             assert have == pytest.approx(want, rel=RELATIVE, abs=ABSOLUTE_KT), (column, flight.case.maneuver)
 
 
-@pytest.mark.parametrize("maneuver", list(MANEUVERS))
+@pytest.mark.parametrize("maneuver", PAPER_MANEUVERS)
 def test_smooth_air(maneuver, smooth_flights):
     compare(smooth_flights[maneuver])
 
 
-@pytest.mark.parametrize("maneuver", list(MANEUVERS))
+@pytest.mark.parametrize("maneuver", PAPER_MANEUVERS)
 def test_light_turbulence(maneuver, light_flights):
     flight = light_flights[maneuver]
     if two_sigma.turbulence_mark(flight) != pytest.approx(MARKS[maneuver], rel=1e-7):

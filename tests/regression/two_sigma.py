@@ -14,7 +14,7 @@ from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
 from pitotbench.sense import data_system, record
-from pitotbench.simulate import MANEUVERS, fly
+from pitotbench.simulate import PAPER_MANEUVERS, fly
 from pitotbench.units import KNOT
 
 SYSTEMS = ("20/1", "50/50", "100/100")
@@ -48,6 +48,6 @@ def turbulence_mark(flight: Flight) -> float:
 
 
 if __name__ == "__main__":
-    cases = [Case(maneuver=name, turbulence=level) for level in ("none", "light") for name in MANEUVERS]
+    cases = [Case(maneuver=name, turbulence=level) for level in ("none", "light") for name in PAPER_MANEUVERS]
     table = pd.DataFrame(row for case in cases for row in rows(fly(case)))
     table.to_csv(sys.stdout, index=False, float_format="%.5f", lineterminator="\n")

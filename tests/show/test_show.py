@@ -11,6 +11,7 @@ from rich.console import Console
 
 from pitotbench.bench import tolerances
 from pitotbench.calibrate import calibrate
+from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.fixed_speed import FixedSpeedPoint
 from pitotbench.show.answer import answer_of
 from pitotbench.show.curves import curve_panels
@@ -72,6 +73,17 @@ def test_the_table_of_points_says_how_far_each_is_off_the_curve(result, point, c
     row = capsys.readouterr().out.splitlines()[-1]
     assert row.startswith("four-leg")
     assert row.split()[-1] == "+0.50"
+
+
+def test_between_round_airspeeds_the_curve_is_no_straight_line(result, point, capsys):
+    """Half-way between points 10 kt apart a parabola of 1 kt at 10 kt lies 0.25 kt below its chord."""
+    speed = np.arange(100.0, 161.0, 10.0) * KNOT
+    bent = ((speed - 130.0 * KNOT) / (10.0 * KNOT)) ** 2 * KNOT
+    flat = np.zeros_like(speed)
+    curve = ErrorCurve(speed, bent, flat, flat, flat, flat, flat)
+    half_way = replace(point, indicated_airspeed=135.0 * KNOT, correction=0.25 * KNOT)
+    print_points([half_way], Console(width=80), curve)
+    assert capsys.readouterr().out.split()[-1] in ("+0.00", "-0.00")
 
 
 def test_residual_panels_carry_units(result):

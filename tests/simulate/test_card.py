@@ -63,4 +63,4 @@ def test_a_count_is_whole():
 
 @pytest.mark.parametrize("name", MANEUVERS)
 def test_every_number_of_every_card_has_a_known_suffix(name):
-    override(MANEUVERS[name].card, {"speeds_kt": [150.0, 120.0]})
+    override(MANEUVERS[name].card, {"speeds_kt": [150.0, 130.0, 120.0]})

@@ -144,6 +144,13 @@ def _approach(
     raise NoAnswerError("the fit does not settle: check the log for gross errors, or choose a simpler model")
 
 
+def covariance_given(structure: Structure, obs: Observations, blocks: Blocks, theta: Array, phi: Array) -> Array:
+    """Covariance of θ and the nuisances, (p + m, p + m), were the noise known, φ = ln(gust deviation [m/s], gust
+    length [m], white deviation [m/s]): the inverse information matrix, whatever the response."""
+    problem = _linearize(structure, obs, blocks, theta)
+    return solve(problem.regression, problem.noise_of(phi))[1]
+
+
 def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFit, column: Nuisance) -> Estimate:
     """One more nuisance, free, with the noise that is then most likely, on one-second blocks.
 

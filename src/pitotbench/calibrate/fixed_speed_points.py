@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pitotbench import air
+from pitotbench.calibrate.accuracy import Accuracies, accuracies_from
 from pitotbench.calibrate.fixed_speed import circle_fit, fixed_speed, horseshoe
+from pitotbench.calibrate.leg_air import LegAir, leg_air
 from pitotbench.calibrate.leg_noise import LinearizedGroup, two_sigma
 from pitotbench.calibrate.legs import SteadyGroup, steady_groups
-from pitotbench.calibrate.observations import Observations, observe
+from pitotbench.calibrate.observations import observe
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.steady import SECOND
 from pitotbench.records.errors import NoAnswerError
@@ -41,8 +42,8 @@ class _Solved:
 def fixed_speed_points(log: FlightLog, options: CalibrationOptions | None = None) -> tuple[FixedSpeedPoint, ...]:
     """One point for each full turn and each group of legs on three or more tracks at one airspeed.
 
-    Of the options the row selection, the recovery factor and the error location matter. The 2σ holds gusts, sensor
-    noise and GPS noise as found in the log; not errors of temperature or static pressure.
+    Of the options the row selection, the recovery factor, the error location and the stated accuracies (else the
+    header's) matter. The 2σ holds gusts, sensor noise and GPS noise as found in the log, and the accuracies.
     Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or turns.
     """
     options = options or CalibrationOptions()
@@ -57,7 +58,9 @@ def fixed_speed_points(log: FlightLog, options: CalibrationOptions | None = None
     answers = [
         pair for one, bound in zip(solved, bounds, strict=True) for pair in ((one, bound), *_horseshoe(one, bound))
     ]
-    return tuple(_point(each, bound, obs, options) for each, bound in answers)
+    stated = options.accuracies or accuracies_from(log.header.get("accuracy", {}))
+    static_error = options.error_location == "static"
+    return tuple(_point(each, bound, leg_air(each.group, obs, static_error), stated) for each, bound in answers)
 
 
 def cross_check(log: FlightLog, options: CalibrationOptions | None = None) -> tuple[FixedSpeedPoint, ...]:
@@ -128,42 +131,22 @@ def _answer(group: SteadyGroup, velocity: Array) -> tuple[Array, float | None]:
     return np.array([found.true_airspeed, *wind]), found.spread
 
 
-def _point(one: _Solved, bound: Array, obs: Observations, options: CalibrationOptions) -> FixedSpeedPoint:
-    group, true = one.group, float(one.answer[0])
-    indicated_true = float(group.leg_means(group.blocks.indicated_true_airspeed).mean())
-    indicated, calibrated = (_calibrated(v, group, obs, options, indicated_true) for v in (indicated_true, true))
-    slope = (_calibrated(true + _STEP, group, obs, options, indicated_true) - calibrated) / _STEP
+def _point(one: _Solved, bound: Array, here: LegAir, stated: Accuracies) -> FixedSpeedPoint:
+    true = float(one.answer[0])
+    calibrated = here.calibrated_airspeed(true)
+    slope = (here.calibrated_airspeed(true + _STEP) - calibrated) / _STEP
     return FixedSpeedPoint(
         method=one.method,
-        legs=group.legs,
-        seconds=len(group.blocks) * SECOND,
-        indicated_airspeed=indicated,
+        legs=one.group.legs,
+        seconds=len(one.group.blocks) * SECOND,
+        indicated_airspeed=here.indicated_airspeed,
         calibrated_airspeed=calibrated,
-        correction=calibrated - indicated,
-        two_sigma=float(slope * bound[0]),
+        correction=calibrated - here.indicated_airspeed,
+        two_sigma=float(np.hypot(slope * bound[0], here.stated_two_sigma(true, stated))),
         true_airspeed=true,
         true_airspeed_two_sigma=float(bound[0]),
         spread=one.spread,
         wind_north=float(one.answer[1]),
         wind_east=float(one.answer[2]),
-        wind_two_sigma=float(bound[1:].max()),
+        wind_two_sigma=float(np.hypot(bound[1:].max(), stated.velocity_mps)),
     )
-
-
-def _calibrated(
-    true_airspeed: float, group: SteadyGroup, obs: Observations, options: CalibrationOptions, indicated_true: float
-) -> float:
-    """Calibrated airspeed [m/s] of a true one in the group's air; of the indicated true one: the indicated one.
-
-    Where the error is the static source's, total pressure is right: p (1 + q/p) = p_i (1 + (q/p)_i).
-    """
-    pressure = float(group.leg_means(group.blocks.static_pressure).mean())
-    probe = float(group.leg_means(group.blocks.probe_temperature).mean())
-
-    def ratio(speed: float) -> float:
-        heating = obs.probe_heating * speed**2 / (air.HEAT_RATIO * air.GAS_CONSTANT)
-        return float(air.impact_pressure_from_true_airspeed(speed, 1.0, probe - heating))
-
-    if options.error_location == "static":
-        pressure *= (1.0 + ratio(indicated_true)) / (1.0 + ratio(true_airspeed))
-    return float(air.calibrated_airspeed(pressure * ratio(true_airspeed)))

@@ -13,7 +13,8 @@ from pitotbench.calibrate.observations import Observations
 from pitotbench.pressure_error import PressureErrorModel
 from pitotbench.units import Array, MetersPerSecond, Pascal
 
-_NEWTON_STEPS = 4
+_NEWTON_STEPS = 6
+_LAST_STEP = 1e-5  # of the impact pressure; leaves about 1e-10 of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +62,7 @@ class PredictionModel:
         indicated, by_error, by_ratio, basis = self._indicated(k, ratio, obs)
         by_speed_squared = by_ratio * ratio_slope
         along = [-2.0 * north, -2.0 * east] + ([-2.0 * down] if self.wind_down else [])
-        jacobian = np.empty((len(obs), self.count))
+        jacobian = np.empty((self.count, len(obs))).T  # contiguous columns
         jacobian[:, : self.error_count] = basis * by_error[:, None]
         for column, axis in enumerate(along, start=self.error_count):
             jacobian[:, column] = by_speed_squared * axis
@@ -83,8 +84,8 @@ class PredictionModel:
             damping = 1.0 - by_f * f_slope / self.reference_pressure
             step = (value - q) / damping
             q = q + step
-            if float(np.max(np.abs(step))) < 1e-6 * float(np.max(q)):
-                break
+            if float(np.max(np.abs(step))) < _LAST_STEP * float(np.max(q)):
+                break  # convergence is quadratic: what is left is far below a step
         by_ratio = obs.static_pressure * (1.0 - f) * (shape**2 if self.static_error else 1.0)
         return q, by_f / damping, by_ratio / damping, basis
 

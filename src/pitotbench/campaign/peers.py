@@ -4,7 +4,7 @@ All but the filter start from output error with white residuals (Jacobian J, res
 differ in what they make of the residual's memory. They are references for comparison: nothing else uses them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,15 +12,18 @@ import pandas as pd
 from scipy.signal import fftconvolve
 
 from pitotbench import air, bench
+from pitotbench.calibrate.covering import CoveringFit, Structure, fit_covering
 from pitotbench.calibrate.curve import CurveMap
 from pitotbench.calibrate.observations import Observations, observe
 from pitotbench.calibrate.paper import airspeed_outputs, fit_scalar
 from pitotbench.calibrate.prediction import PredictionModel
 from pitotbench.campaign.coverage import trials
+from pitotbench.campaign.flight_store import FlightStore
+from pitotbench.estimate.restricted_likelihood import solve
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
 
 BARTLETT_SECONDS = 20.0
@@ -142,15 +145,62 @@ def _air_temperature(obs: Observations) -> Array:
     return np.asarray(obs.probe_temperature / (1.0 + obs.probe_heating * mach**2))
 
 
-def comparison(seeds: int, turbulence: str = "light", systems: tuple[str, ...] = ("20/1", "50/50")) -> pd.DataFrame:
-    """All bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means over flights."""
+@dataclass(frozen=True, slots=True)
+class _Fitted:
+    """A covering fit of one log, and what the score needs: gradient (c, p), curve (c,) and truth (c,) [m/s]."""
+
+    fit: CoveringFit
+    gradient: Array
+    curve: CurveMap
+    truth: Array
+
+
+def _fitted(flight: Flight, das: str) -> _Fitted:
+    log = bench.sense(flight, das)
+    ours = bench.calibrate(log)
+    speeds = ours.curve.indicated_airspeed[bench.scored(ours.curve)]
+    model = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
+    obs = observe(log, bench.CalibrationOptions())
+    fit = fit_covering(Structure(model, (), False), obs, fit_scalar(model, obs).theta)
+    curve = CurveMap(model, speeds)
+    gradient = np.zeros((len(speeds), model.count))
+    gradient[:, : model.error_count] = curve.correction_gradient(fit.theta[: model.error_count])
+    return _Fitted(fit, gradient, curve, bench.true_correction(flight.case.pressure_error, speeds))
+
+
+def known_noise_rows(fitted: Sequence[_Fitted]) -> list[dict[str, object]]:
+    """The estimator that knows the noise model: ours, told the mean of what all flights of the cell showed."""
+    modes = [max(each.fit.nodes, key=lambda node: node.weight).noise for each in fitted]
+    noise = np.mean(modes, axis=0)
     rows = []
-    for trial in trials(list(MANEUVERS), seeds):
+    for each in fitted:
+        step, covariance = solve(each.fit.problem, each.fit.noise_of(noise))
+        variance = np.einsum("cp,pq,cq->c", each.gradient, covariance, each.gradient)
+        k = (each.fit.theta + step)[: each.curve.model.error_count]
+        rows.append(_row("pitotbench, if the noise were known", each.curve.correction(k) - each.truth, variance))
+    return rows
+
+
+def comparison(
+    seeds: int,
+    turbulence: str = "light",
+    systems: tuple[str, ...] = ("20/1", "50/50"),
+    store: FlightStore | None = None,
+) -> pd.DataFrame:
+    """All bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means over flights."""
+    fly = bench.fly if store is None else store.fly
+    rows: list[dict[str, object]] = []
+    fitted: dict[tuple[str, str], list[_Fitted]] = {}
+    for trial in trials(list(PAPER_MANEUVERS), seeds):
         if trial.turbulence == turbulence:
-            flight = bench.fly(trial.case())
+            flight = fly(trial.case())
             for das in systems:
                 rows += [{"maneuver": trial.maneuver, "das": das} | row for row in peer_rows(flight, das)]
+                fitted.setdefault((trial.maneuver, das), []).append(_fitted(flight, das))
+    for (maneuver, das), cell in fitted.items():
+        rows += [{"maneuver": maneuver, "das": das} | row for row in known_noise_rows(cell)]
     table = pd.DataFrame(rows)
+    table = table.sort_values(["maneuver", "das"], kind="stable")
     groups = table.groupby(["maneuver", "das", "bound"], sort=False)
     return pd.DataFrame(
         {

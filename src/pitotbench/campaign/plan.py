@@ -8,7 +8,7 @@ from pitotbench.calibrate.options import require_model
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError
 from pitotbench.sense import SYSTEMS, data_system
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulate.hangar import find_aircraft
 
 PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")  # Martos et al. 2011, Fig 9
@@ -33,7 +33,7 @@ class Task:
 
 
 def names(kind: str, text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Names of a comma list, each once; `all` stands for every known one. Raises BadInputError for none."""
+    """Names of a comma list, each once; `all` stands for all of `known`. Raises BadInputError for none."""
     chosen = tuple(part.strip() for part in text.split(",") if part.strip())
     if not chosen:
         raise BadInputError(f"no {kind} is named: give one, several with commas, or all ({', '.join(known)})")
@@ -55,7 +55,7 @@ def plan(
     Raises UnknownNameError or BadInputError for a name that does not exist, before anything is flown.
     """
     find_aircraft(base.aircraft)
-    flown = names("maneuver", maneuvers, list(MANEUVERS))
+    flown = names("maneuver", maneuvers, PAPER_MANEUVERS)
     # One spelling of a system, `20/1` for `20.0/1`, is one name of its logs and one row of the results.
     sensed = tuple(dict.fromkeys(data_system(name).label for name in names("data system", systems, list(SYSTEMS))))
     fitted = names("model", models, PAPER_MODELS)

@@ -17,7 +17,7 @@ from rich.progress import Progress
 from pitotbench.campaign.coverage import FIRST_SCORED_SEED, Trial, score_trial, summarize, trials
 from pitotbench.campaign.flight_store import FlightStore
 from pitotbench.campaign.run import executor_for
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate import PAPER_MANEUVERS
 
 _SEEDS_A_ROUND = 2
 
@@ -43,7 +43,7 @@ def verify(
         line = bar.add_task("seeds", total=seeds)
         while done < seeds and (minutes is None or monotonic() - begun < 60.0 * minutes):
             count = min(_SEEDS_A_ROUND, seeds - done)
-            rows += _round(pool, score, trials(list(MANEUVERS), count, FIRST_SCORED_SEED + done))
+            rows += _round(pool, score, trials(list(PAPER_MANEUVERS), count, FIRST_SCORED_SEED + done))
             done += count
             bar.advance(line, count)
     table = pd.DataFrame(rows)

@@ -3,7 +3,7 @@
 The source shows Inverse+ only as a figure; k1 + k2 x + k3/x is our reading of it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,15 +24,23 @@ class TermModel:
 
     def basis(self, x: Array) -> Array:
         """The terms at x = q_ci/q_ref, shape (n,): an array of shape (n, k), dimensionless."""
-        return np.stack([term(x) for term, _ in self.terms], axis=-1)
+        return _columns([term for term, _ in self.terms], x)
 
     def basis_slope(self, x: Array) -> Array:
         """The derivatives of the terms with respect to x, shape (n, k)."""
-        return np.stack([slope(x) for _, slope in self.terms], axis=-1)
+        return _columns([slope for _, slope in self.terms], x)
 
     def spread_over(self, low: float, high: float) -> "TermModel":
         """The model itself: a law has no knots."""
         return self
+
+
+def _columns(terms: Sequence[Term], x: Array) -> Array:
+    """The terms side by side, (n, k); each column contiguous, because fits work column by column."""
+    rows = np.empty((len(terms), *np.shape(x)))
+    for row, term in zip(rows, terms, strict=True):
+        row[...] = term(x)
+    return np.moveaxis(rows, 0, -1)
 
 
 ONE: tuple[Term, Term] = (np.ones_like, np.zeros_like)

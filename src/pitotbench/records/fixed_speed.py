@@ -10,7 +10,9 @@ class FixedSpeedPoint:
     `legs` is 1 for a turn. `indicated_airspeed`, `calibrated_airspeed`, `correction` (calibrated minus indicated)
     and `two_sigma` (its bound) are mean values over the legs; `true_airspeed` belongs to the same mean. `spread`
     is the standard deviation of what the method has too much of: the three-leg answers of four legs, the
-    residuals of a regression; None where there is nothing left over. The wind blows toward north and east.
+    residuals of a regression; None where there is nothing left over. `two_sigma` holds the accuracies stated for
+    temperature and pressures, `true_airspeed_two_sigma` what the ground velocities alone leave open. The wind
+    blows toward north and east.
     """
 
     method: str

@@ -2,6 +2,7 @@
 
 from pitotbench.simulate.benchmark import overhead_ratio as overhead_ratio
 from pitotbench.simulate.maneuvers import MANEUVERS as MANEUVERS
+from pitotbench.simulate.maneuvers import PAPER_MANEUVERS as PAPER_MANEUVERS
 from pitotbench.simulate.modified import install_variant as install_variant
 from pitotbench.simulate.plant import Plant as Plant
 from pitotbench.simulate.plant import SimulationError as SimulationError

@@ -5,7 +5,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from pitotbench.catalog import Catalog
-from pitotbench.simulate.maneuvers import circle, four_leg, race_track, rapid_decel, step_decrease
+from pitotbench.simulate.maneuvers import (
+    circle,
+    cloverleaf,
+    decel_circle,
+    figure_eight,
+    four_leg,
+    race_track,
+    rapid_decel,
+    step_both_ways,
+    step_decrease,
+)
 from pitotbench.simulate.maneuvers.card import Card
 from pitotbench.simulate.maneuvers.cockpit import Cockpit
 from pitotbench.simulate.maneuvers.phases import Ticks
@@ -37,6 +47,12 @@ _TABLE = (
     Maneuver("step_decrease", step_decrease.StepDecreaseCard(), step_decrease.fly, 6.0, "step"),
     Maneuver("rapid_decel", rapid_decel.RapidDecelCard(), rapid_decel.fly, 5.0, "decel"),
     Maneuver("circle", circle.CircleCard(), circle.fly, 6.0, "circle"),
+    Maneuver("step_both_ways", step_both_ways.StepBothWaysCard(), step_both_ways.fly, None, "step"),
+    Maneuver("decel_circle", decel_circle.DecelCircleCard(), decel_circle.fly, None, "circle"),
+    Maneuver("figure_eight", figure_eight.FigureEightCard(), figure_eight.fly, None, "circle"),
+    Maneuver("cloverleaf", cloverleaf.CloverleafCard(), cloverleaf.fly, None, "leg"),
 )
 
 MANEUVERS = Catalog("maneuver", {maneuver.name: maneuver for maneuver in _TABLE})
+PAPER_MANEUVERS = tuple(maneuver.name for maneuver in _TABLE if maneuver.minutes is not None)
+"""The five of Martos et al. (2011): what `all` means, and what is held against the paper."""

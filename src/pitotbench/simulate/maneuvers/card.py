@@ -46,20 +46,28 @@ class Card:
         self.require_positive("speeds", "turn_rate", "bank_limit", "roll_rate_limit", "airspeed_rate_limit")
         self.require_positive("airspeed_tolerance", "heading_tolerance", "altitude_tolerance")
         for entry in fields(self):
-            if entry.metadata.get("suffix") == "s" and getattr(self, entry.name) < 0.0:
+            if entry.metadata.get("suffix") == "s" and min(_each(getattr(self, entry.name))) < 0.0:
                 raise BadInputError(f"{entry.name} of a card is a time and cannot be negative")
 
     def require_positive(self, *names: str) -> None:
         """Raise BadInputError where a number of the card, or one of a list, is not above zero."""
         for name in names:
-            value = getattr(self, name)
-            if min(value if isinstance(value, tuple) else (value,)) <= 0.0:
+            if min(_each(getattr(self, name))) <= 0.0:
                 raise BadInputError(f"{name} of a card must be above zero")
 
     def require_decreasing_speeds(self) -> None:
         """Raise BadInputError where the speeds are not at least two, each below the one before."""
         if len(self.speeds) < 2 or any(b >= a for a, b in pairwise(self.speeds)):
             raise BadInputError("a deceleration needs at least two speeds, each below the one before")
+
+    def require_one_each(self, name: str, other: str) -> None:
+        """Raise BadInputError where one list of the card is not as long as another."""
+        if len(getattr(self, name)) != len(getattr(self, other)):
+            raise BadInputError(f"{name} of a card must hold as many numbers as {other}: change both")
+
+
+def _each(value: float | tuple[float, ...]) -> tuple[float, ...]:
+    return value if isinstance(value, tuple) else (value,)
 
 
 def override(card: CardType, changes: Mapping[str, Any]) -> CardType:

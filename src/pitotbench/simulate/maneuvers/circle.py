@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from math import degrees, pi
 
-from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.maneuvers.card import Card, quantity
 from pitotbench.simulate.maneuvers.cockpit import Cockpit
-from pitotbench.simulate.maneuvers.phases import Ticks, set_up, settle, sweep
-from pitotbench.units import DEGREE, KNOT
+from pitotbench.simulate.maneuvers.phases import Ticks, require_steep_turns, set_up, settle, sweep
+from pitotbench.units import KNOT
 
 JUDGED = ("airspeed", "altitude")
 
@@ -30,8 +29,7 @@ class CircleCard(Card):
     def __post_init__(self) -> None:
         Card.__post_init__(self)
         self.require_positive("circles")
-        if not 5.0 * DEGREE <= abs(self.bank) <= 60.0 * DEGREE:
-            raise BadInputError("the bank of a circle lies between 5° and 60°, to either side")
+        require_steep_turns(self.bank)
 
 
 def fly(cockpit: Cockpit, card: CircleCard) -> Ticks:

@@ -3,8 +3,9 @@
 from collections.abc import Callable, Iterator
 from math import degrees, pi, tan
 
+from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit
-from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY
+from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY
 
 Ticks = Iterator[None]
 
@@ -17,6 +18,8 @@ ROLL_OUT_LIMIT = 40.0  # s
 THERE = 5.0 * DEGREE  # past a heading by less is being on it
 LEVEL = 3.0 * DEGREE  # bank below which a turn is over
 ALL = ("airspeed", "heading", "altitude")
+ACCELERATION_LIMIT = 180.0  # s, for either change of speed
+LOWEST_MANIFOLD_PRESSURE = 8.0 * INCH_OF_MERCURY  # below idle: more steps change nothing
 
 
 def wait(seconds: float) -> Ticks:
@@ -115,3 +118,49 @@ def _roll_out_lead(cockpit: Cockpit) -> float:
     roll = max(cockpit.bank, 0.0)
     rate = STANDARD_GRAVITY * tan(roll) / cockpit.true_airspeed
     return 0.5 * rate * roll / cockpit.card.roll_rate_limit
+
+
+def accelerate(cockpit: Cockpit, airspeed: float) -> Ticks:
+    """Hold a higher airspeed [m/s] by throttle until it is nearly reached.
+
+    Raises SimulationError where it is not reached.
+    """
+    cockpit.hold_airspeed(airspeed)
+    cockpit.begin(cockpit.name("accelerate"))
+    what = f"acceleration to {airspeed / KNOT:.0f} KCAS"
+    yield from until(cockpit, lambda: cockpit.airspeed >= airspeed - 1.0 * KNOT, ACCELERATION_LIMIT, what)
+
+
+def decelerate(cockpit: Cockpit, airspeed: float, label: str) -> Ticks:
+    """Slow down by throttle, at the card's rate at most, to near an airspeed [m/s], wherever the airplane heads.
+
+    Raises SimulationError where the speed is not reached.
+    """
+    cockpit.hold_airspeed(airspeed)
+    cockpit.begin(label)
+    what = f"deceleration to {airspeed / KNOT:.0f} KCAS"
+    yield from until(cockpit, lambda: cockpit.airspeed <= airspeed + 1.0 * KNOT, ACCELERATION_LIMIT, what)
+
+
+def require_steep_turns(bank: float) -> None:
+    """Raise BadInputError for a bank [rad] that is no turn or that no airplane of this kind is flown at."""
+    if not 5.0 * DEGREE <= abs(bank) <= 60.0 * DEGREE:
+        raise BadInputError("the bank of a circle lies between 5° and 60°, to either side")
+
+
+def step_down(cockpit: Cockpit, step: float, step_time: float, floor: float, *judged: str) -> Ticks:
+    """Take off manifold pressure in steps [Pa] of a time [s] until an airspeed [m/s] is reached.
+
+    Raises SimulationError where the power is at idle before.
+    """
+    pressure, number = cockpit.manifold_pressure(), 0
+    while cockpit.airspeed > floor:
+        pressure, number = pressure - step, number + 1
+        if pressure < LOWEST_MANIFOLD_PRESSURE:
+            raise cockpit.plant.failure(f"{floor / KNOT:.0f} KCAS not reached with the power at idle")
+        cockpit.set_manifold_pressure(pressure)
+        cockpit.begin(f"step {number} {pressure / INCH_OF_MERCURY:.1f} inHg", *judged)
+        for _ in range(round(step_time / TICK)):
+            yield
+            if cockpit.airspeed <= floor:
+                return

@@ -5,11 +5,19 @@ from math import pi
 
 from pitotbench.simulate.maneuvers.card import Card, quantity
 from pitotbench.simulate.maneuvers.cockpit import Cockpit
-from pitotbench.simulate.maneuvers.phases import Ticks, leg, set_up, settle, turn, until
+from pitotbench.simulate.maneuvers.phases import (
+    ACCELERATION_LIMIT,
+    Ticks,
+    accelerate,
+    leg,
+    set_up,
+    settle,
+    turn,
+    until,
+)
 from pitotbench.units import KNOT
 
 JUDGED = ("heading", "altitude")
-ACCELERATION_LIMIT = 180.0  # s, for either change of speed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,17 +50,10 @@ def fly(cockpit: Cockpit, card: RapidDecelCard) -> Ticks:
             heading += pi
             cockpit.hold_airspeed(slow)
             yield from turn(cockpit, heading)
-            yield from _accelerate(cockpit, fast)
+            yield from accelerate(cockpit, fast)
             yield from settle(cockpit)
         yield from leg(cockpit, card.dwell, *JUDGED)
         cockpit.set_throttle(0.0)
         cockpit.begin(f"decel {run + 1}", *JUDGED)
         what = f"deceleration to {slow / KNOT:.0f} KCAS"
         yield from until(cockpit, lambda: cockpit.airspeed <= slow, ACCELERATION_LIMIT, what)
-
-
-def _accelerate(cockpit: Cockpit, speed: float) -> Ticks:
-    cockpit.hold_airspeed(speed)
-    cockpit.begin(cockpit.name("accelerate"))
-    what = f"acceleration to {speed / KNOT:.0f} KCAS"
-    yield from until(cockpit, lambda: cockpit.airspeed >= speed - 1.0 * KNOT, ACCELERATION_LIMIT, what)

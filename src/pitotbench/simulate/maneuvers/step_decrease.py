@@ -4,11 +4,9 @@ from dataclasses import dataclass
 from math import pi
 
 from pitotbench.simulate.maneuvers.card import Card, quantity
-from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit
-from pitotbench.simulate.maneuvers.phases import Ticks, leg, set_up, settle, turn
-from pitotbench.units import INCH_OF_MERCURY, KNOT
+from pitotbench.simulate.maneuvers.cockpit import Cockpit
+from pitotbench.simulate.maneuvers.phases import Ticks, leg, set_up, settle, step_down, turn
 
-LOWEST_MANIFOLD_PRESSURE = 8.0 * INCH_OF_MERCURY  # below idle: more steps change nothing
 JUDGED = ("heading", "altitude")
 
 
@@ -46,18 +44,4 @@ def fly(cockpit: Cockpit, card: StepDecreaseCard) -> Ticks:
             yield from turn(cockpit, heading)
             yield from settle(cockpit)
         yield from leg(cockpit, card.dwell, *JUDGED)
-        yield from _step_down(cockpit, card, floor)
-
-
-def _step_down(cockpit: Cockpit, card: StepDecreaseCard, floor: float) -> Ticks:
-    pressure, number = cockpit.manifold_pressure(), 0
-    while cockpit.airspeed > floor:
-        pressure, number = pressure - card.step, number + 1
-        if pressure < LOWEST_MANIFOLD_PRESSURE:
-            raise cockpit.plant.failure(f"{floor / KNOT:.0f} KCAS not reached with the power at idle")
-        cockpit.set_manifold_pressure(pressure)
-        cockpit.begin(f"step {number} {pressure / INCH_OF_MERCURY:.1f} inHg", *JUDGED)
-        for _ in range(round(card.step_time / TICK)):
-            yield
-            if cockpit.airspeed <= floor:
-                return
+        yield from step_down(cockpit, card.step, card.step_time, floor, *JUDGED)

@@ -1,0 +1,85 @@
+"""Gusts on paper: Dryden turbulence drawn along a flight that was flown in smooth air.
+
+The spectra are those of MIL-F-8785C (1980), 3.7.2.1, above 2,000 ft: longitudinal H(s) ∝ 1/(1 + s/a) and lateral
+H(s) ∝ (1 + √3 s/a)/(1 + s/a)² with a = V/L; both have the same variance, the lateral one half the power of the
+longitudinal one at low frequencies. The simulator's turbulence stands on the ground, it does not turn with the
+airplane: its longitudinal axis is the mirror image, about north, of where the wind comes from (found from flights).
+"""
+
+from dataclasses import replace
+from math import exp, sqrt
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.records.case import TURBULENCE_SEVERITY, Case
+from pitotbench.records.flight import Flight
+from pitotbench.units import FOOT, Array
+
+LENGTH = 1750.0 * FOOT  # of the Dryden spectra, above 2,000 ft
+MEAN_LENGTH = 0.75 * LENGTH  # of one isotropic process with the mean low-frequency power of both components
+# MIL-F-8785C, Fig. 7: standard deviation [ft/s] at heights [ft], by severity.
+_HEIGHTS = (500.0, 1750.0, 3750.0, 7500.0, 15000.0)
+_DEVIATIONS = {0: (0.0,) * 5, 1: (3.2, 2.2, 1.5, 0.0, 0.0), 2: (4.2, 3.6, 3.3, 1.6, 0.0)}
+_EVERY = 10  # flight samples between two samples of the gust
+
+
+def gust_deviation(case: Case) -> float:
+    """Standard deviation [m/s] of either horizontal gust component in a case's turbulence at its height."""
+    severity = TURBULENCE_SEVERITY[case.turbulence]
+    return float(np.interp(case.altitude / FOOT, _HEIGHTS, _DEVIATIONS[severity])) * FOOT
+
+
+def stirred(flight: Flight, turbulence: str, seed: int) -> Flight:
+    """The smooth flight as air data would have seen it in turbulence.
+
+    Ground velocity stays (an airplane is heavier than its gusts are long), so airspeed and total pressure change.
+    """
+    case = replace(flight.case, turbulence=turbulence, truth_seed=seed, sensor_seed=seed)
+    deviation = gust_deviation(case)
+    if deviation == 0.0:
+        return replace(flight, case=case)
+    gust = deviation * _gust(flight, seed)
+    north, east = (
+        flight[f"velocity_{axis}"] - flight[f"wind_{axis}"] - part
+        for axis, part in zip(("north", "east"), gust, strict=True)
+    )
+    down = flight["velocity_down"] - flight["wind_down"]
+    airspeed = np.sqrt(north**2 + east**2 + down**2)
+    impact = air.impact_pressure_from_true_airspeed(airspeed, flight["static_pressure"], flight["air_temperature"])
+    changed = {"true_airspeed": airspeed, "total_pressure": flight["static_pressure"] + impact}
+    return replace(flight, case=case, channels={**flight.channels, **changed})
+
+
+def _gust(flight: Flight, seed: int) -> Array:
+    """Gust toward north and east of unit variance, (2, n), at the flight's samples."""
+    rows = np.arange(0, len(flight), _EVERY)
+    time, rate = flight["time"][rows], flight["true_airspeed"][rows] / LENGTH
+    along, across = (_dryden(time, rate, np.random.default_rng([seed, axis, 1750])) for axis in (0, 1))
+    axis = -flight.case.wind.from_direction
+    north = np.cos(axis) * along[0] - np.sin(axis) * across[1]
+    east = np.sin(axis) * along[0] + np.cos(axis) * across[1]
+    return np.stack([np.interp(flight["time"], time, part) for part in (north, east)])
+
+
+def _dryden(time: Array, rate: Array, rng: np.random.Generator) -> tuple[Array, Array]:
+    """A longitudinal and a lateral gust of unit variance from one white noise, each (n,).
+
+    Two states of unit and half variance, x' = −a x + √(2a) w and y' = a (x − y), stepped exactly over steps of any
+    length; the lateral gust is (√3 x + (1 − √3) y)/√2.
+    """
+    draws = rng.standard_normal((len(time), 2))
+    x, y = draws[0, 0], 0.5 * draws[0, 0] + 0.5 * draws[0, 1]
+    states = np.empty((len(time), 2))
+    states[0] = x, y
+    for n, step in enumerate(np.diff(time) * rate[1:], start=1):
+        decay = exp(-step)
+        rest_x = max(1.0 - decay**2, 1e-15)
+        rest_xy = 0.5 - decay**2 * (step + 0.5)
+        rest_y = 0.5 - decay**2 * (step**2 + step + 0.5)
+        common = draws[n, 0] / sqrt(rest_x)
+        own = sqrt(max(rest_y - rest_xy**2 / rest_x, 0.0))
+        x, y = decay * x + rest_x * common, decay * (y + step * x) + rest_xy * common + own * draws[n, 1]
+        states[n] = x, y
+    lateral = (sqrt(3.0) * states[:, 0] + (1.0 - sqrt(3.0)) * states[:, 1]) / sqrt(2.0)
+    return states[:, 0], lateral

@@ -1,0 +1,76 @@
+"""What a plan is asked for: air, data system, speeds, minutes, box."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pitotbench import bench
+from pitotbench.records.case import TURBULENCE_SEVERITY, Case
+from pitotbench.records.errors import BadInputError
+from pitotbench.simulate import MANEUVERS
+from pitotbench.units import KNOT, Array, from_si
+
+_CURVE_STEP = 5.0 * KNOT
+_NARROWEST = 20.0 * KNOT
+_FEWEST_DRAWS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRequest:
+    """The question. `base` holds aircraft, height, expected wind and turbulence, and an error curve of the size
+    expected; `speeds` is the range of calibrated airspeed [m/s] over which the curve is wanted and averaged;
+    `minutes` to spend, `want` [m/s, 2σ] and the side of the `box` [m] are None where they do not matter. `draws`
+    of gusts and sensor noise a maneuver.
+
+    Raises BadInputError or UnknownNameError for a question that makes no sense.
+    """
+
+    base: Case
+    system: str = "20/1"
+    speeds: tuple[float, float] = bench.SCORED_RANGE
+    minutes: float | None = None
+    want: float | None = None
+    box: float | None = None
+    maneuvers: tuple[str, ...] = tuple(MANEUVERS)
+    draws: int = 16
+
+    def __post_init__(self) -> None:
+        for name in self.maneuvers:
+            _ = MANEUVERS[name]
+        if self.base.turbulence not in TURBULENCE_SEVERITY:
+            raise BadInputError(
+                f"turbulence {self.base.turbulence!r}: expect one of {', '.join(TURBULENCE_SEVERITY)}"
+            )
+        low, high = self.speeds
+        if not (low >= 40.0 * KNOT and high - low >= _NARROWEST):
+            raise BadInputError("--speeds-kt LOW,HIGH: from 40 kt upward, and at least 20 kt apart")
+        for name, value in (("--minutes", self.minutes), ("--want-kt", self.want), ("--box-nm", self.box)):
+            if value is not None and not 0.0 < value < float("inf"):
+                raise BadInputError(f"{name} must be above zero; leave it out where it does not matter")
+        if self.draws < _FEWEST_DRAWS:
+            raise BadInputError(f"--draws: at least {_FEWEST_DRAWS} flights make an average")
+
+    @property
+    def airspeeds(self) -> Array:
+        """Where the bound is averaged: every 5 kt of the wanted range [m/s]."""
+        low, high = self.speeds
+        steps = np.arange(int((high - low) / _CURVE_STEP + 1e-6) + 1, dtype=np.float64)
+        return np.asarray(low + _CURVE_STEP * steps, dtype=np.float64)
+
+    def case(self, maneuver: str, card: dict[str, Any] | None = None) -> Case:
+        """The case of a maneuver in still air, its speeds brought to the wanted range.
+
+        The speeds of a card keep their places between the slowest and the fastest one.
+        """
+        speeds = np.array(MANEUVERS[maneuver].card.speeds)
+        place = (speeds - speeds.min()) / np.ptp(speeds)
+        low, high = self.speeds
+        wanted = [written(v, "kt") for v in low + place * (high - low)]
+        changes = {"speeds_kt": wanted, **(card or {})}
+        return replace(self.base, maneuver=maneuver, card=changes, turbulence="none")
+
+
+def written(value: float, suffix: str) -> float:
+    """An SI value as a card's file has it, in the unit of a suffix ("" for a count), to a millionth."""
+    return round(float(from_si(value, suffix) if suffix else value), 6)

@@ -43,7 +43,7 @@ from pitotbench.simulate.variant import write_variant
 
 NULL_FLIGHTS = 8
 NULL_SEED = 730_001  # truth and sensor seeds of null flights count up from here
-COARSE_RATE, FINE_RATE = 50.0, 100.0  # Hz: the engines' answer to a held state differs by less than 1 %
+COARSE_RATE, FINE_RATE = 25.0, 100.0  # Hz: what an effect changes in a held state differs by less than 1 %
 JUDGED_BY = ("reconcile", "effects", "simulate", "sense")  # rooms whose code decides what null flights teach
 
 Progress = Callable[[str], None]
@@ -71,10 +71,10 @@ def _mass(name: str) -> float:
     return loaded_mass(name)
 
 
-def _react(name: str, motion: Motion, overlay: Overlay | None = None) -> Reaction:
+def _react(name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True) -> Reaction:
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
     plant = Plant.load(name, COARSE_RATE if coarse else FINE_RATE, overlay)
-    return measure(plant, motion, _mass(name))
+    return measure(plant, motion, _mass(name), engines_run)
 
 
 def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:

@@ -27,11 +27,12 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--logs", type=Path, default=Path("out/blind/logs"))
     made.add_argument("--results", type=Path, default=Path("out/blind/results.jsonl"))
     made.add_argument("--jobs", type=int, default=2)
+    made.add_argument("--part", default="1/1", help="which part of the logs, for several machines: 2/3")
     made.add_argument("--aircraft", default="navajo")
     return made
 
 
-def analyze(logs: Path, results: Path, jobs: int, aircraft: str) -> None:
+def analyze(logs: Path, results: Path, jobs: int, aircraft: str, part: str = "1/1") -> None:
     """Judge every log of a folder that has no line in the results yet."""
     done = (
         {json.loads(line)["name"] for line in results.read_text("utf-8").splitlines()}
@@ -39,8 +40,11 @@ def analyze(logs: Path, results: Path, jobs: int, aircraft: str) -> None:
         else set()
     )
     found = sorted(p for p in logs.glob("*.parquet") if not p.stem.endswith("-held"))
+    mine, parts = (int(number) for number in part.split("/"))
+    found = found[mine - 1 :: parts]
     todo = [p for p in found if p.stem not in done]
-    _learn(todo, aircraft)
+    if aircraft != "none":
+        _learn(todo, aircraft)
     results.parent.mkdir(parents=True, exist_ok=True)
     begun = time.monotonic()
     with ProcessPoolExecutor(jobs, get_context("spawn")) as pool, results.open("a", encoding="utf-8") as out:
@@ -49,7 +53,7 @@ def analyze(logs: Path, results: Path, jobs: int, aircraft: str) -> None:
             out.write(json.dumps(job.result()) + "\n")
             out.flush()
             minutes = (time.monotonic() - begun) / 60.0
-            print(f"judged: {number + len(done)} of {len(found)}, {minutes:.1f} min", flush=True)
+            print(f"judged: {number + len(found) - len(todo)} of {len(found)}, {minutes:.1f} min", flush=True)
 
 
 def _learn(paths: list[Path], aircraft: str) -> None:

@@ -70,16 +70,14 @@ def _page(truth: dict[str, Any], cases: Sequence[Judged], rows: Sequence[Row], d
             "# The blind test of reconcile",
             "",
             f"{len(cases)} of {count} sealed logs judged, seeds from {first}, {day}; SHA-256 of the sealed truth",
-            f"`{digest}`. {formed} logs hold a variant form: another form of the effect, of the turbulence, or another",
-            "integration step. SNR is that of the signature after wind, error curve and sensor biases are taken out",
+            f"`{digest}`.",
+            f"{formed} logs hold a variant form: another form of the effect or of the turbulence, or",
+            "another integration step. SNR is that of the signature after wind, error curve and sensor biases are taken out",
             "(`tests/blind/signals.py`). Intervals are Wilson's, 95 %. `make blind` flies, judges and scores anew.",
             "",
             "| score | target | found | of | share | 95 % |",
             "|---|---|---|---|---|---|",
-            *(
-                f"| {r.what} | {r.target} | {r.hits} | {r.cases} | {_percent(r.share)} | {_percent(r.low)} to {_percent(r.high)} |"
-                for r in rows
-            ),
+            *map(_line, rows),
             "",
             *_numbers(cases),
             "",
@@ -99,6 +97,11 @@ def _page(truth: dict[str, Any], cases: Sequence[Judged], rows: Sequence[Row], d
     )
 
 
+def _line(r: Row) -> str:
+    interval = f"{_percent(r.low)} to {_percent(r.high)}"
+    return f"| {r.what} | {r.target} | {r.hits} | {r.cases} | {_percent(r.share)} | {interval} |"
+
+
 def _percent(share: float) -> str:
     return "–" if np.isnan(share) else f"{100.0 * share:.0f} %"
 
@@ -107,7 +110,8 @@ def _numbers(cases: Sequence[Judged]) -> list[str]:
     wall = [c.answer["wall_s"] for c in cases]
     spent = [c.answer["processor_s"] for c in cases]
     held = [c.answer["held_out"] for c in cases if c.right and "held_out" in c.answer]
-    told = f"Seconds a case: median {np.median(wall):.1f}, most {max(wall):.1f}; processor median {np.median(spent):.1f}."
+    told = f"Seconds a case: median {np.median(wall):.1f}, most {max(wall):.1f}; "
+    told += f"processor seconds: median {np.median(spent):.1f}, most {max(spent):.1f}."
     return [
         told + (f" Held-out G of right names: median {np.median(held):.3f}, least {min(held):.3f}." if held else "")
     ]
@@ -135,12 +139,11 @@ def _well(case: Judged) -> bool:
 
 def _miss(case: Judged) -> str:
     strengths = ", ".join(f"{s:.1f}" for s in case.truth["strengths"])
-    form = case.truth["environment"]
-    return f"| {case.answer['name']} | {case.truth['card']} | {case.kind} | {_hidden(case)} ({strengths}) | {form} | {_answer(case)} |"
+    told = (case.answer["name"], case.truth["card"], case.kind, f"{_hidden(case)} ({strengths})")
+    return "| " + " | ".join([*told, case.truth["environment"], _answer(case)]) + " |"
 
 
 if __name__ == "__main__":
     for line in score(**vars(parser().parse_args())):
-        print(
-            f"{line.what:55s} {line.target:15s} {line.hits:4d} of {line.cases:4d}  {_percent(line.low)} to {_percent(line.high)}"
-        )
+        counted = f"{line.hits:4d} of {line.cases:4d}  {_percent(line.low)} to {_percent(line.high)}"
+        print(f"{line.what:55s} {line.target:15s} {counted}")

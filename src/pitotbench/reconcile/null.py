@@ -59,9 +59,11 @@ def learn(studies: Sequence[Study]) -> Knowledge:
     fresh = [noise_model(names, np.delete(each, i, axis=0).mean(axis=0)) for i in range(len(studies))]
     tables = [_table(s, noise) for s, noise in zip(studies, fresh, strict=True)]
     rest = [_usual([*tables[:i], *tables[i + 1 :]]) for i in range(len(tables))]
-    largest = [max(v / spread[k] for k, v in t[0].items()) for t, (spread, _, _) in zip(tables, rest, strict=True)]
+    largest = [
+        max(v / spread.get(k, 1.0) for k, v in t[0].items()) for t, (spread, _, _) in zip(tables, rest, strict=True)
+    ]
     largest_cell = [
-        max(abs(v - mean[k]) / deviation[k] for k, v in t[1].items())
+        max(abs(v - mean.get(k, 0.0)) / deviation.get(k, 1.0) for k, v in t[1].items())
         for t, (_, mean, deviation) in zip(tables, rest, strict=True)
     ]
     spread, mean, deviation = _usual(tables)

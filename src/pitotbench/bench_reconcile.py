@@ -181,14 +181,17 @@ def _to_json(known: Knowledge) -> dict[str, Any]:
         "cell_threshold": known.cell_threshold,
         "flights": known.flights,
         "gusts": {name: list(pair) for name, pair in known.gusts.items()},
+        "powers": {name: list(pair) for name, pair in known.powers.items()},
     }
 
 
 def _from_json(table: dict[str, Any]) -> Knowledge:
     noise = table.pop("noise")
     model = NoiseModel(tuple(noise["names"]), np.array(noise["coefficients"]), np.array(noise["deviations"]))
-    gusts = {name: (pair[0], pair[1]) for name, pair in table.pop("gusts").items()}
-    return Knowledge(noise=model, gusts=gusts, **table)
+    pairs = {
+        key: {name: (pair[0], pair[1]) for name, pair in table.pop(key).items()} for key in ("gusts", "powers")
+    }
+    return Knowledge(noise=model, **pairs, **table)
 
 
 def keep(

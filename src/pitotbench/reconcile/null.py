@@ -12,6 +12,7 @@ from scipy.special import ndtri
 
 from pitotbench.reconcile.gusts import usual_gusts
 from pitotbench.reconcile.locate import Cell
+from pitotbench.reconcile.power import powers, usual_powers
 from pitotbench.reconcile.refine import placed_in_time
 from pitotbench.reconcile.scoring import score
 from pitotbench.reconcile.study import Study, columns_of, noise_residuals, scaled_to, weigh
@@ -39,6 +40,7 @@ class Knowledge:
     cell_threshold: float
     flights: int
     gusts: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # mean and deviation, see gusts.py
+    powers: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # mean and deviation, see power.py
 
 
 def ignorance(noise: NoiseModel) -> Knowledge:
@@ -67,6 +69,8 @@ def learn(studies: Sequence[Study]) -> Knowledge:
         for t, (_, mean, deviation) in zip(tables, rest, strict=True)
     ]
     spread, mean, deviation = _usual(tables)
+    gusts = usual_gusts(studies)
+    wandering = [powers(s, noise) for s, noise in zip(studies, fresh, strict=True)]
     return Knowledge(
         noise_model(names, each.mean(axis=0)),
         spread,
@@ -75,7 +79,8 @@ def learn(studies: Sequence[Study]) -> Knowledge:
         _quantile(largest),
         _quantile(largest_cell, _floor(len(mean), len(studies))),
         len(studies),
-        usual_gusts(studies),
+        gusts,
+        usual_powers(wandering, min(len(s.grid) for s in studies), gusts),
     )
 
 

@@ -3,7 +3,7 @@ learned."""
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -188,10 +188,12 @@ def _to_json(known: Knowledge) -> dict[str, Any]:
 def _from_json(table: dict[str, Any]) -> Knowledge:
     noise = table.pop("noise")
     model = NoiseModel(tuple(noise["names"]), np.array(noise["coefficients"]), np.array(noise["deviations"]))
-    pairs = {
-        key: {name: (pair[0], pair[1]) for name, pair in table.pop(key).items()} for key in ("gusts", "powers")
-    }
-    return Knowledge(noise=model, **pairs, **table)
+    gusts, powers = _pairs(table.pop("gusts")), _pairs(table.pop("powers"))
+    return Knowledge(noise=model, gusts=gusts, powers=powers, **table)
+
+
+def _pairs(table: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, float]]:
+    return {name: (pair[0], pair[1]) for name, pair in table.items()}
 
 
 def keep(

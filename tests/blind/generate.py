@@ -49,22 +49,23 @@ def parser() -> argparse.ArgumentParser:
 
 
 def generate(cases: int, seed: int, jobs: int, logs: Path, seal: Path) -> str:
-    """Write the logs, then the truth; returns the truth's salted SHA-256. Raises ValueError for a seed between the
+    """Seal the truth, then write the logs; returns the truth's salted SHA-256. Raises ValueError for a seed between the
     ranges, FileExistsError where a folder holds logs."""
     if seed + cases >= DEVELOPMENT and seed < SCORED:
         raise ValueError(f"seeds of development end below {DEVELOPMENT}, scored ones begin at {SCORED}")
     logs.mkdir(parents=True)
     seal.mkdir(parents=True)
-    todo, truth = [(i, seed + i, order) for i, order in enumerate(orders(cases, seed))], []
-    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        for (number, _, order), held in zip(todo, pool.map(partial(_write, logs), todo), strict=True):
-            truth.append({**asdict(order), "held_out": held, "name": _name(number)})
-            if len(truth) % 10 == 0 or len(truth) == cases:
-                print(f"written: {len(truth)} of {cases}", flush=True)
+    todo = [(i, seed + i, order) for i, order in enumerate(orders(cases, seed))]
+    truth = [{**asdict(order), "held_out": _is_held(number, order), "name": _name(i)} for i, number, order in todo]
     text = json.dumps({"salt": secrets.token_hex(16), "seed": seed, "cases": truth}, indent=1)
     digest = sha256(text.encode()).hexdigest()
     (seal / "truth.json").write_text(text, encoding="utf-8")
     (seal / "truth.sha256").write_text(digest + "\n", encoding="utf-8")
+    print(f"sealed, SHA-256 {digest}", flush=True)
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+        for done, _ in enumerate(pool.map(partial(_write, logs), todo), start=1):
+            if done % 10 == 0 or done == cases:
+                print(f"written: {done} of {cases}", flush=True)
     return digest
 
 
@@ -79,16 +80,18 @@ def _name(number: int) -> str:
     return f"log-{number:04d}"
 
 
-def _write(logs: Path, work: tuple[int, int, Hidden]) -> bool:
-    """Fly and record one case, and a second flight of it where one is held out; whether there is one."""
+def _is_held(seed: int, order: Hidden) -> bool:
+    return bool(order.effects) and np.random.default_rng([seed, 2]).random() < HELD_OUT_SHARE
+
+
+def _write(logs: Path, work: tuple[int, int, Hidden]) -> None:
+    """Fly and record one case, and a second flight of it where one is held out."""
     number, seed, order = work
     draw = np.random.default_rng([seed, 1])
     bend = np.array([-0.06, 0.006, 0.06]) * draw.uniform(0.5, 1.5)  # of the airplane: the same in both flights
-    held = bool(order.effects) and draw.random() < HELD_OUT_SHARE
-    for part in (0, 1) if held else (0,):
+    for part in (1, 0) if _is_held(seed, order) else (0,):  # the log last: who sees it may judge it
         log = _log(_case(draw, order, 2 * seed + part, bend), order)
         write_log(_neutral(log), logs / f"{_name(number)}{'-held' if part else ''}.parquet")
-    return held
 
 
 def _case(draw: Generator, order: Hidden, seed: int, bend: Array) -> Case:
@@ -130,5 +133,4 @@ def _neutral(log: FlightLog) -> FlightLog:
 
 
 if __name__ == "__main__":
-    asked = parser().parse_args()
-    print(f"sealed, SHA-256 {generate(**vars(asked))}")
+    generate(**vars(parser().parse_args()))

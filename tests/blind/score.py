@@ -72,7 +72,7 @@ def _page(truth: dict[str, Any], cases: Sequence[Judged], rows: Sequence[Row], d
             f"{len(cases)} of {count} sealed logs judged, seeds from {first}, {day}; SHA-256 of the sealed truth",
             f"`{digest}`.",
             f"{formed} logs hold a variant form: another form of the effect or of the turbulence, or",
-            "another integration step. SNR is that of the signature after wind, curve and sensor biases are taken out",
+            "another integration step. SNR is that of the signature with wind, curve and sensor biases taken out",
             "(`tests/blind/signals.py`). Intervals are Wilson's, 95 %. `make blind` flies, judges and scores anew.",
             "",
             "| score | target | found | of | share | 95 % |",

@@ -49,7 +49,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def generate(cases: int, seed: int, jobs: int, logs: Path, seal: Path) -> str:
-    """Seal the truth, then write the logs; returns the truth's salted SHA-256. Raises ValueError for a seed between the
+    """Seal the truth, then write the logs; returns the salted SHA-256. Raises ValueError for a seed between the
     ranges, FileExistsError where a folder holds logs."""
     if seed + cases >= DEVELOPMENT and seed < SCORED:
         raise ValueError(f"seeds of development end below {DEVELOPMENT}, scored ones begin at {SCORED}")

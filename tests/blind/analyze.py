@@ -8,6 +8,7 @@ import argparse
 import json
 import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import suppress
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -19,7 +20,17 @@ from pitotbench.logbook import read_log
 from pitotbench.reconcile.judge import hold_out
 from pitotbench.reconcile.study import columns_of
 from pitotbench.records.case_file import write_case
+from pitotbench.records.errors import BadInputError
 from pitotbench.records.verdict import Closure
+
+REFUSED: dict[str, Any] = {
+    "kind": "refused",
+    "effects": [],
+    "alternatives": [],
+    "sizes": {},
+    "gap": 0.0,
+    "gains": {},
+}
 
 
 def parser() -> argparse.ArgumentParser:
@@ -59,9 +70,10 @@ def analyze(logs: Path, results: Path, jobs: int, aircraft: str, part: str = "1/
 
 def _learn(paths: list[Path], aircraft: str) -> None:
     """Fly the null flights of every card once, before the logs share them."""
-    cards = {}
+    cards, card = {}, None
     for path in paths:
-        card = card_of(read_log(path).header, aircraft)
+        with suppress(BadInputError):  # refused below
+            card = card_of(read_log(path).header, aircraft)
         if card is not None:
             cards[write_case(card)] = card
     for card in cards.values():
@@ -71,16 +83,23 @@ def _learn(paths: list[Path], aircraft: str) -> None:
 def judged(aircraft: str, path: Path) -> dict[str, Any]:
     """The verdict on one log as plain data, with the seconds it took."""
     wall, processor = time.monotonic(), time.process_time()
-    made = reconcile(read_log(path), aircraft)
+    try:
+        made = reconcile(read_log(path), aircraft)
+    except BadInputError as error:  # a log that the reader refuses is an answer as well
+        return {"name": path.stem, "wall_s": 0.0, "processor_s": 0.0, **REFUSED, "why": str(error)}
     seconds = (time.monotonic() - wall, time.process_time() - processor)
     held = path.with_name(f"{path.stem}-held.parquet")
     told = {"name": path.stem, "wall_s": round(seconds[0], 2), "processor_s": round(seconds[1], 2), **_told(made)}
     if held.is_file() and made.naming.chosen:
-        closed = hold_out(
-            read_log(held), aircraft_model(aircraft), made.known, made.naming, Setting(day_known=True)
-        )
-        told["held_out"] = _share(closed)
+        with suppress(BadInputError):
+            told["held_out"] = _share(_closed(made, held, aircraft))
     return told
+
+
+def _closed(made: Reconciliation, held: Path, aircraft: str) -> Closure:
+    """What was named, on the flight held out."""
+    setting = Setting(day_known=True)
+    return hold_out(read_log(held), aircraft_model(aircraft), made.known, made.naming, setting)
 
 
 def _told(made: Reconciliation) -> dict[str, Any]:

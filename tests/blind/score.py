@@ -73,7 +73,7 @@ def _page(truth: dict[str, Any], cases: Sequence[Judged], rows: Sequence[Row], d
             f"`{digest}`.",
             f"{formed} logs hold a variant form: another form of the effect or of the turbulence, or",
             "another integration step. SNR is that of the signature with wind, curve and sensor biases taken out",
-            "(`tests/blind/signals.py`). Intervals are Wilson's, 95 %. `make blind` flies, judges and scores anew. What",
+            "(`tests/blind/signals.py`). Intervals are Wilson's, 95 %. `make blind` makes this page anew. What",
             "the misses have in common: [blind-notes.md](blind-notes.md).",
             "",
             "| score | target | found | of | share | 95 % |",

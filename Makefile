@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test bench verify lint clean
+.PHONY: demo test bench verify blind lint clean
 
 demo: $(STAMP)
 	$(BIN)/python scripts/run_campaign.py --maneuver step_decrease --das 20/1
@@ -23,6 +23,15 @@ bench: $(STAMP)
 
 verify: $(STAMP)
 	$(BIN)/python scripts/verify_coverage.py
+
+BLIND := out/blind
+CASES ?= 300
+JOBS ?= 2
+
+blind: $(STAMP)
+	$(BIN)/python -m tests.blind.generate --cases $(CASES) --jobs $(JOBS) --logs $(BLIND)/logs --seal $(BLIND)/seal
+	$(BIN)/python -m tests.blind.analyze --jobs $(JOBS) --logs $(BLIND)/logs --results $(BLIND)/results.jsonl
+	$(BIN)/python -m tests.blind.score --results $(BLIND)/results.jsonl --seal $(BLIND)/seal --out docs
 
 $(STAMP): pyproject.toml requirements.lock
 	@$(PYTHON) -c 'import sys; sys.exit("pitotbench needs Python 3.11 or newer; set PYTHON=...") if sys.version_info < (3, 11) else None'

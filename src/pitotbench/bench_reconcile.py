@@ -3,7 +3,7 @@ learned."""
 
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -37,7 +37,7 @@ from pitotbench.simulate.plant import Plant
 
 NULL_FLIGHTS = 8
 NULL_SEED = 730_001  # truth and sensor seeds of null flights count up from here
-COARSE_RATE, FINE_RATE = 50.0, 100.0  # Hz: the engines' answer to a held state differs by less than 1 %
+COARSE_RATE, FINE_RATE = 25.0, 100.0  # Hz: what an effect changes in a held state differs by less than 1 %
 JUDGED_BY = ("reconcile", "effects", "simulate", "sense")  # rooms whose code decides what null flights teach
 
 Progress = Callable[[str], None]
@@ -65,10 +65,10 @@ def _mass(name: str) -> float:
     return loaded_mass(name)
 
 
-def _react(name: str, motion: Motion, overlay: Overlay | None = None) -> Reaction:
+def _react(name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True) -> Reaction:
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
     plant = Plant.load(name, COARSE_RATE if coarse else FINE_RATE, overlay)
-    return measure(plant, motion, _mass(name))
+    return measure(plant, motion, _mass(name), engines_run)
 
 
 def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
@@ -175,11 +175,16 @@ def _to_json(known: Knowledge) -> dict[str, Any]:
         "cell_threshold": known.cell_threshold,
         "flights": known.flights,
         "gusts": {name: list(pair) for name, pair in known.gusts.items()},
+        "powers": {name: list(pair) for name, pair in known.powers.items()},
     }
 
 
 def _from_json(table: dict[str, Any]) -> Knowledge:
     noise = table.pop("noise")
     model = NoiseModel(tuple(noise["names"]), np.array(noise["coefficients"]), np.array(noise["deviations"]))
-    gusts = {name: (pair[0], pair[1]) for name, pair in table.pop("gusts").items()}
-    return Knowledge(noise=model, gusts=gusts, **table)
+    gusts, powers = _pairs(table.pop("gusts")), _pairs(table.pop("powers"))
+    return Knowledge(noise=model, gusts=gusts, powers=powers, **table)
+
+
+def _pairs(table: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, float]]:
+    return {name: (pair[0], pair[1]) for name, pair in table.items()}

@@ -94,7 +94,8 @@ def air_velocity(track: Track) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
-    """Residual channels by name, (n, c); `slack` is the deviation that the model adds where it changes quickly."""
+    """Residual channels by name, (n, c); `slack` is the deviation that adds to the noise where the model changes
+    quickly or an instant says little."""
 
     names: tuple[str, ...]
     values: Array
@@ -110,26 +111,26 @@ def residuals(track: Track, grid: Grid, frame: Frame, model: Replay | None) -> R
     late: dict[str, Array] = _kinematic(track, grid, frame)
     if model is not None:
         answer = model.shifted(motion_of(track, model.rows))
-        parts |= _forces(track, grid, model, answer) | _engines(track, grid, model, answer)
+        seen = grid.smooth_answer(answer, model.rows)
+        parts |= _forces(track, grid, seen) | _engines(track, grid, seen)
         late |= _moments(track, grid, model, answer)
-    names = (*parts, *late)
-    slack = np.zeros((len(grid), len(names)))
-    if model is not None:
-        slack = _slack(grid, model, names)
-    return Residuals(names, np.stack([*parts.values(), *late.values()], axis=1), slack)
+    values = np.stack([*parts.values(), *late.values()], axis=1)
+    return Residuals((*parts, *late), values, np.zeros_like(values))
 
 
-def _slack(grid: Grid, model: Replay, names: tuple[str, ...]) -> Array:
+def slack(grid: Grid, model: Replay | None, names: tuple[str, ...]) -> Array:
     """What a model that is early or late by `TIMING` errs where it changes quickly: an engine's answer to a lever,
-    a propeller that meets its stop; seen by the instants near it as well."""
-    slack = np.zeros((len(grid), len(names)))
+    a propeller that meets its stop; seen by the instants near it as well, (n, c)."""
+    loose = np.zeros((len(grid), len(names)))
+    if model is None:
+        return loose
     rate = np.abs(np.gradient(grid.smooth_answer(model.values, model.rows), axis=0)) / grid.step
     quick = np.maximum(0.0, rate - QUICK * np.median(rate, axis=0)) * TIMING
     near = maximum_filter1d(quick, 2 * NEAR + 1, axis=0)
     for i, name in enumerate(REACTION_NAMES):
         if name in (FORCES[0], *ENGINES) and name in names:
-            slack[:, names.index(name)] = near[:, i]
-    return slack
+            loose[:, names.index(name)] = near[:, i]
+    return loose
 
 
 def _triangle(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
@@ -177,15 +178,13 @@ def _kinematic(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
     }
 
 
-def _forces(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str, Array]:
-    seen = grid.smooth_answer(answer[:, : len(FORCES)], model.rows)
+def _forces(track: Track, grid: Grid, seen: Array) -> dict[str, Array]:
     return {name: grid.smooth(track[name]) - seen[:, i] for i, name in enumerate(FORCES)}
 
 
-def _engines(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str, Array]:
+def _engines(track: Track, grid: Grid, seen: Array) -> dict[str, Array]:
     column = {name: i for i, name in enumerate(REACTION_NAMES)}
     present = [name for name in ENGINES if name in track]
-    seen = grid.smooth_answer(answer, model.rows)
     split = grid.smooth(track["throttle_left"] - track["throttle_right"])
     return {name: grid.smooth(track[name]) - seen[:, column[name]] for name in present} | {"throttle_split": split}
 

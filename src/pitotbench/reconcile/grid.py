@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
 
 from pitotbench.reconcile.track import HALF_WINDOW, SLOW_GPS, Track
 from pitotbench.units import Array
@@ -35,11 +36,18 @@ class Grid:
     def smooth_answer(self, values: Array, rows: Indices) -> Array:
         """Columns given at some rows, (m, k), seen at the instants through the same filter, (n, k)."""
         half = len(self.taps) // 2
-        around = np.arange(-half, half + 1)
-        seen = np.zeros((len(self.rows), values.shape[1]))
-        for shift, weight in zip(around, self.taps, strict=True):
-            seen += weight * np.stack([np.interp(self.rows + shift, rows, column) for column in values.T], axis=1)
-        return seen
+        wanted = np.clip(self.rows[:, None] + np.arange(-half, half + 1), rows[0], rows[-1])
+        left = np.clip(np.searchsorted(rows, wanted, side="right") - 1, 0, len(rows) - 2)
+        share = (wanted - rows[left]) / (rows[left + 1] - rows[left])
+        near = np.arange(len(wanted))[:, None] * np.ones_like(left)
+        weights = coo_array(
+            (
+                np.concatenate([(self.taps * (1.0 - share)).ravel(), (self.taps * share).ravel()]),
+                (np.tile(near.ravel(), 2), np.concatenate([left.ravel(), left.ravel() + 1])),
+            ),
+            shape=(len(wanted), len(rows)),
+        )
+        return np.asarray(weights.tocsr() @ values)
 
     def _at(self, rows: Indices, values: Array, gps: bool) -> Array:
         if gps and not self.filters_gps:

@@ -22,9 +22,11 @@ from pitotbench.reconcile.track import Track
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.units import Array
 
+OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # what is set there moves no engine
 THROTTLE_BIAS = {"ap/throttle-bias-left-norm": 1.0, "ap/throttle-bias-right-norm": -1.0}
 
-ReactWith = Callable[[Motion, Overlay], Reaction]  # an aircraft with an overlay on it as a force meter
+# An aircraft with an overlay on it as a force meter, its engines running along or not.
+ReactWith = Callable[[Motion, Overlay, bool], Reaction]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +51,7 @@ class Scene:
     baseline: Baseline | None
     coarse: Motion | None  # the clean track's, in coarse steps
     plain: Array | None  # what the untouched aircraft answers to it
+    held: Array | None  # the same with its engines held
 
 
 def scene(track: Track, wind: Array, model: Replay | None, aircraft: AircraftModel | None) -> Scene:
@@ -58,11 +61,12 @@ def scene(track: Track, wind: Array, model: Replay | None, aircraft: AircraftMod
     clean = clean_track(track, wind)
     base = residuals(clean, grid, frame, model)
     if aircraft is None:
-        return Scene(clean, grid, frame, model, base, None, None, None, None)
+        return Scene(clean, grid, frame, model, base, None, None, None, None, None)
     coarse = motion_of(clean, replay_rows(clean, COARSE))
     react = aircraft.react
-    plain = answer(lambda motion: react(motion, Overlay()), coarse)
-    return Scene(clean, grid, frame, model, base, react, aircraft.baseline, coarse, plain)
+    plain = answer(lambda motion: react(motion, Overlay(), True), coarse)
+    held = answer(lambda motion: react(motion, Overlay(), False), coarse)
+    return Scene(clean, grid, frame, model, base, react, aircraft.baseline, coarse, plain, held)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,16 +152,24 @@ def _felt(scene: Scene, effect: AircraftEffect, sizes: dict[str, float]) -> Arra
         or scene.baseline is None
         or scene.coarse is None
         or scene.plain is None
+        or scene.held is None
     ):
         return None
     overlay, react = effect.overlay(sizes, scene.baseline), scene.react
     split = _throttle_split(overlay)
     if split is not None:
         return _in_split(scene, split)
-    missed = scene.plain - answer(lambda motion: react(motion, overlay), scene.coarse)
+    run = not _leaves_engines(overlay)
+    missed = (scene.plain if run else scene.held) - answer(lambda m: react(m, overlay, run), scene.coarse)
     rows = replay_rows(scene.clean, COARSE)
     model = replace(scene.model, values=scene.model.values + spread(scene.model.rows, rows, missed))
     return residuals(scene.clean, scene.grid, scene.frame, model).values - scene.base.values
+
+
+def _leaves_engines(overlay: Overlay) -> bool:
+    """Whether an overlay adds forces and moments of the air only, so that thrust falls out of the difference."""
+    elsewhere = [s for s in overlay.settings if not s.path.startswith(OF_THE_AIR)]
+    return not (elsewhere or overlay.masses or overlay.forces or overlay.filters)
 
 
 def _throttle_split(overlay: Overlay) -> float | None:

@@ -15,6 +15,7 @@ from pitotbench.reconcile.hypotheses import AircraftModel
 from pitotbench.reconcile.name import Naming, estimates, name
 from pitotbench.reconcile.nuisance import Setting
 from pitotbench.reconcile.null import Knowledge
+from pitotbench.reconcile.power import unexplained
 from pitotbench.reconcile.refine import at_sizes, without
 from pitotbench.reconcile.study import FITTED, Study, columns_of, scaled_to, study, weigh
 from pitotbench.records.log import FlightLog
@@ -24,10 +25,12 @@ from pitotbench.records.verdict import Candidate, Closure, Detectable, Kind, Ver
 def judge(layout: Study, known: Knowledge) -> tuple[Verdict, Naming]:
     """The verdict on a log that is laid out, and the naming behind it."""
     named = name(layout, known)
-    seen = turbulence(_explained(named), known.gusts)
+    rest = _explained(named)
+    seen = turbulence(rest, known.gusts)
+    odd = () if seen else unexplained(rest, known.noise, known.powers, named.fit.gain)
     effects = (*layout.found.effects, *_effects(named), *seen)
     alternatives = (*((),) * len(layout.found.effects), *named.alternatives, *(("turbulence_scale",),) * len(seen))
-    kind: Kind = named.kind
+    kind: Kind = "unknown" if odd and not layout.found.effects else named.kind
     if kind in ("named", "no_gap") and effects:
         kind = "one_of" if any(alternatives) else "named"
     groups = [(e.name, *others) for e, others in zip(effects, alternatives, strict=True)]
@@ -36,7 +39,7 @@ def judge(layout: Study, known: Knowledge) -> tuple[Verdict, Naming]:
         effects=effects,
         alternatives=alternatives,
         candidates=named.candidates,
-        located=named.leftover if kind == "unknown" and named.chosen else named.located,
+        located=(*odd, *(named.leftover if kind == "unknown" and named.chosen else named.located)),
         checks=layout.found.checks,
         closure=closure(named.evidence, named.fit.columns, named.fit.sizes.tolist(), _cells(named.layout)),
         smallest_detectable=smallest_detectable(named.evidence, named.layout, known, named.fit.columns),

@@ -17,7 +17,8 @@ from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Kind, Located
 
 APART = 9.0  # fall of the sum of squares that tells two explanations apart: 3σ
-LINEAR = 0.03  # error of a signature as a share of it: of sizes, and what it may leave for others to explain
+LINEAR = 0.03  # error of a signature as a share of it: what it may leave for others to explain
+METHOD = 0.05  # deviation of a size as a share of it, for what the method itself errs (lags come out 3 to 5 % long)
 MOST = 3  # effects named at once
 CONTENDERS = 6  # explanations whose signatures are renewed at their fitted sizes
 ROUNDS = 3
@@ -179,7 +180,7 @@ def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]
     """The sizes of a fit, by the names of their parameters; the bound holds the error of the method as well."""
     found = zip(fit.columns, fit.sizes, fit.deviations, strict=True)
     return tuple(
-        Estimate(signatures[c].parameter, float(s), 2.0 * float(np.hypot(d, LINEAR * s))) for c, s, d in found
+        Estimate(signatures[c].parameter, float(s), 2.0 * float(np.hypot(d, METHOD * s))) for c, s, d in found
     )
 
 

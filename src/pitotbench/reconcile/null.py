@@ -12,6 +12,8 @@ from scipy.special import ndtri
 
 from pitotbench.reconcile.gusts import usual_gusts
 from pitotbench.reconcile.locate import Cell
+from pitotbench.reconcile.power import powers, usual_powers
+from pitotbench.reconcile.refine import placed_in_time
 from pitotbench.reconcile.scoring import score
 from pitotbench.reconcile.study import Study, columns_of, noise_residuals, scaled_to, weigh
 from pitotbench.reconcile.whitening import NoiseModel, autocovariance, noise_model
@@ -21,6 +23,8 @@ FEWEST = 4  # flights for their spread to mean anything
 FALSE_ALARM = 0.01  # share of null flights above the threshold
 FLOOR = 4.0  # σ, below which no threshold for the table falls: some 60 hypotheses, each tried twice
 EULER = 0.5772156649
+
+Table = tuple[dict[str, float], dict[str, float]]  # scores of the effects, signed scores of the cells
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +40,7 @@ class Knowledge:
     cell_threshold: float
     flights: int
     gusts: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # mean and deviation, see gusts.py
+    powers: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # mean and deviation, see power.py
 
 
 def ignorance(noise: NoiseModel) -> Knowledge:
@@ -45,38 +50,58 @@ def ignorance(noise: NoiseModel) -> Knowledge:
 
 
 def learn(studies: Sequence[Study]) -> Knowledge:
-    """Learn from null flights. Raises ValueError for fewer than `FEWEST`."""
+    """Learn from null flights. Raises ValueError for fewer than `FEWEST`.
+
+    Each flight is scored by the noise, means and spreads of the others, so that it is as fresh as the log will be.
+    """
     if len(studies) < FEWEST:
         raise ValueError(f"{len(studies)} null flights are too few to set a threshold; fly at least {FEWEST}")
     names = studies[0].residuals.names
-    covariance = np.mean([autocovariance(noise_residuals(s), s.grid) for s in studies], axis=0)
-    noise = noise_model(names, covariance)
-    tables = [_table(s, noise) for s in studies]
-    effects = {k: [t[0].get(k, 0.0) for t in tables] for k in {k for t in tables for k in t[0]}}
-    cells = {k: [t[1].get(k, 0.0) for t in tables] for k in {k for t in tables for k in t[1]}}
-    spread = {k: max(1.0, _rms(v) / USUAL.get(k, 1.0)) for k, v in effects.items()}
-    mean = {k: float(np.mean(v)) for k, v in cells.items()}
-    cell_spread = {k: max(1.0, float(np.std(v))) for k, v in cells.items()}
-    largest = [max(v / spread[k] for k, v in t[0].items()) for t in tables]
-    largest_cell = [max(abs(v - mean[k]) / cell_spread[k] for k, v in t[1].items()) for t in tables]
+    each = np.stack([autocovariance(noise_residuals(s), s.grid) for s in studies])
+    fresh = [noise_model(names, np.delete(each, i, axis=0).mean(axis=0)) for i in range(len(studies))]
+    tables = [_table(s, noise) for s, noise in zip(studies, fresh, strict=True)]
+    rest = [_usual([*tables[:i], *tables[i + 1 :]]) for i in range(len(tables))]
+    largest = [
+        max(v / spread.get(k, 1.0) for k, v in t[0].items()) for t, (spread, _, _) in zip(tables, rest, strict=True)
+    ]
+    largest_cell = [
+        max(abs(v - mean.get(k, 0.0)) / deviation.get(k, 1.0) for k, v in t[1].items())
+        for t, (_, mean, deviation) in zip(tables, rest, strict=True)
+    ]
+    spread, mean, deviation = _usual(tables)
+    gusts = usual_gusts(studies)
+    wandering = [powers(s, noise) for s, noise in zip(studies, fresh, strict=True)]
     return Knowledge(
-        noise,
+        noise_model(names, each.mean(axis=0)),
         spread,
         mean,
-        cell_spread,
+        deviation,
         _quantile(largest),
-        _quantile(largest_cell, _floor(len(cells), len(studies))),
+        _quantile(largest_cell, _floor(len(mean), len(studies))),
         len(studies),
-        usual_gusts(studies),
+        gusts,
+        usual_powers(wandering, min(len(s.grid) for s in studies), gusts),
     )
 
 
-USUAL: Mapping[str, float] = {}  # root mean square score of an effect under pure noise, where it is not one
+def _usual(tables: Sequence[Table]) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
+    """Root mean square score of each effect, never below one; mean and deviation of each cell's."""
+    keys, places = ({k for t in tables for k in t[part]} for part in (0, 1))
+    effects = {k: [t[0].get(k, 0.0) for t in tables] for k in keys}
+    cells = {k: [t[1].get(k, 0.0) for t in tables] for k in places}
+    spread = {k: max(1.0, _rms(v)) for k, v in effects.items()}
+    return (
+        spread,
+        {k: float(np.mean(v)) for k, v in cells.items()},
+        {k: max(1.0, float(np.std(v))) for k, v in cells.items()},
+    )
 
 
-def _table(layout: Study, noise: NoiseModel) -> tuple[dict[str, float], dict[str, float]]:
-    """Scores of all effects and signed scores of all cells of one null flight."""
-    evidence = weigh(layout, scaled_to(noise, layout))
+def _table(layout: Study, noise: NoiseModel) -> Table:
+    """Scores of all effects and signed scores of all cells of one null flight, events where they fit best."""
+    noise = scaled_to(noise, layout)
+    layout = placed_in_time(layout, noise)
+    evidence = weigh(layout, noise)
     effects = {name: score(evidence.fit(columns)) for name, columns in columns_of(layout.signatures).items()}
     first = len(layout.signatures)
     values = evidence.scores(range(first, first + len(layout.cells)))

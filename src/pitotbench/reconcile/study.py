@@ -8,7 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, Effect, Overlay, SensorEffect
-from pitotbench.reconcile.channels import Residuals, air_velocity, residuals
+from pitotbench.reconcile.channels import Residuals, air_velocity, residuals, slack
 from pitotbench.reconcile.checks import Found, check
 from pitotbench.reconcile.evidence import Evidence, evidence, inner_products
 from pitotbench.reconcile.grid import Grid
@@ -64,13 +64,14 @@ def study(
     found = check(log)
     track = track_of(log, found.fresh)
     model = (
-        replay(track, lambda motion: aircraft.react(motion, Overlay()))
+        replay(track, lambda motion: aircraft.react(motion, Overlay(), True))
         if aircraft is not None and can_replay(track)
         else None
     )
     set_up = scene(track, mean_wind(track), model, aircraft if model is not None else None)
     left = residuals(track, set_up.grid, set_up.frame, model)
-    left = replace(left, slack=left.slack + _unusable(log, found, track, set_up.grid, known)[:, None])
+    loose = slack(set_up.grid, model, left.names) + _unusable(log, found, track, set_up.grid, known)[:, None]
+    left = replace(left, slack=loose)
     places, shapes = cells(set_up.clean, set_up.grid, set_up.base)
     known = replace(known, pressure_step=_coarse_step(found))
     unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, known, shapes)

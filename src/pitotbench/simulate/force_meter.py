@@ -5,7 +5,7 @@ between two states the engines, governors and turbochargers run in JSBSim's own 
 side of the equation-error method (Klein and Morelli, Aircraft System Identification, 2006, ch. 5).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,8 +40,11 @@ def loaded_mass(aircraft: str) -> float:
     return Plant.load(aircraft).get("mass")
 
 
-def measure(plant: Plant, motion: Motion, loaded_mass: float) -> Reaction:
+def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool = True) -> Reaction:
     """What an aircraft feels along a measured motion: some 100 µs a state at ten states a second.
+
+    With `engines_run` false no time passes after the first state: thrust is then not that of the motion, and only
+    the difference of two such reactions, by forces of the air alone, means something.
 
     `loaded_mass` [kg] is that of the untouched aircraft with full tanks, from which the logged mass tells the fuel.
     The plant is used up: take a new one for the next motion.
@@ -52,18 +55,20 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float) -> Reaction:
     wanted = np.stack([getattr(motion, name) for name, *_ in CONTROLS], axis=1)
     states = _initial_conditions(motion, heights, sound)
     reads = [_reader(plant, path, factor) for path, factor in _outputs()]
+    writers = [plant.writer(path) for path in _IC]
     mass = plant.getter("mass")
     rows = np.empty((len(motion.time), len(reads)))
     steps = np.diff(motion.time, append=motion.time[-1] + TENTH)
     for k in range(len(rows)):
         starts = k == 0 or steps[k - 1] > GAP
-        for _ in range(round(RUN_IN / TENTH) if starts else 0):
-            _place(plant, states[k], servos, wanted[k])
+        for _ in range(round(RUN_IN / TENTH) if starts and (engines_run or k == 0) else 0):
+            _place(plant, states[k], servos, wanted[k], writers)
             plant.advance(round(TENTH / plant.time_step))
-        _place(plant, states[k], servos, wanted[k])
+        for _ in range(1 if engines_run else 2):  # once more for what reads the lift of the state before
+            _place(plant, states[k], servos, wanted[k], writers)
         rows[k] = [read() for read in reads]
         rows[k, :3] /= mass[0]() * mass[1]
-        plant.advance(0 if steps[k] > GAP else max(1, round(steps[k] / plant.time_step)))
+        plant.advance(0 if steps[k] > GAP or not engines_run else max(1, round(steps[k] / plant.time_step)))
     return _reaction(rows)
 
 
@@ -158,12 +163,14 @@ class _Servo:
         self.write(self.command)
 
 
-def _place(plant: Plant, state: Array, servos: list[_Servo], wanted: Array) -> None:
+def _place(
+    plant: Plant, state: Array, servos: list[_Servo], wanted: Array, writers: Sequence[Callable[[float], bool]]
+) -> None:
     """Put the aircraft into a state: the second round moves the controls as the new state has changed them."""
     for servo, position in zip(servos, wanted, strict=True):
         servo.move(float(position))
-    for path, value in zip(_IC, state, strict=True):
-        plant.writer(path)(float(value))
+    for write, value in zip(writers, state, strict=True):
+        write(float(value))
     plant.run_initial_conditions()
 
 

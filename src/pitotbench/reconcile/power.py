@@ -1,0 +1,51 @@
+"""How much a channel wanders, against null flights: what neither an effect nor a place to look explains.
+
+A gap that follows no variable, as an error that swings with a period of its own, leaves every mean where it was; it
+shows only in the sum of squares of its channel.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pitotbench.reconcile.study import Study, noise_residuals
+from pitotbench.reconcile.whitening import NoiseModel
+from pitotbench.records.verdict import Located
+
+THRESHOLD = 5.3  # deviations: one in a hundred logs by Student's t of eight flights, over some seventeen channels
+GUSTY = ("airspeed_along", "airspeed_across", "airspeed_down")  # judged by gusts.py where there is turbulence
+ALLOWED = 0.1  # share of the explained sum of squares that an imperfect signature may leave
+CALM = 0.1  # m/s, deviation of gusts below which the air counts as calm
+
+
+def powers(layout: Study, noise: NoiseModel) -> dict[str, float]:
+    """Logarithm of the mean square innovation of each channel, nuisances taken out."""
+    white = noise.whiten(noise_residuals(layout), layout.grid, layout.residuals.slack)
+    used = white[np.any(white != 0.0, axis=1)]
+    return dict(zip(layout.residuals.names, np.log(np.mean(used**2, axis=0) + 1e-12).tolist(), strict=True))
+
+
+def usual_powers(
+    found: Sequence[Mapping[str, float]], instants: int, gusts: Mapping[str, tuple[float, float]]
+) -> dict[str, tuple[float, float]]:
+    """Mean and deviation of each channel's power on null flights, of some instants each; the deviation is never
+    below that of white noise."""
+    gusty = gusts["level"][0] > np.log(CALM)
+    names = [name for name in found[0] if not (gusty and name in GUSTY)]
+    values = {name: [f[name] for f in found] for name in names}
+    least = float(np.sqrt(2.0 / instants))
+    return {n: (float(np.mean(v)), max(least, float(np.std(v, ddof=1)))) for n, v in values.items()}
+
+
+def unexplained(
+    layout: Study, noise: NoiseModel, usual: Mapping[str, tuple[float, float]], explained: float
+) -> tuple[Located, ...]:
+    """Channels that wander more than on null flights, the worst one first, by more than a share of what has been
+    explained, a sum of squares, may leave."""
+    seen, found = powers(layout, noise), []
+    for name, (mean, deviation) in usual.items():
+        told = (seen[name] - mean) / deviation
+        surplus = len(layout.grid) * float(np.exp(seen[name]) - np.exp(mean))
+        if told > THRESHOLD and surplus > ALLOWED * explained:
+            found.append(Located(name, "", "", told))
+    return tuple(sorted(found, key=lambda place: -place.significance))

@@ -88,3 +88,10 @@ def test_answers_are_counted_as_they_are() -> None:
     assert rows["truth in the reported set, where effects are reported"] == 2
     assert rows["wrong single name, any band"] == 1
     assert rows["needless abstention (unknown, no gap), SNR above 7"] == 1
+
+
+def test_the_committed_score_follows_from_the_committed_truth_and_answers(tmp_path: Path) -> None:
+    docs = Path(__file__).parents[2] / "docs"
+    score(docs / "blind" / "results.jsonl", docs / "blind", tmp_path)
+    assert (tmp_path / "blind.csv").read_text("utf-8") == (docs / "blind.csv").read_text("utf-8")
+    assert (docs / "blind" / "truth.sha256").read_text("utf-8").strip() in (docs / "blind.md").read_text("utf-8")

@@ -143,7 +143,7 @@ def write_stories(stories: Sequence[Told], out: Path, reports: Path | None = Non
         chapters.append(Chapter(story.name, story.title, story.told, account, truth, told.calibrations))
     seeds = ", ".join(str(told.story.seed) for told in stories)
     provenance = (
-        f"Seeds {seeds}, held out + {HELD_OUT}; {SYSTEM} Hz, light turbulence. Written by "
+        f"Seeds {seeds}, held out + {HELD_OUT}; {SYSTEM} Hz, light turbulence.\nWritten by "
         "`scripts/reconcile_stories.py`; with `--reports DIR` it writes the full report of each as well."
     )
     write_text(out / "reconcile-stories.md", stories_page(chapters, provenance))

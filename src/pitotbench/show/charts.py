@@ -28,7 +28,9 @@ def draw(chart: Chart) -> Panel:
 def save(chart: Chart, path: Path) -> None:
     """The chart as a PNG file."""
     with drawn(lambda axes: _put(axes, chart), _size(chart), _LEGEND) as figure:
-        figure.savefig(path, dpi=_DPI, metadata={"Software": None}, pil_kwargs={"optimize": True})
+        figure.savefig(
+            path, dpi=_DPI, bbox_inches="tight", metadata={"Software": None}, pil_kwargs={"optimize": True}
+        )
 
 
 def _size(chart: Chart) -> tuple[float, float]:

@@ -69,7 +69,7 @@ def _bars(evidence: Evidence, das: str) -> Chart:
         ("error", "true rms error of the curve"),
     ]
     return maneuver_bars(
-        "rankings", "What is published, and what is known", f"Light turbulence, {das} Hz, Inverse+.", "[kt]", kinds,
+        "rankings", "What is published, and what is known", f"Light turbulence, {das} Hz, Inverse+.", "2σ or rms [kt]", kinds,
         lambda m, kind: _column(evidence, columns[kind], m, das),
     )  # fmt: skip
 
@@ -107,7 +107,7 @@ def confounding(evidence: Evidence, das: str = "50/50") -> Reply:
     series = [_cloud(evidence, m, das) for m in _SHOWN]
     rows = [{"maneuver": NAMES[m], **dict(zip(_LABELS, found[m], strict=True))} for m in _SHOWN]
     title, note = "Wind and curve confounded", f"One mark a flight; light turbulence, {das} Hz."
-    axes = "error of the wind along the track [kt]", "low-speed minus high-speed error [kt]"
+    axes = "error of the wind along the track [kt]", "error, slow minus fast half [kt]"
     step, leg, both = found["step_decrease"], found["four_leg"], found[BOTH_WAYS]
     residual = [
         Spread.of(evidence.residual(m, setting="light", das=das)).mean for m in ("step_decrease", BOTH_WAYS)

@@ -74,12 +74,13 @@ def _worth(evidence: Evidence) -> str:
     quiet = {"noise": SPECIFICATION, "gps_noise": SPECIFICATION}
     found = [_fall(evidence, "four_leg", setting=setting, **quiet).mean for setting in ("smooth", "busy")]
     vector = _fall(evidence, "four_leg", form="vector")
+    form = ", so that it is not the form of the fit" if abs(vector.mean) < _SEEN else ""
     return (
         "Vertical speed enters the airspeed as its square over twice the airspeed. In 4-Leg the good pilot makes "
         f"{good:.0f} ft/min rms and the busy one {hurried:.0f}, worth {worth:.4f} kt at 100 kt against a residual "
         f"of {Spread.of(evidence.residual('four_leg')).mean:.2f} kt. Three experiments. With a tenth of the noise "
         f"of pressure and velocity the fall is {found[0]:.1f} % (good) and {found[1]:.1f} % (busy); with ground "
-        f"velocity as three outputs it is {vector.text(2)} %, so that it is not the form of the fit."
+        f"velocity as three outputs it is {vector.text(2)} %{form}."
     )
 
 

@@ -69,7 +69,8 @@ def _bars(evidence: Evidence, das: str) -> Chart:
         ("error", "true rms error of the curve"),
     ]
     return maneuver_bars(
-        "rankings", "What is published, and what is known", f"Light turbulence, {das} Hz, Inverse+.", "2σ or rms [kt]", kinds,
+        "rankings", "What is published, and what is known", f"Light turbulence, {das} Hz, Inverse+.",
+        "2σ or rms [kt]", kinds,
         lambda m, kind: _column(evidence, columns[kind], m, das),
     )  # fmt: skip
 

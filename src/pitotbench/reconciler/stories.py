@@ -66,7 +66,7 @@ STORIES = (
     Story(
         "gps_latency",
         "Turn data: a GPS velocity that comes late",
-        "Circles flown with a receiver whose velocity is stamped late. A calibration's own residual does not show it.",
+        "Circles flown with a receiver whose velocity is stamped late. A calibration's residual does not show it.",
         "circle",
         9202,
         (EffectSpec("gps_latency", {"latency_s": 0.3}),),

@@ -65,8 +65,8 @@ STORIES = (
     ),
     Story(
         "gps_latency",
-        "Turn data that spoil the calibration: GPS latency",
-        "In the simulator the circles calibrate as well as the legs. In flight the residual rises with every turn.",
+        "Turn data: a GPS velocity that comes late",
+        "Circles flown with a receiver whose velocity is stamped late. A calibration's residual does not show it.",
         "circle",
         9202,
         (EffectSpec("gps_latency", {"latency_s": 0.3}),),
@@ -74,7 +74,7 @@ STORIES = (
     ),
     Story(
         "alpha_static_error",
-        "Turn data that spoil the calibration: a static source that feels the angle of attack",
+        "Turn data: a static source that feels the angle of attack",
         "The second cause: in a turn the wing works harder at the same airspeed, and a static source that errs "
         "with the angle of attack reads otherwise than on a leg.",
         "circle",

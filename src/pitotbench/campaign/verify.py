@@ -39,7 +39,10 @@ class Budget:
 def verify(
     seeds: int, out: Path, budget: Budget = Budget(), scorings: Sequence[str] = tuple(SCORINGS)
 ) -> pd.DataFrame:
-    """Score up to `seeds` seeds of every cell and write coverage.csv, coverage.png and coverage.md into `out`."""
+    """Score up to `seeds` seeds of every cell and write coverage.csv, coverage.png and coverage.md into `out`.
+
+    Ends after the round in which the minutes are over: 0 writes what the kept rows hold.
+    """
     rows = _kept(budget.rows)
     begun = monotonic()
     with (
@@ -100,8 +103,8 @@ def _write(rows: pd.DataFrame, out: Path) -> None:
     coverage_picture(cells, out / "coverage.png")
     failures = int((rows["failed"] != "").sum())
     provenance = (
-        f"Seeds {rows['seed'].min()} to {rows['seed'].max()}, {cells['flights'].min()} flights a cell, "
-        f"{len(rows):,} calibrations, {failures} without an answer, "
+        f"Seeds {rows['seed'].min()} to {rows['seed'].max()}, {len(rows):,} calibrations, "
+        f"{failures} without an answer, "
         f"pitotbench {version('pitotbench')}, JSBSim {version('jsbsim')}, {datetime.now(UTC):%Y-%m-%d}."
     )
     (out / "coverage.md").write_text(coverage_page(cells, provenance), encoding="utf-8")

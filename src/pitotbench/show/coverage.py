@@ -108,7 +108,8 @@ def _verdict(cells: pd.DataFrame) -> str:
     share, band = cells.coverage_percent, cells.band_coverage_percent
     within = int((np.abs(share - _PROMISE) <= 2.0).sum())
     return (
-        f"{share.min():.1f} to {share.max():.1f} % of the curve over {len(cells)} cells, mean {share.mean():.1f}; "
+        f"{cells.flights.min()} flights a cell, {share.min():.1f} to {share.max():.1f} % of the curve over "
+        f"{len(cells)} cells, mean {share.mean():.1f}; "
         f"{within} within 95 ± 2 %; whole curves inside their band {band.min():.1f} to {band.max():.1f} %"
     )
 

@@ -1,9 +1,9 @@
 """Fly the paper's simulator study again and answer its claims.
 
     python scripts/reproduce_study.py                       # one seed, a look in a minute
-    python scripts/reproduce_study.py --seeds 12 --docs docs   # what docs/study.md holds
+    python scripts/reproduce_study.py --seeds 30 --docs docs   # what docs/study.md holds
 
-Writes report.html, study.md with its pictures, and the numbers as Parquet to out/study.
+Writes report.html and the numbers as Parquet to out/study; with --docs study.md and its pictures too.
 """
 
 import argparse

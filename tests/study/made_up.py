@@ -31,9 +31,11 @@ RATINGS = {
 Residual = Callable[[Sortie, Look], float]
 
 
-def evidence(residual: Residual, minutes: dict[str, float] = MINUTES, seeds: int = 2) -> Evidence:
+def evidence(
+    residual: Residual, minutes: dict[str, float] = MINUTES, seeds: int = 2, sweeps: bool = True
+) -> Evidence:
     """The tables of a study in which every residual 2σ is what a function says."""
-    return Evidence.of([_measured(sortie, residual, minutes) for sortie in plan(seeds)])
+    return Evidence.of([_measured(sortie, residual, minutes) for sortie in plan(seeds, sweeps)])
 
 
 def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> Measured:

@@ -76,3 +76,15 @@ def test_numbers_are_told_again_without_flying(tmp_path, capsys):
     assert {n: f.ours for n, f in again.findings.items()} == {n: c.answer(evidence).ours for n, c in CLAIMS.items()}
     assert main(["study", "--tables", str(tmp_path / "nothing"), "--out", str(tmp_path / "x")]) == 2
     assert "--tables takes" in capsys.readouterr().err
+
+
+def test_the_claims_alone_are_answered_without_the_sweeps(tmp_path):
+    """Every claim answers from fewer flights with the same words; nothing of what was not flown is shown."""
+    whole, alone = (made_up.evidence(_varied, seeds=2, sweeps=sweeps) for sweeps in (True, False))
+    assert len(alone.flights) < len(whole.flights)
+    findings = {number: claim.answer(alone) for number, claim in CLAIMS.items()}
+    assert {n: f.ours for n, f in findings.items()} == {n: c.answer(whole).ours for n, c in CLAIMS.items()}
+    page = tell(alone, findings)
+    assert page.questions == []
+    assert "Open questions" not in study_html(page)
+    assert "left open" not in write_document(page, tmp_path).read_text(encoding="utf-8")

@@ -16,6 +16,7 @@ def study_html(page: StudyPage) -> str:
         ("What the residual does not say", page.truth),
         ("Open questions", page.questions),
     ]
+    groups = [(name, parts) for name, parts in groups if parts]
     shown = [
         (name, [(part, [draw(chart) for chart in part.charts], [_cells(t) for t in part.tables]) for part in parts])
         for name, parts in groups
@@ -37,7 +38,7 @@ def write_document(page: StudyPage, folder: Path) -> Path:
         ("What the residual does not say", page.truth),
         ("What the paper left open", page.questions),
     ):
-        blocks.append(f"## {heading}")
+        blocks += [f"## {heading}"] if parts else []
         for part in parts:
             blocks += _part(part, pictures)
     blocks += ["## How it was done", *page.method]

@@ -32,11 +32,12 @@ from pitotbench.study.story import tell
 class StudyRequest:
     """How many seeds (1 to `seeds`, truth and sensors), where to write, how many processes or which cluster.
 
-    `docs`: a folder that also gets `study.md` and its pictures. `tables`: the `out` of an earlier run, whose
-    numbers are told again instead of flying.
+    `sweeps`: fly what the paper left open as well. `docs`: a folder that gets `study.md` and its pictures.
+    `tables`: the `out` of an earlier run, whose numbers are told again instead of flying.
     """
 
     seeds: int = 1
+    sweeps: bool = True
     out: Path = Path("out/study")
     docs: Path | None = None
     jobs: int | None = None
@@ -60,7 +61,7 @@ class StudyResult:
 
 
 def run_study(request: StudyRequest) -> StudyResult:
-    """Fly the study, answer every claim, write report.html, study.md with its pictures and the tables of numbers.
+    """Fly the study, answer every claim, write report.html and the tables of numbers; with `docs` study.md too.
 
     The same seeds give the same numbers on any number of processes.
     Raises BadInputError for a request that makes no sense, NoAnswerError where nothing could be flown.
@@ -75,7 +76,7 @@ def run_study(request: StudyRequest) -> StudyResult:
 
 
 def _fly(request: StudyRequest) -> list[Measured]:
-    sorties, measured = plan(request.seeds), []
+    sorties, measured = plan(request.seeds, request.sweeps), []
     with executor_for(request.jobs or os.cpu_count() or 1, request.scheduler) as executor, _progress() as bar:
         line = bar.add_task("flying", total=len(sorties))
         for done in _results(executor, sorties):
@@ -114,7 +115,7 @@ def _write(request: StudyRequest, evidence: Evidence, findings: dict[str, Findin
     report.write_text(study_html(page), encoding="utf-8")
     for name in TABLES:
         getattr(evidence, name).to_parquet(request.out / f"{name}.parquet", index=False)
-    return report, *(write_document(page, folder) for folder in (request.out, request.docs) if folder)
+    return (report, write_document(page, request.docs)) if request.docs else (report,)
 
 
 def _progress() -> Progress:

@@ -21,7 +21,7 @@ ALIKE = 0.5  # of the noise of a receiver alone: that of an integrated solution
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """Air and pilot. `rare` settings explain and are flown for a third of the seeds only."""
+    """Air and pilot. `rare` settings explain and are flown for a fifth of the seeds only."""
 
     turbulence: str
     pilot: str

@@ -10,7 +10,7 @@ from pitotbench.study.flights import BOTH_WAYS
 from pitotbench.study.names import NAMES, PAPER_ORDER, named
 from pitotbench.study.sweeps.sweep import Reply, rms
 
-_FEWEST = 4  # seeds: a correlation of fewer says nothing
+_FEWEST = 9  # seeds: a correlation of fewer says nothing
 _SHOWN = ("step_decrease", "rapid_decel", "race_track", "four_leg", BOTH_WAYS)
 
 
@@ -93,7 +93,7 @@ _LABELS = ("correlation [-]", "wind along the track, rms error [kt]", "slope of 
 def _confounded(evidence: Evidence, maneuver: str, das: str) -> tuple[str, str, str]:
     """The correlation of the errors of wind and slope over seeds, and the rms of either [kt]."""
     wind, tilt = (_column(evidence, column, maneuver, das) for column in _ERRORS)
-    alike = signed(wind.corr(tilt), 2) if len(wind.dropna()) > _FEWEST else "unknown from so few seeds"
+    alike = signed(wind.corr(tilt), 2) if len(wind.dropna()) > _FEWEST else "few seeds"
     return alike, f"{rms(wind):.2f}", f"{rms(tilt):.2f}"
 
 
@@ -118,7 +118,7 @@ def confounding(evidence: Evidence, das: str = "50/50") -> Reply:
         "curve that is a knot lower on one side and higher on the other give the same data, and only the turn "
         f"tells them apart. Over seeds the errors of its wind and of its slope are {step[1]} and {step[2]} kt "
         f"rms (correlation {step[0]}); those of 4-Leg {leg[1]} and {leg[2]} kt ({leg[0]}). The experiment: the "
-        f"same power steps with every speed on both headings, {both[1]} and {both[2]} kt ({both[0]}), with a "
+        f"same power steps with every speed on both headings, {both[1]} and {both[2]} kt, with a "
         f"residual of {residual[1]:.2f} kt where Step Decrease has {residual[0]:.2f} kt.",
         (Lines(title, note, *axes, series, "confounding"),),
         (pd.DataFrame(rows),),

@@ -36,7 +36,7 @@ def tell(evidence: Evidence, findings: dict[str, Finding]) -> StudyPage:
             _reply("both rankings", "Both rankings", rankings),
             _reply("confounding", "Why Step Decrease knows less than its residual says", confounding(evidence)),
         ],
-        questions=[_reply(n, f"{n.capitalize()}: {s.question}", s.answer(evidence)) for n, s in SWEEPS.items()],
+        questions=_questions(evidence),
         method=_method(evidence),
     )
 
@@ -79,6 +79,14 @@ def _patterns(evidence: Evidence) -> tuple[Chart, ...]:
 
 def _reply(anchor: str, heading: str, reply: Reply) -> Part:
     return Part(anchor.replace(" ", "-"), heading, [("", reply.words)], reply.charts, reply.tables)
+
+
+def _questions(evidence: Evidence) -> list[Part]:
+    """What the paper left open; nothing where the sweeps were not flown."""
+    flown = set(evidence.flights["variant"])
+    if not any(sortie.variant in flown for sweep in SWEEPS.values() for sortie in sweep.sorties(1)):
+        return []
+    return [_reply(n, f"{n.capitalize()}: {s.question}", s.answer(evidence)) for n, s in SWEEPS.items()]
 
 
 def _seeds(count: int) -> str:

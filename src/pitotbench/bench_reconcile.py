@@ -167,7 +167,9 @@ def _to_json(known: Knowledge) -> dict[str, Any]:
             "names": list(noise.names),
             "coefficients": noise.coefficients.tolist(),
             "deviations": noise.deviations.tolist(),
+            "correlation": noise.correlation.tolist(),
         },
+        "search": dict(known.search),
         "spread": dict(known.spread),
         "cell_mean": dict(known.cell_mean),
         "cell_spread": dict(known.cell_spread),
@@ -176,14 +178,16 @@ def _to_json(known: Knowledge) -> dict[str, Any]:
         "flights": known.flights,
         "gusts": {name: list(pair) for name, pair in known.gusts.items()},
         "powers": {name: list(pair) for name, pair in known.powers.items()},
+        "swings": {name: list(pair) for name, pair in known.swings.items()},
     }
 
 
 def _from_json(table: dict[str, Any]) -> Knowledge:
     noise = table.pop("noise")
-    model = NoiseModel(tuple(noise["names"]), np.array(noise["coefficients"]), np.array(noise["deviations"]))
-    gusts, powers = _pairs(table.pop("gusts")), _pairs(table.pop("powers"))
-    return Knowledge(noise=model, gusts=gusts, powers=powers, **table)
+    arrays = (np.array(noise[key]) for key in ("coefficients", "deviations", "correlation"))
+    model = NoiseModel(tuple(noise["names"]), *arrays)
+    gusts, powers, swings = (_pairs(table.pop(key)) for key in ("gusts", "powers", "swings"))
+    return Knowledge(noise=model, gusts=gusts, powers=powers, swings=swings, **table)
 
 
 def _pairs(table: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, float]]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
+from tests.blind.forms import FORMS, KNOWN_AND_HIDDEN
 from tests.blind.outside import FAULTS
 from tests.blind.signals import typical
 
@@ -23,10 +24,10 @@ KINDS["gusts or samples"] = 1.0 - sum(KINDS.values())
 BANDS = {"above 7": (8.0, 25.0), "4 to 7": (4.3, 6.7), "2 to 4": (2.2, 3.8), "confusable": (5.0, 15.0)}
 BANDS |= {"two": (5.0, 20.0), "outside": (8.0, 25.0)}
 GROUPS = (  # effects that are easily taken for each other
-    ("pitot_lag", "air_data_latency", "gps_latency", "clock_drift", "second_order_line"),
+    ("pitot_lag", "air_data_latency", "gps_latency", "clock_drift", "one_way_lag", "wandering_latency"),
     ("static_lag", "line_leak", "static_zero_offset"),
-    ("belly_pod", "gear_not_up", "induced_drag", "flap_not_up", "polar_bend", "inclined_pod"),
-    ("time_drift", "temperature_drift", "wind_drift", "warm_up_drift", "wind_oscillation"),
+    ("belly_pod", "gear_not_up", "induced_drag", "flap_not_up", "cubed_induced_drag", "slow_pod"),
+    ("time_drift", "temperature_drift", "wind_drift", "late_drift", "curved_wind_drift"),
     ("power_deficit", "propeller_efficiency", "friction_loss", "belly_pod"),
     ("mass", "induced_drag", "alpha_static_error", "center_of_gravity"),
     ("turn_drag", "turn_rate_drag", "induced_drag", "antenna_lever_arm"),
@@ -36,7 +37,7 @@ COUNTED = {  # sizes of what is counted or shows in the spread only
     "dropped_samples": {"fraction": (0.02, 0.12)},
     "quantization": {"step_pa": (30.0, 80.0)},
     "sample_and_hold": {"period_s": (0.2, 0.6)},
-    "saturation": {"ceiling_pa": (2600.0, 3600.0)},
+    "saturation": {"ceiling_pa": (3400.0, 4000.0)},
     "turbulence_level": {"change": (0.5, 1.5)},
 }
 VARIANT_SHARE = 0.3
@@ -122,9 +123,9 @@ def _effect(
         return _effect(draw, kind, signals, taken)
     name = str(draw.choice(fits))
     factor = strength / signals[name]
-    shapes = {p.name for p in EFFECTS[name].parameters if p.shape}
+    shapes = {p.name for p in KNOWN_AND_HIDDEN[name].parameters if p.shape}
     sign = -1.0 if _by(draw, 0.5) and _within(name, -factor) else 1.0
-    sizes = {k: v if k in shapes else sign * factor * v for k, v in typical(EFFECTS[name]).items()}
+    sizes = {k: v if k in shapes else sign * factor * v for k, v in typical(KNOWN_AND_HIDDEN[name]).items()}
     if "at_s" in sizes:
         sizes["at_s"] = float(draw.uniform(90.0, 210.0))
     if "from_s" in sizes:
@@ -133,14 +134,13 @@ def _effect(
 
 
 def _pool(draw: Generator) -> list[str]:
-    variant = _by(draw, VARIANT_SHARE)
-    return [e.name for e in EFFECTS.values() if bool(e.variant_of) == variant]
+    return list(FORMS if _by(draw, VARIANT_SHARE) else EFFECTS)
 
 
 def _same(name: str) -> str:
-    return EFFECTS[name].variant_of or name
+    return KNOWN_AND_HIDDEN[name].variant_of or name
 
 
 def _within(name: str, factor: float) -> bool:
     """Whether all sizes, scaled, lie in their plausible ranges."""
-    return all(p.low <= factor * p.typical <= p.high for p in EFFECTS[name].parameters if not p.shape)
+    return all(p.low <= factor * p.typical <= p.high for p in KNOWN_AND_HIDDEN[name].parameters if not p.shape)

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.random import Generator
 from tests.blind.cards import CARDS
 from tests.blind.draw import Hidden, hidden, kinds
+from tests.blind.forms import flying_them
 from tests.blind.outside import FAULTS
 from tests.blind.signals import PLACE
 
@@ -104,9 +105,10 @@ def _case(draw: Generator, order: Hidden, seed: int, bend: Array) -> Case:
 
 
 def _log(case: Case, order: Hidden) -> FlightLog:
-    with _environment(order.environment):
-        flight = fly(case)
-    log = record(flight, case.das, case.sensor_seed)
+    with flying_them():
+        with _environment(order.environment):
+            flight = fly(case)
+        log = record(flight, case.das, case.sensor_seed)
     return FAULTS[order.fault](log, order.fault_size) if order.fault else log
 
 

@@ -6,8 +6,7 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
-
-from pitotbench.effects import EFFECTS
+from tests.blind.forms import KNOWN_AND_HIDDEN
 
 Z = 1.959964  # of a two-sided interval of 95 %
 
@@ -27,7 +26,7 @@ class Judged:
     @property
     def wanted(self) -> tuple[str, ...]:
         """The effects of the table to be named; a variant form counts as the effect whose cause it shares."""
-        return tuple(EFFECTS[name].variant_of or name for name, _ in self.truth["effects"])
+        return tuple(_cause(name) for name, _ in self.truth["effects"])
 
     @property
     def verdict(self) -> str:
@@ -36,16 +35,16 @@ class Judged:
 
     @property
     def groups(self) -> list[set[str]]:
-        """Each effect that was answered, with those not told from it; none where nothing was named."""
+        """The cause of each effect that was answered, with those not told from it; none where nothing was named."""
         if self.verdict not in ("named", "one_of"):
             return []
         pairs = zip(self.answer["effects"], self.answer["alternatives"], strict=True)
-        return [{name, *others} for name, others in pairs]
+        return [{_cause(n) for n in (name, *others)} for name, others in pairs]
 
     @property
     def right(self) -> bool:
         """Named, and exactly what was hidden."""
-        return self.verdict == "named" and sorted(self.answer["effects"]) == sorted(self.wanted)
+        return self.verdict == "named" and sorted(map(_cause, self.answer["effects"])) == sorted(self.wanted)
 
     @property
     def wrong_name(self) -> bool:
@@ -56,6 +55,10 @@ class Judged:
     def in_set(self) -> bool:
         """Every hidden effect stands in some reported set."""
         return all(any(name in group for group in self.groups) for name in self.wanted)
+
+
+def _cause(name: str) -> str:
+    return KNOWN_AND_HIDDEN[name].variant_of or name
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,9 +160,8 @@ def _closures(cases: Sequence[Judged]) -> list[Row]:
 
 def forced_closure(case: Judged) -> float | None:
     """Closure by an effect that was neither hidden nor reported, drawn by the log's name; None without a gap."""
-    hidden = {*case.wanted, *(name for name, _ in case.truth["effects"])}
-    reported = {name for group in case.groups for name in group}
-    others = sorted(n for n in case.answer["gains"] if n not in hidden | reported)
+    hidden = {*case.wanted, *(name for group in case.groups for name in group)}
+    others = sorted(n for n in case.answer["gains"] if _cause(n) not in hidden)
     if not case.right or case.answer["gap"] < 16.0 or not others:
         return None
     drawn = np.random.default_rng(int(case.answer["name"][-4:])).choice(others)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from tests.blind.cards import CARDS
+from tests.blind.forms import KNOWN_AND_HIDDEN
 from tests.blind.outside import FAULTS
 
 from pitotbench.bench_reconcile import aircraft_model, knowledge
@@ -42,13 +43,12 @@ def typical(effect: Effect) -> dict[str, float]:
 
 def strength(layout: Study, noise: NoiseModel, moved: Array) -> float:
     """Signal-to-noise ratio of a change of the residuals."""
-    n, c = moved.shape
 
     def white(values: Array) -> Array:
         return noise.whiten(values, layout.grid, layout.residuals.slack)
 
     dense = white(layout.nuisance.columns)
-    products = inner_products(dense, np.zeros((n, c, 0)), white(moved), blocks=1)
+    products = inner_products(dense, white(moved), blocks=1)
     weighed = evidence(products, dense.shape[2], layout.nuisance.deviations)
     return float(np.sqrt(max(0.0, weighed.inner[-1, -1])))
 
@@ -60,7 +60,7 @@ def measured(card: Case) -> dict[str, float]:
     layout = study(log, model, setting, NO_EFFECTS)
     noise = scaled_to(knowledge(card).noise, layout)
     found = {}
-    for effect in EFFECTS.values():
+    for effect in KNOWN_AND_HIDDEN.values():
         if effect.name in GUSTS or (isinstance(effect, SensorEffect) and effect.after_noise):
             continue
         moved = change(layout.scene, effect, typical(effect))

@@ -6,7 +6,7 @@ import pytest
 from pitotbench.reconcile.evidence import Evidence, evidence, inner_products
 from pitotbench.reconcile.grid import Grid
 from pitotbench.reconcile.null import learn
-from pitotbench.reconcile.whitening import autocovariance, noise_model
+from pitotbench.reconcile.whitening import learned
 
 N, C = 800, 2
 
@@ -15,9 +15,10 @@ def made(size: float = 0.0, seed: int = 3) -> tuple[Evidence, np.ndarray, np.nda
     """Two nuisances, two signatures, one cell a channel; the first signature is in the residual with a size."""
     draw = np.random.default_rng(seed)
     dense = draw.standard_normal((N, C, 4))
-    cells = np.ones((N, C, 1))
+    cells = np.broadcast_to(np.eye(C), (N, C, C))
     residual = draw.standard_normal((N, C)) + dense[:, :, 0] * 5.0 + size * dense[:, :, 2]
-    return evidence(inner_products(dense, cells, residual), 2, np.array([10.0, 10.0])), dense, residual
+    products = inner_products(np.concatenate([dense, cells], axis=2), residual)
+    return evidence(products, 2, np.array([10.0, 10.0])), dense, residual
 
 
 def test_fit_is_least_squares_with_the_prior_as_rows() -> None:
@@ -48,10 +49,31 @@ def test_whitening_makes_an_autoregression_white() -> None:
     for i in range(2, n):
         values[i] = 1.2 * values[i - 1] - 0.4 * values[i - 2] + 0.5 * draw.standard_normal()
     grid = Grid(np.arange(n), np.arange(n) == 0, 0.5, np.ones(1), True)
-    noise = noise_model(("x",), autocovariance(values, grid))
+    noise = learned(("x",), [(values, grid, np.zeros_like(values))])
     white = noise.whiten(values, grid, np.zeros_like(values))[20:, 0]
     assert noise.deviations[0] == pytest.approx(0.5, rel=0.05)
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.04
+
+
+def test_what_channels_share_is_weighed_once() -> None:
+    """Two channels with a common gust: whitened they are uncorrelated, and a difference of theirs shows better."""
+    draw, n = np.random.default_rng(2), 6000
+    gust = draw.standard_normal((n, 1))
+    values = np.hstack([gust + 0.5 * draw.standard_normal((n, 1)), gust + 0.5 * draw.standard_normal((n, 1))])
+    grid = Grid(np.arange(n), np.arange(n) == 0, 0.5, np.ones(1), True)
+    slack = np.zeros_like(values)
+    slack[: n // 2, 1] = 1e6  # the second channel says nothing here, and must not spoil the first
+    noise = learned(("x", "y"), [(values, grid, np.zeros_like(values))])
+    white = noise.whiten(values, grid, slack)
+    late = white[n // 2 :]
+    assert abs(np.corrcoef(late.T)[0, 1]) < 0.1
+    assert white[20 : n // 2, 0].std() == pytest.approx(1.0, abs=0.05)
+    assert white[: n // 2, 1].std() < 1e-3
+    alone = noise.whiten_alone(np.ones((n, 1)), grid, np.zeros_like(values))[20:]
+    power = np.einsum("nck,ncl->kl", alone, alone) / len(alone)
+    assert power[0, 0] > 2.0 * np.mean(
+        noise.innovations(np.ones_like(values), grid, np.zeros_like(values))[20:] ** 2
+    )
 
 
 def test_too_few_null_flights_are_refused() -> None:

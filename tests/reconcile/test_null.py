@@ -36,3 +36,28 @@ def test_an_altitude_that_swings_is_a_gap_of_unknown_cause(flight: Flight, known
     verdict, _ = judge(study(swinging, None, SETTING), known)
     assert verdict.kind == "unknown"
     assert verdict.located[0].channel == "pressure_height"
+
+
+def test_a_small_swing_is_found_by_its_period(flight: Flight, known: Knowledge) -> None:
+    """One that adds little to the sum of squares and follows nothing that is looked at."""
+    log = sensed_anew(flight, 122)
+    swing = 1.0 + 0.02 * np.sin(2.0 * np.pi * log.time / 23.0)
+    verdict, _ = judge(study(replace(log, impact_pressure=log.impact_pressure * swing), None, SETTING), known)
+    assert verdict.kind == "unknown"
+    assert verdict.located[0].variable in ("a period of 23 s", "a period of 22 s", "a period of 24 s")
+
+
+def with_curve(flight: Flight, times: float) -> FlightLog:
+    usual = flight.case.pressure_error
+    other = replace(usual, parameters=tuple(times * p for p in usual.parameters))
+    return sensed_anew(replace(flight, case=replace(flight.case, pressure_error=other)), 123)
+
+
+def test_an_error_curve_is_taken_out_before_forces_are_judged(flight: Flight, known: Knowledge) -> None:
+    """It is unknown in every log; to first order alone, one and a half times the usual one would pass for drag."""
+    log, true = with_curve(flight, 1.5), with_curve(flight, 0.0).impact_pressure
+    layout = study(log, None, SETTING)
+    left, before = (np.std(q / true - 1.0) for q in (layout.track["impact_pressure"], log.impact_pressure))
+    assert np.mean(layout.track["impact_pressure"] / true - 1.0) == pytest.approx(0.0, abs=0.003)
+    assert left < 0.2 * before
+    assert judge(layout, known)[0].kind == "no_gap"

@@ -13,6 +13,7 @@ import numpy as np
 from pitotbench.units import Array
 
 BLOCKS = 8
+CONTAINED = 0.98  # share of a column's sum of squares that others must make up to contain it
 SINGULAR = 1e-6  # share of a column that the others must leave for it to be one of its own
 
 
@@ -63,14 +64,38 @@ class Evidence:
         usable = power > SINGULAR * np.maximum(whole, 1e-300)
         return np.where(usable, product / np.sqrt(np.where(usable, power, 1.0)), 0.0)
 
+    def gain_along(self, columns: Sequence[int], proportions: Sequence[float], given: Sequence[int] = ()) -> float:
+        """The gain of columns in fixed proportions, one size for all, with others `given` free; 0 where these leave
+        nothing."""
+        inner, w, chosen = self.inner, np.asarray(proportions), list(columns)
+        power = w @ inner[np.ix_(chosen, chosen)] @ w
+        product, whole = w @ inner[chosen, -1], power
+        if given:
+            taken = list(given)
+            across = w @ inner[np.ix_(chosen, taken)]
+            inverse = _solve(inner, taken)[1]
+            power = power - across @ inverse @ across
+            product = product - across @ inverse @ inner[taken, -1]
+        return float(product**2 / power) if power > SINGULAR * whole else 0.0
+
+    def contains(self, columns: Sequence[int], others: Sequence[int]) -> bool:
+        """Whether some columns can make up the others, nuisances being free."""
+        inner, chosen = self.inner, list(columns)
+        inverse = _solve(inner, chosen)[1]
+        across = inner[np.ix_(list(others), chosen)]
+        made = np.einsum("ij,jk,ik->i", across, inverse, across)
+        return bool(np.all(made > CONTAINED * np.diag(inner)[list(others)]))
+
     def left(self, columns: Sequence[int]) -> float:
         """Sum of squares left after fitting nuisances and some columns."""
         return float(self.inner[-1, -1] - _solve(self.inner, columns)[2])
 
     def held_out_gain(self, columns: Sequence[int], given: Sequence[int] = ()) -> float:
-        """What the columns save in each block when sizes and nuisances are fitted to the other blocks, summed."""
+        """What the columns save in each block when sizes and nuisances are fitted to the other blocks, summed, and
+        what they save in the priors, which are data of no block."""
         total = self.products.sum(axis=0)
-        return sum(
+        stretched = self.nuisance_sizes(given) ** 2 - self.nuisance_sizes([*given, *columns]) ** 2
+        return float(self.prior @ stretched) + sum(
             self._misfit(here, total - here, given) - self._misfit(here, total - here, [*given, *columns])
             for here in self.products
         )
@@ -103,21 +128,11 @@ def evidence(products: Array, nuisances: int, deviations: Array) -> Evidence:
     return Evidence(products, nuisances, prior, total[k:, k:] - total[k:, :k] @ taken)
 
 
-def inner_products(dense: Array, cells: Array, residual: Array, blocks: int = BLOCKS) -> Array:
-    """Inner products by block, (b, m, m), of whitened columns: `dense` (n, c, d) in all channels, `cells`
-    (n, c, s) that stand each for one channel only, c·s columns in the order of channels, `residual` (n, c)."""
-    n, c, d = dense.shape
-    s = cells.shape[2]
-    out = np.zeros((blocks, d + c * s + 1, d + c * s + 1))
-    for block, rows in enumerate(np.array_split(np.arange(n), blocks)):
-        for channel in range(c):
-            own = np.arange(d + channel * s, d + (channel + 1) * s)
-            at = np.concatenate([np.arange(d), own, [d + c * s]])
-            part = np.concatenate(
-                [dense[rows, channel], cells[rows, channel], residual[rows, channel, None]], axis=1
-            )
-            out[block][np.ix_(at, at)] += part.T @ part
-    return out
+def inner_products(columns: Array, residual: Array, blocks: int = BLOCKS) -> Array:
+    """Inner products by block, (b, k + 1, k + 1), of whitened columns (n, c, k) and the residual (n, c)."""
+    every = np.concatenate([columns, residual[:, :, None]], axis=2)
+    parts = [part.reshape(-1, every.shape[2]) for part in np.array_split(every, blocks)]
+    return np.stack([part.T @ part for part in parts])
 
 
 def _solve(inner: Array, columns: Sequence[int]) -> tuple[Array, Array, float]:

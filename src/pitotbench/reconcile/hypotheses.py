@@ -83,7 +83,7 @@ class Signature:
 
 def signatures(scene: Scene, effects: Catalog[Effect]) -> tuple[Signature, ...]:
     """A signature for each size of each effect that this log can show."""
-    return tuple(s for effect in effects.values() if not effect.variant_of for s in _of_effect(scene, effect))
+    return tuple(s for effect in effects.values() for s in _of_effect(scene, effect))
 
 
 def _of_effect(scene: Scene, effect: Effect) -> Iterator[Signature]:

@@ -18,6 +18,7 @@ from pitotbench.reconcile.null import Knowledge
 from pitotbench.reconcile.power import unexplained
 from pitotbench.reconcile.refine import at_sizes, without
 from pitotbench.reconcile.study import FITTED, Study, columns_of, scaled_to, study, weigh
+from pitotbench.reconcile.swings import swinging
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Closure, Detectable, Kind, Verdict
 
@@ -27,7 +28,9 @@ def judge(layout: Study, known: Knowledge) -> tuple[Verdict, Naming]:
     named = name(layout, known)
     rest = _explained(named)
     seen = turbulence(rest, known.gusts)
-    odd = () if seen else unexplained(rest, known.noise, known.powers, named.fit.gain)
+    gained = named.fit.gain
+    odd = () if seen else unexplained(rest, known.noise, known.powers, gained)
+    odd = (*odd, *swinging(rest, known.noise, known.swings, gained))
     effects = (*layout.found.effects, *_effects(named), *seen)
     alternatives = (*((),) * len(layout.found.effects), *named.alternatives, *(("turbulence_scale",),) * len(seen))
     kind: Kind = "unknown" if odd and not layout.found.effects else named.kind
@@ -84,11 +87,11 @@ def smallest_detectable(
     known."""
     found = []
     for index, signature in enumerate(layout.signatures):
-        if index in given:
+        if index in given or FITTED[signature.effect].variant_of:
             continue
         deviation = float(weighed.fit([index], given).deviations[0])
         parameter = next(p for p in FITTED[signature.effect].parameters if p.name == signature.parameter)
-        size = known.threshold * known.spread.get(signature.effect, 1.0) * deviation
+        size = known.needed(signature.effect) * deviation
         if 0.0 < size <= max(abs(parameter.low), abs(parameter.high)):
             found.append(Detectable(signature.effect, signature.parameter, size))
     return tuple(found)
@@ -101,7 +104,7 @@ def _notes(layout: Study, known: Knowledge, named: Naming) -> tuple[str, ...]:
     if layout.scene.model is None:
         notes.append("no aircraft model: sensors and air alone are judged")
     seen = {s.effect for s in layout.signatures}
-    hidden = [n for n in FITTED if n not in seen]
+    hidden = [n for n, effect in FITTED.items() if n not in seen and not effect.variant_of]
     if hidden:
         notes.append("cannot be seen in the channels of this log: " + ", ".join(hidden))
     noise = scaled_to(known.noise, layout).deviations / known.noise.deviations

@@ -72,6 +72,10 @@ def variables(track: Track, grid: Grid) -> dict[str, Array]:
     for name, source in (sources | {"power": "manifold_pressure_left"}).items():
         if source in track:
             found[name] = grid.smooth(track[source])
+    if "heading" in track:
+        for name, way in (("heading_north", np.cos), ("heading_east", np.sin)):
+            found[name] = grid.smooth(way(track["heading"]))
+            found[f"{name}_twice"] = grid.smooth(way(2.0 * track["heading"]))
     if "bank" in found:
         found["bank"] = np.abs(found["bank"])
     spread = {name: float(np.std(values)) for name, values in found.items()}

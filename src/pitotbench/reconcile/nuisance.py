@@ -18,6 +18,7 @@ from pitotbench.units import Array
 
 WIND_DEVIATION = (40.0, 40.0, 1.0)  # m/s toward north, east, down
 CURVE_DEVIATION = 0.2  # of each parameter of Δp/q_c
+MOST_ERROR = 0.5  # share of the impact pressure that is taken out at most
 ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
     "angle_of_attack": 0.005,
     "sideslip": 0.005,
@@ -105,6 +106,19 @@ def _changes(clean: Track, known: Setting) -> Mapping[str, tuple[Change, float, 
         if name in clean:
             changes[f"{name} scale"] = (_scaled(name, 1.01), 0.01, wider * deviation)
     return changes
+
+
+def without_curve(track: Track, sizes: Mapping[str, float], known: Setting) -> Track:
+    """A track with an error curve of these sizes taken out; other names are passed over."""
+    measured = track["impact_pressure"]
+    basis = MODELS["inverse+"].basis(measured / REFERENCE_PRESSURE)
+    names = MODELS["inverse+"].parameter_names
+    share = sum((sizes.get(f"curve {n}", 0.0) * basis[:, i] for i, n in enumerate(names)), np.zeros(len(measured)))
+    true = measured / (1.0 - np.clip(share, -MOST_ERROR, MOST_ERROR))
+    corrected = {"impact_pressure": true}
+    if known.static_error:
+        corrected["static_pressure"] = track["static_pressure"] - (true - measured)
+    return track.replaced(corrected)
 
 
 def _curved(term: Array, static_error: bool) -> Change:

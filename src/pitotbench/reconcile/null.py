@@ -15,24 +15,32 @@ from pitotbench.reconcile.locate import Cell
 from pitotbench.reconcile.power import powers, usual_powers
 from pitotbench.reconcile.refine import placed_in_time
 from pitotbench.reconcile.scoring import score
-from pitotbench.reconcile.study import Study, columns_of, noise_residuals, scaled_to, weigh
-from pitotbench.reconcile.whitening import NoiseModel, autocovariance, noise_model
+from pitotbench.reconcile.study import FITTED, Study, columns_of, noise_residuals, scaled_to, weigh
+from pitotbench.reconcile.swings import swings, usual_swings
+from pitotbench.reconcile.whitening import NoiseModel, learned
 from pitotbench.units import Array
 
 FEWEST = 4  # flights for their spread to mean anything
 FALSE_ALARM = 0.01  # share of null flights above the threshold
-FLOOR = 4.0  # σ, below which no threshold for the table falls: some 60 hypotheses, each tried twice
+FLOOR = 3.5  # deviations, below which no threshold for the table falls
+USUAL = 0.5  # deviation of the largest score from flight to flight: 48 null flights of four cards, 0.4 to 0.7
+TRUSTED = 8  # flights that this is worth
+IGNORANT = 6.0  # the threshold where no null flight could be flown
 EULER = 0.5772156649
+
+CHANCE = 0.8  # mean size of a standard normal number
 
 Table = tuple[dict[str, float], dict[str, float]]  # scores of the effects, signed scores of the cells
 
 
 @dataclass(frozen=True, slots=True)
 class Knowledge:
-    """What null flights tell: the noise; per signature and per cell the mean score and its spread (never below
-    one); the thresholds for the largest score of the table and of the cells, in those units."""
+    """What null flights tell: the noise; what the search for a shape (the time of an event) adds to an effect's
+    score, and the spread of the rest, never below one; per cell the mean score and its spread; the thresholds for
+    the largest score of the table and of the cells, in those units."""
 
     noise: NoiseModel
+    search: Mapping[str, float]
     spread: Mapping[str, float]
     cell_mean: Mapping[str, float]
     cell_spread: Mapping[str, float]
@@ -41,12 +49,21 @@ class Knowledge:
     flights: int
     gusts: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # mean and deviation, see gusts.py
     powers: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # mean and deviation, see power.py
+    swings: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # mean and deviation, see swings.py
+
+    def told(self, name: str, value: float) -> float:
+        """A score of an effect in the units of the threshold."""
+        return _told(name, value, self.search, self.spread)
+
+    def needed(self, name: str) -> float:
+        """The score at which an effect reaches the threshold."""
+        return self.search.get(name, 0.0) + self.threshold * self.spread.get(name, 1.0)
 
 
 def ignorance(noise: NoiseModel) -> Knowledge:
     """What is known where no null flight could be flown: thresholds from theory, with a margin of a half for a
     noise model that the log itself had to give."""
-    return Knowledge(noise, {}, {}, {}, 1.5 * FLOOR, 1.5 * FLOOR, 0)
+    return Knowledge(noise, {}, {}, {}, {}, IGNORANT, IGNORANT, 0)
 
 
 def learn(studies: Sequence[Study]) -> Knowledge:
@@ -57,22 +74,24 @@ def learn(studies: Sequence[Study]) -> Knowledge:
     if len(studies) < FEWEST:
         raise ValueError(f"{len(studies)} null flights are too few to set a threshold; fly at least {FEWEST}")
     names = studies[0].residuals.names
-    each = np.stack([autocovariance(noise_residuals(s), s.grid) for s in studies])
-    fresh = [noise_model(names, np.delete(each, i, axis=0).mean(axis=0)) for i in range(len(studies))]
+    each = [(noise_residuals(s), s.grid, s.residuals.slack) for s in studies]
+    fresh = [learned(names, [*each[:i], *each[i + 1 :]]) for i in range(len(studies))]
     tables = [_table(s, noise) for s, noise in zip(studies, fresh, strict=True)]
     rest = [_usual([*tables[:i], *tables[i + 1 :]]) for i in range(len(tables))]
     largest = [
-        max(v / spread.get(k, 1.0) for k, v in t[0].items()) for t, (spread, _, _) in zip(tables, rest, strict=True)
+        max(_told(k, v, search, spread) for k, v in t[0].items())
+        for t, (search, spread, _, _) in zip(tables, rest, strict=True)
     ]
     largest_cell = [
         max(abs(v - mean.get(k, 0.0)) / deviation.get(k, 1.0) for k, v in t[1].items())
-        for t, (_, mean, deviation) in zip(tables, rest, strict=True)
+        for t, (_, _, mean, deviation) in zip(tables, rest, strict=True)
     ]
-    spread, mean, deviation = _usual(tables)
+    search, spread, mean, deviation = _usual(tables)
     gusts = usual_gusts(studies)
     wandering = [powers(s, noise) for s, noise in zip(studies, fresh, strict=True)]
     return Knowledge(
-        noise_model(names, each.mean(axis=0)),
+        learned(names, each),
+        search,
         spread,
         mean,
         deviation,
@@ -81,17 +100,22 @@ def learn(studies: Sequence[Study]) -> Knowledge:
         len(studies),
         gusts,
         usual_powers(wandering, min(len(s.grid) for s in studies), gusts),
+        usual_swings([swings(s, noise) for s, noise in zip(studies, fresh, strict=True)]),
     )
 
 
-def _usual(tables: Sequence[Table]) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
-    """Root mean square score of each effect, never below one; mean and deviation of each cell's."""
+def _usual(
+    tables: Sequence[Table],
+) -> tuple[dict[str, float], dict[str, float], dict[str, float], dict[str, float]]:
+    """What a search adds to the score of each effect and the root mean square of the rest, never below one; mean
+    and deviation of each cell's."""
     keys, places = ({k for t in tables for k in t[part]} for part in (0, 1))
-    effects = {k: [t[0].get(k, 0.0) for t in tables] for k in keys}
+    effects = {k: np.array([t[0].get(k, 0.0) for t in tables]) for k in keys}
     cells = {k: [t[1].get(k, 0.0) for t in tables] for k in places}
-    spread = {k: max(1.0, _rms(v)) for k, v in effects.items()}
+    search = {k: max(0.0, float(np.mean(v)) - CHANCE) if _is_searched(k) else 0.0 for k, v in effects.items()}
     return (
-        spread,
+        search,
+        {k: max(1.0, float(np.sqrt(np.mean((v - search[k]) ** 2)))) for k, v in effects.items()},
         {k: float(np.mean(v)) for k, v in cells.items()},
         {k: max(1.0, float(np.std(v))) for k, v in cells.items()},
     )
@@ -113,8 +137,12 @@ def label(cell: Cell) -> str:
     return f"{cell.channel}|{cell.phase}|{cell.variable}"
 
 
-def _rms(values: Sequence[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+def _is_searched(name: str) -> bool:
+    return any(parameter.shape for parameter in FITTED[name].parameters)
+
+
+def _told(name: str, value: float, search: Mapping[str, float], spread: Mapping[str, float]) -> float:
+    return max(0.0, value - search.get(name, 0.0)) / spread.get(name, 1.0)
 
 
 def _floor(tries: int, flights: int) -> float:
@@ -124,7 +152,10 @@ def _floor(tries: int, flights: int) -> float:
 
 
 def _quantile(largest: Sequence[float] | Array, least: float = FLOOR) -> float:
-    """The value that the largest score exceeds on a share of null flights (Gumbel 1958, by moments)."""
-    scale = float(np.std(largest, ddof=1)) * np.sqrt(6.0) / np.pi
+    """The value that the largest score exceeds on a share of null flights (Gumbel 1958, by moments, the deviation
+    shrunk toward the usual one)."""
+    own, n = float(np.var(largest, ddof=1)), len(largest)
+    shrunk = ((n - 1) * own + TRUSTED * USUAL**2) / (n - 1 + TRUSTED)
+    scale = float(np.sqrt(6.0 * shrunk)) / np.pi
     mode = float(np.mean(largest)) - EULER * scale
     return max(least, float(mode - scale * np.log(-np.log1p(-FALSE_ALARM))))

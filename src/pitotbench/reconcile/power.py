@@ -20,7 +20,7 @@ CALM = 0.1  # m/s, deviation of gusts below which the air counts as calm
 
 def powers(layout: Study, noise: NoiseModel) -> dict[str, float]:
     """Logarithm of the mean square innovation of each channel, nuisances taken out."""
-    white = noise.whiten(noise_residuals(layout), layout.grid, layout.residuals.slack)
+    white = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
     used = white[np.any(white != 0.0, axis=1)]
     return dict(zip(layout.residuals.names, np.log(np.mean(used**2, axis=0) + 1e-12).tolist(), strict=True))
 

@@ -17,6 +17,7 @@ from pitotbench.reconcile.whitening import NoiseModel
 from pitotbench.units import Array
 
 LOOKS = 14  # times over the log at which an event is first looked for
+STEPS = np.array([0.6, 0.8, 1.2, 1.4])  # times the typical value of a shape that is no time
 HALVINGS = 3
 LINEAR_WITHIN = {"sensors": 0.1, "air": 0.1, "aircraft": 0.6}  # share of a size over which its signature serves
 SMALLEST = 0.05  # of the typical size: below it a signature is taken at this size
@@ -91,21 +92,22 @@ def _alone(effect: Effect, parameter: str, size: float, shapes: Mapping[str, flo
 
 
 def placed_in_time(layout: Study, noise: NoiseModel) -> Study:
-    """The study with every effect that happens at some time (its shapes are in seconds) put where it fits best."""
+    """The study with every effect that has shapes (the time of an event, a damping) in the shape that fits best."""
     found = list(layout.signatures)
     for effect in FITTED.values():
-        when = [p for p in effect.parameters if p.shape and p.name.endswith("_s")]
         own = [i for i, s in enumerate(found) if s.effect == effect.name]
-        if when and own:
+        if own and any(p.shape for p in effect.parameters):
             for i, renewed in zip(own, _search(layout, noise, effect, [found[i] for i in own]), strict=True):
                 found[i] = renewed
     return replace(layout, signatures=tuple(found))
 
 
 def _search(layout: Study, noise: NoiseModel, effect: Effect, own: Sequence[Signature]) -> list[Signature]:
-    """Coarse steps over the time of the first shape, then all shapes in halved steps around the best."""
-    shapes = [p for p in effect.parameters if p.shape and p.name.endswith("_s")]
+    """Coarse steps over the first shape, a time over the whole log, then all shapes in halved steps around the
+    best."""
+    shapes = [p for p in effect.parameters if p.shape]
     time = layout.track.time[layout.grid.rows] - layout.track.time[0]
+    first = shapes[0]
     best = {p.name: p.typical for p in shapes}
     judged = _Judge(layout, noise)
 
@@ -115,8 +117,12 @@ def _search(layout: Study, noise: NoiseModel, effect: Effect, own: Sequence[Sign
 
     value, kept = look(best)
     steps = {p.name: p.typical for p in shapes}
-    steps[shapes[0].name] = float(time[-1]) / LOOKS
-    trials = [{**best, shapes[0].name: t} for t in np.linspace(time[0], time[-1], LOOKS + 2)[1:-1]]
+    if first.name.endswith("_s"):
+        ladder = np.linspace(time[0], time[-1], LOOKS + 2)[1:-1]
+    else:
+        ladder = np.clip(first.typical * STEPS, first.low, first.high)
+    steps[first.name] = float(ladder[1] - ladder[0])
+    trials = [{**best, first.name: float(t)} for t in ladder]
     for _ in range(HALVINGS + 1):
         for trial in trials:
             there, columns = look(trial)
@@ -150,10 +156,7 @@ class _Judge:
 
     def merit(self, columns: Sequence[Array]) -> float:
         """Merit of some columns together."""
-        n, c = self._residual.shape
         new = self._white(np.stack(columns, axis=2))
-        products = inner_products(
-            np.concatenate([self._nuisances, new], axis=2), np.zeros((n, c, 0)), self._residual, blocks=1
-        )
+        products = inner_products(np.concatenate([self._nuisances, new], axis=2), self._residual, blocks=1)
         k = self._nuisances.shape[2]
         return merit(evidence(products, k, self._layout.nuisance.deviations).fit(range(len(columns))))

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.catalog import Catalog
@@ -15,21 +16,22 @@ from pitotbench.reconcile.grid import Grid
 from pitotbench.reconcile.hypotheses import AircraftModel, Scene, Signature, scene
 from pitotbench.reconcile.hypotheses import signatures as all_signatures
 from pitotbench.reconcile.locate import Cell, cells
-from pitotbench.reconcile.nuisance import Nuisance, Setting, nuisance
+from pitotbench.reconcile.nuisance import Nuisance, Setting, nuisance, without_curve
 from pitotbench.reconcile.replay import can_replay, replay
 from pitotbench.reconcile.track import Track, track_of
-from pitotbench.reconcile.whitening import NoiseModel, autocovariance, noise_model
+from pitotbench.reconcile.whitening import NoiseModel, learned
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
 ROUNDS = 3  # of scaling the channels against each other before the noise is known
+CURVES = 2  # times the error curve is taken out
 WORST = 1e6  # slack of instants that say nothing
 COUNTED = tuple(  # found by counting in step 0, not by fitting
     name for name, effect in EFFECTS.items() if isinstance(effect, SensorEffect) and effect.after_noise
 )
 FITTED: Catalog[Effect] = Catalog(
-    "effect", {name: effect for name, effect in EFFECTS.items() if name not in COUNTED and not effect.variant_of}
+    "effect", {name: effect for name, effect in EFFECTS.items() if name not in COUNTED}
 )
 
 
@@ -62,7 +64,7 @@ def study(
     """
     _require_attitude(log)
     found = check(log)
-    track = track_of(log, found.fresh)
+    track = calibrated(track_of(log, found.fresh), known)
     model = (
         replay(track, lambda motion: aircraft.react(motion, Overlay(), True))
         if aircraft is not None and can_replay(track)
@@ -76,6 +78,21 @@ def study(
     known = replace(known, pressure_step=_coarse_step(found))
     unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, known, shapes)
     return Study(found, track, set_up, left, unknown, all_signatures(set_up, effects), places, shapes, known)
+
+
+def calibrated(track: Track, known: Setting) -> Track:
+    """The track with the error curve taken out as the wind triangle shows it, so that what is left of it is small:
+    all that follows is linear in it, and forces go with the product of pressure and angles."""
+    for _ in range(CURVES):
+        set_up = scene(track, mean_wind(track), None, None)
+        left = residuals(track, set_up.grid, set_up.frame, None)
+        none = np.zeros((len(set_up.grid), 0))
+        unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, None, set_up.base, known, none)
+        mach = air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
+        usable = (set_up.grid.smooth(mach) <= known.mach_max)[:, None]
+        sizes, _ = _least_squares(left.values, unknown, usable & np.ones_like(left.values, dtype=np.bool_))
+        track = without_curve(track, dict(zip(unknown.names, sizes.tolist(), strict=True)), known)
+    return track
 
 
 def _require_attitude(log: FlightLog) -> None:
@@ -109,22 +126,27 @@ def _unusable(log: FlightLog, found: Found, track: Track, grid: Grid, known: Set
 
 def noise_residuals(layout: Study) -> Array:
     """Residuals without nuisances, by least squares with robust scales, (n, c): what noise is learned from."""
-    values, columns = layout.residuals.values, layout.nuisance.columns
-    scale = values.std(axis=0) + 1e-12
-    left = values
+    inside = layout.residuals.slack < WORST
+    return np.where(inside, _least_squares(layout.residuals.values, layout.nuisance, inside)[1], 0.0)
+
+
+def _least_squares(values: Array, unknown: Nuisance, inside: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Sizes of the nuisances, (k,), and residuals without them, (n, c), from the instants `inside`, channels scaled
+    by what is left in them."""
+    columns, left, scale = unknown.columns, values, values.std(axis=0) + 1e-12
+    sizes = np.zeros(columns.shape[2])
     for _ in range(ROUNDS):
-        inside = layout.residuals.slack < WORST
         design = (columns * (inside / scale)[:, :, None]).reshape(-1, columns.shape[2])
-        normal = design.T @ design + np.diag(1.0 / layout.nuisance.deviations**2)
+        normal = design.T @ design + np.diag(1.0 / unknown.deviations**2)
         sizes = np.linalg.solve(normal, design.T @ (values * inside / scale).ravel())
         left = values - columns @ sizes
         scale = 1.4826 * np.median(np.abs(left - np.median(left, axis=0)), axis=0) + 1e-12
-    return np.where(layout.residuals.slack < WORST, left, 0.0)
+    return sizes, left
 
 
 def own_noise(layout: Study) -> NoiseModel:
     """The noise as the log itself shows it: what is left when nuisances and the cells without physics are out."""
-    return noise_model(layout.residuals.names, autocovariance(_shapeless(layout), layout.grid))
+    return learned(layout.residuals.names, [(_shapeless(layout), layout.grid, layout.residuals.slack)])
 
 
 def _shapeless(layout: Study) -> Array:
@@ -138,24 +160,27 @@ def _shapeless(layout: Study) -> Array:
 
 def scaled_to(noise: NoiseModel, layout: Study) -> NoiseModel:
     """A noise model with this log's own level of innovations, by their median, where that is the higher one."""
-    white = noise.whiten(_shapeless(layout), layout.grid, layout.residuals.slack)
+    white = noise.innovations(_shapeless(layout), layout.grid, layout.residuals.slack)
     used = white[np.any(white != 0.0, axis=1)]
     level = 1.4826 * np.median(np.abs(used - np.median(used, axis=0)), axis=0)
+    if layout.known.pressure_step:  # still for long, then a step: no median sees it
+        level = np.maximum(level, used.std(axis=0))
     return replace(noise, deviations=noise.deviations * np.clip(level, 1.0, 4.0))
 
 
 def weigh(layout: Study, noise: NoiseModel) -> Evidence:
     """The evidence of a log under a noise model."""
-    n, c = layout.residuals.values.shape
-
-    def white(values: Array) -> Array:
-        return noise.whiten(values, layout.grid, layout.residuals.slack)
-
+    place = layout.grid, layout.residuals.slack
     columns = [s.column[:, :, None] for s in layout.signatures]
-    dense = white(np.concatenate([layout.nuisance.columns, *columns], axis=2))
-    shapes = white(np.broadcast_to(layout.shapes[:, None, :], (n, c, layout.shapes.shape[1])).copy())
-    products = inner_products(dense, shapes, white(layout.residuals.values))
+    dense = noise.whiten(np.concatenate([layout.nuisance.columns, *columns], axis=2), *place)
+    cells = noise.whiten_alone(layout.shapes, *place)
+    products = inner_products(np.concatenate([dense, cells], axis=2), noise.whiten(layout.residuals.values, *place))
     return evidence(products, layout.nuisance.columns.shape[2], layout.nuisance.deviations)
+
+
+def cause_of(name: str) -> str:
+    """The effect of which this one is a form, else itself: a second-order line and a lag have one cause."""
+    return FITTED[name].variant_of or name
 
 
 def columns_of(signatures: Sequence[Signature]) -> Mapping[str, tuple[int, ...]]:

@@ -5,11 +5,13 @@ import pytest
 import trajectories as fixture
 from scipy.optimize import least_squares
 
+from pitotbench import bench
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.calibrate.observations import observe
 from pitotbench.calibrate.output_error import fit_output_error
 from pitotbench.calibrate.paper import airspeed_outputs
 from pitotbench.calibrate.prediction import PredictionModel
+from pitotbench.campaign.coverage import Trial
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import KNOT
@@ -66,3 +68,13 @@ def test_identical_regressors_are_no_answer():
 
     with pytest.raises(NoAnswerError, match="told apart"):
         fit_output_error(outputs, np.zeros(2))
+
+
+@pytest.mark.parametrize(("seed", "das"), [(100206, "20/1"), (100394, "20/1"), (100394, "50/50")])
+def test_a_first_step_far_too_long_is_brought_back(seed, das):
+    """In moderate turbulence the first step may leave the model's domain, or land where the curve bends back
+    on itself; undamped, with six steps to the indicated pressure, none of these was answered."""
+    flight = bench.fly(Trial("step_decrease", "moderate", seed).case())
+    result = calibrate(bench.sense(flight, das), CalibrationOptions(method="paper"))
+    truth = bench.true_correction(flight.case.pressure_error, result.curve.indicated_airspeed)
+    assert np.sqrt(np.mean((result.curve.correction - truth) ** 2)) < 1.5 * KNOT

@@ -16,6 +16,7 @@ from pitotbench.units import Array
 _DECREMENT = 0.02  # standard errors: the step left to take, in the metric of the information matrix
 _ITERATIONS = 50
 _HALVINGS = 8
+_DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of the scaled normal equations
 _ARMIJO = 0.2
 _NOISE_FLOOR = 1e-10  # (m/s)²: data without noise still have a scale on which a step is small
 
@@ -53,9 +54,9 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
                 "the parameters cannot be told apart from these rows (singular information matrix): "
                 "fly more headings and a wider speed range, or choose a model with fewer parameters"
             )
-        step = np.linalg.solve(information / np.outer(scale, scale), gradient / scale) / scale
-        descent = max(float(gradient @ step), 0.0)
-        theta, residuals, jacobian = _line_search(outputs, theta, step, descent, noise, residuals)
+        normal, slope = information / np.outer(scale, scale), gradient / scale
+        descent = max(float(slope @ np.linalg.solve(normal, slope)), 0.0)
+        theta, residuals, jacobian = _step(outputs, theta, normal, slope, scale, noise, residuals)
         noise = _residual_covariance(residuals)
         if np.sqrt(descent) < _DECREMENT:
             information, _ = _normal_equations(residuals, jacobian, noise)
@@ -68,10 +69,33 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
     )
 
 
+def _step(
+    outputs: Outputs, theta: Array, normal: Array, slope: Array, scale: Array, noise: Array, residuals: Array
+) -> tuple[Array, Array, Array]:
+    """The Gauss-Newton step; where no part of it leads down, as behind a bend of the valley, ever more damped ones
+    (Marquardt 1963). Raises NoAnswerError where none leads down within the model's domain."""
+    taken = None
+    for damping in _DAMPINGS:
+        step = np.linalg.solve(normal + damping * np.eye(len(slope)), slope) / scale
+        descent = max(float(slope @ (step * scale)), 0.0)
+        found, leads_down = _line_search(outputs, theta, step, descent, noise, residuals)
+        taken = found if taken is None else taken
+        if leads_down or (found is not None and np.sqrt(descent) < _DECREMENT):
+            assert found is not None
+            return found
+    if taken is None:
+        raise NoAnswerError(
+            "the fit leaves the domain of the model (an impact pressure below zero): "
+            "check the log for gross errors, or choose a model with fewer parameters"
+        )
+    return taken
+
+
 def _line_search(
     outputs: Outputs, theta: Array, step: Array, descent: float, noise: Array, residuals: Array
-) -> tuple[Array, Array, Array]:
-    """Take the step, halved until the weighted squares fall by a fair share of what the gradient promises.
+) -> tuple[tuple[Array, Array, Array] | None, bool]:
+    """Take the step, halved until the weighted squares fall by a fair share of what the gradient promises, and say
+    whether they do; None where even the shortest leaves the model's domain.
 
     `descent` is gradient · step. Without the Armijo condition a curved valley is crossed from side to side.
     """
@@ -83,13 +107,8 @@ def _line_search(
             new, jacobian = outputs(theta + share * step)
             after = _weighted_squares(new, weight)
         if np.isfinite(after) and after <= before * (1.0 + 1e-9) - 2.0 * _ARMIJO * share * descent:
-            return theta + share * step, new, jacobian
-    if not np.isfinite(after):
-        raise NoAnswerError(
-            "the fit leaves the domain of the model (an impact pressure below zero): "
-            "check the log for gross errors, or choose a model with fewer parameters"
-        )
-    return theta + share * step, new, jacobian
+            return (theta + share * step, new, jacobian), True
+    return (theta + share * step, new, jacobian) if np.isfinite(after) else None, False
 
 
 def _weighted_squares(residuals: Array, weight: Array) -> float:

@@ -13,7 +13,7 @@ from pitotbench.calibrate.observations import Observations
 from pitotbench.pressure_error import PressureErrorModel
 from pitotbench.units import Array, MetersPerSecond, Pascal
 
-_NEWTON_STEPS = 6
+_NEWTON_STEPS = 8  # more only where the error curve bends back on itself
 _LAST_STEP = 1e-5  # of the impact pressure; leaves about 1e-10 of it
 
 

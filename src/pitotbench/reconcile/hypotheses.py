@@ -140,8 +140,17 @@ def _warmed(scene: Scene, warmer: float) -> Array | None:
     lower = scene.grid.smooth(scene.clean["altitude"]) * warmer / (air.SEA_LEVEL_TEMPERATURE + warmer)
     moved = np.zeros_like(scene.base.values)
     moved[:, names.index("pressure_height")] = -lower
-    moved[:, names.index("temperature")] = warmer - air.LAPSE_RATE * lower
+    felt = air.total_temperature(
+        warmer - air.LAPSE_RATE * lower, _mach(scene)
+    )  # a warmer air rises more at the probe
+    moved[:, names.index("temperature")] = felt
     return moved
+
+
+def _mach(scene: Scene) -> Array:
+    clean = scene.clean
+    impact = np.maximum(clean["impact_pressure"], 1.0)
+    return scene.grid.smooth(air.mach_from_impact_pressure(impact, clean["static_pressure"]))
 
 
 def _felt(scene: Scene, effect: AircraftEffect, sizes: dict[str, float]) -> Array | None:

@@ -75,9 +75,8 @@ def _explained(named: Naming) -> Study:
     return replace(layout, residuals=replace(layout.residuals, values=layout.residuals.values - taken))
 
 
-def _cells(layout: Study) -> range:
-    first = len(layout.signatures)
-    return range(first, first + len(layout.cells))
+def _cells(layout: Study) -> list[int]:
+    return [i for i, _ in layout.places]
 
 
 def smallest_detectable(

@@ -21,6 +21,7 @@ CHANGE = 0.25  # m/s² of airspeed
 IDLE = 12.0 * INCH_OF_MERCURY
 FEWEST = 12  # instants of a phase that is looked at
 SPAN = 4.0  # s over which rates are taken
+WITH_HEADING = ("airspeed_along", "airspeed_across", "airspeed_down")
 LEAST_SPREAD = {"bank": 3.0 * DEGREE, "altitude": 30.0 * FOOT}
 
 
@@ -31,6 +32,11 @@ class Cell:
     channel: str
     phase: str
     variable: str
+
+
+def is_looked_at(cell: Cell) -> bool:
+    """Whether a place is one to look at: the heading matters to compass and GPS, not to forces and engines."""
+    return not cell.variable.startswith("heading") or cell.channel in WITH_HEADING
 
 
 def phases(track: Track, grid: Grid) -> NDArray[np.str_]:

@@ -17,7 +17,8 @@ from pitotbench.reconcile.whitening import NoiseModel
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Kind, Located
 
-APART = 6.0  # fall of the sum of squares that tells two explanations apart: a wrong one has it in 0.7 % at worst
+APART = 9.0  # fall of the sum of squares that tells two explanations apart: 3σ
+DOUBT = 0.1  # share of the explained sum of squares that the form of an effect, never known for sure, may cost it
 LINEAR = 0.03  # error of a signature as a share of it: what it may leave for others to explain
 METHOD = 0.05  # deviation of a size as a share of it, for what the method itself errs (lags come out 3 to 5 % long)
 FORM = 6.0  # fall of the sum of squares from which another form of the same cause is preferred to the plain one
@@ -171,12 +172,13 @@ class _Table:
         """Effects of another cause that would do as well in the place of one that was chosen, in whatever form."""
         rest = chosen[:place] + chosen[place + 1 :]
         here = merit(self.fit(chosen))
+        apart = max(APART, DOUBT * here)
         found: dict[str, float] = {}
         for other in self.columns:
             if _is_new(other, chosen):
                 fit, cause = self.fit((*rest, other)), cause_of(other)
                 as_good = self._in_proportion(other, chosen[place], rest, merit(fit))
-                if here - as_good < APART and self._plausible((*rest, other), fit):
+                if here - as_good < apart and self._plausible((*rest, other), fit):
                     found[cause] = max(as_good, found.get(cause, 0.0))
         return tuple(sorted(found, key=lambda n: -found[n]))
 
@@ -224,10 +226,10 @@ def _within(low: float, high: float, size: float, deviation: float) -> bool:
 
 def _located(layout: Study, weighed: Evidence, known: Knowledge, given: Sequence[int]) -> tuple[Located, ...]:
     """The most significant place in every channel, in σ beyond what null flights show there."""
-    first = len(layout.signatures)
-    values = weighed.scores(range(first, first + len(layout.cells)), given)
+    places = layout.places
+    values = weighed.scores([i for i, _ in places], given)
     best: dict[str, Located] = {}
-    for cell, value in zip(layout.cells, values, strict=True):
+    for (_, cell), value in zip(places, values, strict=True):
         key = label(cell)
         told = float(value - known.cell_mean.get(key, 0.0)) / known.cell_spread.get(key, 1.0)
         if cell.channel not in best or abs(told) > abs(best[cell.channel].significance):

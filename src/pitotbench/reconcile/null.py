@@ -15,7 +15,15 @@ from pitotbench.reconcile.locate import Cell
 from pitotbench.reconcile.power import powers, usual_powers
 from pitotbench.reconcile.refine import placed_in_time
 from pitotbench.reconcile.scoring import score
-from pitotbench.reconcile.study import FITTED, Study, columns_of, noise_residuals, scaled_to, weigh
+from pitotbench.reconcile.study import (
+    FITTED,
+    Study,
+    columns_of,
+    noise_residuals,
+    scaled_to,
+    searched,
+    weigh,
+)
 from pitotbench.reconcile.swings import swings, usual_swings
 from pitotbench.reconcile.whitening import NoiseModel, learned
 from pitotbench.units import Array
@@ -127,9 +135,9 @@ def _table(layout: Study, noise: NoiseModel) -> Table:
     layout = placed_in_time(layout, noise)
     evidence = weigh(layout, noise)
     effects = {name: score(evidence.fit(columns)) for name, columns in columns_of(layout.signatures).items()}
-    first = len(layout.signatures)
-    values = evidence.scores(range(first, first + len(layout.cells)))
-    return effects, {label(cell): float(v) for cell, v in zip(layout.cells, values, strict=True)}
+    places = layout.places
+    values = evidence.scores([i for i, _ in places])
+    return effects, {label(cell): float(v) for (_, cell), v in zip(places, values, strict=True)}
 
 
 def label(cell: Cell) -> str:
@@ -138,7 +146,7 @@ def label(cell: Cell) -> str:
 
 
 def _is_searched(name: str) -> bool:
-    return any(parameter.shape for parameter in FITTED[name].parameters)
+    return bool(searched(FITTED[name]))
 
 
 def _told(name: str, value: float, search: Mapping[str, float], spread: Mapping[str, float]) -> float:

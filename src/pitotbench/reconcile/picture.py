@@ -15,11 +15,9 @@ from pitotbench.units import Array
 
 def gap_map(named: Naming, known: Knowledge) -> GapMap:
     """Where the gap sits before and after what was named, in σ beyond what null flights show there."""
-    cells = named.layout.cells
+    index, cells = zip(*named.layout.places, strict=True)
     channels = tuple(dict.fromkeys(cell.channel for cell in cells))
     places = tuple(dict.fromkeys(cell.phase or f"over {cell.variable}" for cell in cells))
-    first = len(named.layout.signatures)
-    index = range(first, first + len(cells))
     tables = []
     for given in ((), named.fit.columns):
         table = np.full((len(channels), len(places)), np.nan)

@@ -12,7 +12,7 @@ from pitotbench.reconcile.evidence import evidence, inner_products
 from pitotbench.reconcile.hypotheses import Scene, Signature, change
 from pitotbench.reconcile.nuisance import Nuisance, nuisance
 from pitotbench.reconcile.scoring import merit
-from pitotbench.reconcile.study import FITTED, Study, mean_wind
+from pitotbench.reconcile.study import FITTED, Study, mean_wind, searched
 from pitotbench.reconcile.whitening import NoiseModel
 from pitotbench.units import Array
 
@@ -96,7 +96,7 @@ def placed_in_time(layout: Study, noise: NoiseModel) -> Study:
     found = list(layout.signatures)
     for effect in FITTED.values():
         own = [i for i, s in enumerate(found) if s.effect == effect.name]
-        if own and any(p.shape for p in effect.parameters):
+        if own and searched(effect):
             for i, renewed in zip(own, _search(layout, noise, effect, [found[i] for i in own]), strict=True):
                 found[i] = renewed
     return replace(layout, signatures=tuple(found))
@@ -105,7 +105,7 @@ def placed_in_time(layout: Study, noise: NoiseModel) -> Study:
 def _search(layout: Study, noise: NoiseModel, effect: Effect, own: Sequence[Signature]) -> list[Signature]:
     """Coarse steps over the first shape, a time over the whole log, then all shapes in halved steps around the
     best."""
-    shapes = [p for p in effect.parameters if p.shape]
+    shapes = searched(effect)
     time = layout.track.time[layout.grid.rows] - layout.track.time[0]
     first = shapes[0]
     best = {p.name: p.typical for p in shapes}

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.catalog import Catalog
-from pitotbench.effects import EFFECTS, Effect, Overlay, SensorEffect
+from pitotbench.effects import EFFECTS, Effect, Overlay, Parameter, SensorEffect
 from pitotbench.reconcile.channels import Residuals, air_velocity, residuals, slack
 from pitotbench.reconcile.checks import Found, check
 from pitotbench.reconcile.evidence import Evidence, evidence, inner_products
 from pitotbench.reconcile.grid import Grid
 from pitotbench.reconcile.hypotheses import AircraftModel, Scene, Signature, scene
 from pitotbench.reconcile.hypotheses import signatures as all_signatures
-from pitotbench.reconcile.locate import Cell, cells
+from pitotbench.reconcile.locate import Cell, cells, is_looked_at
 from pitotbench.reconcile.nuisance import Nuisance, Setting, nuisance, without_curve
 from pitotbench.reconcile.replay import can_replay, replay
 from pitotbench.reconcile.track import Track, track_of
@@ -25,6 +25,8 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
 ROUNDS = 3  # of scaling the channels against each other before the noise is known
+PASCAL_A_METER = 10.0  # near the ground, rounded
+MOST_NOISE = 4.0  # times that of null flights, unless a coarse step explains it
 CURVES = 2  # times the error curve is taken out
 WORST = 1e6  # slack of instants that say nothing
 COUNTED = tuple(  # found by counting in step 0, not by fitting
@@ -54,6 +56,11 @@ class Study:
         """The instants."""
         return self.scene.grid
 
+    @property
+    def places(self) -> tuple[tuple[int, Cell], ...]:
+        """The cells that are looked at, each with its column in the evidence."""
+        return tuple((i, c) for i, c in enumerate(self.cells, start=len(self.signatures)) if is_looked_at(c))
+
 
 def study(
     log: FlightLog, aircraft: AircraftModel | None, known: Setting, effects: Catalog[Effect] = FITTED
@@ -76,6 +83,10 @@ def study(
     left = replace(left, slack=loose)
     places, shapes = cells(set_up.clean, set_up.grid, set_up.base)
     known = replace(known, pressure_step=_coarse_step(found))
+    if (
+        known.pressure_step and "pressure_height" in left.names
+    ):  # off by up to half a step for as long as it is held
+        left.slack[:, left.names.index("pressure_height")] += known.pressure_step / PASCAL_A_METER
     unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, known, shapes)
     return Study(found, track, set_up, left, unknown, all_signatures(set_up, effects), places, shapes, known)
 
@@ -163,9 +174,10 @@ def scaled_to(noise: NoiseModel, layout: Study) -> NoiseModel:
     white = noise.innovations(_shapeless(layout), layout.grid, layout.residuals.slack)
     used = white[np.any(white != 0.0, axis=1)]
     level = 1.4826 * np.median(np.abs(used - np.median(used, axis=0)), axis=0)
+    most = MOST_NOISE
     if layout.known.pressure_step:  # still for long, then a step: no median sees it
-        level = np.maximum(level, used.std(axis=0))
-    return replace(noise, deviations=noise.deviations * np.clip(level, 1.0, 4.0))
+        level, most = np.maximum(level, used.std(axis=0)), np.inf
+    return replace(noise, deviations=noise.deviations * np.clip(level, 1.0, most))
 
 
 def weigh(layout: Study, noise: NoiseModel) -> Evidence:
@@ -176,6 +188,12 @@ def weigh(layout: Study, noise: NoiseModel) -> Evidence:
     cells = noise.whiten_alone(layout.shapes, *place)
     products = inner_products(np.concatenate([dense, cells], axis=2), noise.whiten(layout.residuals.values, *place))
     return evidence(products, layout.nuisance.columns.shape[2], layout.nuisance.deviations)
+
+
+def searched(effect: Effect) -> tuple[Parameter, ...]:
+    """The shapes of an effect that are looked for: times, and whatever makes another form of a cause."""
+    shapes = (p for p in effect.parameters if p.shape)
+    return tuple(p for p in shapes if effect.variant_of or p.name.endswith("_s"))
 
 
 def cause_of(name: str) -> str:

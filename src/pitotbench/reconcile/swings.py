@@ -1,7 +1,8 @@
 """Errors that swing with a period of their own: a line in the spectrum of what nothing explains.
 
 An error that follows no phase of flight and no variable leaves every mean where it was, and beneath gusts it adds
-little to the sum of squares; but all of it stands at one frequency (Schuster 1898, the periodogram).
+little to the sum of squares; but all of it stands at one frequency (Schuster 1898, the periodogram). Each channel
+is looked at without what the others tell of it, so that gusts, which all of them feel, hide less.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,7 +22,8 @@ LEAST = 0.22  # deviation of the logarithm of the largest of some 300 exponentia
 def swings(layout: Study, noise: NoiseModel) -> dict[str, tuple[float, float]]:
     """The strongest line of each channel: the logarithm of its power, a fall of the sum of squares, and its period
     [s]."""
-    white = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
+    seen = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
+    white = noise.given_others(seen)
     power = 2.0 * np.abs(np.fft.rfft(white, axis=0)) ** 2 / len(white)
     period = len(white) * layout.grid.step / np.maximum(np.arange(len(power)), 1)
     power[:SLOWEST] = 0.0

@@ -58,6 +58,11 @@ class NoiseModel:
             out[~usual] = np.linalg.solve(np.linalg.cholesky(joint), innovations[~usual])
         return out
 
+    def given_others(self, innovations: Array) -> Array:
+        """Innovations (n, c), each less what the other channels tell of it at that instant, over its deviation."""
+        precision = np.linalg.inv(self.correlation)
+        return np.asarray(innovations @ precision / np.sqrt(np.diag(precision)))
+
     def whiten(self, values: Array, grid: Grid, slack: Array) -> Array:
         """Uncorrelated innovations of deviation one, of (n, c) or (n, c, k)."""
         found = self.innovations(values, grid, slack)

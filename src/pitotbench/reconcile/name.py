@@ -172,7 +172,8 @@ class _Table:
         """Effects of another cause that would do as well in the place of one that was chosen, in whatever form."""
         rest = chosen[:place] + chosen[place + 1 :]
         here = merit(self.fit(chosen))
-        apart = max(APART, DOUBT * here)
+        own = here - (merit(self.fit(rest)) if rest else 0.0)
+        apart = max(APART, DOUBT * own)
         found: dict[str, float] = {}
         for other in self.columns:
             if _is_new(other, chosen):

@@ -12,7 +12,7 @@ from pitotbench.reconcile.judge import judge
 from pitotbench.reconcile.nuisance import Setting
 from pitotbench.reconcile.null import ignorance
 from pitotbench.reconcile.patch import patch
-from pitotbench.reconcile.study import own_noise, study
+from pitotbench.reconcile.study import cause_of, own_noise, study
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
 from pitotbench.show.verdict import verdict_json
@@ -81,3 +81,12 @@ def test_an_unknown_aircraft_is_refused(sensed) -> None:
 def test_a_log_without_attitude_is_refused_with_a_way_out(sensed) -> None:
     with pytest.raises(Exception, match="attitude"):
         reconcile(replace(sensed(), roll=None, pitch=None, heading=None), "none")
+
+
+def test_another_form_of_a_cause_counts_as_that_cause(sensed) -> None:
+    """A receiver that smooths is late; the plain latency and its other form are no alternatives of each other."""
+    verdict = reconcile(sensed("gps_smoothing", das="50/50"), "none").verdict
+    assert verdict.kind in ("named", "one_of")
+    assert {cause_of(effect.name) for effect in verdict.effects} == {"gps_latency"}
+    for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
+        assert cause_of(effect.name) not in map(cause_of, others)

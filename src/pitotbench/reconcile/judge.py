@@ -12,13 +12,14 @@ from pitotbench.reconcile.closure import closure
 from pitotbench.reconcile.evidence import Evidence
 from pitotbench.reconcile.gusts import turbulence
 from pitotbench.reconcile.hypotheses import AircraftModel
-from pitotbench.reconcile.name import Naming, estimates, name
+from pitotbench.reconcile.name import Naming, name
 from pitotbench.reconcile.nuisance import Setting
 from pitotbench.reconcile.null import Knowledge
 from pitotbench.reconcile.power import unexplained
 from pitotbench.reconcile.refine import at_sizes, without
 from pitotbench.reconcile.study import FITTED, Study, columns_of, scaled_to, study, weigh
 from pitotbench.reconcile.swings import swinging
+from pitotbench.reconcile.table import estimates
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Closure, Detectable, Kind, Verdict
 

@@ -1,0 +1,158 @@
+"""All explanations of one log, alone and together: which fits best, which would do as well, which are plausible."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pitotbench.effects import Parameter
+from pitotbench.reconcile.evidence import Evidence, Fit
+from pitotbench.reconcile.hypotheses import Signature
+from pitotbench.reconcile.null import Knowledge
+from pitotbench.reconcile.scoring import joined, merit, score
+from pitotbench.reconcile.study import FITTED, cause_of, columns_of
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.verdict import Candidate
+
+APART = 9.0  # fall of the sum of squares that tells two explanations apart: 3σ
+DOUBT = 0.1  # share of the explained sum of squares that the form of an effect, never known for sure, may cost it
+LINEAR = 0.03  # error of a signature as a share of it: what it may leave for others to explain
+METHOD = 0.05  # deviation of a size as a share of it, for what the method itself errs (lags come out 3 to 5 % long)
+FORM = 6.0  # fall of the sum of squares from which another form of the same cause is preferred to the plain one
+MOST = 3  # effects named at once
+CONTENDERS = 6  # explanations whose signatures are renewed at their fitted sizes
+SLIGHT = 2.0  # deviations by which a size may miss its plausible range
+
+
+class Table:
+    """All explanations of one log, and the choice among them."""
+
+    def __init__(self, weighed: Evidence, signatures: Sequence[Signature], known: Knowledge) -> None:
+        self.evidence, self.signatures, self.known = weighed, signatures, known
+        columns = columns_of(signatures)
+        self.columns = columns
+        self.singles = {n: weighed.fit(c) for n, c in columns.items()}
+
+    def fit(self, names: Sequence[str]) -> Fit:
+        """Several effects together."""
+        return self.evidence.fit(joined(self.columns, names))
+
+    def score(self, name: str) -> float:
+        """Score of an effect alone, in units of its spread on null flights."""
+        return self.known.told(name, score(self.singles[name]))
+
+    def choose(self) -> tuple[str, ...]:
+        """The effects that together explain the gap: the best one, then as long as a further one earns its
+        place."""
+        chosen: tuple[str, ...] = ()
+        for _ in range(MOST):
+            better = self._better(chosen)
+            if better is None:
+                break
+            chosen = better
+        return self._simplest(chosen)
+
+    def _simplest(self, chosen: tuple[str, ...]) -> tuple[str, ...]:
+        """Each effect in its plain form where that does as well; with a single effect, of those that do as well the
+        one with the fewest sizes."""
+        for place, name in enumerate(chosen):
+            plain = (*chosen[:place], cause_of(name), *chosen[place + 1 :])
+            if plain[place] in self.columns and merit(self.fit(chosen)) - merit(self.fit(plain)) < FORM:
+                chosen = plain
+        if len(chosen) != 1:
+            return chosen
+        same = [*chosen, *(n for n in self.like(chosen, 0) if n in self.columns)]
+        return (min(same, key=lambda n: (len(self.columns[n]), -merit(self.singles[n]))),)
+
+    def ranked(self) -> list[str]:
+        """The causes, each in the form that fits best, the best first."""
+        best: dict[str, str] = {}
+        for name in sorted(self.columns, key=lambda n: -merit(self.singles[n])):
+            best.setdefault(cause_of(name), name)
+        return list(best.values())
+
+    def _better(self, chosen: tuple[str, ...]) -> tuple[str, ...] | None:
+        """The best set with one effect more: over all pairs for two, greedily beyond; None where it is not worth
+        it."""
+        before = self.fit(chosen) if chosen else None
+        stems = [chosen] if len(chosen) != 1 else [(n,) for n in self._front()]
+        sets = {tuple(sorted((*stem, n))) for stem in stems for n in self.columns if _is_new(n, stem)}
+        fits = {s: self.fit(s) for s in sets}
+        plausible = [s for s in sets if self._plausible(s, fits[s])]
+        if not plausible:
+            return None
+        best = max(plausible, key=lambda s: merit(fits[s]))
+        gained = merit(fits[best]) - (merit(before) if before is not None else 0.0)
+        new = max(self.known.needed(n) for n in best if n not in chosen)
+        allowance = LINEAR * score(before) if before is not None else 0.0
+        return best if gained > new**2 + allowance**2 else None
+
+    def _front(self) -> list[str]:
+        return sorted(self.columns, key=lambda n: -merit(self.singles[n]))[: 2 * CONTENDERS]
+
+    def _plausible(self, names: Sequence[str], fit: Fit) -> bool:
+        ranges = [self._range(self.signatures[c]) for n in names for c in self.columns[n]]
+        sizes = zip(ranges, fit.sizes, fit.deviations, strict=True)
+        return all(_within(*limits, size, deviation) for limits, size, deviation in sizes)
+
+    def _range(self, signature: Signature) -> tuple[float, float]:
+        parameter = self._parameter(signature)
+        return parameter.low, parameter.high
+
+    def _parameter(self, signature: Signature) -> Parameter:
+        return next(p for p in FITTED[signature.effect].parameters if p.name == signature.parameter)
+
+    def like(self, chosen: tuple[str, ...], place: int) -> tuple[str, ...]:
+        """Effects of another cause that would do as well in the place of one that was chosen, in whatever form."""
+        rest = chosen[:place] + chosen[place + 1 :]
+        here = merit(self.fit(chosen))
+        own = here - (merit(self.fit(rest)) if rest else 0.0)
+        apart = max(APART, DOUBT * own)
+        found: dict[str, float] = {}
+        for other in self.columns:
+            if _is_new(other, chosen):
+                fit, cause = self.fit((*rest, other)), cause_of(other)
+                as_good = self._in_proportion(other, chosen[place], rest, merit(fit))
+                if here - as_good < apart and self._plausible((*rest, other), fit):
+                    found[cause] = max(as_good, found.get(cause, 0.0))
+        return tuple(sorted(found, key=lambda n: -found[n]))
+
+    def _in_proportion(self, other: str, name: str, rest: Sequence[str], free: float) -> float:
+        """The merit of another explanation; where it has sizes enough to mimic the one that was chosen, that of its
+        typical proportions: water in a line that weighs nothing is a line that lags."""
+        columns, simple = self.columns[other], self.columns[name]
+        if len(columns) <= len(simple) or not self.evidence.contains(columns, simple):
+            return free
+        typical = [self._parameter(self.signatures[c]).typical for c in columns]
+        given = joined(self.columns, rest)
+        base = merit(self.fit(rest)) if rest else 0.0
+        return base + self.evidence.gain_along(columns, typical, given)
+
+    def held_out_ratio(self, names: Sequence[str]) -> float:
+        """Gain on blocks left out over gain in sample."""
+        fit = self.fit(names)
+        return self.evidence.held_out_gain(joined(self.columns, names)) / max(fit.gain, 1e-9)
+
+    def candidate(self, name: str) -> Candidate:
+        """An effect as a single explanation."""
+        fit = self.singles[name]
+        ratio, plausible = self.held_out_ratio((name,)), self._plausible((name,), fit)
+        return Candidate(name, estimates(self.signatures, fit), self.score(name), ratio, plausible)
+
+
+def _is_new(name: str, chosen: Sequence[str]) -> bool:
+    """Whether an effect has another cause than those chosen."""
+    return cause_of(name) not in map(cause_of, chosen)
+
+
+def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]:
+    """The sizes of a fit, by the names of their parameters; the bound holds the error of the method as well."""
+    found = zip(fit.columns, fit.sizes, fit.deviations, strict=True)
+    return tuple(
+        Estimate(signatures[c].parameter, float(s), 2.0 * float(np.hypot(d, METHOD * s))) for c, s, d in found
+    )
+
+
+def _within(low: float, high: float, size: float, deviation: float) -> bool:
+    """Whether a size is plausible: in its range, or not told from none."""
+    slack = SLIGHT * deviation
+    return low - slack <= size <= high + slack or abs(size) <= slack

@@ -26,7 +26,9 @@ def test_a_second_look_with_the_latency_in_the_model_is_quiet(late):
     assert [r.verdict.kind for r in rounds] == ["named", "no_gap"]
     assert rounds[0].added == ("gps_latency",)
     worst = [max(abs(place.significance) for place in r.verdict.located) for r in rounds]
-    assert worst[1] < 0.5 * worst[0]
+    assert (
+        worst[1] < 3.5 < 5.0 < worst[0]
+    )  # the largest of a hundred normal numbers is beyond 3.5 in one log of twenty
     assert outcome.account.waterfall[0].left == pytest.approx(rounds[0].verdict.closure.after)
     assert outcome.account.flown.skipped
 

@@ -12,7 +12,7 @@ from pitotbench.reconcile.study import Study, noise_residuals
 from pitotbench.reconcile.whitening import NoiseModel
 from pitotbench.records.verdict import Located
 
-THRESHOLD = 5.3  # deviations: one in a hundred logs by Student's t of eight flights, over some seventeen channels
+THRESHOLD = 6.4  # deviations: one log in two hundred by Student's t of eight flights, over some twenty channels
 GUSTY = ("airspeed_along", "airspeed_across", "airspeed_down")  # judged by gusts.py where there is turbulence
 ALLOWED = 0.1  # share of the explained sum of squares that an imperfect signature may leave
 CALM = 0.1  # m/s, deviation of gusts below which the air counts as calm

@@ -13,7 +13,7 @@ from pitotbench.reconcile.study import Study, noise_residuals
 from pitotbench.reconcile.whitening import NoiseModel
 from pitotbench.records.verdict import Located
 
-THRESHOLD = 6.0  # deviations: one in a hundred logs by Student's t of eight flights, over some twenty channels
+THRESHOLD = 6.4  # deviations: one log in two hundred by Student's t of eight flights, over some twenty channels
 ALLOWED = 0.1  # share of the explained sum of squares that an imperfect signature may leave at one frequency
 SLOWEST = 3  # periods in a log, from which an error is said to swing
 LEAST = 0.22  # deviation of the logarithm of the largest of some 300 exponential numbers (Gumbel 1958)

@@ -26,10 +26,11 @@ verify: $(STAMP)
 
 BLIND := out/blind
 CASES ?= 300
+SEED ?= 700000
 JOBS ?= 2
 
 blind: $(STAMP)
-	$(BIN)/python -m tests.blind.generate --cases $(CASES) --jobs $(JOBS) --logs $(BLIND)/logs --seal $(BLIND)/seal
+	$(BIN)/python -m tests.blind.generate --cases $(CASES) --seed $(SEED) --jobs $(JOBS) --logs $(BLIND)/logs --seal $(BLIND)/seal
 	$(BIN)/python -m tests.blind.analyze --jobs $(JOBS) --logs $(BLIND)/logs --results $(BLIND)/results.jsonl
 	$(BIN)/python -m tests.blind.score --results $(BLIND)/results.jsonl --seal $(BLIND)/seal --out docs
 

@@ -9,6 +9,7 @@ from pitotbench.reconcile.judge import judge
 from pitotbench.reconcile.nuisance import Setting
 from pitotbench.reconcile.null import Knowledge, learn
 from pitotbench.reconcile.study import study
+from pitotbench.records.case import EffectSpec
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sense import data_system, record
@@ -61,3 +62,11 @@ def test_an_error_curve_is_taken_out_before_forces_are_judged(flight: Flight, kn
     assert np.mean(layout.track["impact_pressure"] / true - 1.0) == pytest.approx(0.0, abs=0.003)
     assert left < 0.2 * before
     assert judge(layout, known)[0].kind == "no_gap"
+
+
+def test_a_late_velocity_is_named_though_the_gusts_in_it_are_late_as_well(flight: Flight, known: Knowledge) -> None:
+    late = (EffectSpec("gps_latency", {"latency_s": 0.3}),)
+    log = sensed_anew(replace(flight, case=replace(flight.case, effects=late)), 124)
+    verdict, _ = judge(study(log, None, SETTING), known)
+    assert verdict.kind in ("named", "one_of")
+    assert verdict.effects[0].name == "gps_latency"

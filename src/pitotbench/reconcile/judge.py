@@ -30,7 +30,7 @@ def judge(layout: Study, known: Knowledge) -> tuple[Verdict, Naming]:
     rest = _explained(named)
     seen = turbulence(rest, known.gusts)
     gained = named.fit.gain
-    odd = () if seen else unexplained(rest, known.noise, known.powers, gained)
+    odd = () if seen else unexplained(rest, named.layout, known.noise, known.powers, gained)
     odd = (*odd, *swinging(rest, known.noise, known.swings, gained))
     effects = (*layout.found.effects, *_effects(named), *seen)
     alternatives = (*((),) * len(layout.found.effects), *named.alternatives, *(("turbulence_scale",),) * len(seen))

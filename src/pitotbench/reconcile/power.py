@@ -15,6 +15,7 @@ from pitotbench.records.verdict import Located
 THRESHOLD = 6.4  # deviations: one log in two hundred by Student's t of eight flights, over some twenty channels
 GUSTY = ("airspeed_along", "airspeed_across", "airspeed_down")  # judged by gusts.py where there is turbulence
 ALLOWED = 0.1  # share of the explained sum of squares that an imperfect signature may leave
+SAME = 0.5  # share of a channel's surplus from which what is left is not the rest of what was named
 CALM = 0.1  # m/s, deviation of gusts below which the air counts as calm
 
 
@@ -38,14 +39,15 @@ def usual_powers(
 
 
 def unexplained(
-    layout: Study, noise: NoiseModel, usual: Mapping[str, tuple[float, float]], explained: float
+    layout: Study, before: Study, noise: NoiseModel, usual: Mapping[str, tuple[float, float]], explained: float
 ) -> tuple[Located, ...]:
     """Channels that wander more than on null flights, the worst one first, by more than a share of what has been
-    explained, a sum of squares, may leave."""
-    seen, found = powers(layout, noise), []
+    explained, a sum of squares, may leave, and by most of what the channel showed `before` that was taken out: a
+    velocity that is late follows the gusts as well, which no signature knows."""
+    seen, first, found = powers(layout, noise), powers(before, noise), []
     for name, (mean, deviation) in usual.items():
         told = (seen[name] - mean) / deviation
-        surplus = len(layout.grid) * float(np.exp(seen[name]) - np.exp(mean))
-        if told > THRESHOLD and surplus > ALLOWED * explained:
+        left, shown = (float(np.exp(p[name]) - np.exp(mean)) for p in (seen, first))
+        if told > THRESHOLD and len(layout.grid) * left > ALLOWED * explained and left > SAME * shown:
             found.append(Located(name, "", "", told))
     return tuple(sorted(found, key=lambda place: -place.significance))

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import bench
+from pitotbench.campaign.figures import rms
 from pitotbench.campaign.flight_store import FlightStore
 from pitotbench.campaign.scorings import SCORINGS, Scoring
 from pitotbench.records.calibration import Calibration
@@ -123,7 +124,7 @@ def summarize(rows: pd.DataFrame) -> pd.DataFrame:
     table["coverage_se_percent"] = 100.0 * groups["coverage"].sem()
     table["two_sigma_kt"] = groups["two_sigma_kt"].mean()
     for name in ("rms_error_kt", "paper_rms_error_kt"):
-        table[name] = groups[name].apply(lambda values: float(np.sqrt(np.mean(np.square(values)))))
+        table[name] = groups[name].apply(rms)
     table["bias_kt"] = groups["mean_error_kt"].mean()
     table["bias_over_se"] = groups["mean_error_kt"].mean() / groups["mean_error_kt"].sem()
     table["residual_two_sigma_kt"] = groups["residual_two_sigma_kt"].mean()

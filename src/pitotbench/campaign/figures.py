@@ -1,10 +1,15 @@
-"""What a scored calibration comes down to: shares inside the bounds, bounds and errors."""
+"""What scored calibrations come down to: shares inside the bounds, bounds and errors, of one and over seeds."""
+
+from collections.abc import Sequence
 
 import numpy as np
+import pandas as pd
 
 from pitotbench import bench
 from pitotbench.records.calibration import Calibration
+from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT
 
 
@@ -22,3 +27,31 @@ def figures(result: Calibration, flight: Flight) -> dict[str, float]:
         "wind_two_sigma_kt": float(np.mean(bound)) / KNOT,
         "wind_rms_error_kt": float(np.sqrt(np.mean(wind**2))) / KNOT,
     }
+
+
+def scored(log: FlightLog, options: bench.CalibrationOptions, flight: Flight) -> dict[str, float]:
+    """The figures of a log calibrated with some options; none where it does not determine the answer."""
+    try:
+        return figures(bench.calibrate(log, options), flight)
+    except NoAnswerError:
+        return {}
+
+
+def over_seeds(rows: pd.DataFrame, by: Sequence[str], of: Sequence[str] = ("",)) -> pd.DataFrame:
+    """One line a group: shares inside [%], then, of the curve ("") and of the wind ("wind ") as asked, mean 2σ and
+    rms error [kt]; `answers` counts the calibrations that gave one."""
+    groups = rows.groupby(list(by), sort=False)
+    table = pd.DataFrame({"answers": groups["coverage_percent"].count()})
+    table["curve inside 2σ [%]"] = groups["coverage_percent"].mean()
+    table["± [%]"] = groups["coverage_percent"].sem()
+    table["wind inside 2σ [%]"] = groups["wind_coverage_percent"].mean()
+    for whose in of:
+        name = whose.replace(" ", "_")
+        table[f"mean {whose}2σ [kt]"] = groups[f"{name}two_sigma_kt"].mean()
+        table[f"{whose}rms error [kt]"] = groups[f"{name}rms_error_kt"].apply(rms)
+    return table.reset_index()
+
+
+def rms(values: pd.Series) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(values))))

@@ -12,9 +12,8 @@ from rich.progress import track
 from pitotbench import bench
 from pitotbench.calibrate.options import FORMS
 from pitotbench.campaign.coverage import Trial
-from pitotbench.campaign.figures import figures
+from pitotbench.campaign.figures import over_seeds, scored
 from pitotbench.campaign.run import executor_for
-from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.simulate import PAPER_MANEUVERS
@@ -54,24 +53,9 @@ def _turned(log: FlightLog, seed: int) -> FlightLog:
 def _rows(trial: Trial, flight: Flight, log: FlightLog) -> Iterator[dict[str, object]]:
     for form in FORMS:
         base = {"maneuver": trial.maneuver, "turbulence": trial.turbulence, "form": form, "seed": trial.seed}
-        try:
-            result = bench.calibrate(log, bench.CalibrationOptions(form=form))
-        except NoAnswerError:
-            yield base
-            continue
-        yield base | figures(result, flight)
+        yield base | scored(log, bench.CalibrationOptions(form=form), flight)
 
 
 def summarize_forms(rows: pd.DataFrame) -> pd.DataFrame:
     """One line a maneuver and form: shares inside [%], mean 2σ and rms errors [kt] over seeds."""
-    groups = rows.groupby(["maneuver", "turbulence", "form"], sort=False)
-    mean, table = groups.mean(numeric_only=True), pd.DataFrame({"answers": groups["coverage_percent"].count()})
-    table["curve inside 2σ [%]"] = mean["coverage_percent"]
-    table["± [%]"] = groups["coverage_percent"].sem()
-    table["wind inside 2σ [%]"] = mean["wind_coverage_percent"]
-    for of in ("", "wind "):
-        name = of.replace(" ", "_")
-        table[f"mean {of}2σ [kt]"] = mean[f"{name}two_sigma_kt"]
-        errors = groups[f"{name}rms_error_kt"]
-        table[f"{of}rms error [kt]"] = errors.apply(lambda values: float(np.sqrt(np.mean(np.square(values)))))
-    return table.reset_index()
+    return over_seeds(rows, ("maneuver", "turbulence", "form"), ("", "wind "))

@@ -8,10 +8,9 @@ import pandas as pd
 
 from pitotbench import air, bench
 from pitotbench.campaign.coverage import Trial
-from pitotbench.campaign.figures import figures
+from pitotbench.campaign.figures import over_seeds, scored
 from pitotbench.pressure_error import REFERENCE_PRESSURE
 from pitotbench.records.case import PressureErrorSpec
-from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.units import KNOT, Array
 
@@ -83,23 +82,10 @@ def _rows(trial: Trial, name: str, flight: Flight, das: str) -> Iterator[dict[st
     log = bench.sense(flight, das)
     for model in MODELS:
         base = {"maneuver": trial.maneuver, "truth": name, "model": model, "seed": trial.seed}
-        try:
-            result = bench.calibrate(log, bench.CalibrationOptions(model=model))
-        except NoAnswerError:
-            yield base
-            continue
-        yield base | figures(result, flight)
+        yield base | scored(log, bench.CalibrationOptions(model=model), flight)
 
 
 def summarize(rows: pd.DataFrame) -> pd.DataFrame:
     """One line a maneuver, truth and model: shares inside [%], mean 2σ and rms error [kt] over seeds; `answers`
     counts the calibrations that gave one."""
-    groups = rows.groupby(["maneuver", "truth", "model"], sort=False)
-    table = pd.DataFrame({"answers": groups["coverage_percent"].count()})
-    table["curve inside 2σ [%]"] = groups["coverage_percent"].mean()
-    table["± [%]"] = groups["coverage_percent"].sem()
-    table["wind inside 2σ [%]"] = groups["wind_coverage_percent"].mean()
-    table["mean 2σ [kt]"] = groups["two_sigma_kt"].mean()
-    errors = groups["rms_error_kt"]
-    table["rms error [kt]"] = errors.apply(lambda values: float(np.sqrt(np.mean(np.square(values)))))
-    return table.reset_index()
+    return over_seeds(rows, ("maneuver", "truth", "model"))

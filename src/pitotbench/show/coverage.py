@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pitotbench.show.markup import markdown_table
 from pitotbench.show.style import BLUE, GREY, ORANGE, canvas
 
 _PROMISE = 95.0  # percent
@@ -116,9 +117,8 @@ def _verdict(cells: pd.DataFrame) -> str:
 
 
 def _table(cells: pd.DataFrame) -> str:
-    head = "| " + " | ".join(_COLUMNS.values()) + " |\n|" + "---|" * len(_COLUMNS)
-    lines = ["| " + " | ".join(_cell(row[name], name) for name in _COLUMNS) + " |" for _, row in cells.iterrows()]
-    return "\n".join([head, *lines])
+    rows = ([_cell(row[name], name) for name in _COLUMNS] for _, row in cells.iterrows())
+    return markdown_table(list(_COLUMNS.values()), rows)
 
 
 def _cell(value: object, name: str) -> str:

@@ -1,4 +1,7 @@
-"""Templates to HTML; text is escaped, drawings and finished parts are passed through by the templates."""
+"""Templates to HTML; text is escaped, drawings and finished parts are passed through by the templates. Tables to
+Markdown."""
+
+from collections.abc import Iterable, Sequence
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -13,3 +16,9 @@ def render(template: str, **content: object) -> str:
         undefined=StrictUndefined,
     )
     return environment.get_template(template).render(**content)
+
+
+def markdown_table(headings: Sequence[str], rows: Iterable[Iterable[str]]) -> str:
+    """A Markdown table of headings and cells."""
+    lines = ("| " + " | ".join(cells) + " |" for cells in rows)
+    return "\n".join(["| " + " | ".join(headings) + " |", "|" + "---|" * len(headings), *lines])

@@ -5,6 +5,8 @@ from datetime import UTC, datetime
 
 import pandas as pd
 
+from pitotbench.show.markup import markdown_table
+
 _PEERS = """# The bound beside its peers
 
 Every row is fitted to the same flights: {count} a maneuver (seeds {first} to {last}, {date:%Y-%m-%d}), light
@@ -46,29 +48,27 @@ def peers_page(table: pd.DataFrame, seeds: Sequence[int]) -> str:
     """The bounds of others beside ours, as Markdown."""
     wide = table.pivot_table(index=["maneuver", "das"], columns="bound", values="mean 2σ [kt]")
     sharpness = float((wide["pitotbench"] / wide["pitotbench, if the noise were known"]).mean())
-    return _PEERS.format(table=markdown_table(table), sharpness=sharpness, **_flown(seeds))
+    return _PEERS.format(table=_markdown(table), sharpness=sharpness, **_flown(seeds))
 
 
 def forms_page(table: pd.DataFrame, seeds: Sequence[int], asked: Mapping[str, str]) -> str:
     """Both forms on the same flights, as Markdown; `asked`: turbulence and das."""
-    return _FORMS.format(table=markdown_table(table), **asked, **_flown(seeds))
+    return _FORMS.format(table=_markdown(table), **asked, **_flown(seeds))
 
 
 def auto_page(table: pd.DataFrame, truths: Sequence[str], seeds: Sequence[int], asked: Mapping[str, str]) -> str:
     """Models weighed on truths outside their table, as Markdown; `asked`: maneuver, turbulence and das."""
     names = ", ".join(truths)
-    return _AUTO.format(table=markdown_table(table), truths=len(truths), names=names, **asked, **_flown(seeds))
+    return _AUTO.format(table=_markdown(table), truths=len(truths), names=names, **asked, **_flown(seeds))
 
 
 def _flown(seeds: Sequence[int]) -> dict[str, object]:
     return {"count": len(seeds), "first": seeds[0], "last": seeds[-1], "date": datetime.now(UTC)}
 
 
-def markdown_table(table: pd.DataFrame) -> str:
+def _markdown(table: pd.DataFrame) -> str:
     """A frame as a Markdown table, its columns' names as headings, numbers with three digits."""
-    head = "| " + " | ".join(str(name) for name in table.columns) + " |\n|" + "---|" * len(table.columns)
-    rows = ("| " + " | ".join(map(_cell, row)) + " |" for row in table.itertuples(index=False))
-    return "\n".join([head, *rows])
+    return markdown_table([str(n) for n in table.columns], (map(_cell, r) for r in table.itertuples(index=False)))
 
 
 def _cell(value: object) -> str:

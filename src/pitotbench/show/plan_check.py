@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from pitotbench.show.markup import markdown_table
 from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, canvas
 
 _COLORS = (BLUE, ORANGE, GREEN)
@@ -101,12 +102,9 @@ def check_picture(table: pd.DataFrame, path: Path) -> None:
 
 def check_page(table: pd.DataFrame, provenance: str) -> str:
     """The Markdown page of a table with `add_reference`."""
-    head = "| " + " | ".join(name for name, _ in _COLUMNS.values()) + " |\n|" + "---|" * len(_COLUMNS)
-    lines = [
-        "| " + " | ".join(_cell(row[key], style) for key, (_, style) in _COLUMNS.items()) + " |"
-        for _, row in table.iterrows()
-    ]
-    return _PAGE.format(provenance=provenance, verdict=_verdict(table), table="\n".join([head, *lines]))
+    rows = ([_cell(row[key], style) for key, (_, style) in _COLUMNS.items()] for _, row in table.iterrows())
+    lines = markdown_table([name for name, _ in _COLUMNS.values()], rows)
+    return _PAGE.format(provenance=provenance, verdict=_verdict(table), table=lines)
 
 
 def _cell(value: object, style: str) -> str:

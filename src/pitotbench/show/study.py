@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 from pitotbench.show.charts import draw, save
-from pitotbench.show.markup import render
+from pitotbench.show.markup import markdown_table, render
 from pitotbench.show.part import Part, StudyPage
 
 
@@ -32,7 +32,7 @@ def write_document(page: StudyPage, folder: Path) -> Path:
     """`study.md` in a folder and its pictures in `study/`; returns the document's path."""
     pictures = folder / "study"
     pictures.mkdir(parents=True, exist_ok=True)
-    blocks = [f"# {page.title}", page.subtitle, *page.short, _markdown(page.summary)]
+    blocks = [f"# {page.title}", page.subtitle, *page.short, markdown_table(*_cells(page.summary))]
     for heading, parts in (
         ("The claims, one by one", page.claims),
         ("What the residual does not say", page.truth),
@@ -54,10 +54,4 @@ def _part(part: Part, pictures: Path) -> list[str]:
         name = f"{chart.name}.png"
         save(chart, pictures / name)
         blocks.append(f"![{chart.title}](study/{name})\n*{f'{chart.title}. {chart.note}'.rstrip('. ')}*")
-    return blocks + [_markdown(table) for table in part.tables]
-
-
-def _markdown(table: pd.DataFrame) -> str:
-    head, rows = _cells(table)
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
+    return blocks + [markdown_table(*_cells(table)) for table in part.tables]

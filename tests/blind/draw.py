@@ -138,7 +138,7 @@ def _pool(draw: Generator) -> list[str]:
 
 
 def _same(name: str) -> str:
-    return KNOWN_AND_HIDDEN[name].variant_of or name
+    return KNOWN_AND_HIDDEN[name].cause
 
 
 def _within(name: str, factor: float) -> bool:

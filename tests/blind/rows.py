@@ -58,7 +58,7 @@ class Judged:
 
 
 def _cause(name: str) -> str:
-    return KNOWN_AND_HIDDEN[name].variant_of or name
+    return KNOWN_AND_HIDDEN[name].cause
 
 
 @dataclass(frozen=True, slots=True)

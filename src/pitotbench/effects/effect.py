@@ -47,6 +47,16 @@ class Effect:
     changes: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
 
+    @property
+    def cause(self) -> str:
+        """The name of the effect of which this is a form, else its own: a second-order line and a lag have one
+        cause."""
+        return self.variant_of or self.name
+
+    def parameter(self, name: str) -> Parameter:
+        """A parameter by its name. Raises StopIteration for one that the effect lacks."""
+        return next(p for p in self.parameters if p.name == name)
+
     def complete(self, sizes: Sizes) -> dict[str, float]:
         """The sizes with `typical` for each shape left out and 0 for each size left out."""
         default = {p.name: p.typical if p.shape else 0.0 for p in self.parameters}

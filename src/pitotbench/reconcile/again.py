@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pitotbench.effects import EFFECTS, AircraftEffect, AirEffect, Overlay, SensorEffect
-from pitotbench.reconcile.hypotheses import THROTTLE_BIAS, AircraftModel, change
+from pitotbench.reconcile.hypotheses import AircraftModel, change, moves_levers
 from pitotbench.reconcile.judge import judge
 from pitotbench.reconcile.name import Naming
 from pitotbench.reconcile.nuisance import Setting
@@ -55,8 +55,7 @@ def on_model(aircraft: AircraftModel | None, name: str, sizes: Mapping[str, floa
     if aircraft is None or not isinstance(effect, AircraftEffect) or isinstance(effect, AirEffect):
         return None
     overlay = effect.overlay(sizes, aircraft.baseline)
-    levers = bool(overlay.settings) and all(setting.path in THROTTLE_BIAS for setting in overlay.settings)
-    return None if levers else overlay
+    return None if moves_levers(overlay) else overlay
 
 
 def explained(layout: Study, entries: Entries) -> Study:

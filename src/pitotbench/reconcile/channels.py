@@ -13,7 +13,7 @@ from scipy.ndimage import maximum_filter1d
 from pitotbench import air
 from pitotbench.reconcile.grid import Grid
 from pitotbench.reconcile.replay import REACTION_NAMES, Replay, motion_of, outside_temperature
-from pitotbench.reconcile.track import Track
+from pitotbench.reconcile.track import Track, mach_number
 from pitotbench.units import Array, MetersPerSecond, Radians
 
 FORCES, MOMENTS, ENGINES = REACTION_NAMES[:3], REACTION_NAMES[3:6], REACTION_NAMES[6:]
@@ -76,7 +76,7 @@ def body_to_earth(roll: Radians, pitch: Radians, heading: Radians) -> Array:
 
 def true_airspeed(track: Track) -> MetersPerSecond:
     """True airspeed [m/s] of a track's pressures and temperature."""
-    mach = air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
+    mach = mach_number(track)
     return mach * air.sound_speed(outside_temperature(track, mach))
 
 
@@ -155,9 +155,8 @@ def _temperature(track: Track, grid: Grid) -> dict[str, Array]:
     if "total_temperature" not in track:
         return {}
     pressure = track["static_pressure"]
-    mach = air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), pressure)
     standard = air.standard_temperature(air.pressure_altitude(pressure))
-    expected = air.total_temperature(standard, mach)
+    expected = air.total_temperature(standard, mach_number(track))
     return {"temperature": grid.smooth(track["total_temperature"]) - grid.smooth(expected)}
 
 

@@ -14,7 +14,7 @@ from scipy.signal import savgol_filter
 from pitotbench import air
 from pitotbench.reconcile.channels import air_velocity, true_airspeed
 from pitotbench.reconcile.replay import outside_temperature
-from pitotbench.reconcile.track import GPS_CHANNELS, Track
+from pitotbench.reconcile.track import GPS_CHANNELS, Track, mach_number
 from pitotbench.units import Array
 
 WINDOW = 3.0  # s, of the local parabolas
@@ -58,6 +58,5 @@ def _impact_pressure(track: Track, wind: Array) -> Mapping[str, Array]:
     over = np.stack([track[n] if n in track else through[:, i] + wind[i] for i, n in enumerate(names)], axis=1)
     speed = np.sum(along * (over - wind), axis=1)
     pressure = track["static_pressure"]
-    mach = air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), pressure)
-    warmth = outside_temperature(track, mach)
+    warmth = outside_temperature(track, mach_number(track))
     return {"impact_pressure": air.impact_pressure_from_true_airspeed(np.maximum(speed, 1.0), pressure, warmth)}

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pitotbench.reconcile.scoring import usual
 from pitotbench.reconcile.study import Study, noise_residuals
 from pitotbench.reconcile.whitening import autocovariance
 from pitotbench.records.calibration import Estimate
@@ -29,20 +30,18 @@ def measures(layout: Study) -> dict[str, float]:
 
 def usual_gusts(studies: Sequence[Study]) -> dict[str, tuple[float, float]]:
     """Mean and deviation of the measures over null flights."""
-    found = [measures(s) for s in studies]
-    values = {name: [f[name] for f in found] for name in found[0]}
-    return {n: (float(np.mean(v)), max(LEAST, float(np.std(v, ddof=1)))) for n, v in values.items()}
+    return usual([measures(s) for s in studies], LEAST)
 
 
-def turbulence(layout: Study, usual: Mapping[str, tuple[float, float]]) -> tuple[Candidate, ...]:
+def turbulence(layout: Study, known: Mapping[str, tuple[float, float]]) -> tuple[Candidate, ...]:
     """The level of turbulence as an explanation, where it differs from that of the card; none without null
     flights."""
-    if not usual:
+    if not known:
         return ()
     seen = measures(layout)
-    told = {name: (seen[name] - mean) / deviation for name, (mean, deviation) in usual.items()}
-    change = float(np.expm1(seen["level"] - usual["level"][0]))
-    bound = 2.0 * (1.0 + change) * usual["level"][1]
+    told = {name: (seen[name] - mean) / deviation for name, (mean, deviation) in known.items()}
+    change = float(np.expm1(seen["level"] - known["level"][0]))
+    bound = 2.0 * (1.0 + change) * known["level"][1]
     if abs(told["level"]) < SIGNIFICANT:
         return ()
     size = (Estimate("change", max(change, -1.0), bound),)

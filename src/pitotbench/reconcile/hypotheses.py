@@ -18,7 +18,7 @@ from pitotbench.reconcile.clean import clean_track
 from pitotbench.reconcile.grid import Grid, grid_of
 from pitotbench.reconcile.nuisance import in_triangle
 from pitotbench.reconcile.replay import COARSE, Replay, answer, motion_of, replay_rows, spread
-from pitotbench.reconcile.track import Track
+from pitotbench.reconcile.track import Track, mach_number
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.units import Array
 
@@ -97,8 +97,7 @@ def _of_effect(scene: Scene, effect: Effect) -> Iterator[Signature]:
 def signature(scene: Scene, effect: Effect, parameter: str, size: float) -> Signature | None:
     """The signature of one parameter at a size, the effect's other sizes zero and its shapes typical; None where
     this log cannot show it (a channel it changes is missing, or nothing moves)."""
-    sizes = {p.name: p.typical if p.shape else 0.0 for p in effect.parameters} | {parameter: size}
-    moved = change(scene, effect, sizes)
+    moved = change(scene, effect, effect.complete({parameter: size}))
     if moved is None or not np.any(np.abs(moved) > 0.0):
         return None
     return Signature(effect.name, parameter, size, moved / size)
@@ -140,17 +139,9 @@ def _warmed(scene: Scene, warmer: float) -> Array | None:
     lower = scene.grid.smooth(scene.clean["altitude"]) * warmer / (air.SEA_LEVEL_TEMPERATURE + warmer)
     moved = np.zeros_like(scene.base.values)
     moved[:, names.index("pressure_height")] = -lower
-    felt = air.total_temperature(
-        warmer - air.LAPSE_RATE * lower, _mach(scene)
-    )  # a warmer air rises more at the probe
-    moved[:, names.index("temperature")] = felt
+    mach = scene.grid.smooth(mach_number(scene.clean))  # a warmer air warms more at the probe
+    moved[:, names.index("temperature")] = air.total_temperature(warmer - air.LAPSE_RATE * lower, mach)
     return moved
-
-
-def _mach(scene: Scene) -> Array:
-    clean = scene.clean
-    impact = np.maximum(clean["impact_pressure"], 1.0)
-    return scene.grid.smooth(air.mach_from_impact_pressure(impact, clean["static_pressure"]))
 
 
 def _felt(scene: Scene, effect: AircraftEffect, sizes: dict[str, float]) -> Array | None:
@@ -181,14 +172,19 @@ def _leaves_engines(overlay: Overlay) -> bool:
     return not (elsewhere or overlay.masses or overlay.forces or overlay.filters)
 
 
+def moves_levers(overlay: Overlay) -> bool:
+    """Whether all that an overlay sets is where the plates stand against the levers."""
+    return bool(overlay.settings) and all(setting.path in THROTTLE_BIAS for setting in overlay.settings)
+
+
 def _throttle_split(overlay: Overlay) -> float | None:
     """Left less right throttle where an overlay moves the plates against the levers: the measured plates already
     stand where they stand, so that only their difference tells."""
-    held = {setting.path: setting for setting in overlay.settings}
-    if not held or not all(path in THROTTLE_BIAS for path in held):
+    if not moves_levers(overlay):
         return None
-    values = dict(overlay.sizes)
-    return sum(THROTTLE_BIAS[path] * value for path, value in zip(held, values.values(), strict=False))
+    paths = dict.fromkeys(setting.path for setting in overlay.settings)
+    values = dict(overlay.sizes).values()
+    return sum(THROTTLE_BIAS[path] * value for path, value in zip(paths, values, strict=False))
 
 
 def _in_split(scene: Scene, split: float) -> Array | None:

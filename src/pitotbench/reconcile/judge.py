@@ -90,7 +90,7 @@ def smallest_detectable(
         if index in given or FITTED[signature.effect].variant_of:
             continue
         deviation = float(weighed.fit([index], given).deviations[0])
-        parameter = next(p for p in FITTED[signature.effect].parameters if p.name == signature.parameter)
+        parameter = FITTED[signature.effect].parameter(signature.parameter)
         size = known.needed(signature.effect) * deviation
         if 0.0 < size <= max(abs(parameter.low), abs(parameter.high)):
             found.append(Detectable(signature.effect, signature.parameter, size))

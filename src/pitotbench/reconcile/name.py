@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench.reconcile.evidence import Evidence, Fit
-from pitotbench.reconcile.null import Knowledge, label
+from pitotbench.reconcile.null import Knowledge
 from pitotbench.reconcile.refine import at_sizes, placed_in_time, without
 from pitotbench.reconcile.scoring import joined, merit, score
 from pitotbench.reconcile.study import FITTED, Study, columns_of, scaled_to, weigh
@@ -86,8 +86,7 @@ def _located(layout: Study, weighed: Evidence, known: Knowledge, given: Sequence
     values = weighed.scores([i for i, _ in places], given)
     best: dict[str, Located] = {}
     for (_, cell), value in zip(places, values, strict=True):
-        key = label(cell)
-        told = float(value - known.cell_mean.get(key, 0.0)) / known.cell_spread.get(key, 1.0)
+        told = known.told_at(cell, float(value))
         if cell.channel not in best or abs(told) > abs(best[cell.channel].significance):
             best[cell.channel] = Located(cell.channel, cell.phase, cell.variable, told)
     return tuple(sorted(best.values(), key=lambda place: -abs(place.significance)))

@@ -63,6 +63,10 @@ class Knowledge:
         """A score of an effect in the units of the threshold."""
         return _told(name, value, self.search, self.spread)
 
+    def told_at(self, cell: Cell, value: float) -> float:
+        """A signed score of a cell beyond its usual one, in the units of the threshold of cells."""
+        return _told_at(label(cell), value, self.cell_mean, self.cell_spread)
+
     def needed(self, name: str) -> float:
         """The score at which an effect reaches the threshold."""
         return self.search.get(name, 0.0) + self.threshold * self.spread.get(name, 1.0)
@@ -91,7 +95,7 @@ def learn(studies: Sequence[Study]) -> Knowledge:
         for t, (search, spread, _, _) in zip(tables, rest, strict=True)
     ]
     largest_cell = [
-        max(abs(v - mean.get(k, 0.0)) / deviation.get(k, 1.0) for k, v in t[1].items())
+        max(abs(_told_at(k, v, mean, deviation)) for k, v in t[1].items())
         for t, (_, _, mean, deviation) in zip(tables, rest, strict=True)
     ]
     search, spread, mean, deviation = _usual(tables)
@@ -147,6 +151,10 @@ def label(cell: Cell) -> str:
 
 def _is_searched(name: str) -> bool:
     return bool(searched(FITTED[name]))
+
+
+def _told_at(key: str, value: float, mean: Mapping[str, float], spread: Mapping[str, float]) -> float:
+    return (value - mean.get(key, 0.0)) / spread.get(key, 1.0)
 
 
 def _told(name: str, value: float, search: Mapping[str, float], spread: Mapping[str, float]) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from pitotbench.reconcile.channels import UNITS
 from pitotbench.reconcile.evidence import Evidence
 from pitotbench.reconcile.name import Naming
-from pitotbench.reconcile.null import Knowledge, label
+from pitotbench.reconcile.null import Knowledge
 from pitotbench.reconcile.study import columns_of
 from pitotbench.records.gap import GapMap, Step, Trace
 from pitotbench.units import Array
@@ -22,8 +22,7 @@ def gap_map(named: Naming, known: Knowledge) -> GapMap:
     for given in ((), named.fit.columns):
         table = np.full((len(channels), len(places)), np.nan)
         for cell, value in zip(cells, named.evidence.scores(index, given), strict=True):
-            key = label(cell)
-            told = (value - known.cell_mean.get(key, 0.0)) / known.cell_spread.get(key, 1.0)
+            told = known.told_at(cell, value)
             table[channels.index(cell.channel), places.index(cell.phase or f"over {cell.variable}")] = told
         tables.append(table)
     return GapMap(channels, places, tables[0], tables[1], known.cell_threshold)

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pitotbench.reconcile.scoring import usual
 from pitotbench.reconcile.study import Study, noise_residuals
 from pitotbench.reconcile.whitening import NoiseModel
 from pitotbench.records.verdict import Located
@@ -32,20 +33,18 @@ def usual_powers(
     """Mean and deviation of each channel's power on null flights, of some instants each; the deviation is never
     below that of white noise."""
     gusty = gusts["level"][0] > np.log(CALM)
-    names = [name for name in found[0] if not (gusty and name in GUSTY)]
-    values = {name: [f[name] for f in found] for name in names}
-    least = float(np.sqrt(2.0 / instants))
-    return {n: (float(np.mean(v)), max(least, float(np.std(v, ddof=1)))) for n, v in values.items()}
+    judged = [{n: v for n, v in each.items() if not (gusty and n in GUSTY)} for each in found]
+    return usual(judged, float(np.sqrt(2.0 / instants)))
 
 
 def unexplained(
-    layout: Study, before: Study, noise: NoiseModel, usual: Mapping[str, tuple[float, float]], explained: float
+    layout: Study, before: Study, noise: NoiseModel, known: Mapping[str, tuple[float, float]], explained: float
 ) -> tuple[Located, ...]:
     """Channels that wander more than on null flights, the worst one first, by more than a share of what has been
     explained, a sum of squares, may leave, and by most of what the channel showed `before` that was taken out: a
     velocity that is late follows the gusts as well, which no signature knows."""
     seen, first, found = powers(layout, noise), powers(before, noise), []
-    for name, (mean, deviation) in usual.items():
+    for name, (mean, deviation) in known.items():
         told = (seen[name] - mean) / deviation
         left, shown = (float(np.exp(p[name]) - np.exp(mean)) for p in (seen, first))
         if told > THRESHOLD and len(layout.grid) * left > ALLOWED * explained and left > SAME * shown:

@@ -44,9 +44,7 @@ def without(layout: Study, seen: Study, name: str, sizes: Mapping[str, float]) -
     effect, old = FITTED[name], seen.scene
     if not isinstance(effect, SensorEffect) or not sizes:
         return layout if layout.scene is old else _from(layout, old, seen.nuisance)
-    full = _alone(effect, "", 0.0, {})
-    full = {key: sizes.get(key, value) for key, value in full.items()}
-    applied = effect.apply(Signals(old.clean.time, old.clean.channels), full)
+    applied = effect.apply(Signals(old.clean.time, old.clean.channels), sizes)
     undone = {n: 2.0 * v - applied[n] for n, v in old.clean.channels.items() if applied[n] is not v}
     track = layout.track.replaced({n: layout.track[n] + undone[n] - old.clean[n] for n in undone})
     clean = clean_track(track, mean_wind(track))
@@ -67,49 +65,42 @@ def _seen_from(scene: Scene, old: Signature) -> Signature:
     effect = FITTED[old.effect]
     if not isinstance(effect, SensorEffect):
         return old
-    moved = change(scene, effect, _alone(effect, old.parameter, old.size, old.shapes))
+    moved = change(scene, effect, effect.complete({**old.shapes, old.parameter: old.size}))
     return old if moved is None else replace(old, column=moved / old.size)
 
 
 def _renewed(scene: Scene, old: Signature, size: float) -> Signature:
     effect = FITTED[old.effect]
-    parameter = next(p for p in effect.parameters if p.name == old.parameter)
+    parameter = effect.parameter(old.parameter)
     least = SMALLEST * abs(parameter.typical)
     size = float(np.clip(size, parameter.low, parameter.high))
     size = float(np.copysign(max(abs(size), least), size))
     if abs(size - old.size) < max(least, LINEAR_WITHIN[effect.acts_on] * abs(old.size)):
         return old
-    moved = change(scene, effect, _alone(effect, old.parameter, size, old.shapes))
+    moved = change(scene, effect, effect.complete({**old.shapes, old.parameter: size}))
     if moved is None or not np.any(moved):
         return old
     return replace(old, size=size, column=moved / size)
 
 
-def _alone(effect: Effect, parameter: str, size: float, shapes: Mapping[str, float]) -> dict[str, float]:
-    """One size of an effect, the others zero, with its shapes."""
-    none = {p.name: p.typical if p.shape else 0.0 for p in effect.parameters}
-    return {**none, **shapes, **({parameter: size} if parameter else {})}
-
-
 def placed_in_time(layout: Study, noise: NoiseModel) -> Study:
     """The study with every effect that has shapes (the time of an event, a damping) in the shape that fits best."""
-    found = list(layout.signatures)
+    found, judged = list(layout.signatures), _Judge(layout, noise)
     for effect in FITTED.values():
         own = [i for i, s in enumerate(found) if s.effect == effect.name]
         if own and searched(effect):
-            for i, renewed in zip(own, _search(layout, noise, effect, [found[i] for i in own]), strict=True):
+            for i, renewed in zip(own, _search(layout, judged, effect, [found[i] for i in own]), strict=True):
                 found[i] = renewed
     return replace(layout, signatures=tuple(found))
 
 
-def _search(layout: Study, noise: NoiseModel, effect: Effect, own: Sequence[Signature]) -> list[Signature]:
+def _search(layout: Study, judged: "_Judge", effect: Effect, own: Sequence[Signature]) -> list[Signature]:
     """Coarse steps over the first shape, a time over the whole log, then all shapes in halved steps around the
     best."""
     shapes = searched(effect)
     time = layout.track.time[layout.grid.rows] - layout.track.time[0]
     first = shapes[0]
     best = {p.name: p.typical for p in shapes}
-    judged = _Judge(layout, noise)
 
     def look(trial: Mapping[str, float]) -> tuple[float, list[Signature]]:
         columns = [_shaped(layout.scene, effect, s, trial) for s in own]
@@ -138,7 +129,7 @@ def _search(layout: Study, noise: NoiseModel, effect: Effect, own: Sequence[Sign
 
 
 def _shaped(scene: Scene, effect: Effect, old: Signature, shapes: Mapping[str, float]) -> Signature:
-    moved = change(scene, effect, _alone(effect, old.parameter, old.size, shapes))
+    moved = change(scene, effect, effect.complete({**shapes, old.parameter: old.size}))
     column = np.zeros_like(old.column) if moved is None else moved / old.size
     return replace(old, column=column, shapes=dict(shapes))
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.reconcile.track import Track
+from pitotbench.reconcile.track import Track, mach_number
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.units import Array, Kelvin
 
@@ -67,7 +67,7 @@ def motion_of(track: Track, rows: NDArray[np.intp]) -> Motion:
     """The measured motion at rows of a track: states as means over a step around each, throttles over the step that
     follows, in which the engines answer to them."""
     names = [n for n in Motion.__dataclass_fields__ if n in track and n != "static_pressure"]
-    mach = air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
+    mach = mach_number(track)
     warm = outside_temperature(track, mach) - air.standard_temperature(
         air.pressure_altitude(track["static_pressure"])
     )

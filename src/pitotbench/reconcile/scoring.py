@@ -19,6 +19,12 @@ def score(fit: Fit) -> float:
     return float(np.sqrt(max(0.0, merit(fit))))
 
 
+def usual(found: Sequence[Mapping[str, float]], least: float) -> dict[str, tuple[float, float]]:
+    """Mean and deviation over null flights of each measure, the deviation never below `least`."""
+    values = {name: [each[name] for each in found] for name in found[0]}
+    return {n: (float(np.mean(v)), max(least, float(np.std(v, ddof=1)))) for n, v in values.items()}
+
+
 def joined(columns: Mapping[str, Sequence[int]], names: Sequence[str]) -> tuple[int, ...]:
     """The columns of several effects."""
     return tuple(c for name in names for c in columns[name])

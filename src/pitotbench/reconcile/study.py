@@ -4,9 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pitotbench import air
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, Effect, Overlay, Parameter, SensorEffect
 from pitotbench.reconcile.channels import Residuals, air_velocity, residuals, slack
@@ -18,11 +16,11 @@ from pitotbench.reconcile.hypotheses import signatures as all_signatures
 from pitotbench.reconcile.locate import Cell, cells, is_looked_at
 from pitotbench.reconcile.nuisance import Nuisance, Setting, nuisance, without_curve
 from pitotbench.reconcile.replay import can_replay, replay
-from pitotbench.reconcile.track import Track, track_of
+from pitotbench.reconcile.track import Track, mach_number, track_of
 from pitotbench.reconcile.whitening import NoiseModel, learned
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.units import Array
+from pitotbench.units import Array, Booleans
 
 ROUNDS = 3  # of scaling the channels against each other before the noise is known
 PASCAL_A_METER = 10.0  # near the ground, rounded
@@ -83,9 +81,8 @@ def study(
     left = replace(left, slack=loose)
     places, shapes = cells(set_up.clean, set_up.grid, set_up.base)
     known = replace(known, pressure_step=_coarse_step(found))
-    if (
-        known.pressure_step and "pressure_height" in left.names
-    ):  # off by up to half a step for as long as it is held
+    if known.pressure_step and "pressure_height" in left.names:
+        # Off by up to half a step for as long as it is held.
         left.slack[:, left.names.index("pressure_height")] += known.pressure_step / PASCAL_A_METER
     unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, model, set_up.base, known, shapes)
     return Study(found, track, set_up, left, unknown, all_signatures(set_up, effects), places, shapes, known)
@@ -99,9 +96,8 @@ def calibrated(track: Track, known: Setting) -> Track:
         left = residuals(track, set_up.grid, set_up.frame, None)
         none = np.zeros((len(set_up.grid), 0))
         unknown = nuisance(set_up.clean, set_up.grid, set_up.frame, None, set_up.base, known, none)
-        mach = air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
-        usable = (set_up.grid.smooth(mach) <= known.mach_max)[:, None]
-        sizes, _ = _least_squares(left.values, unknown, usable & np.ones_like(left.values, dtype=np.bool_))
+        usable = ~_too_fast(track, set_up.grid, known)
+        sizes, _ = _least_squares(left.values, unknown, np.broadcast_to(usable[:, None], left.values.shape))
         track = without_curve(track, dict(zip(unknown.names, sizes.tolist(), strict=True)), known)
     return track
 
@@ -131,8 +127,13 @@ def mean_wind(track: Track) -> Array:
 def _unusable(log: FlightLog, found: Found, track: Track, grid: Grid, known: Setting) -> Array:
     """Slack of instants with a row at the ceiling or above the greatest Mach number near them, (n,)."""
     bad = np.interp(track.time, log.time, (~found.usable).astype(np.float64))
-    mach = air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
-    return np.where((grid.smooth(bad) > 0.0) | (grid.smooth(mach) > known.mach_max), WORST, 0.0)
+    return np.where((grid.smooth(bad) > 0.0) | _too_fast(track, grid, known), WORST, 0.0)
+
+
+def _too_fast(track: Track, grid: Grid, known: Setting) -> Booleans:
+    """Instants above the greatest Mach number, (n,)."""
+    fast: Booleans = grid.smooth(mach_number(track)) > known.mach_max
+    return fast
 
 
 def noise_residuals(layout: Study) -> Array:
@@ -141,7 +142,7 @@ def noise_residuals(layout: Study) -> Array:
     return np.where(inside, _least_squares(layout.residuals.values, layout.nuisance, inside)[1], 0.0)
 
 
-def _least_squares(values: Array, unknown: Nuisance, inside: NDArray[np.bool_]) -> tuple[Array, Array]:
+def _least_squares(values: Array, unknown: Nuisance, inside: Booleans) -> tuple[Array, Array]:
     """Sizes of the nuisances, (k,), and residuals without them, (n, c), from the instants `inside`, channels scaled
     by what is left in them."""
     columns, left, scale = unknown.columns, values, values.std(axis=0) + 1e-12
@@ -198,7 +199,7 @@ def searched(effect: Effect) -> tuple[Parameter, ...]:
 
 def cause_of(name: str) -> str:
     """The effect of which this one is a form, else itself: a second-order line and a lag have one cause."""
-    return FITTED[name].variant_of or name
+    return FITTED[name].cause
 
 
 def columns_of(signatures: Sequence[Signature]) -> Mapping[str, tuple[int, ...]]:

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pitotbench.reconcile.scoring import usual
 from pitotbench.reconcile.study import Study, noise_residuals
 from pitotbench.reconcile.whitening import NoiseModel
 from pitotbench.records.verdict import Located
@@ -34,17 +35,16 @@ def swings(layout: Study, noise: NoiseModel) -> dict[str, tuple[float, float]]:
 
 def usual_swings(found: Sequence[Mapping[str, tuple[float, float]]]) -> dict[str, tuple[float, float]]:
     """Mean and deviation of each channel's strongest line on null flights."""
-    values = {name: [f[name][0] for f in found] for name in found[0]}
-    return {n: (float(np.mean(v)), max(LEAST, float(np.std(v, ddof=1)))) for n, v in values.items()}
+    return usual([{name: value for name, (value, _) in each.items()} for each in found], LEAST)
 
 
 def swinging(
-    layout: Study, noise: NoiseModel, usual: Mapping[str, tuple[float, float]], explained: float
+    layout: Study, noise: NoiseModel, known: Mapping[str, tuple[float, float]], explained: float
 ) -> tuple[Located, ...]:
     """Channels with a line that null flights do not have, the worst one first, stronger than a share of what has
     been explained, a sum of squares, may leave."""
     seen, found = swings(layout, noise), []
-    for name, (mean, deviation) in usual.items():
+    for name, (mean, deviation) in known.items():
         value, period = seen[name]
         told = (value - mean) / deviation
         if told > THRESHOLD and np.exp(value) > ALLOWED * explained:

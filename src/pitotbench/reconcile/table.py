@@ -90,16 +90,9 @@ class Table:
         return sorted(self.columns, key=lambda n: -merit(self.singles[n]))[: 2 * CONTENDERS]
 
     def _plausible(self, names: Sequence[str], fit: Fit) -> bool:
-        ranges = [self._range(self.signatures[c]) for n in names for c in self.columns[n]]
+        ranges = [_range(self.signatures[c]) for n in names for c in self.columns[n]]
         sizes = zip(ranges, fit.sizes, fit.deviations, strict=True)
         return all(_within(*limits, size, deviation) for limits, size, deviation in sizes)
-
-    def _range(self, signature: Signature) -> tuple[float, float]:
-        parameter = self._parameter(signature)
-        return parameter.low, parameter.high
-
-    def _parameter(self, signature: Signature) -> Parameter:
-        return next(p for p in FITTED[signature.effect].parameters if p.name == signature.parameter)
 
     def like(self, chosen: tuple[str, ...], place: int) -> tuple[str, ...]:
         """Effects of another cause that would do as well in the place of one that was chosen, in whatever form."""
@@ -122,7 +115,7 @@ class Table:
         columns, simple = self.columns[other], self.columns[name]
         if len(columns) <= len(simple) or not self.evidence.contains(columns, simple):
             return free
-        typical = [self._parameter(self.signatures[c]).typical for c in columns]
+        typical = [_parameter(self.signatures[c]).typical for c in columns]
         given = joined(self.columns, rest)
         base = merit(self.fit(rest)) if rest else 0.0
         return base + self.evidence.gain_along(columns, typical, given)
@@ -137,6 +130,15 @@ class Table:
         fit = self.singles[name]
         ratio, plausible = self.held_out_ratio((name,)), self._plausible((name,), fit)
         return Candidate(name, estimates(self.signatures, fit), self.score(name), ratio, plausible)
+
+
+def _parameter(signature: Signature) -> Parameter:
+    return FITTED[signature.effect].parameter(signature.parameter)
+
+
+def _range(signature: Signature) -> tuple[float, float]:
+    parameter = _parameter(signature)
+    return parameter.low, parameter.high
 
 
 def _is_new(name: str, chosen: Sequence[str]) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from pitotbench import air
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, Booleans, Seconds
@@ -77,6 +78,11 @@ def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
     time = np.concatenate(times)
     start = (0, *np.cumsum([len(t) for t in times]).tolist())
     return Track(time, channels, start, _rows_of(time, fix_time, period), fix_period, period)
+
+
+def mach_number(track: Track) -> Array:
+    """Mach number as the pressures give it; that of 1 Pa where the impact pressure reads less."""
+    return air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
 
 
 def _long_enough(time: Seconds) -> bool:

@@ -4,7 +4,7 @@ Each is `variant_of` the effect of the table whose cause it shares. `flying_them
 while the generator flies.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from math import pi
@@ -22,6 +22,8 @@ from pitotbench.effects.response import delayed, first_order
 from pitotbench.units import FOOT, Array
 
 Sizes = Mapping[str, float]
+Sensed = Callable[[Signals, Sizes], Signals]
+Built = Callable[[Sizes, Baseline], Overlay]
 MACH = 0.2  # at which a growing recovery deficit is what its size says
 SWING = 90.0  # s, of the load of a data system that makes its latency wander
 BEGINS = 100.0  # s, when a late drift begins
@@ -94,19 +96,17 @@ def _slow_pod(sizes: Sizes, baseline: Baseline) -> Overlay:
     return _drag(path, sizes["drag_area_m2"], 1.0 / FOOT**2, rough)
 
 
-def _sensed(name: str, function: object, parent: str, parameter: Parameter) -> SensorEffect:
+def _sensed(name: str, function: Sensed, parent: str, parameter: Parameter) -> SensorEffect:
     known = EFFECTS[parent]
     assert isinstance(known, SensorEffect)
-    return replace(
-        known, name=name, parameters=(parameter,), variant_of=parent, what="hidden", function=function,
-        needs=(*known.needs, "impact_pressure") if parent == "recovery_deficit" else known.needs,
-    )  # type: ignore[arg-type]  # fmt: skip
+    known = replace(known, name=name, parameters=(parameter,), variant_of=parent, what="hidden")
+    return replace(known, function=function)
 
 
-def _felt(name: str, build: object, parent: str, parameter: Parameter) -> AircraftEffect:
+def _felt(name: str, build: Built, parent: str, parameter: Parameter) -> AircraftEffect:
     known = EFFECTS[parent]
     assert isinstance(known, AircraftEffect)
-    return replace(known, name=name, parameters=(parameter,), variant_of=parent, what="hidden", build=build)  # type: ignore[arg-type]
+    return replace(known, name=name, parameters=(parameter,), variant_of=parent, what="hidden", build=build)
 
 
 def _wind() -> AirEffect:
@@ -116,10 +116,8 @@ def _wind() -> AirEffect:
         Parameter("north_mps_per_min2", 0.04, -1.0, 1.0, "hidden"),
         Parameter("east_mps_per_min2", -0.03, -1.0, 1.0, "hidden"),
     )
-    return replace(
-        known, name="curved_wind_drift", parameters=parameters, variant_of="wind_drift", what="hidden",
-        build=_curving, wind=_curved,
-    )  # fmt: skip
+    known = replace(known, name="curved_wind_drift", parameters=parameters, variant_of="wind_drift", what="hidden")
+    return replace(known, build=_curving, wind=_curved)
 
 
 _ALL: tuple[Effect, ...] = (

@@ -24,6 +24,7 @@ from tests.blind.forms import flying_them
 from tests.blind.outside import FAULTS
 from tests.blind.signals import PLACE
 
+from pitotbench.effects import Overlay
 from pitotbench.logbook import write_log
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
@@ -123,9 +124,9 @@ def _environment(name: str) -> AbstractContextManager[object]:
 
 class _FinePlant(Plant):
     @classmethod
-    def load(cls, aircraft: str = "navajo", rate: float = OTHER_STEP, overlay: object = None) -> Plant:
+    def load(cls, aircraft: str = "navajo", rate: float = OTHER_STEP, overlay: Overlay | None = None) -> Plant:
         """The same aircraft at another rate."""
-        return Plant.load(aircraft, rate, overlay)  # type: ignore[arg-type]
+        return Plant.load(aircraft, rate, overlay)
 
 
 def _neutral(log: FlightLog) -> FlightLog:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pitotbench.reconcile.channels import Residuals, true_airspeed
 from pitotbench.reconcile.grid import Grid
 from pitotbench.reconcile.track import Track
+from pitotbench.records.verdict import where
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, Array
 
 TURN = 12.0 * DEGREE  # bank from which it is a turn
@@ -32,6 +33,11 @@ class Cell:
     channel: str
     phase: str
     variable: str
+
+    @property
+    def where(self) -> str:
+        """The phase, or the variable over which one looks."""
+        return where(self.phase, self.variable)
 
 
 def is_looked_at(cell: Cell) -> bool:

@@ -17,13 +17,13 @@ def gap_map(named: Naming, known: Knowledge) -> GapMap:
     """Where the gap sits before and after what was named, in σ beyond what null flights show there."""
     index, cells = zip(*named.layout.places, strict=True)
     channels = tuple(dict.fromkeys(cell.channel for cell in cells))
-    places = tuple(dict.fromkeys(cell.phase or f"over {cell.variable}" for cell in cells))
+    places = tuple(dict.fromkeys(cell.where for cell in cells))
     tables = []
     for given in ((), named.fit.columns):
         table = np.full((len(channels), len(places)), np.nan)
         for cell, value in zip(cells, named.evidence.scores(index, given), strict=True):
             told = known.told_at(cell, value)
-            table[channels.index(cell.channel), places.index(cell.phase or f"over {cell.variable}")] = told
+            table[channels.index(cell.channel), places.index(cell.where)] = told
         tables.append(table)
     return GapMap(channels, places, tables[0], tables[1], known.cell_threshold)
 

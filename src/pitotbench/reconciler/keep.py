@@ -8,9 +8,9 @@ from typing import Any
 from pitotbench.bench import write_text
 from pitotbench.effects import EFFECTS
 from pitotbench.reconciler.account import Outcome, entries
-from pitotbench.reconciler.rounds import SURE
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.errors import BadInputError
+from pitotbench.records.verdict import SURE
 from pitotbench.show.reconcile import account_page
 from pitotbench.simulate.modified import install_variant, overlay_xml
 

@@ -9,10 +9,9 @@ from pitotbench.reconcile.name import Naming
 from pitotbench.reconcile.patch import Patch, Shapes, patch
 from pitotbench.records.gap import Round
 from pitotbench.records.log import FlightLog
-from pitotbench.records.verdict import Candidate, Kind, Verdict
+from pitotbench.records.verdict import SURE, Candidate, Verdict
 
 MOST = 3  # looks at one log
-SURE: tuple[Kind, ...] = ("named", "one_of")  # what does not explain the gap is no patch
 
 Progress = Callable[[str], None]
 

@@ -6,6 +6,7 @@ from typing import Literal
 from pitotbench.records.calibration import Estimate
 
 Kind = Literal["named", "one_of", "unknown", "no_gap"]
+SURE: tuple[Kind, ...] = ("named", "one_of")  # what does not explain the gap is no patch
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,14 +18,24 @@ class Check:
     why: str
 
 
+def where(phase: str, variable: str) -> str:
+    """A phase of flight, or `over` a variable, or `throughout`."""
+    return phase or (f"over {variable}" if variable else "throughout")
+
+
 @dataclass(frozen=True, slots=True)
 class Located:
-    """A place of the gap: channel, phase of flight or variable (the other one empty), significance in σ."""
+    """A place of the gap: channel, phase of flight or variable (one of them empty, or both), significance in σ."""
 
     channel: str
     phase: str
     variable: str
     significance: float
+
+    @property
+    def where(self) -> str:
+        """The phase, or the variable over which the gap runs, or `throughout`."""
+        return where(self.phase, self.variable)
 
 
 @dataclass(frozen=True, slots=True)

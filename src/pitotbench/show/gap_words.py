@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pitotbench.effects import EFFECTS
 from pitotbench.records.gap import Account
-from pitotbench.records.verdict import Candidate, Closure, Detectable, Located, Verdict
+from pitotbench.records.verdict import SURE, Candidate, Closure, Detectable, Located, Verdict
 
 UNITS = {
     "_m2": "m²",
@@ -43,8 +43,8 @@ def effect_words(effect: Candidate) -> str:
 
 def place_words(place: Located) -> str:
     """A place of the gap."""
-    where = f"in {words(place.phase)}" if place.phase else f"over {words(place.variable)}"
-    return f"{words(place.channel)} {where} ({place.significance:+.0f}σ)"
+    within = "in " if place.phase else ""
+    return f"{words(place.channel)} {within}{words(place.where)} ({place.significance:+.0f}σ)"
 
 
 def sentences(account: Account) -> list[str]:
@@ -53,7 +53,7 @@ def sentences(account: Account) -> list[str]:
     lines = [_answer(verdict, account.null_flights)]
     if verdict.kind != "no_gap" and verdict.located:
         lines.append(f"The gap is largest in {_listed([place_words(p) for p in verdict.located[:3]])}.")
-    if verdict.kind in ("named", "one_of"):
+    if verdict.kind in SURE:
         lines.append(_closed(verdict, account.holdout))
         lines.append(_looked(account))
     return lines

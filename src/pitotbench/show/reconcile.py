@@ -2,7 +2,7 @@
 
 from pitotbench.effects import EFFECTS
 from pitotbench.records.gap import Account, Feature, FlownAgain
-from pitotbench.records.verdict import Candidate, Verdict
+from pitotbench.records.verdict import SURE, Candidate, Verdict
 from pitotbench.show.gap_panels import before_after_panel, history_panels, map_panels, trace_panels, waterfall_panel
 from pitotbench.show.gap_words import detectable_words, effect_words, percent, sentences, size_words, words
 from pitotbench.show.markup import render
@@ -30,7 +30,7 @@ def account_page(account: Account) -> str:
         candidates=[_candidate(each, verdict) for each in verdict.candidates],
         flown=[(name, flown, _rows(flown), history_panels(flown.histories)) for name, flown in _flown(account)],
         detectable=[detectable_words(found) for found in verdict.smallest_detectable],
-        patch=account.patch if verdict.effects and verdict.kind in ("named", "one_of") else "",
+        patch=account.patch if verdict.effects and verdict.kind in SURE else "",
         version=page_version(),
     )
 
@@ -48,7 +48,7 @@ def _rounds(account: Account) -> list[tuple[str, str, str]]:
         verdict = each.verdict
         named = "; ".join(effect_words(e) for e in verdict.effects) if each.added else ""
         place = verdict.located[0] if verdict.located else None
-        at = f"{words(place.channel)}, {words(place.phase) or 'over ' + words(place.variable)}" if place else ""
+        at = f"{words(place.channel)}, {words(place.where)}" if place else ""
         largest = f"{at}: {place.significance:+.1f}σ" if place else ""
         found.append((f"{number}", SAID[verdict.kind] + (f": {named}" if named else ""), largest))
     return found

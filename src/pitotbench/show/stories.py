@@ -7,7 +7,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from pitotbench.records.gap import Account, Tolerance
-from pitotbench.records.verdict import Candidate, Located
+from pitotbench.records.verdict import SURE, Candidate, Located
 from pitotbench.show.gap_panels import draw_closures, draw_trace, telling
 from pitotbench.show.gap_words import place_words, size_words, words
 from pitotbench.show.style import BLUE, GREY, canvas
@@ -48,7 +48,7 @@ def stories_page(chapters: Sequence[Chapter], provenance: str) -> str:
 
 def _row(chapter: Chapter) -> str:
     verdict = chapter.account.rounds[0].verdict
-    sure = verdict.kind in ("named", "one_of")
+    sure = verdict.kind in SURE
     held = verdict.closure_holdout
     cells = [
         chapter.title,
@@ -93,7 +93,7 @@ def _chapter(chapter: Chapter) -> str:
     lines = [f"\n## {chapter.title}\n", f"**Seen.** {chapter.told}{_turn_data(chapter)}\n"]
     lines.append(f"**Located.** {'; '.join(place_words(p) for p in verdict.located[:3])}.\n")
     said = f"**{SAID[verdict.kind].capitalize()}.**"
-    if verdict.kind in ("named", "one_of"):
+    if verdict.kind in SURE:
         lines.append(f"{said} {'; '.join(_named(account))}. Truth: {_truth(chapter)}.\n")
         lines.append(f"**Added.**\n\n```toml\n{_entries(account.patch)}```\n")
     else:
@@ -121,7 +121,7 @@ def _gap(account: Account) -> str:
     verdict, last = account.rounds[0].verdict, account.rounds[-1].verdict
     closed, held = verdict.closure, verdict.closure_holdout
     told = f"Sum of squares in units of the noise: {closed.before:,.0f} before"
-    if verdict.kind in ("named", "one_of"):
+    if verdict.kind in SURE:
         told += f", {closed.after:,.0f} with the patch, {closed.noise:,.0f} noise (G = {closed.share:.3f})"
         if held is not None:
             told += f"; held out {held.before:,.0f}, {held.after:,.0f}, {held.noise:,.0f} (G = {held.share:.3f})"
@@ -157,7 +157,7 @@ def story_picture(account: Account, path: Path) -> None:
         draw_places(where, verdict.located[:_PLACES], account.gap_map.threshold)
         draw_trace(when, telling(account.traces, verdict.located)[0])
         when.legend(fontsize=7, loc="best")
-        if verdict.kind in ("named", "one_of"):
+        if verdict.kind in SURE:
             draw_closures(left, closures)
             left.legend(loc="lower right")
         else:
@@ -168,7 +168,7 @@ def story_picture(account: Account, path: Path) -> None:
 
 def draw_places(axes: Axes, places: Sequence[Located], threshold: float) -> None:
     """The most significant place of every channel as bars [σ], with what null flights stay below."""
-    names = [f"{words(p.channel)},\n{words(p.phase) or 'over ' + words(p.variable)}" for p in places]
+    names = [f"{words(p.channel)},\n{words(p.where)}" for p in places]
     axes.barh(range(len(places)), [p.significance for p in places], color=BLUE, height=0.6)
     for side in (-threshold, threshold):
         axes.axvline(side, color=GREY, ls="--", lw=0.9)

@@ -108,8 +108,7 @@ def print_verdict(verdict: Verdict, console: Console) -> None:
         console.print(f"  and {100.0 * verdict.closure_holdout.share:.0f} % of that of the log held out")
     console.print("where:")
     for place in verdict.located[:SHOWN]:
-        where = place.phase or f"over {place.variable}"
-        console.print(f"  {place.channel:26s} {where:22s} {place.significance:+6.1f}σ")
+        console.print(f"  {place.channel:26s} {place.where:22s} {place.significance:+6.1f}σ")
     for check in verdict.checks:
         if check.status == "failed":
             console.print(f"check {check.name}: {check.why}")

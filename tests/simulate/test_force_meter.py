@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, air, fly
-from pitotbench.records.motion import Motion
+from pitotbench.effects import EFFECTS, AircraftEffect
+from pitotbench.records.motion import Motion, Reaction
+from pitotbench.simulate.baseline import read_baseline
 from pitotbench.simulate.force_meter import loaded_mass, measure
+from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.plant import Plant
 
 EVERY = 10  # samples of the flight a state
@@ -47,3 +50,56 @@ def test_angular_acceleration_agrees_with_the_rates(pair) -> None:
     flight, reaction = pair
     turned = np.gradient(flight["roll_rate"], flight["time"])[::EVERY]
     assert np.std(reaction.roll_acceleration - turned) < 0.5 * turned.std()
+
+
+AT_THE_ENDS = [
+    (name, parameter.name, end)
+    for name, effect in EFFECTS.items()
+    if isinstance(effect, AircraftEffect) and effect.acts_on == "aircraft"
+    if name != "throttle_rigging"  # it moves the very levers by which the measured throttles are set
+    for parameter in effect.parameters
+    if not parameter.shape
+    for end in (parameter.low, parameter.high)
+]
+
+
+@pytest.fixture(scope="module")
+def few(pair):
+    """A quarter of a minute of the flight, a state every half second."""
+    flight, _ = pair
+    rows = slice(0, 1500, 5 * EVERY)
+    mach = air.mach_from_impact_pressure(
+        flight["total_pressure"] - flight["static_pressure"], flight["static_pressure"]
+    )
+    return Motion(**{n: flight[n][rows].copy() for n in STATES}, mach=mach[rows].copy())
+
+
+def react(motion: Motion, name: str, sizes: dict[str, float]) -> Reaction:
+    effect = EFFECTS[name]
+    overlay = effect.overlay(effect.complete(sizes), read_baseline(find_aircraft("navajo")))
+    return measure(Plant.load("navajo", 25.0, overlay), motion, loaded_mass("navajo"))
+
+
+@pytest.mark.parametrize(("name", "parameter", "end"), AT_THE_ENDS)
+def test_it_answers_for_an_effect_at_the_end_of_its_range(few, name: str, parameter: str, end: float) -> None:
+    """No autopilot could hold some of these, and no starter turn an engine that loses 80 kW."""
+    reaction = react(few, name, {parameter: end})
+    assert all(np.isfinite(getattr(reaction, field)).all() for field in Reaction.__slots__)
+
+
+def test_an_engine_that_no_starter_turns_runs_and_lacks_its_power(few) -> None:
+    sound, slight, lossy = (react(few, "friction_loss", {"left_kw": loss}) for loss in (1e-9, 8.0, 80.0))
+    assert lossy.fuel_flow_left == pytest.approx(sound.fuel_flow_left, rel=1e-3)  # it does not stand still
+    pull, slight_pull = (sound.specific_force_x - less.specific_force_x for less in (lossy, slight))
+    assert pull == pytest.approx(10.0 * slight_pull, rel=0.02)
+
+
+def test_a_held_aircraft_stays_where_it_is_until_it_is_released() -> None:
+    plant = Plant.load("navajo", 25.0)
+    plant.start_held(1828.8, 70.0)
+    assert plant.get("altitude") == pytest.approx(1828.8, abs=0.01)
+    plant.advance(100)
+    assert plant.get("altitude") == pytest.approx(1828.8, abs=0.01)
+    plant.release()
+    plant.advance(100)
+    assert abs(plant.get("altitude") - 1828.8) > 1.0

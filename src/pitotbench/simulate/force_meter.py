@@ -41,13 +41,13 @@ def loaded_mass(aircraft: str) -> float:
 
 
 def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool = True) -> Reaction:
-    """What an aircraft feels along a measured motion: some 100 µs a state at ten states a second.
+    """Return the forces and angular accelerations of an aircraft along a measured motion, and its engine readings.
 
-    With `engines_run` false no time passes after the first state: thrust is then not that of the motion, and only
-    the difference of two such reactions, by forces of the air alone, means something.
+    With `engines_run` false, time stands still after the first state. The thrust is then not that of the motion:
+    use only the difference of two such reactions, for effects that change forces of the air alone.
 
-    `loaded_mass` [kg] is that of the untouched aircraft with full tanks, from which the logged mass tells the fuel.
-    The plant is used up: take a new one for the next motion.
+    `loaded_mass` [kg] is that of the untouched aircraft with full tanks; less the logged mass it gives the fuel
+    burnt. The plant is used up: load a new one for the next motion. A state takes some 100 µs at ten a second.
     Raises SimulationError where JSBSim refuses a state or the engines do not start.
     """
     heights, sound = _prepare(plant, motion, loaded_mass)
@@ -73,18 +73,17 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
 
 
 def _prepare(plant: Plant, motion: Motion, loaded_mass: float) -> tuple[Array, Array]:
-    """Start the engines in flight, hand the controls over, load the fuel; geometric height [m] and speed of sound
-    [m/s] at each state's pressure in this plant's atmosphere."""
+    """Start the engines with the airplane held in flight, and load the fuel.
+
+    Returns the geometric height [m] and the speed of sound [m/s] at the pressure of each state, in the atmosphere
+    of this plant.
+    """
     height = float(air.pressure_altitude(motion.static_pressure[0]))
     speed = float(air.calibrated_airspeed(air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])))
     fuel = [plant.get(tank) for tank in TANKS]
-    plant.start(height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset))
-    for mode in ("lateral_mode", "pitch_mode", "throttle_mode", "throttle_command"):
-        plant.set(mode, 0)
-    if float(np.median(np.diff(motion.time))) > FREE:
-        for part in ("translational", "rotational"):
-            for what in ("rate", "position"):
-                plant.set(f"simulation/integrator/{what}/{part}", 0)  # none: only engines and systems go on
+    plant.start_held(height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset))
+    if float(np.median(np.diff(motion.time))) <= FREE:
+        plant.release()
     burnt = max(0.0, loaded_mass - float(motion.mass[0])) / POUND / len(TANKS)  # tanks hold no more than they do
     for tank, full in zip(TANKS, fuel, strict=True):
         plant.set(tank, full - burnt)

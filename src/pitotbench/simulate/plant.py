@@ -1,5 +1,6 @@
 """JSBSim as a plant: load, start in the air, run. Its silent failures become errors here."""
 
+import re
 from collections.abc import Callable
 from contextlib import ExitStack
 from math import degrees, isfinite, pi
@@ -16,12 +17,13 @@ from pitotbench.simulate.atmosphere import Air, blow, stir
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.properties import PROPERTIES, Property, check_table, parse_catalog
 from pitotbench.simulate.transcript import Transcript
-from pitotbench.simulate.variant import write_variant
+from pitotbench.simulate.variant import ROOT, write_variant
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 LATITUDE = 35.4  # deg: Tullahoma, Tennessee, where the paper's aircraft flew
 LONGITUDE = -86.2  # deg
 STARTER_TIME = 10.0  # s, until both engines must run; 1.3 s is usual
+SPOOL_UP_THROTTLE, SPOOL_UP_TIME = 0.5, 5.0  # s: 2 s bring an engine from idle to its governor's speed
 SETTLE_FIRST = 30.0  # s, before the first look whether level flight is held
 SETTLE_LOOK = 5.0  # s
 TURBULENCE_RUN_IN = 20.0  # s, some three time constants of the slowest gust filter at 100 kt
@@ -29,6 +31,12 @@ TURBULENCE_RUN_IN = 20.0  # s, some three time constants of the slowest gust fil
 LOWEST_HEIGHT = 10.0  # ft above ground
 LARGEST_FLOW_ANGLE = 30.0 * DEGREE  # well past the stall, far beyond any gust
 LARGEST_ROLL = 85.0 * DEGREE
+INTEGRATORS = tuple(
+    f"simulation/integrator/{what}/{part}"
+    for what in ("rate", "position")
+    for part in ("translational", "rotational")
+)
+EFFECT_SIZE = re.compile(rf"{ROOT}(-\d+)?/[^/]+/[^/]+")  # the branch of an overlay, its effect, the parameter
 
 
 class SimulationError(BadInputError):
@@ -52,6 +60,7 @@ class Plant:
         self._getters: dict[str, tuple[Callable[[], float], float]] = {}
         self._setters: dict[str, tuple[Callable[[float], bool], float]] = {}
         check_table(aircraft, self._access)
+        self._integrators = {path: self.get(path) for path in INTEGRATORS}
         watched = ("position/h-agl-ft", "angle_of_attack", "sideslip", "roll")
         self._watched = [self.getter(name)[0] for name in watched]  # ft, rad
 
@@ -191,6 +200,32 @@ class Plant:
         stir(self, air)
         if air.severity:
             self.run(TURBULENCE_RUN_IN)
+
+    def start_held(self, altitude: float, airspeed: float, heading: float = 0.0, air: Air | None = None) -> None:
+        """Put the aircraft in the air and start its engines while nothing moves it; `release` lets it fly again.
+
+        For a force meter, which needs running engines but no level flight: what an effect adds may be more than
+        the autopilot can hold, or more than the starter can turn. Every effect therefore has size zero until the
+        engines run at their governed speed. Parameters as for `start`, in smooth air.
+        Raises SimulationError where the engines do not start.
+        """
+        self._place(altitude, airspeed, heading, air or Air())
+        for path in INTEGRATORS:
+            self.set(path, 0)  # 0 is no integration: only engines and systems go on
+        sizes = {path: self.get(path) for path in self._access if EFFECT_SIZE.fullmatch(path)}
+        for path in sizes:
+            self.set(path, 0.0)
+        self._start_engines()
+        self.set("throttle_command", SPOOL_UP_THROTTLE)
+        self.run(SPOOL_UP_TIME)
+        self.set("throttle_command", 0.0)
+        for path, size in sizes.items():
+            self.set(path, size)
+
+    def release(self) -> None:
+        """Let the aircraft move again, by the integrators that it was loaded with."""
+        for path, integrator in self._integrators.items():
+            self.set(path, integrator)
 
     def _place(self, altitude: float, airspeed: float, heading: float, air: Air) -> None:
         """Initial conditions: place before speed (else the speed changes), then the wind added by hand."""

@@ -52,16 +52,23 @@ class Table:
         return self._simplest(chosen)
 
     def _simplest(self, chosen: tuple[str, ...]) -> tuple[str, ...]:
-        """Each effect in its plain form where that does as well; with a single effect, of those that do as well the
-        one with the fewest sizes."""
-        for place, name in enumerate(chosen):
-            plain = (*chosen[:place], cause_of(name), *chosen[place + 1 :])
-            if plain[place] in self.columns and merit(self.fit(chosen)) - merit(self.fit(plain)) < FORM:
-                chosen = plain
+        """Replace each effect by the plain form of its cause where that fits as well.
+
+        A single effect also gives way to one with fewer sizes that fits as well, in the form that fits.
+        """
+        for place in range(len(chosen)):
+            chosen = self._plain(chosen, place)
         if len(chosen) != 1:
             return chosen
-        same = [*chosen, *(n for n in self.like(chosen, 0) if n in self.columns)]
-        return (min(same, key=lambda n: (len(self.columns[n]), -merit(self.singles[n]))),)
+        same = [chosen, *(self._plain((form,), 0) for form in self._forms_like(chosen, 0).values())]
+        return min(same, key=lambda names: (len(self.columns[names[0]]), -merit(self.singles[names[0]])))
+
+    def _plain(self, names: tuple[str, ...], place: int) -> tuple[str, ...]:
+        """The same effects, the one at a place in the plain form of its cause where that fits as well."""
+        plain = (*names[:place], cause_of(names[place]), *names[place + 1 :])
+        if plain[place] in self.columns and merit(self.fit(names)) - merit(self.fit(plain)) < FORM:
+            return plain
+        return names
 
     def ranked(self) -> list[str]:
         """The causes, each in the form that fits best, the best first."""
@@ -95,7 +102,11 @@ class Table:
         return all(_within(*limits, size, deviation) for limits, size, deviation in sizes)
 
     def like(self, chosen: tuple[str, ...], place: int) -> tuple[str, ...]:
-        """Effects of another cause that would do as well in the place of one that was chosen, in whatever form."""
+        """The other causes that fit as well in the place of a chosen effect, in whatever form; the best first."""
+        return tuple(self._forms_like(chosen, place))
+
+    def _forms_like(self, chosen: tuple[str, ...], place: int) -> dict[str, str]:
+        """The causes of `like`, each with the form that fits best."""
         rest = chosen[:place] + chosen[place + 1 :]
         here = merit(self.fit(chosen))
         own = here - (merit(self.fit(rest)) if rest else 0.0)
@@ -103,11 +114,14 @@ class Table:
         found: dict[str, float] = {}
         for other in self.columns:
             if _is_new(other, chosen):
-                fit, cause = self.fit((*rest, other)), cause_of(other)
+                fit = self.fit((*rest, other))
                 as_good = self._in_proportion(other, chosen[place], rest, merit(fit))
                 if here - as_good < apart and self._plausible((*rest, other), fit):
-                    found[cause] = max(as_good, found.get(cause, 0.0))
-        return tuple(sorted(found, key=lambda n: -found[n]))
+                    found[other] = as_good
+        forms: dict[str, str] = {}
+        for name in sorted(found, key=lambda n: -found[n]):
+            forms.setdefault(cause_of(name), name)
+        return forms
 
     def _in_proportion(self, other: str, name: str, rest: Sequence[str], free: float) -> float:
         """The merit of another explanation; where it has sizes enough to mimic the one that was chosen, that of its

@@ -12,6 +12,7 @@ from pitotbench.effects.describe import effects_table
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.errors import BadInputError
+from pitotbench.simulate import MANEUVERS
 
 SENSORS = [name for name, effect in EFFECTS.items() if effect.acts_on == "sensors"]
 DOCUMENT = Path(__file__).parents[2] / "docs" / "effects.md"
@@ -30,6 +31,14 @@ def test_an_effect_is_described_and_its_numbers_are_in_order(name):
         assert p.low < p.high
         assert p.typical != 0.0 or p.shape
     assert effect.acts_on != "sensors" or effect.changes
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_names_a_known_maneuver_that_shows_it(name):
+    shown = EFFECTS[name].shows_in
+    assert shown.maneuvers
+    assert set(shown.maneuvers) <= set(MANEUVERS)
+    assert len(shown.text) > 15
 
 
 @pytest.mark.parametrize("name", EFFECTS)

@@ -1,9 +1,11 @@
 """The diagnostic maneuver: what looks alike in a calibration maneuver comes apart in it."""
 
 import numpy as np
+import pytest
 
 from pitotbench import Case, fly, sense
 from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.advise import advice
 from pitotbench.reconcile.nuisance import Setting
 from pitotbench.reconcile.study import FITTED, columns_of, own_noise, study, weigh
@@ -34,6 +36,12 @@ def test_it_tells_lag_from_latency_far_better_than_step_decrease():
 def test_it_is_advised_where_causes_of_two_kinds_are_not_told_apart():
     assert "diagnostic" in advice("one_of", [("pitot_lag", "static_lag")])[0]
     assert "look at the airplane" in advice("one_of", [("gear_not_up", "belly_pod")])[0]
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_every_effect_is_sharpened_by_a_maneuver_that_shows_it(name):
+    (sentence,) = advice("named", [(name,)])
+    assert any(maneuver in sentence for maneuver in EFFECTS[name].shows_in.maneuvers)
 
 
 def test_it_is_no_maneuver_of_the_paper():

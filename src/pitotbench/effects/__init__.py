@@ -38,6 +38,7 @@ from pitotbench.effects.effect import AirEffect as AirEffect
 from pitotbench.effects.effect import Effect as Effect
 from pitotbench.effects.effect import Parameter as Parameter
 from pitotbench.effects.effect import SensorEffect as SensorEffect
+from pitotbench.effects.excitation import Excitation as Excitation
 from pitotbench.effects.overlay import Baseline as Baseline
 from pitotbench.effects.overlay import Overlay as Overlay
 from pitotbench.effects.pneumatic.attitude_static_error import ALPHA_STATIC_ERROR, SIDESLIP_STATIC_ERROR

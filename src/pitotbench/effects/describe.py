@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from pitotbench.effects.effect import Effect, Parameter
 
 _HEADING = (
-    "| effect | family | acts on | parameter | typical | range | what it is | source |\n"
-    "|---|---|---|---|---|---|---|---|\n"
+    "| effect | family | acts on | parameter | typical | range | what it is | best shown by | source |\n"
+    "|---|---|---|---|---|---|---|---|---|\n"
 )
 
 
@@ -20,7 +20,8 @@ def _lines(effect: Effect) -> list[str]:
     own = [f"`{effect.name}`: {effect.what.rstrip('.')}{form}", effect.family, effect.acts_on]
     lines = []
     for parameter in effect.parameters:
-        lines.append("| " + " | ".join([*own, *_cells(parameter), effect.source if own[0] else ""]) + " |\n")
+        last = [str(effect.shows_in), effect.source] if own[0] else ["", ""]
+        lines.append("| " + " | ".join([*own, *_cells(parameter), *last]) + " |\n")
         own = ["", "", ""]
     return lines
 

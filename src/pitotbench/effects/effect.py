@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from pitotbench.effects.excitation import Excitation
 from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.effects.signals import Signals
 from pitotbench.units import Array
@@ -33,8 +34,9 @@ class Parameter:
 class Effect:
     """What all effects share.
 
-    `variant_of` names the effect of which this is another form of the same cause (a second-order line for a
-    lag). An effect on the sensors changes the channels `changes`, and `also` where there are such; no others.
+    `shows_in` says what to fly so that the effect shows best. `variant_of` names the effect of which this is
+    another form of the same cause (a second-order line for a lag). An effect on the sensors changes the channels
+    `changes`, and `also` where there are such; no others.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Effect:
     parameters: tuple[Parameter, ...]
     source: str
     what: str
+    shows_in: Excitation
     variant_of: str = ""
     changes: tuple[str, ...] = ()
     also: tuple[str, ...] = ()

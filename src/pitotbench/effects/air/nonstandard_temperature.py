@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AirEffect, Parameter
+from pitotbench.effects.excitation import CHANGING_HEIGHT
 from pitotbench.effects.overlay import Baseline, Overlay
 
 
@@ -17,5 +18,6 @@ NONSTANDARD_TEMPERATURE = AirEffect(
     parameters=(Parameter("warmer_k", 10.0, -40.0, 40.0, "temperature above what the case says"),),
     source="ISO 2533 standard atmosphere and its hot and cold days (MIL-STD-210)",
     what="The air is warmer or colder than thought: power, true airspeed and heights change.",
+    shows_in=CHANGING_HEIGHT,
     build=_build,
 )

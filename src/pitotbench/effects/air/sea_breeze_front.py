@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench.effects.air.recorded_time import ELAPSED, clipped, elapsed
 from pitotbench.effects.effect import AirEffect, Parameter
+from pitotbench.effects.excitation import TURNING
 from pitotbench.effects.expression import difference, product, quotient, size
 from pitotbench.effects.overlay import Baseline, Overlay, WindTerm
 from pitotbench.effects.signals import Signals
@@ -41,6 +42,7 @@ SEA_BREEZE_FRONT = AirEffect(
     parameters=PARAMETERS,
     source="Simpson 1994, Sea Breeze and Local Winds: changes of 2 to 8 m/s across some hundred meters",
     what="A front passes and the wind steps.",
+    shows_in=TURNING,
     build=_build,
     wind=_wind,
 )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AirEffect, Parameter
+from pitotbench.effects.excitation import STEADY_LEGS
 from pitotbench.effects.expression import product, size
 from pitotbench.effects.overlay import Baseline, Overlay, WindTerm
 
@@ -24,5 +25,6 @@ TURBULENCE_LEVEL = AirEffect(
     parameters=(Parameter("change", 0.5, -1.0, 3.0, "gusts stronger by this share; -1 takes them out"),),
     source="MIL-F-8785C 1980, §3.7: root-mean-square intensities, light to severe",
     what="The gusts are stronger or weaker than thought; the turning of the air (p, q, r gusts) stays.",
+    shows_in=STEADY_LEGS,  # nothing but gusts moves the airplane there
     build=_build,
 )

@@ -7,6 +7,7 @@ with a gain of sqrt(L'/L) gives exactly the gust of length L'; for the gusts acr
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AirEffect, Parameter
+from pitotbench.effects.excitation import STEADY_LEGS
 from pitotbench.effects.expression import Expression, difference, operation, product, quotient, size, total
 from pitotbench.effects.overlay import Baseline, Overlay, WindTerm
 
@@ -57,5 +58,6 @@ TURBULENCE_SCALE = AirEffect(
     parameters=(Parameter("change", -0.6, -0.9, 3.0, "gusts longer by this share"),),
     source="MIL-F-8785C 1980, §3.7.2: Dryden spectra, 1,750 ft above 2,000 ft",
     what="The gusts are longer or shorter than thought.",
+    shows_in=STEADY_LEGS,  # long gusts need long legs
     build=_build,
 )

@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench.effects.air.recorded_time import ELAPSED, clipped, elapsed
 from pitotbench.effects.effect import AirEffect, Parameter
+from pitotbench.effects.excitation import STEADY_LEGS
 from pitotbench.effects.expression import difference, operation, product, quotient, size, total
 from pitotbench.effects.overlay import Baseline, Overlay, WindTerm
 from pitotbench.effects.signals import Signals
@@ -42,6 +43,7 @@ UPDRAFT = AirEffect(
     parameters=PARAMETERS,
     source="mountain waves and thermals: 1 to 5 m/s over kilometers (FAA Glider Flying Handbook, ch. 9)",
     what="The airplane flies through rising or sinking air.",
+    shows_in=STEADY_LEGS,  # power and height are held, so that only the air rises
     build=_build,
     wind=_wind,
 )

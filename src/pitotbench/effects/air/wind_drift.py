@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench.effects.air.recorded_time import ELAPSED, elapsed
 from pitotbench.effects.effect import AirEffect, Parameter
+from pitotbench.effects.excitation import TURNING
 from pitotbench.effects.expression import product, size
 from pitotbench.effects.overlay import Baseline, Overlay, WindTerm
 from pitotbench.effects.signals import Signals
@@ -41,6 +42,7 @@ WIND_DRIFT = AirEffect(
     source="Martos, Kiszely and Foster 2011: the methods take the wind as constant; hourly changes of 2 to 5 m/s "
     "are usual in soundings (estimate)",
     what="The wind changes during the flight.",
+    shows_in=TURNING,
     build=_build,
     wind=_wind,
 )

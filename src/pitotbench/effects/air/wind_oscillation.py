@@ -7,6 +7,7 @@ import numpy as np
 
 from pitotbench.effects.air.recorded_time import ELAPSED, elapsed
 from pitotbench.effects.effect import AirEffect, Parameter
+from pitotbench.effects.excitation import TURNING
 from pitotbench.effects.expression import operation, product, quotient, size
 from pitotbench.effects.overlay import Baseline, Overlay, WindTerm
 from pitotbench.effects.signals import Signals
@@ -41,6 +42,7 @@ WIND_OSCILLATION = AirEffect(
     parameters=PARAMETERS,
     source="Holton 2004, Dynamic Meteorology: trapped lee waves of 5 to 25 km, met in minutes of flight",
     what="The wind swings to and fro during the flight.",
+    shows_in=TURNING,  # each circle measures the wind anew
     variant_of="wind_drift",
     build=_build,
     wind=_wind,

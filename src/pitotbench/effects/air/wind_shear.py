@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pitotbench.effects.effect import AirEffect, Parameter
+from pitotbench.effects.excitation import CHANGING_HEIGHT
 from pitotbench.effects.expression import difference, product, size
 from pitotbench.effects.overlay import Baseline, Overlay, WindTerm
 from pitotbench.effects.signals import Signals
@@ -42,6 +43,7 @@ WIND_SHEAR = AirEffect(
     parameters=PARAMETERS,
     source="thermal wind, a few m/s a kilometer (Holton 2004, Dynamic Meteorology); more below inversions",
     what="The wind changes with height.",
+    shows_in=CHANGING_HEIGHT,
     build=_build,
     wind=_wind,
 )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import RANGE_OF_AIRSPEED
 from pitotbench.effects.expression import product, size
 from pitotbench.effects.overlay import AxisFunction, Baseline, Overlay
 from pitotbench.units import FOOT
@@ -24,5 +25,6 @@ BELLY_POD = AircraftEffect(
     source="Hoerner 1965, Fluid-Dynamic Drag, ch. 13: 0.1 on the frontal area of a fairing to 1 for blunt bodies; "
     "Martos, Kiszely and Foster 2011: the pod on the airplane, not in the model",
     what="Something in the wind that the model does not have: less speed for the power.",
+    shows_in=RANGE_OF_AIRSPEED,
     build=_build,
 )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import SIDESLIP
 from pitotbench.effects.expression import product, size
 from pitotbench.effects.overlay import AxisFunction, Baseline, Overlay
 from pitotbench.records.errors import BadInputError
@@ -47,5 +48,6 @@ CONTROL_EFFECTIVENESS = AircraftEffect(
     ),
     source="DATCOM-class estimates of control derivatives err by 10 to 30 % (Hoak 1978, USAF DATCOM)",
     what="The surfaces must move more or less than in the model for the same motion.",
+    shows_in=SIDESLIP,
     build=_build,
 )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import RANGE_OF_AIRSPEED
 from pitotbench.effects.expression import product, size, total
 from pitotbench.effects.overlay import AxisFunction, Baseline, Overlay
 from pitotbench.units import FOOT
@@ -31,6 +32,7 @@ INCLINED_POD = AircraftEffect(
     parameters=PARAMETERS,
     source="Hoerner 1965, Fluid-Dynamic Drag, ch. 13: bodies across the flow, cross-flow drag",
     what="Something in the wind that the model does not have, and that drags more at high angles of attack.",
+    shows_in=RANGE_OF_AIRSPEED,  # the angle of attack is largest at the lowest airspeed
     variant_of="belly_pod",
     build=_build,
 )

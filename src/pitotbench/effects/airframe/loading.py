@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import RANGE_OF_AIRSPEED, TURNING
 from pitotbench.effects.expression import product, size
 from pitotbench.effects.overlay import Baseline, MassPoint, Overlay
 from pitotbench.units import FOOT, POUND
@@ -30,6 +31,7 @@ MASS = AircraftEffect(
     parameters=(Parameter("mass_kg", 150.0, -600.0, 600.0, "mass at the center of gravity beyond the loading"),),
     source="loading sheets: passengers, fuel and equipment to some 5 % of the weight",
     what="The airplane is heavier or lighter than the model.",
+    shows_in=TURNING,
     build=_mass,
 )
 
@@ -40,5 +42,6 @@ CENTER_OF_GRAVITY = AircraftEffect(
     parameters=(Parameter("aft_m", 0.06, -0.25, 0.25, "center of gravity behind that of the model"),),
     source="type certificate limits of the class: a range of some 0.3 m",
     what="The center of gravity is elsewhere: elevator and pitch stability change.",
+    shows_in=RANGE_OF_AIRSPEED,
     build=_center_of_gravity,
 )

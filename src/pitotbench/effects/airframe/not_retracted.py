@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import RANGE_OF_AIRSPEED
 from pitotbench.effects.expression import product, size
 from pitotbench.effects.overlay import Baseline, Overlay, Setting
 
@@ -27,6 +28,7 @@ FLAP_NOT_UP = AircraftEffect(
     parameters=(Parameter("extension", 0.15, 0.005, 1.0, "flaps down by this share of their travel"),),
     source="a rigging error or a forgotten lever; lift and drag of the flaps are the aircraft's own",
     what="The flaps are not quite up.",
+    shows_in=RANGE_OF_AIRSPEED,
     build=_flap,
 )
 
@@ -37,5 +39,6 @@ GEAR_NOT_UP = AircraftEffect(
     parameters=(Parameter("extension", 0.3, 0.01, 1.0, "gear (or a gear door's worth of it) down by this share"),),
     source="a door or a leg that does not close; the drag of the gear is the aircraft's own",
     what="The gear is not quite up.",
+    shows_in=RANGE_OF_AIRSPEED,
     build=_gear,
 )

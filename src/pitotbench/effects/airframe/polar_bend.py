@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import TURNING
 from pitotbench.effects.expression import difference, operation, product, size
 from pitotbench.effects.overlay import AxisFunction, Baseline, Overlay
 
@@ -30,6 +31,7 @@ POLAR_BEND = AircraftEffect(
     parameters=PARAMETERS,
     source="Hoerner 1965, Fluid-Dynamic Drag, ch. 7: viscous drag due to lift grows with (C_L - C_L0)²",
     what="The wing costs more drag at high lift: slower at low speed and in turns.",
+    shows_in=TURNING,  # high lift without slow flight
     variant_of="induced_drag",
     build=_build,
 )

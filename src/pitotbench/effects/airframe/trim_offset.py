@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import RANGE_OF_AIRSPEED
 from pitotbench.effects.expression import product, size
 from pitotbench.effects.overlay import AxisFunction, Baseline, Overlay
 
@@ -31,5 +32,6 @@ TRIM_OFFSET = AircraftEffect(
     parameters=PARAMETERS,
     source="rigging tolerances of maintenance manuals, 1 to 2° of tab or tail setting (estimate: 0.015 in pitch)",
     what="The airplane is rigged or trimmed otherwise: surfaces stand elsewhere in straight flight.",
+    shows_in=RANGE_OF_AIRSPEED,
     build=_build,
 )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import TURNING
 from pitotbench.effects.expression import operation, product, size
 from pitotbench.effects.overlay import AxisFunction, Baseline, Overlay
 
@@ -26,5 +27,6 @@ TURN_DRAG = AircraftEffect(
     ),
     source="Martos, Kiszely and Foster 2011: power had to be added in turns in flight, not in the simulator",
     what="The airplane loses more speed in turns than the model.",
+    shows_in=TURNING,
     build=_build,
 )

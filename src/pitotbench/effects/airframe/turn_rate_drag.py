@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import TURNING
 from pitotbench.effects.expression import operation, product, size
 from pitotbench.effects.overlay import AxisFunction, Baseline, Overlay
 from pitotbench.units import DEGREE
@@ -27,6 +28,7 @@ TURN_RATE_DRAG = AircraftEffect(
     ),
     source="our form beside sin² of bank: rudder and aileron held against the turn go with its rate",
     what="The airplane loses more speed in turns than the model.",
+    shows_in=TURNING,
     variant_of="turn_drag",
     build=_build,
 )

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import TURNING
 from pitotbench.effects.signals import Signals
 from pitotbench.units import Array
 
@@ -41,6 +42,7 @@ ANTENNA_LEVER_ARM = SensorEffect(
     ),
     source="rigid-body kinematics, v = v_cg + ω × r (Stevens and Lewis 2003, Aircraft Control and Simulation)",
     what="GPS velocity is that of the antenna, which swings about the center of gravity.",
+    shows_in=TURNING,
     changes=("velocity_north", "velocity_east"),
     also=("velocity_down",),
     needs=ATTITUDE,

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from pitotbench.effects.das.gps_latency import GPS
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.response import delayed
 from pitotbench.effects.signals import Signals
 
@@ -20,6 +21,7 @@ CLOCK_DRIFT = SensorEffect(
     parameters=(Parameter("drift_ppm", 500.0, -5000.0, 5000.0, "GPS data late, a millionth of the time flown"),),
     source="quartz clocks: 20 to 100 ppm by data sheet, some 1,000 ppm for a loaded computer's timer",
     what="The clocks of air data and GPS run apart during the flight.",
+    shows_in=CHANGING_AIRSPEED,
     changes=("velocity_north", "velocity_east"),
     also=("velocity_down", "altitude"),
     function=_apply,

@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench.effects.das.air_data import AIR_DATA
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.signals import Signals
 
 
@@ -31,6 +32,7 @@ DROPPED_SAMPLES = SensorEffect(
     ),
     source="Gilbert 1960, Bell System Technical Journal 39: losses come in bursts",
     what="Some rows of air data are lost, and the last good one stands in their place.",
+    shows_in=CHANGING_AIRSPEED,  # a row that repeats shows only while the pressure changes
     changes=("impact_pressure", "static_pressure"),
     also=("total_temperature",),
     after_noise=True,

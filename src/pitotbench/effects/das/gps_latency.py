@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.response import delayed
 from pitotbench.effects.signals import Signals
 
@@ -22,6 +23,7 @@ GPS_LATENCY = SensorEffect(
     parameters=(Parameter("latency_s", 0.3, 0.01, 3.0, "time by which GPS velocity and altitude are late"),),
     source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
     what="GPS velocity and altitude are recorded late against the air data.",
+    shows_in=CHANGING_AIRSPEED,
     changes=("velocity_north", "velocity_east"),
     also=("velocity_down", "altitude"),
     function=_apply,

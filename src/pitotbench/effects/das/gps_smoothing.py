@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.response import first_order
 from pitotbench.effects.signals import Signals
 
@@ -21,6 +22,7 @@ GPS_SMOOTHING = SensorEffect(
     parameters=(Parameter("lag_s", 0.3, 0.01, 3.0, "time constant of the receiver's filter"),),
     source="receivers' low-dynamics navigation filters; first-order form (estimate)",
     what="The receiver smooths its velocity and so delays it.",
+    shows_in=CHANGING_AIRSPEED,
     variant_of="gps_latency",
     changes=VELOCITIES[:2],
     also=VELOCITIES[2:],

@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench.effects.das.air_data import AIR_DATA
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.signals import Signals
 
 _SLACK = 1e-6  # periods: a row this close to a refresh has it
@@ -27,6 +28,7 @@ SAMPLE_AND_HOLD = SensorEffect(
     parameters=(Parameter("period_s", 0.25, 0.02, 5.0, "time between new values"),),
     source="Martos, Kiszely and Foster 2011, §II.C: data systems of several rates on one time base",
     what="Air data refresh more slowly than they are recorded: each value repeats.",
+    shows_in=CHANGING_AIRSPEED,  # a value that repeats shows only while the pressure changes
     changes=("impact_pressure", "static_pressure"),
     also=("total_temperature",),
     after_noise=True,

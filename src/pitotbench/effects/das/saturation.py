@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import RANGE_OF_AIRSPEED
 from pitotbench.effects.signals import Signals
 
 
@@ -19,6 +20,7 @@ SATURATION = SensorEffect(
     parameters=(Parameter("ceiling_pa", 3500.0, 500.0, 20000.0, "greatest impact pressure; 0 for none"),),
     source="range of the transducer or of its amplifier; 3,500 Pa is 146 KIAS",
     what="Above a speed the impact pressure does not rise any more.",
+    shows_in=RANGE_OF_AIRSPEED,  # only the highest airspeeds reach the ceiling
     changes=("impact_pressure",),
     after_noise=True,
     function=_apply,

@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import TEMPERATURE
 from pitotbench.effects.signals import Signals
 
 SOURCE = "Trenkle and Reinhardt 1973, AGARDograph 160 vol. 2: recovery 0.6 to 0.99; probe errors of some kelvin"
@@ -28,6 +29,7 @@ RECOVERY_DEFICIT = SensorEffect(
     parameters=(Parameter("deficit", 0.2, -0.2, 1.0, "one less the recovery factor, against what is assumed"),),
     source=SOURCE,
     what="The temperature probe feels only part of the ram rise.",
+    shows_in=TEMPERATURE,
     changes=("total_temperature",),
     needs=("impact_pressure", "static_pressure"),
     function=_recovery,
@@ -40,6 +42,7 @@ TEMPERATURE_BIAS = SensorEffect(
     parameters=(Parameter("bias_k", 2.5, -15.0, 15.0, "reading above the probe's temperature"),),
     source=SOURCE,
     what="The temperature probe reads too warm or too cold by a constant.",
+    shows_in=TEMPERATURE,
     changes=("total_temperature",),
     function=_bias,
 )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import RANGE_OF_AIRSPEED, SIDESLIP
 from pitotbench.effects.signals import Signals
 from pitotbench.effects.static_source import displaced
 
@@ -27,6 +28,7 @@ ALPHA_STATIC_ERROR = SensorEffect(
     parameters=(Parameter("slope_per_rad", 0.15, -1.0, 1.0, "static error over impact pressure a radian"),),
     source=SOURCE,
     what="The static pressure errs with angle of attack, so that turns and heavy weights read otherwise.",
+    shows_in=RANGE_OF_AIRSPEED,
     changes=PRESSURES,
     needs=("angle_of_attack",),
     function=_alpha,
@@ -42,6 +44,7 @@ SIDESLIP_STATIC_ERROR = SensorEffect(
     ),
     source=SOURCE,
     what="The static pressure errs in sideslip.",
+    shows_in=SIDESLIP,
     changes=PRESSURES,
     needs=("sideslip",),
     function=_sideslip,

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.response import first_order
 from pitotbench.effects.signals import Signals
 
@@ -23,6 +24,7 @@ CREEP = SensorEffect(
     ),
     source="Gracey 1980, NASA RP-1046: drift and after-effect of elastic capsules; one relaxation time",
     what="Readings differ going up and coming down, by how fast one does.",
+    shows_in=CHANGING_AIRSPEED,  # its slow part arrives in the legs that are held between
     variant_of="hysteresis",
     changes=("impact_pressure",),
     function=_apply,

@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import Excitation
 from pitotbench.effects.response import first_order_varying
 from pitotbench.effects.signals import Signals
 
@@ -26,6 +27,7 @@ HEIGHT_DEPENDENT_LAG = SensorEffect(
     parameters=(Parameter("sea_level_lag_s", 0.35, 0.01, 3.0, "time constant of the line at sea level"),),
     source="Gracey 1980, NASA RP-1046, pressure-system lag: time constant as viscosity over pressure",
     what="The total-pressure line is late, and later the higher the airplane flies.",
+    shows_in=Excitation(("rapid_decel",), "the same decelerations at two heights some 3,000 m apart"),
     variant_of="pitot_lag",
     changes=("impact_pressure",),
     needs=("static_pressure",),

@@ -6,6 +6,7 @@ from itertools import accumulate
 import numpy as np
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.signals import Signals
 from pitotbench.units import Array
 
@@ -28,6 +29,7 @@ HYSTERESIS = SensorEffect(
     parameters=(Parameter("width_pa", 25.0, 1.0, 300.0, "difference between readings going up and coming down"),),
     source="Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis; data sheets: 0.1 % of full scale",
     what="Decelerations read higher than accelerations at the same speed.",
+    shows_in=CHANGING_AIRSPEED,
     changes=("impact_pressure",),
     function=_apply,
 )

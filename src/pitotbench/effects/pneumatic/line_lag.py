@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_AIRSPEED, CHANGING_HEIGHT
 from pitotbench.effects.response import first_order
 from pitotbench.effects.signals import Signals
 
@@ -29,6 +30,7 @@ PITOT_LAG = SensorEffect(
     parameters=(Parameter("lag_s", 0.4, 0.01, 3.0, "time constant of the total-pressure line"),),
     source=SOURCE,
     what="The total-pressure line is long or thin: indicated airspeed follows late.",
+    shows_in=CHANGING_AIRSPEED,
     changes=("impact_pressure",),
     needs=("static_pressure",),
     function=_pitot,
@@ -41,6 +43,7 @@ STATIC_LAG = SensorEffect(
     parameters=(Parameter("lag_s", 0.6, 0.01, 5.0, "time constant of the static-pressure line"),),
     source=SOURCE,
     what="The static-pressure line is long or thin: altitude follows late, and airspeed errs in climbs.",
+    shows_in=CHANGING_HEIGHT,
     changes=PRESSURES,
     function=_static,
 )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_HEIGHT
 from pitotbench.effects.signals import Signals
 
 
@@ -23,6 +24,7 @@ LINE_LEAK = SensorEffect(
     source="laminar flow through three resistances in series, pitot line, leak, static line (Hagen-Poiseuille); "
     "leak checks of 14 CFR 23.1325",
     what="The pitot line leaks into the static line: airspeed low, static pressure high.",
+    shows_in=CHANGING_HEIGHT,
     changes=("impact_pressure", "static_pressure"),
     function=_apply,
 )

@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import STEPS_OF_AIRSPEED
 from pitotbench.effects.signals import Signals
 from pitotbench.effects.static_source import displaced
 
@@ -27,6 +28,7 @@ LOCAL_STATIC_BUMP = SensorEffect(
     ),
     source="our form: a bump that no model of the table of curves can follow",
     what="The position error has a bump within a band of airspeed.",
+    shows_in=STEPS_OF_AIRSPEED,  # the band is narrow, and a fast deceleration blurs it
     variant_of="static_source_change",
     changes=("impact_pressure", "static_pressure"),
     function=_apply,

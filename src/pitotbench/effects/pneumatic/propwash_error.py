@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import POWER
 from pitotbench.effects.signals import Signals
 from pitotbench.effects.static_source import displaced
 from pitotbench.units import INCH_OF_MERCURY, KNOT, SUFFIXES, Array
@@ -35,6 +36,7 @@ PROPWASH_ERROR = SensorEffect(
     source="McCormick 1995, Aerodynamics, Aeronautics and Flight Mechanics, momentum theory: the slipstream's "
     "pressure goes with thrust over disk area, thrust with power over speed",
     what="The static pressure errs with engine power.",
+    shows_in=POWER,
     changes=("impact_pressure", "static_pressure"),
     needs=tuple(f"{name}_{side}" for name in ("manifold_pressure", "propeller_speed") for side in ENGINES),
     function=_apply,

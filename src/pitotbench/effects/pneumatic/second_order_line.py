@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.response import second_order
 from pitotbench.effects.signals import Signals
 
@@ -23,6 +24,7 @@ SECOND_ORDER_LINE = SensorEffect(
     ),
     source="Doebelin 1990, Measurement Systems: pressure line and volume as a second-order system",
     what="The total-pressure line is late and rings.",
+    shows_in=CHANGING_AIRSPEED,
     variant_of="pitot_lag",
     changes=("impact_pressure",),
     needs=("static_pressure",),

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from pitotbench import air
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import RANGE_OF_AIRSPEED
 from pitotbench.effects.signals import Signals
 from pitotbench.effects.static_source import displaced
 from pitotbench.units import KNOT
@@ -28,6 +29,7 @@ STATIC_SOURCE_CHANGE = SensorEffect(
     ),
     source="Gracey 1980, NASA RP-1046: static-pressure errors of fuselage vents within some 0.05 q_c",
     what="The static port was moved, dented or painted: the position error is another curve.",
+    shows_in=RANGE_OF_AIRSPEED,  # its coefficient has one size at each end of the airspeeds
     changes=("impact_pressure", "static_pressure"),
     function=_apply,
 )

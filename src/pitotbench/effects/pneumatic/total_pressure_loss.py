@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import RANGE_OF_AIRSPEED
 from pitotbench.effects.signals import Signals
 
 SOURCE = "Gracey 1980, NASA RP-1046: total-pressure error of tubes with nose shape and inclination"
@@ -24,6 +25,8 @@ TOTAL_PRESSURE_LOSS = SensorEffect(
     parameters=(Parameter("fraction", 0.01, -0.05, 0.15, "share of the impact pressure that is lost"),),
     source=SOURCE,
     what="The pitot tube reads too low at all speeds; the static pressure is right.",
+    # A loss is in proportion to the impact pressure; GPS heights show that the static pressure is right.
+    shows_in=RANGE_OF_AIRSPEED,
     changes=("impact_pressure",),
     function=_plain,
 )
@@ -35,6 +38,7 @@ INCLINED_PITOT_LOSS = SensorEffect(
     parameters=(Parameter("loss_per_rad2", 1.0, -5.0, 10.0, "loss over impact pressure a square radian"),),
     source=SOURCE,
     what="The pitot tube reads too low at high angles of attack.",
+    shows_in=RANGE_OF_AIRSPEED,  # the angle of attack is largest at the lowest airspeed
     variant_of="total_pressure_loss",
     changes=("impact_pressure",),
     needs=("angle_of_attack",),

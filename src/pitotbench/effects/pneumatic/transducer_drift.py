@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_HEIGHT, EARLY_AND_LATE
 from pitotbench.effects.signals import Signals
 
 MINUTE = 60.0  # s
@@ -26,6 +27,7 @@ TIME_DRIFT = SensorEffect(
     parameters=(Parameter("rate_pa_per_min", 3.0, -30.0, 30.0, "zero shift a minute since the first sample"),),
     source=SOURCE,
     what="The impact-pressure transducer drifts while it warms up.",
+    shows_in=EARLY_AND_LATE,
     changes=("impact_pressure",),
     function=_with_time,
 )
@@ -37,6 +39,7 @@ TEMPERATURE_DRIFT = SensorEffect(
     parameters=(Parameter("shift_pa_per_k", 6.0, -60.0, 60.0, "zero shift a kelvin from the first sample"),),
     source=SOURCE,
     what="The impact-pressure transducer drifts with temperature.",
+    shows_in=CHANGING_HEIGHT,
     changes=("impact_pressure",),
     needs=("total_temperature",),
     function=_with_temperature,

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import EARLY_AND_LATE
 from pitotbench.effects.signals import Signals
 
 
@@ -23,6 +24,7 @@ WARM_UP_DRIFT = SensorEffect(
     ),
     source="transducer data sheets: warm-up shift; a lumped thermal mass warms exponentially",
     what="The impact-pressure transducer drifts at first and then settles.",
+    shows_in=EARLY_AND_LATE,  # early means from the moment the system is switched on
     variant_of="time_drift",
     changes=("impact_pressure",),
     function=_apply,

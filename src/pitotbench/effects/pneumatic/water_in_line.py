@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.response import first_order
 from pitotbench.effects.signals import Signals
 
@@ -26,6 +27,7 @@ WATER_IN_LINE = SensorEffect(
     ),
     source="hydrostatics, density times specific force times length; Gracey 1980, NASA RP-1046: water in lines",
     what="Water stands in the pitot line: the reading is late and goes with pitch and acceleration.",
+    shows_in=CHANGING_AIRSPEED,
     changes=("impact_pressure",),
     needs=("static_pressure", "specific_force_x"),
     function=_apply,

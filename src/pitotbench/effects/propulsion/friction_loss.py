@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import POWER
 from pitotbench.effects.expression import product, size, total
 from pitotbench.effects.overlay import Baseline, Overlay, Setting
 from pitotbench.effects.propulsion.engines import left_and_right
@@ -32,6 +33,7 @@ FRICTION_LOSS = AircraftEffect(
     ),
     source="Heywood 1988, Internal Combustion Engine Fundamentals, ch. 13: friction and accessories",
     what="An engine loses a constant power.",
+    shows_in=POWER,  # a constant power is a larger share of a low one
     variant_of="power_deficit",
     build=_build,
 )

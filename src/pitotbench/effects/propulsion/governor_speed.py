@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import POWER
 from pitotbench.effects.expression import size, total
 from pitotbench.effects.overlay import Baseline, Overlay, Setting
 from pitotbench.effects.propulsion.engines import require_declared
@@ -25,5 +26,6 @@ GOVERNOR_SPEED = AircraftEffect(
     parameters=(Parameter("offset_rpm", -75.0, -500.0, 100.0, "propeller speed above that of the model"),),
     source="governor stops are set to some 25 rpm; a pilot's lever to 50 rpm (estimate)",
     what="The propellers turn faster or slower than in the model.",
+    shows_in=POWER,  # the governor holds its speed at high power only
     build=_build,
 )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import Parameter, SensorEffect
+from pitotbench.effects.excitation import POWER
 from pitotbench.effects.signals import Signals
 from pitotbench.units import INCH_OF_MERCURY
 
@@ -25,6 +26,7 @@ MANIFOLD_PRESSURE_GAUGE = SensorEffect(
     ),
     source="aircraft gauges are read to some 0.2 inHg and err by as much again (estimate)",
     what="The recorded manifold pressure is not that of the engine.",
+    shows_in=POWER,
     changes=CHANNELS,
     function=_apply,
 )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import POWER
 from pitotbench.effects.expression import difference, quotient, size
 from pitotbench.effects.overlay import Baseline, Overlay, Setting
 from pitotbench.effects.propulsion.engines import left_and_right
@@ -32,5 +33,6 @@ POWER_DEFICIT = AircraftEffect(
     ),
     source="Heywood 1988, Internal Combustion Engine Fundamentals: indicated power less friction; wear of 5 %",
     what="An engine gives less power than its manifold pressure and speed tell.",
+    shows_in=POWER,
     build=_build,
 )

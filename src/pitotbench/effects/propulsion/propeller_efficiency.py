@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import POWER
 from pitotbench.effects.expression import product, size
 from pitotbench.effects.overlay import Baseline, BodyForce, Overlay
 from pitotbench.effects.propulsion.engines import left_and_right
@@ -28,5 +29,6 @@ PROPELLER_EFFICIENCY = AircraftEffect(
     ),
     source="McCormick 1995: installed efficiency errs by some 5 %; the change is a force at the propeller",
     what="A propeller gives less thrust than in the model for the same power.",
+    shows_in=POWER,
     build=_build,
 )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from pitotbench.effects.effect import AircraftEffect, Parameter
+from pitotbench.effects.excitation import POWER
 from pitotbench.effects.expression import product, size
 from pitotbench.effects.overlay import Baseline, Overlay, Setting
 from pitotbench.effects.propulsion.engines import require_declared
@@ -27,5 +28,6 @@ THROTTLE_RIGGING = AircraftEffect(
     ),
     source="cable rigging: lever stagger of some 2 % of travel (estimate)",
     what="The engines do not pull alike with the levers together.",
+    shows_in=POWER,
     build=_build,
 )

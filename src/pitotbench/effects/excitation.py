@@ -1,0 +1,34 @@
+"""What to fly so that an effect shows: the motions that excite it, and the maneuvers that hold them."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Excitation:
+    """A way of flying that makes an effect show.
+
+    `maneuvers` are names of the table of maneuvers, the best one first; `text` says to an engineer what to fly.
+    """
+
+    maneuvers: tuple[str, ...]
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.text} ({', '.join(self.maneuvers)})"
+
+
+CHANGING_AIRSPEED = Excitation(("rapid_decel",), "repeated decelerations and accelerations, both ways")
+CHANGING_HEIGHT = Excitation(("diagnostic",), "a climb and a descent at constant airspeed")
+TURNING = Excitation(("circle", "figure_eight"), "full circles at 30° of bank, both ways")
+SIDESLIP = Excitation(("diagnostic",), "steady-heading sideslips to both sides")
+POWER = Excitation(("diagnostic",), "one airspeed with high and low power, in a climb and a descent")
+RANGE_OF_AIRSPEED = Excitation(("four_leg",), "level flight from the highest to the lowest airspeed")
+STEPS_OF_AIRSPEED = Excitation(
+    ("step_decrease", "step_both_ways"), "level flight in small steps of airspeed, both ways"
+)
+STEADY_LEGS = Excitation(("race_track",), "long level legs at constant airspeed and power")
+EARLY_AND_LATE = Excitation(("race_track",), "the same airspeeds early and late in one long log")
+TEMPERATURE = Excitation(
+    ("race_track",),
+    "legs on reciprocal headings at the highest and lowest airspeed, with a balloon's temperature",
+)

@@ -1,8 +1,8 @@
-"""Every effect of the table as a hypothesis: its signature is what the effect's own code does to the residuals.
+"""Turn every effect of the table into a hypothesis, with a signature: what the effect does to the residuals.
 
-One mechanism for all. An effect on the sensors acts on the clean track, an effect in the air adds its wind, an
-effect on the aircraft changes what the force meter says; the residuals with it less those without it, for each
-size.
+A signature is the residuals with the effect less those without it, computed by the effect's code itself. An effect
+on the sensors acts on the clean track, an effect in the air adds its wind, and an effect on the aircraft changes
+the reaction of the force meter.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -22,16 +22,16 @@ from pitotbench.reconcile.track import Track, mach_number
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.units import Array
 
-OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # what is set there moves no engine
+OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths move no engine
 THROTTLE_BIAS = {"ap/throttle-bias-left-norm": 1.0, "ap/throttle-bias-right-norm": -1.0}
 
-# An aircraft with an overlay on it as a force meter, its engines running along or not.
+# The force meter: a motion, the overlay to put on the aircraft, and whether the engines run along.
 ReactWith = Callable[[Motion, Overlay, bool], Reaction]
 
 
 @dataclass(frozen=True, slots=True)
 class AircraftModel:
-    """An aircraft as the room knows it: a force meter with overlays, and what effects must know of it."""
+    """An aircraft of the analyst: a force meter that takes overlays, and the data that effects need of it."""
 
     name: str
     react: ReactWith
@@ -40,7 +40,7 @@ class AircraftModel:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """All that a signature is computed from; `react` and `baseline` are None where there is no aircraft model."""
+    """The data that signatures are computed from; `react` and `baseline` are None without an aircraft model."""
 
     clean: Track
     grid: Grid
@@ -49,13 +49,13 @@ class Scene:
     base: Residuals  # of the clean track
     react: ReactWith | None
     baseline: Baseline | None
-    coarse: Motion | None  # the clean track's, in coarse steps
-    plain: Array | None  # what the untouched aircraft answers to it
-    held: Array | None  # the same with its engines held
+    coarse: Motion | None  # of the clean track, in coarse steps
+    plain: Array | None  # reaction of the untouched aircraft to it
+    held: Array | None  # the same reaction with the engines held
 
 
 def scene(track: Track, wind: Array, model: Replay | None, aircraft: AircraftModel | None) -> Scene:
-    """The scene of a track: wind toward north, east, down [m/s], (3,), for the clean track."""
+    """Return the scene of a track; `wind` toward north, east, down [m/s], (3,), is that of the clean track."""
     grid = grid_of(track)
     frame = Frame.of(track, grid)
     clean = clean_track(track, wind)
@@ -71,8 +71,11 @@ def scene(track: Track, wind: Array, model: Replay | None, aircraft: AircraftMod
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """What one unit of a parameter of an effect does to the residuals, (n, c), as a share of what `size` units do;
-    `shapes` are the effect's shapes where they are not typical."""
+    """The change of the residuals by one unit of a parameter, `column` (n, c).
+
+    It is the change by `size` units, divided by `size`, as effects are not quite linear. `shapes` holds the shapes
+    of the effect that are not typical.
+    """
 
     effect: str
     parameter: str
@@ -82,7 +85,7 @@ class Signature:
 
 
 def signatures(scene: Scene, effects: Catalog[Effect]) -> tuple[Signature, ...]:
-    """A signature for each size of each effect that this log can show."""
+    """Return a signature for each size parameter of each effect that this log can show."""
     return tuple(s for effect in effects.values() for s in _of_effect(scene, effect))
 
 
@@ -95,8 +98,10 @@ def _of_effect(scene: Scene, effect: Effect) -> Iterator[Signature]:
 
 
 def signature(scene: Scene, effect: Effect, parameter: str, size: float) -> Signature | None:
-    """The signature of one parameter at a size, the effect's other sizes zero and its shapes typical; None where
-    this log cannot show it (a channel it changes is missing, or nothing moves)."""
+    """Return the signature of one parameter at a size, the other sizes zero and the shapes typical.
+
+    None where this log cannot show it: a channel that it changes is missing, or no residual moves.
+    """
     moved = change(scene, effect, effect.complete({parameter: size}))
     if moved is None or not np.any(np.abs(moved) > 0.0):
         return None
@@ -104,7 +109,7 @@ def signature(scene: Scene, effect: Effect, parameter: str, size: float) -> Sign
 
 
 def change(scene: Scene, effect: Effect, sizes: dict[str, float]) -> Array | None:
-    """What an effect of these sizes changes in the residuals, (n, c); None where this log cannot show it."""
+    """Return the change of the residuals by an effect of these sizes, (n, c); None where the log cannot show it."""
     if isinstance(effect, SensorEffect):
         return _sensed(scene, effect, sizes)
     if isinstance(effect, AirEffect):
@@ -132,7 +137,7 @@ def _blown(scene: Scene, effect: AirEffect, sizes: dict[str, float]) -> Array | 
 
 
 def _warmed(scene: Scene, warmer: float) -> Array | None:
-    """A warmer column of air between standard pressure at sea level and the airplane: H_p = h T₀/(T₀ + ΔT)."""
+    """The change by a warmer column of air from standard pressure at sea level up: H_p = h T₀/(T₀ + ΔT)."""
     names = scene.base.names
     if "pressure_height" not in names or "temperature" not in names:
         return None
@@ -145,7 +150,7 @@ def _warmed(scene: Scene, warmer: float) -> Array | None:
 
 
 def _felt(scene: Scene, effect: AircraftEffect, sizes: dict[str, float]) -> Array | None:
-    """The measured motion is the same; the aircraft that felt it was another, which the model does not know."""
+    """The change by an effect of the aircraft: the reaction with it less that without, to the same motion."""
     if (
         scene.model is None
         or scene.react is None
@@ -167,19 +172,21 @@ def _felt(scene: Scene, effect: AircraftEffect, sizes: dict[str, float]) -> Arra
 
 
 def _leaves_engines(overlay: Overlay) -> bool:
-    """Whether an overlay adds forces and moments of the air only, so that thrust falls out of the difference."""
+    """Whether an overlay adds only forces and moments of the air, so that thrust cancels in the difference."""
     elsewhere = [s for s in overlay.settings if not s.path.startswith(OF_THE_AIR)]
     return not (elsewhere or overlay.masses or overlay.forces or overlay.filters)
 
 
 def moves_levers(overlay: Overlay) -> bool:
-    """Whether all that an overlay sets is where the plates stand against the levers."""
+    """Whether an overlay sets nothing but the offset of the throttle plates from the levers."""
     return bool(overlay.settings) and all(setting.path in THROTTLE_BIAS for setting in overlay.settings)
 
 
 def _throttle_split(overlay: Overlay) -> float | None:
-    """Left less right throttle where an overlay moves the plates against the levers: the measured plates already
-    stand where they stand, so that only their difference tells."""
+    """The left less the right offset of the throttle plates; None where an overlay does not set them.
+
+    The log holds the positions of the plates, so that only their difference shows the offset.
+    """
     if not moves_levers(overlay):
         return None
     paths = dict.fromkeys(setting.path for setting in overlay.settings)

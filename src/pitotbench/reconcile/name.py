@@ -1,5 +1,4 @@
-"""Name the effect: fit every hypothesis, gate by what null flights show, and abstain where the log does not
-tell."""
+"""Name the effect: fit every hypothesis, apply the thresholds of null flights, abstain where the log is unclear."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +22,10 @@ SHOWN = 10
 
 @dataclass(frozen=True, slots=True)
 class Naming:
-    """What the evidence says; `chosen` are the effects fitted together, with the study and evidence behind them."""
+    """The outcome of the fit: `chosen` are the effects fitted together, with the study and evidence behind them.
+
+    `alternatives` holds, for each chosen effect, the other causes that fit as well.
+    """
 
     kind: Kind
     chosen: tuple[str, ...]
@@ -37,7 +39,7 @@ class Naming:
 
 
 def name(layout: Study, known: Knowledge) -> Naming:
-    """Name what a log shows, given what null flights show."""
+    """Name the effects that a log shows, given the noise and the thresholds of its null flights."""
     noise = scaled_to(known.noise, layout)
     layout, weighed = _renewed(placed_in_time(layout, noise), noise)
     table = Table(weighed, layout.signatures, known)
@@ -52,7 +54,10 @@ def name(layout: Study, known: Knowledge) -> Naming:
 
 
 def _renewed(seen: Study, noise: NoiseModel) -> tuple[Study, Evidence]:
-    """Signatures of the best explanations at their fitted sizes, the best one undone where it is large."""
+    """Renew the signatures of the best explanations at their fitted sizes, and weigh the evidence anew.
+
+    A large effect on the sensors is taken out of the clean track first.
+    """
     layout, weighed = seen, weigh(seen, noise)
     columns = columns_of(layout.signatures)
     for _ in range(ROUNDS):
@@ -70,7 +75,7 @@ def _renewed(seen: Study, noise: NoiseModel) -> tuple[Study, Evidence]:
 def _fitted_sizes(
     layout: Study, weighed: Evidence, columns: Mapping[str, Sequence[int]]
 ) -> dict[tuple[str, str], float]:
-    """Sizes of the best explanations, alone and joined with the very best."""
+    """Sizes of the best explanations, each fitted alone."""
     fits = {n: weighed.fit(c) for n, c in columns.items()}
     best = sorted(fits, key=lambda n: -merit(fits[n]))[:CONTENDERS]
     sizes: dict[tuple[str, str], float] = {}
@@ -81,7 +86,7 @@ def _fitted_sizes(
 
 
 def _located(layout: Study, weighed: Evidence, known: Knowledge, given: Sequence[int]) -> tuple[Located, ...]:
-    """The most significant place in every channel, in σ beyond what null flights show there."""
+    """The most significant place in every channel, in σ beyond the usual value of null flights."""
     places = layout.places
     values = weighed.scores([i for i, _ in places], given)
     best: dict[str, Located] = {}
@@ -109,7 +114,7 @@ def _kind(
         return "unknown" if located and abs(located[0].significance) > threshold else "no_gap"
     explained = score(table.fit(chosen))
     allowed = float(np.hypot(threshold, 3.0 * LINEAR * explained))
-    lasting = not any(_happens_once(name) for name in chosen)  # else no other block tells of it
+    lasting = not any(_happens_once(name) for name in chosen)  # an event shows in one block only
     if lasting and table.held_out_ratio(chosen) < HONEST:
         return "unknown"
     if leftover and abs(leftover[0].significance) > allowed:

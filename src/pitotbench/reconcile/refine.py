@@ -1,4 +1,4 @@
-"""Signatures where they matter: at the size that was fitted, and at the time when it happened."""
+"""Renew signatures at the size that was fitted, and at the time when the effect happened."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -16,7 +16,7 @@ from pitotbench.reconcile.study import FITTED, Study, mean_wind, searched
 from pitotbench.reconcile.whitening import NoiseModel
 from pitotbench.units import Array
 
-LOOKS = 14  # times over the log at which an event is first looked for
+LOOKS = 14  # times over the log at which an event is tried first
 STEPS = np.array([0.6, 0.8, 1.2, 1.4])  # times the typical value of a shape that is no time
 HALVINGS = 3
 LINEAR_WITHIN = {"sensors": 0.1, "air": 0.1, "aircraft": 0.6}  # share of a size over which its signature serves
@@ -24,8 +24,10 @@ SMALLEST = 0.05  # of the typical size: below it a signature is taken at this si
 
 
 def at_sizes(layout: Study, sizes: Mapping[tuple[str, str], float]) -> Study:
-    """The study with the signatures of some (effect, parameter) taken at fitted sizes, within the plausible
-    range."""
+    """Return the study with signatures renewed at fitted sizes, keyed by effect and parameter.
+
+    Sizes outside the plausible range are taken at its end.
+    """
     found = list(layout.signatures)
     for i, old in enumerate(found):
         if (old.effect, old.parameter) in sizes:
@@ -36,10 +38,10 @@ def at_sizes(layout: Study, sizes: Mapping[tuple[str, str], float]) -> Study:
 
 
 def without(layout: Study, seen: Study, name: str, sizes: Mapping[str, float]) -> Study:
-    """A study seen from a clean track in which an effect on the sensors is undone (`seen` is the study as it was
-    laid out): all that acts on the sensors acts there on signals as they were before that effect.
+    """Return the study with an effect on the sensors taken out of its clean track; `seen` is the study as laid out.
 
-    Where the effect is large, signals that still hold it would bend every other signature.
+    Signatures of the other effects on the sensors are then computed from signals without that effect. A large
+    effect would otherwise bend all of them.
     """
     effect, old = FITTED[name], seen.scene
     if not isinstance(effect, SensorEffect) or not sizes:
@@ -55,13 +57,13 @@ def without(layout: Study, seen: Study, name: str, sizes: Mapping[str, float]) -
 
 
 def _from(layout: Study, scene: Scene, unknown: Nuisance) -> Study:
-    """A study from another scene."""
+    """The study with its signatures computed from another scene."""
     found = tuple(_seen_from(scene, s) for s in layout.signatures)
     return replace(layout, scene=scene, nuisance=unknown, signatures=found)
 
 
 def _seen_from(scene: Scene, old: Signature) -> Signature:
-    """A signature of an effect on the sensors, from another clean track; others do not change."""
+    """The signature from another clean track; it changes for effects on the sensors only."""
     effect = FITTED[old.effect]
     if not isinstance(effect, SensorEffect):
         return old
@@ -84,7 +86,7 @@ def _renewed(scene: Scene, old: Signature, size: float) -> Signature:
 
 
 def placed_in_time(layout: Study, noise: NoiseModel) -> Study:
-    """The study with every effect that has shapes (the time of an event, a damping) in the shape that fits best."""
+    """Return the study with every effect that has shapes (a time, a damping) at the best-fitting ones."""
     found, judged = list(layout.signatures), _Judge(layout, noise)
     for effect in FITTED.values():
         own = [i for i, s in enumerate(found) if s.effect == effect.name]
@@ -95,8 +97,10 @@ def placed_in_time(layout: Study, noise: NoiseModel) -> Study:
 
 
 def _search(layout: Study, judged: "_Judge", effect: Effect, own: Sequence[Signature]) -> list[Signature]:
-    """Coarse steps over the first shape, a time over the whole log, then all shapes in halved steps around the
-    best."""
+    """Search the shapes of an effect: the first one in coarse steps, then all in halved steps around the best.
+
+    A first shape that is a time is tried over the whole log.
+    """
     shapes = searched(effect)
     time = layout.track.time[layout.grid.rows] - layout.track.time[0]
     first = shapes[0]
@@ -135,7 +139,7 @@ def _shaped(scene: Scene, effect: Effect, old: Signature, shapes: Mapping[str, f
 
 
 class _Judge:
-    """Merit of columns that are not in a study yet."""
+    """Computes the merit of columns that are not in the study yet."""
 
     def __init__(self, layout: Study, noise: NoiseModel) -> None:
         self._layout, self._noise = layout, noise
@@ -146,7 +150,7 @@ class _Judge:
         return self._noise.whiten(values, self._layout.grid, self._layout.residuals.slack)
 
     def merit(self, columns: Sequence[Array]) -> float:
-        """Merit of some columns together."""
+        """Return the merit of some columns together."""
         new = self._white(np.stack(columns, axis=2))
         products = inner_products(np.concatenate([self._nuisances, new], axis=2), self._residual, blocks=1)
         k = self._nuisances.shape[2]

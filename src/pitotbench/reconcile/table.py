@@ -1,4 +1,4 @@
-"""All explanations of one log, alone and together: which fits best, which would do as well, which are plausible."""
+"""Compare the explanations of one log: which fits best, which fits as well, which is plausible."""
 
 from collections.abc import Sequence
 
@@ -13,10 +13,10 @@ from pitotbench.reconcile.study import FITTED, cause_of, columns_of
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate
 
-APART = 9.0  # fall of the sum of squares that tells two explanations apart: 3σ
-DOUBT = 0.1  # share of the explained sum of squares that the form of an effect, never known for sure, may cost it
-LINEAR = 0.03  # error of a signature as a share of it: what it may leave for others to explain
-METHOD = 0.05  # deviation of a size as a share of it, for what the method itself errs (lags come out 3 to 5 % long)
+APART = 9.0  # fall of the sum of squares that separates two explanations: 3σ
+DOUBT = 0.1  # share of the explained sum of squares that an error in the form of an effect may cost it
+LINEAR = 0.03  # error of a signature as a share of it, which other effects may then seem to explain
+METHOD = 0.05  # deviation of a size as a share of it, for the error of the method (lags come out 3 to 5 % long)
 FORM = 6.0  # fall of the sum of squares from which another form of the same cause is preferred to the plain one
 MOST = 3  # effects named at once
 CONTENDERS = 6  # explanations whose signatures are renewed at their fitted sizes
@@ -24,7 +24,7 @@ SLIGHT = 2.0  # deviations by which a size may miss its plausible range
 
 
 class Table:
-    """All explanations of one log, and the choice among them."""
+    """The explanations of one log, and the choice among them."""
 
     def __init__(self, weighed: Evidence, signatures: Sequence[Signature], known: Knowledge) -> None:
         self.evidence, self.signatures, self.known = weighed, signatures, known
@@ -33,16 +33,18 @@ class Table:
         self.singles = {n: weighed.fit(c) for n, c in columns.items()}
 
     def fit(self, names: Sequence[str]) -> Fit:
-        """Several effects together."""
+        """Fit several effects together."""
         return self.evidence.fit(joined(self.columns, names))
 
     def score(self, name: str) -> float:
-        """Score of an effect alone, in units of its spread on null flights."""
+        """Return the score of an effect alone, in units of its spread on null flights."""
         return self.known.told(name, score(self.singles[name]))
 
     def choose(self) -> tuple[str, ...]:
-        """The effects that together explain the gap: the best one, then as long as a further one earns its
-        place."""
+        """Return the effects that together explain the gap, at most `MOST`; none where no effect is needed.
+
+        An effect is added for as long as the fit improves by more than its threshold on null flights.
+        """
         chosen: tuple[str, ...] = ()
         for _ in range(MOST):
             better = self._better(chosen)
@@ -71,15 +73,17 @@ class Table:
         return names
 
     def ranked(self) -> list[str]:
-        """The causes, each in the form that fits best, the best first."""
+        """Return each cause by the form that fits best, the best cause first."""
         best: dict[str, str] = {}
         for name in sorted(self.columns, key=lambda n: -merit(self.singles[n])):
             best.setdefault(cause_of(name), name)
         return list(best.values())
 
     def _better(self, chosen: tuple[str, ...]) -> tuple[str, ...] | None:
-        """The best set with one effect more: over all pairs for two, greedily beyond; None where it is not worth
-        it."""
+        """The best set with one effect more; None where the fit does not improve by enough.
+
+        Two effects are searched over pairs with the best single ones; a third is added to the best pair.
+        """
         before = self.fit(chosen) if chosen else None
         stems = [chosen] if len(chosen) != 1 else [(n,) for n in self._front()]
         sets = {tuple(sorted((*stem, n))) for stem in stems for n in self.columns if _is_new(n, stem)}
@@ -124,8 +128,11 @@ class Table:
         return forms
 
     def _in_proportion(self, other: str, name: str, rest: Sequence[str], free: float) -> float:
-        """The merit of another explanation; where it has sizes enough to mimic the one that was chosen, that of its
-        typical proportions: water in a line that weighs nothing is a line that lags."""
+        """The merit of another explanation: `free` with all its sizes free, or less where that would be unfair.
+
+        An effect with more sizes can contain the chosen one as a special case: water of no weight in a line is a
+        lag. It is then judged with its sizes in their typical proportions.
+        """
         columns, simple = self.columns[other], self.columns[name]
         if len(columns) <= len(simple) or not self.evidence.contains(columns, simple):
             return free
@@ -135,12 +142,12 @@ class Table:
         return base + self.evidence.gain_along(columns, typical, given)
 
     def held_out_ratio(self, names: Sequence[str]) -> float:
-        """Gain on blocks left out over gain in sample."""
+        """Return the gain on blocks left out of the fit over the gain in sample."""
         fit = self.fit(names)
         return self.evidence.held_out_gain(joined(self.columns, names)) / max(fit.gain, 1e-9)
 
     def candidate(self, name: str) -> Candidate:
-        """An effect as a single explanation."""
+        """Return an effect as a candidate: its sizes, score and held-out ratio as the only explanation."""
         fit = self.singles[name]
         ratio, plausible = self.held_out_ratio((name,)), self._plausible((name,), fit)
         return Candidate(name, estimates(self.signatures, fit), self.score(name), ratio, plausible)
@@ -161,7 +168,7 @@ def _is_new(name: str, chosen: Sequence[str]) -> bool:
 
 
 def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]:
-    """The sizes of a fit, by the names of their parameters; the bound holds the error of the method as well."""
+    """Return the fitted sizes by the names of their parameters; the bound includes the error of the method."""
     found = zip(fit.columns, fit.sizes, fit.deviations, strict=True)
     return tuple(
         Estimate(signatures[c].parameter, float(s), 2.0 * float(np.hypot(d, METHOD * s))) for c, s, d in found
@@ -169,6 +176,6 @@ def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]
 
 
 def _within(low: float, high: float, size: float, deviation: float) -> bool:
-    """Whether a size is plausible: in its range, or not told from none."""
+    """Whether a size is plausible: in its range, or not significantly different from zero."""
     slack = SLIGHT * deviation
     return low - slack <= size <= high + slack or abs(size) <= slack

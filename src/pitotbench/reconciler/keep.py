@@ -1,6 +1,5 @@
 """Add: the verdict, the patch and the report in a folder, and the patched aircraft under a name."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,14 +11,17 @@ from pitotbench.records.case import EffectSpec
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.verdict import SURE
 from pitotbench.show.reconcile import account_page
+from pitotbench.show.strict_json import json_text
 from pitotbench.simulate.modified import install_variant, overlay_xml
+
+WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")  # what may appear in the folder of --out
 
 
 def keep(outcome: Outcome, document: Mapping[str, Any], out: Path) -> list[str]:
     """Write `verdict.json`, `patch.toml`, `report.html` and, where something acts on the aircraft, `overlay.xml` to
     a folder; those of an earlier run are replaced. Returns a line for each thing written."""
     texts = {
-        "verdict.json": json.dumps(document, indent=1) + "\n",
+        "verdict.json": json_text(document),
         "patch.toml": outcome.patch.text,
         "report.html": account_page(outcome.account),
     }

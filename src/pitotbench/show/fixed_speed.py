@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.fixed_speed import FixedSpeedPoint
+from pitotbench.show.terminal import outside
 from pitotbench.units import DEGREE, KNOT
 
 _COLUMNS = (
@@ -34,7 +35,7 @@ def print_points(points: Sequence[FixedSpeedPoint], console: Console, curve: Err
     for point in points:
         values = [*_numbers(point), *([_off(point, curve)] if curve is not None else [])]
         cells = (_text(value, style) for value, (_, style) in zip(values, columns, strict=True))
-        table.add_row(method_words(point), *cells)
+        table.add_row(outside(method_words(point)), *cells)
     console.print(table)
 
 

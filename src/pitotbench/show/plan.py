@@ -10,6 +10,7 @@ from rich.table import Table
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.show.markup import render
 from pitotbench.show.plan_panels import plan_panels
+from pitotbench.show.terminal import outside
 from pitotbench.units import DEGREE, KNOT, NAUTICAL_MILE
 
 _COMPARED = 6.0  # min
@@ -71,12 +72,12 @@ def print_plan(plan: Plan, console: Console) -> None:
     for each in plan.forecasts:
         table.add_row(*row(plan, each))
     console.width = max(console.width, _TABLE_WIDTH)
-    console.print(plan.conditions, markup=False)
+    console.print(outside(plan.conditions))
     console.print(table)
     for line in advice(plan):
-        console.print(line, markup=False)
+        console.print(outside(line))
     for maneuver, reason in plan.refused.items():
-        console.print(f"cannot be flown: {maneuver}: {reason}", style="yellow", markup=False)
+        console.print(outside(f"cannot be flown: {maneuver}: {reason}", "yellow"))
 
 
 def advice(plan: Plan) -> list[str]:

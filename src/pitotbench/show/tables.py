@@ -11,6 +11,7 @@ from rich.table import Table
 
 from pitotbench.records.calibration import Calibration, Estimate
 from pitotbench.show.choice import choice_html, choice_of, print_choice
+from pitotbench.show.terminal import outside
 from pitotbench.units import DEGREE, KNOT
 
 CAMPAIGN_COLUMNS: dict[str, tuple[str, str]] = {
@@ -82,14 +83,15 @@ def print_calibration(result: Calibration, console: Console) -> None:
         console.print(f"wind toward {part.name} {part.value / KNOT:+.2f} ± {part.two_sigma / KNOT:.2f} kt (2σ)")
     print_choice(result, console)
     for line in share_lines(result):
-        console.print(line)
+        console.print(outside(line))
     console.print(
         f"residual 2σ {result.residual_two_sigma / KNOT:.2f} kt, {result.samples:,} samples, "
-        f"condition number {result.condition_number:.1e}; {result.reason}"
+        f"condition number {result.condition_number:.1e}; {result.reason}",
+        markup=False,
     )
     console.print(f"x = q_ci / {result.reference_pressure:.2f} Pa; curve of {len(curve.correction)} points")
     for warning in result.warnings:
-        console.print(f"warning: {warning}", style="yellow")
+        console.print(outside(f"warning: {warning}", "yellow"))
 
 
 def share_lines(result: Calibration) -> list[str]:

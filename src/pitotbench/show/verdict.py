@@ -6,6 +6,7 @@ from rich.console import Console
 
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.verdict import Candidate, Closure, Verdict
+from pitotbench.show.terminal import outside
 
 SAID = {
     "named": "named",
@@ -78,12 +79,12 @@ def print_account(account: Account, console: Console) -> None:
     print_verdict(account.rounds[0].verdict, console)
     for number, each in enumerate(account.rounds[1:], start=2):
         added = f": {', '.join(each.added)}" if each.added else ""
-        console.print(f"look {number}, with that in the model: {SAID[each.verdict.kind]}{added}")
+        console.print(outside(f"look {number}, with that in the model: {SAID[each.verdict.kind]}{added}"))
     for flown, which in ((account.flown, "flown again"), (account.flown_holdout, "held-out card flown again")):
         for t in flown.tolerances:
             told = f"{100 * t.before:.0f} % before, {100 * t.after:.0f} % with the patch"
             chance = f"{100 * t.by_chance:.0f} % between two flights of one airplane"
-            console.print(f"{which}: {t.quantity} within {t.half_width:g} {t.unit}: {told}, {chance}")
+            console.print(outside(f"{which}: {t.quantity} within {t.half_width:g} {t.unit}: {told}, {chance}"))
 
 
 def _share(verdict: Verdict, closed: Closure | None) -> float | None:
@@ -101,18 +102,18 @@ def print_verdict(verdict: Verdict, console: Console) -> None:
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
         sizes = ", ".join(f"{s.name} {s.value:.4g} ± {s.two_sigma:.2g}" for s in effect.sizes)
         like = f"; or {', '.join(others)}" if others else ""
-        console.print(f"  {effect.name}: {sizes} (2σ), {effect.score:.1f}σ{like}")
+        console.print(outside(f"  {effect.name}: {sizes} (2σ), {effect.score:.1f}σ{like}"))
     if verdict.effects:
         console.print(f"  closes {100.0 * verdict.closure.share:.0f} % of the explainable gap of this log")
     if verdict.closure_holdout is not None:
         console.print(f"  and {100.0 * verdict.closure_holdout.share:.0f} % of that of the log held out")
     console.print("where:")
     for place in verdict.located[:SHOWN]:
-        console.print(f"  {place.channel:26s} {place.where:22s} {place.significance:+6.1f}σ")
+        console.print(outside(f"  {place.channel:26s} {place.where:22s} {place.significance:+6.1f}σ"))
     for check in verdict.checks:
         if check.status == "failed":
-            console.print(f"check {check.name}: {check.why}")
+            console.print(outside(f"check {check.name}: {check.why}"))
     for line in verdict.advice:
-        console.print(f"next: {line}")
+        console.print(outside(f"next: {line}"))
     for line in verdict.notes:
-        console.print(f"note: {line}")
+        console.print(outside(f"note: {line}"))

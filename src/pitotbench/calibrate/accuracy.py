@@ -50,6 +50,8 @@ def parse_accuracies(text: str) -> Accuracies:
 
 def accuracies_from(stated: Mapping[str, float]) -> Accuracies:
     """Accuracies by name, units in the names. Raises BadInputError that names the known ones."""
+    if not isinstance(stated, Mapping):  # from the header of a log, which can hold anything
+        raise BadInputError(f"accuracy {stated!r}: state a table of 2σ by name, such as temperature_k = 1")
     known = [f.name for f in fields(Accuracies)]
     for name, value in stated.items():
         if name not in known:

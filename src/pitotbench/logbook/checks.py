@@ -8,7 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.holding import hold_fixes
-from pitotbench.logbook.quantities import Quantity
+from pitotbench.logbook.quantities import QUANTITIES, Quantity
 from pitotbench.logbook.stuck import check_stuck
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import from_si, to_si
@@ -17,6 +17,9 @@ _FEW = 0.01  # share of rows that may be dropped for holding no number
 _MOST = 0.5  # share of rows that may be dropped for a negative impact pressure
 _BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
 _FLYING = 5.0  # m/s over ground, above which airspeed and ground speed are compared
+_LONGEST_STEP = 10.0  # s, usual time between rows: 0.1 Hz is ten times slower than the slowest receiver
+_SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
+_LONGEST_GAP = 86400.0  # s, between two rows of one log: the blocks of a log are counted by the second
 _SPEED_RATIO = 1.6  # airspeed over ground speed, or its inverse: a knot is 1.94 times a meter per second
 _WRONG_RATIO = 2.5
 
@@ -63,6 +66,32 @@ def check_time(draft: Draft) -> None:
             f"column {column!r}: time stamps repeat ({draft.named(repeated)}): those rows are dropped"
         )
         draft.keep(~repeated)
+
+
+def check_clock(draft: Draft) -> None:
+    """Rows that come too rarely or too often mean a clock in another unit; a jump of days, a clock that was set."""
+    column, time = draft.columns["time"], draft.channels["time"]
+    steps = np.diff(time)
+    usual, longest = float(np.median(steps)), int(np.argmax(steps))
+    if not _SHORTEST_STEP <= usual <= _LONGEST_STEP:
+        raise BadInputError(
+            f"column {column!r}: the rows are {usual:.3g} s apart, where {_SHORTEST_STEP:g} to {_LONGEST_STEP:g} s "
+            f"are usual{_better_clock(draft, usual)}"
+        )
+    if steps[longest] > _LONGEST_GAP:
+        raise BadInputError(
+            f"column {column!r}, row {draft.rows[longest + 1]}: time jumps from {time[longest]:g} to "
+            f"{time[longest + 1]:g} s; cut the log there"
+        )
+
+
+def _better_clock(draft: Draft, usual: float) -> str:
+    """The unit of time in which the rows would come at the rate of a usual log, as a hint."""
+    written = float(from_si(usual, draft.suffixes["time"]))
+    for suffix in QUANTITIES["time"].suffixes:
+        if _SHORTEST_STEP <= float(to_si(written, suffix)) <= 1.0:
+            return f": {written:.3g} between rows would fit a column named time_{suffix}"
+    return ": check the unit of the clock"
 
 
 def check_units(draft: Draft) -> None:
@@ -166,6 +195,7 @@ CHECKS = (
     hold_fixes,
     check_numbers,
     check_time,
+    check_clock,
     check_units,
     check_spikes,
     form_impact_pressure,

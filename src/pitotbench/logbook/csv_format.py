@@ -1,6 +1,5 @@
 """CSV: `#` lines with a TOML header, a line of column names, one line a row."""
 
-import tomllib
 from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
@@ -10,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import csv
 
+from pitotbench.logbook.header import parse_header
 from pitotbench.logbook.table import Column, Table
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.toml_text import write_toml
@@ -27,16 +27,14 @@ def read_csv(path: Path) -> Table:
     data = path.read_bytes()
     _require_text(data)
     above, comments = _split(data)
-    header, warnings = _header(comments)
+    header, warnings = parse_header("\n".join(comments))
     first_line = data[above:].split(b"\n", 1)[0]
     if not first_line.strip():
         raise BadInputError("the file is empty: there is no line of column names" + _only(comments))
     ragged: list[Any] = []
     found = _parse(data, above, _delimiter(first_line), ragged)
     warnings += _check_ragged(ragged, found.num_rows)
-    promised = header.pop(_ROWS, found.num_rows)
-    if found.num_rows < promised:
-        warnings.append(f"the header promises {promised} rows, the file holds {found.num_rows}: its end is missing")
+    warnings += _check_promise(header.pop(_ROWS, found.num_rows), found.num_rows)
     columns = tuple(to_column(column) for column in found.columns)
     return Table(tuple(name.strip() for name in found.column_names), columns, header, tuple(warnings))
 
@@ -66,11 +64,13 @@ def _only(comments: list[str]) -> str:
     return ", only comments" if comments else ""
 
 
-def _header(comments: list[str]) -> tuple[dict[str, Any], list[str]]:
-    try:
-        return tomllib.loads("\n".join(comments)), []
-    except tomllib.TOMLDecodeError:
-        return {"comments": comments}, ["the lines above the table are not TOML; they are kept as text"]
+def _check_promise(promised: object, found: int) -> list[str]:
+    """Fewer rows than the header states mean a cut file."""
+    if not isinstance(promised, int) or isinstance(promised, bool):
+        return [f"the header's `{_ROWS}` is not a number of rows: it is not used"]
+    if found < promised:
+        return [f"the header promises {promised} rows, the file holds {found}: its end is missing"]
+    return []
 
 
 def _delimiter(first_line: bytes) -> str:
@@ -99,10 +99,11 @@ def _check_ragged(ragged: list[Any], rows: int) -> list[str]:
         return []
     row = ragged[0]
     number = row.number - 1  # Arrow counts the line of names
-    if number != rows + 1:
+    if len(ragged) > 1 or number != rows + 1 or row.actual_columns > row.expected_columns:
+        commas = " (decimal commas? write decimal points)" if row.actual_columns == 2 * row.expected_columns else ""
         raise BadInputError(
-            f"row {number} has {row.actual_columns} columns, the first line names {row.expected_columns}; mend or "
-            "remove that row"
+            f"row {number} has {row.actual_columns} columns, the first line names {row.expected_columns}{commas}; "
+            "mend or remove that row"
         )
     return [f"row {number} breaks off after {row.actual_columns} of {row.expected_columns} columns: dropped"]
 

@@ -102,15 +102,13 @@ def find_mapping(name: str | Path) -> Mapping:
     try:
         return parse_mapping(str(path), path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        raise BadInputError(f"mapping {path}: cannot be read: {error}") from error
+        raise BadInputError(f"mapping {path}: cannot be read: {_reason(error)}") from error
 
 
 def parse_mapping(name: str, text: str) -> Mapping:
     """A mapping from TOML text. Raises BadInputError that lists all problems."""
     try:
-        document = _Document.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise BadInputError(f"mapping {name}: not valid TOML: {error}") from error
+        document = _Document.model_validate(_table(name, text))
     except ValidationError as error:
         lines = [f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}" for e in error.errors()]
         raise BadInputError(f"mapping {name}: " + "; ".join(lines)) from error
@@ -122,6 +120,19 @@ def parse_mapping(name: str, text: str) -> Mapping:
             raise BadInputError(f"mapping {name}: unknown join {file.join!r}. Known: {', '.join(JOINS)}")
     mapped = tuple(MappedFile(f.file, f.join, _renamed(f.columns)) for f in files)
     return Mapping(document.title, mapped, document.calibrate)
+
+
+def _table(name: str, text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise BadInputError(f"mapping {name}: not valid TOML: nested too deeply") from error
+    except ValueError as error:  # not TOML, or a number of thousands of digits
+        raise BadInputError(f"mapping {name}: not valid TOML: {error}") from error
+
+
+def _reason(error: OSError | UnicodeDecodeError) -> str:
+    return "not UTF-8 text" if isinstance(error, UnicodeDecodeError) else str(error.strerror or error)
 
 
 def _renamed(columns: dict[str, Any]) -> tuple[Renamed, ...]:

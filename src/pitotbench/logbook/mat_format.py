@@ -1,6 +1,5 @@
 """MATLAB files, version 5: one variable a column (or one struct that holds them), the header as text."""
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.io import loadmat, savemat
 
+from pitotbench.logbook.header import parse_header
 from pitotbench.logbook.table import Column, Table
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.toml_text import write_toml
@@ -25,13 +25,14 @@ def read_mat(path: Path) -> Table:
     structs = [v for v in variables.values() if isinstance(v, dict)]
     if len(structs) == 1:
         variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}
-    header = _header(variables.pop(_HEADER, ""))
+    stored = variables.pop(_HEADER, "")
+    header, warnings = parse_header(stored if isinstance(stored, str) else "")
     columns = {name: _vector(name, value) for name, value in variables.items()}
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) > 1:
         listing = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise BadInputError(f"the variables differ in length ({listing}); keep one row a sample")
-    return Table(tuple(columns), tuple(columns.values()), header)
+    return Table(tuple(columns), tuple(columns.values()), header, tuple(warnings))
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -42,14 +43,6 @@ def _load(path: Path) -> dict[str, Any]:
         raise BadInputError("a .mat file of version 7.3 (HDF5); save it with: save('log.mat', '-v7')") from error
     except Exception as error:  # SciPy's reader lets struct, zlib, index and type errors out of a broken file
         raise BadInputError(f"not a complete .mat file of version 5: {error}") from error
-
-
-def _header(value: object) -> dict[str, Any]:
-    text = value if isinstance(value, str) else ""
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
-        return {"comments": text.splitlines()}
 
 
 def _vector(name: str, value: object) -> Column:

@@ -1,6 +1,5 @@
 """Parquet: the columns as they are, the TOML header in the schema's metadata."""
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from pitotbench.logbook.csv_format import to_column
+from pitotbench.logbook.header import parse_header
 from pitotbench.logbook.table import Column, Table
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.toml_text import write_toml
@@ -23,16 +23,9 @@ def read_parquet(path: Path) -> Table:
         names = tuple(found.column_names)
     except (pa.ArrowInvalid, pa.ArrowNotImplementedError, OSError, UnicodeDecodeError) as error:
         raise BadInputError(f"not a complete Parquet file: {str(error).splitlines()[0]}") from error
-    header = _header((found.schema.metadata or {}).get(_KEY, b""))
-    return Table(names, tuple(to_column(column) for column in found.columns), header)
-
-
-def _header(stored: bytes) -> dict[str, Any]:
-    text = stored.decode("utf-8", errors="replace")
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
-        return {"comments": text.splitlines()}
+    stored = (found.schema.metadata or {}).get(_KEY, b"")
+    header, warnings = parse_header(stored.decode("utf-8", errors="replace"))
+    return Table(names, tuple(to_column(column) for column in found.columns), header, tuple(warnings))
 
 
 def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 from pitotbench.logbook.checks import CHECKS
 from pitotbench.logbook.draft import draft_of
 from pitotbench.logbook.formats import format_of
+from pitotbench.logbook.header import WARNINGS, earlier_warnings
 from pitotbench.logbook.joining import read_mapped
 from pitotbench.logbook.mapping import find_mapping
 from pitotbench.logbook.table import Table
@@ -34,9 +35,10 @@ def log_of(table: Table) -> FlightLog:
     for check in CHECKS:
         check(draft)
     header = dict(table.header)
-    warnings = [*header.pop("warnings", ()), *draft.warnings]
+    warnings = [*earlier_warnings(header), *draft.warnings]
+    header.pop(WARNINGS, None)
     if warnings:
-        header["warnings"] = list(dict.fromkeys(warnings))
+        header[WARNINGS] = list(dict.fromkeys(warnings))
     return FlightLog(**draft.channels, header=header)
 
 

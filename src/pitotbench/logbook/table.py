@@ -1,8 +1,10 @@
 """A table as a reader found it: named columns, a header, remarks. Not yet a log."""
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from datetime import date, time, timedelta
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -13,6 +15,8 @@ from numpy.typing import NDArray
 from pitotbench.records.errors import BadInputError
 
 Column = NDArray[Any]
+_CLOCK = re.compile(r"\d:[0-5]\d|\d{4}-\d\d-\d\d")  # 14:03:06 or 2026-05-04
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,15 +46,25 @@ def numbers(name: str, column: Column) -> NDArray[np.float64]:
     """
     if column.dtype.kind in "fiub":
         return np.asarray(column, dtype=np.float64)
+    if column.dtype.kind in "mM" and len(column):
+        raise BadInputError(f"column {name!r}, row 1: {_no_number(column[0])}")
     values = np.full(len(column), np.nan)
     for i, cell in enumerate(column):
         try:
             values[i] = np.nan if cell is None or cell == "" else float(cell)
         except (TypeError, ValueError):
-            raise BadInputError(
-                f"column {name!r}, row {i + 1}: {str(cell)!r} is not a number; mend that row"
-            ) from None
+            raise BadInputError(f"column {name!r}, row {i + 1}: {_no_number(cell)}") from None
     return values
+
+
+def _no_number(cell: object) -> str:
+    """Why a cell is no number, and what to write instead."""
+    text = str(cell)
+    if isinstance(cell, date | time | timedelta | np.datetime64 | np.timedelta64) or _CLOCK.search(text):
+        return f"{text!r} is a clock time or a date; write seconds from the start of the log"
+    if _DECIMAL_COMMA.fullmatch(text):
+        return f"{text!r} has a decimal comma; write decimal points in the whole file"
+    return f"{text!r} is not a number; mend that row"
 
 
 def flags(name: str, column: Column) -> NDArray[np.bool_]:

@@ -21,6 +21,7 @@ from pitotbench.records.toml_text import write_toml
 from pitotbench.units import SUFFIXES, Suffix
 
 # No column of a log is a frequency, so the closed table of column suffixes does not hold it.
+_LOG_SUFFIXES = (".csv", ".parquet", ".mat", ".ulg", ".bin")  # of the logbook, which stands above the records
 CASE_SUFFIXES: dict[str, Suffix] = {**SUFFIXES, "hz": Suffix("frequency", 1.0)}
 
 
@@ -42,7 +43,9 @@ def read_case(source: Path | str) -> Case:
     name, text = _text(source)
     try:
         table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError as error:
+        raise BadInputError(f"{name}: not valid TOML: nested too deeply") from error
+    except ValueError as error:  # not TOML, or a number of thousands of digits
         raise BadInputError(f"{name}: not valid TOML: {error}") from error
     reading = _Reading()
     tree = reading.record(Case, table, ())
@@ -57,10 +60,15 @@ def read_case(source: Path | str) -> Case:
 def _text(source: Path | str) -> tuple[str, str]:
     if isinstance(source, str) and ("\n" in source or "=" in source or not source):
         return "case", source
+    path = Path(source)
+    if path.suffix.lower() in _LOG_SUFFIXES:
+        raise BadInputError(f"{source}: this is a log, not a case; a case is a TOML file")
     try:
-        return str(source), Path(source).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInputError(f"{source}: cannot be read as a case file: {error}") from error
+        return str(source), path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise BadInputError(f"{source}: cannot be read as a case file: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise BadInputError(f"{source}: not UTF-8 text; a case is a TOML file") from error
 
 
 def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -> Case | None:

@@ -5,21 +5,31 @@ from pathlib import Path
 
 from pitotbench.effects import Baseline
 from pitotbench.effects.overlay import AeroFunction, Engine, Point
+from pitotbench.records.errors import BadInputError
+from pitotbench.simulate.aircraft_file import parse_xml
 from pitotbench.units import FOOT
 
 _INCHES = {"IN": 1.0, "FT": 12.0, "M": 12.0 / FOOT}
 
 
 def read_baseline(folder: Path) -> Baseline:
-    """The baseline of the aircraft in a folder: center of gravity, aerodynamic functions, engines, settings."""
-    root = ET.parse(folder / f"{folder.name}.xml").getroot()
-    return Baseline(
-        aircraft=folder.name,
-        center_of_gravity=_point(root.find("mass_balance/location[@name='CG']")),
-        functions=tuple(_functions(root)),
-        engines=tuple(_engine(folder, element) for element in root.findall("propulsion/engine")),
-        declared=_declared(folder),
-    )
+    """The baseline of the aircraft in a folder: center of gravity, aerodynamic functions, engines, settings.
+
+    Raises BadInputError for a file that is not XML or holds text where a number belongs.
+    """
+    root = parse_xml(folder / f"{folder.name}.xml").getroot()
+    try:
+        return Baseline(
+            aircraft=folder.name,
+            center_of_gravity=_point(root.find("mass_balance/location[@name='CG']")),
+            functions=tuple(_functions(root)),
+            engines=tuple(_engine(folder, element) for element in root.findall("propulsion/engine")),
+            declared=_declared(folder),
+        )
+    except BadInputError:
+        raise
+    except ValueError as error:
+        raise BadInputError(f"aircraft {folder.name}: {error}") from error
 
 
 def _functions(root: ET.Element) -> list[AeroFunction]:
@@ -33,7 +43,7 @@ def _functions(root: ET.Element) -> list[AeroFunction]:
 
 def _engine(folder: Path, element: ET.Element) -> Engine:
     file = folder / "Engines" / f"{element.get('file')}.xml"
-    root = ET.parse(file).getroot() if file.is_file() else element
+    root = parse_xml(file).getroot() if file.is_file() else element
     fuel, friction = (float(root.findtext(tag) or 0.0) for tag in ("bsfc", "static-friction"))
     return Engine(_point(element.find("thruster/location")), fuel, friction)
 
@@ -41,7 +51,7 @@ def _engine(folder: Path, element: ET.Element) -> Engine:
 def _declared(folder: Path) -> dict[str, float]:
     found = {}
     for file in sorted(folder.rglob("*.xml")):
-        for element in ET.parse(file).getroot().iter("property"):
+        for element in parse_xml(file).getroot().iter("property"):
             value, path = element.get("value"), (element.text or "").strip()
             if value is not None and path:
                 found[path] = float(value)

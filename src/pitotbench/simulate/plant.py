@@ -87,7 +87,12 @@ class Plant:
         fdm.set_debug_level(0)
         fdm.set_dt(1.0 / rate)
         paths = (str(folder.parent), str(folder / "Engines"), str(folder / "Systems"))
-        if not fdm.load_model_with_paths(aircraft, *paths):
+        try:
+            loaded = fdm.load_model_with_paths(aircraft, *paths)
+        except jsbsim.BaseError as error:  # what JSBSim throws for a file that it cannot read
+            said = transcript.said() or f" JSBSim says: {' '.join(str(error).split())}"
+            raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{said}") from error
+        if not loaded:
             raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{transcript.said()}")
         return cls(fdm, aircraft, transcript)
 

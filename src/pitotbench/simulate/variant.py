@@ -10,6 +10,7 @@ from pitotbench.effects.air.recorded_time import RECORDING_START
 from pitotbench.effects.expression import Expression
 from pitotbench.effects.overlay import Point
 from pitotbench.records.errors import BadInputError
+from pitotbench.simulate.aircraft_file import parse_xml
 
 ROOT = "effects"  # of the property tree: sizes, functions and outputs of an overlay
 NOT_YET = 1e9  # s, its value until recording begins
@@ -57,7 +58,7 @@ def _prune(element: ET.Element, old: set[int]) -> None:
 
 
 def _parsed(file: Path) -> "ET.ElementTree[ET.Element]":
-    return ET.parse(file, ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
+    return parse_xml(file, comments=True)
 
 
 def _insert(root: ET.Element, overlay: Overlay) -> None:
@@ -99,7 +100,8 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
         component = ET.SubElement(channel, "fcs_function", name=f"{branch}/output-{number}")
         component.append(_function(None, value, branch))
         ET.SubElement(component, "output").text = path
-    position = max(i for i, element in enumerate(root) if element.tag in ("system", "propulsion")) + 1
+    before = (i for i, element in enumerate(root) if element.tag in ("system", "propulsion"))
+    position = max(before, default=-1) + 1  # a glider may have neither
     root.insert(position, system)
 
 

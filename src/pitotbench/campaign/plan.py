@@ -8,8 +8,8 @@ from pitotbench.calibrate.options import require_model
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError
 from pitotbench.sense import SYSTEMS, data_system
-from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulate.hangar import find_aircraft
+from pitotbench.simulate.maneuvers import maneuvers_named
 
 PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")  # Martos et al. 2011, Fig 9
 
@@ -55,12 +55,10 @@ def plan(
     Raises UnknownNameError or BadInputError for a name that does not exist, before anything is flown.
     """
     find_aircraft(base.aircraft)
-    flown = names("maneuver", maneuvers, PAPER_MANEUVERS)
+    flown = maneuvers_named(maneuvers)
     # One spelling of a system, `20/1` for `20.0/1`, is one name of its logs and one row of the results.
     sensed = tuple(dict.fromkeys(data_system(name).label for name in names("data system", systems, list(SYSTEMS))))
     fitted = names("model", models, PAPER_MODELS)
-    for name in flown:
-        _ = MANEUVERS[name]
     for name in fitted:
         require_model(name)
     return [

@@ -1,17 +1,19 @@
 """`pitotbench plan`: flags to a request, a table and a page."""
 
 import argparse
-import json
 import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pitotbench.flags import add_wind, wind_of
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.planner.request import PlanRequest
     from pitotbench.records.forecast import Plan
+
+_PAGE, _CASE = "plan.html", "plan.toml"
 
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
@@ -19,13 +21,16 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--das", default="20/1", help="data system: 20/1, 50/50, 100/100, any A/G in Hz (default: %(default)s)")
     add("--turbulence", default="light", help="expected: none, light or moderate (default: %(default)s)")
-    add("--wind-kt", type=float, default=15.0, help="expected wind speed [kt] (default: %(default)g)")
-    add("--wind-from-deg", type=float, default=300.0, help="expected wind direction [°] (default: %(default)g)")
+    add_wind(parser)
     add("--speeds-kt", default="100,160", help="LOW,HIGH: where the curve is wanted [KIAS] (default: %(default)s)")
     add("--minutes", type=float, help="minutes to spend on condition")
     add("--want-kt", type=float, help="2σ wanted on the curve [kt]: how many minutes does it take?")
     add("--box-nm", type=float, help="side of the square that the maneuver must stay in [nmi]")
-    add("--maneuver", default="every", help="a name, a comma list, or every (default: %(default)s)")
+    add(
+        "--maneuver",
+        default="every",
+        help="a name, a comma list, all (the paper's five) or every (default: %(default)s)",
+    )
     add("--aircraft", default="navajo", help="aircraft to fly (default: %(default)s)")
     add("--draws", type=int, default=16, help="draws of gusts and sensor noise a maneuver (default: %(default)s)")
     add(
@@ -40,35 +45,36 @@ def run(options: argparse.Namespace) -> int:
     """Plan, print, and write the page and the case where asked for."""
     from rich.console import Console
 
+    from pitotbench.logbook.outputs import require_folder
     from pitotbench.planner.recommend import make_plan
     from pitotbench.show.plan import plan_json, print_plan
+    from pitotbench.show.strict_json import json_text
+    from pitotbench.show.terminal import printable
 
     request = request_of(options)
+    if options.out is not None:
+        require_folder(options.out, (_PAGE, _CASE))
     plan = make_plan(request, options.search)
     if options.json:
-        print(json.dumps(plan_json(plan), indent=1))
+        sys.stdout.write(json_text(plan_json(plan)))
     else:
         print_plan(plan, Console(highlight=False, soft_wrap=True))
     if options.out is not None:
         for path in write_plan(request, plan, options.out):
-            print(f"written: {path}", file=sys.stderr)
+            print(printable(f"written: {path}"), file=sys.stderr)
     return 0
 
 
 def request_of(options: argparse.Namespace) -> "PlanRequest":
     """The request of the parsed flags. Raises BadInputError for a value that makes no sense."""
     from pitotbench.planner.request import PlanRequest
-    from pitotbench.records.case import Case, Wind
+    from pitotbench.records.case import Case
     from pitotbench.sense import data_system
-    from pitotbench.simulate import MANEUVERS
-    from pitotbench.units import DEGREE, KNOT, NAUTICAL_MILE
+    from pitotbench.simulate.maneuvers import maneuvers_named
+    from pitotbench.units import KNOT, NAUTICAL_MILE
 
-    if not 0.0 <= options.wind_kt <= 100.0:
-        raise BadInputError(f"--wind-kt {options.wind_kt:g}: the bench flies in 0 to 100 kt of wind")
-    wind = Wind(speed=options.wind_kt * KNOT, from_direction=options.wind_from_deg % 360.0 * DEGREE)
     system = data_system(options.das)
-    base = Case(aircraft=options.aircraft, turbulence=options.turbulence, wind=wind, das=system)
-    every = options.maneuver == "every"
+    base = Case(aircraft=options.aircraft, turbulence=options.turbulence, wind=wind_of(options), das=system)
     return PlanRequest(
         base=base,
         system=system.label,
@@ -76,7 +82,7 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
         minutes=options.minutes,
         want=None if options.want_kt is None else options.want_kt * KNOT,
         box=None if options.box_nm is None else options.box_nm * NAUTICAL_MILE,
-        maneuvers=tuple(MANEUVERS) if every else tuple(options.maneuver.split(",")),
+        maneuvers=maneuvers_named(options.maneuver),
         draws=options.draws,
     )
 
@@ -98,7 +104,7 @@ def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]
     from pitotbench.show.plan import plan_page
 
     folder.mkdir(parents=True, exist_ok=True)
-    page, case = folder / "plan.html", folder / "plan.toml"
+    page, case = folder / _PAGE, folder / _CASE
     write_text(page, plan_page(plan))
     chosen = plan.improved or plan.best
     if chosen is None:

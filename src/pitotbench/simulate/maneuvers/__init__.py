@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pitotbench.catalog import Catalog
+from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.maneuvers import (
     circle,
     cloverleaf,
@@ -57,4 +58,20 @@ _TABLE = (
 
 MANEUVERS = Catalog("maneuver", {maneuver.name: maneuver for maneuver in _TABLE})
 PAPER_MANEUVERS = tuple(maneuver.name for maneuver in _TABLE if maneuver.minutes is not None)
-"""The five of Martos et al. (2011): what `all` means, and what is held against the paper."""
+"""The five of Martos et al. (2011), which are held against the paper."""
+GROUPS: dict[str, tuple[str, ...]] = {"all": PAPER_MANEUVERS, "every": tuple(MANEUVERS)}
+"""Words that stand for several maneuvers, the same in every command."""
+
+
+def maneuvers_named(text: str) -> tuple[str, ...]:
+    """The maneuvers of a comma list, each once; `all` stands for the paper's five, `every` for the whole table.
+
+    Raises UnknownNameError for a name that is not in the table, BadInputError where none is named.
+    """
+    chosen = [part.strip() for part in text.split(",") if part.strip()]
+    if not chosen:
+        raise BadInputError("no maneuver is named: give one, several with commas, all (the paper's five) or every")
+    names = [name for part in chosen for name in GROUPS.get(part, (part,))]
+    for name in names:
+        _ = MANEUVERS[name]
+    return tuple(dict.fromkeys(names))

@@ -1,0 +1,30 @@
+"""Flags that several commands share: how they are declared, and what they mean."""
+
+import argparse
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from pitotbench.records.errors import BadInputError
+
+if TYPE_CHECKING:
+    from pitotbench.records.case import Wind
+
+
+def add_wind(parser: argparse.ArgumentParser) -> None:
+    """The flags of the mean wind: `--wind-kt` and `--wind-from-deg`."""
+    parser.add_argument("--wind-kt", type=float, default=15.0, help="wind speed [kt] (default: %(default)g)")
+    parser.add_argument(
+        "--wind-from-deg", type=float, default=300.0, help="direction the wind is from [°] (default: %(default)g)"
+    )
+
+
+def wind_of(options: argparse.Namespace) -> "Wind":
+    """The mean wind of the parsed flags. Raises BadInputError for a speed or direction that makes no sense."""
+    from pitotbench.records.case import Wind
+    from pitotbench.units import DEGREE, KNOT
+
+    if not 0.0 <= options.wind_kt <= 100.0:
+        raise BadInputError(f"--wind-kt {options.wind_kt:g}: the bench flies in 0 to 100 kt of wind")
+    if not isfinite(options.wind_from_deg):
+        raise BadInputError(f"--wind-from-deg {options.wind_from_deg:g}: give the direction in degrees, 0 to 360")
+    return Wind(speed=options.wind_kt * KNOT, from_direction=options.wind_from_deg % 360.0 * DEGREE)

@@ -14,3 +14,5 @@ from pitotbench.records.case_file import read_case as read_case
 from pitotbench.records.errors import BadInputError as BadInputError
 from pitotbench.records.errors import NoAnswerError as NoAnswerError
 from pitotbench.records.log import FlightLog as FlightLog
+
+__version__ = "0.1.0"

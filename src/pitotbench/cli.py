@@ -1,49 +1,110 @@
 """The command line: parse, one call to the bench, print. Slow packages load only where needed."""
 
 import argparse
+import os
 import sys
+import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from pitotbench.catalog import UnknownNameError
 from pitotbench.commands.calibrate import add_calibrate
 from pitotbench.commands.fixed_speed import add_fixed_speed
+from pitotbench.flags import add_wind
 from pitotbench.planner.command import add_flags as add_plan
 from pitotbench.reconciler.command import add_reconcile
 from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.show.terminal import printable
 from pitotbench.study.command import add_flags as add_study
 
-DONE, BAD_INPUT, NO_ANSWER = 0, 2, 3
+DONE, UNFORESEEN, BAD_INPUT, NO_ANSWER, INTERRUPTED = 0, 1, 2, 3, 130
+LINE_BREAK = "\n"  # the problems of a case file are listed one a line
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; returns the exit code: 0 done, 2 bad input, 3 not converged or not observable."""
+    """Run a command; returns the exit code: 0 done, 2 bad input, 3 not converged or not observable, 1 an error that
+    was not foreseen, 130 interrupted."""
     return guarded(_parser().parse_args(arguments))
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """A parser whose refusals are one line, like every other error of the command line."""
+    """A parser whose refusals are one line; it knows `--debug` and `--version`, and so do its commands."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        # No default: that of a command would overwrite what stands before the command.
+        shown = "show the traceback of an error"
+        self.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=shown)
+        self.add_argument("--version", action=_ShowVersions, help="show the versions of pitotbench and JSBSim")
 
     def error(self, message: str) -> NoReturn:
-        self.exit(BAD_INPUT, f"{self.prog}: {message}; see {self.prog} --help\n")
+        self.exit(BAD_INPUT, printable(f"{self.prog}: {message}; see {self.prog} --help") + "\n")
+
+
+class _ShowVersions(argparse.Action):
+    """Looks versions up only when asked."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**{**settings, "nargs": 0, "dest": argparse.SUPPRESS, "default": argparse.SUPPRESS})
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from importlib.metadata import version
+
+        from pitotbench import __version__
+
+        print(f"pitotbench {__version__}, JSBSim {version('jsbsim')}")
+        parser.exit(DONE)
 
 
 def guarded(options: argparse.Namespace) -> int:
-    """Run the parsed command; a refusal becomes one line on standard error and an exit code."""
+    """Run the parsed command; any error becomes one line on standard error and an exit code.
+
+    With `--debug` the traceback stands above that line.
+    """
     try:
-        return int(options.run(options))
-    except (BadInputError, UnknownNameError) as error:
-        return _refuse(error, BAD_INPUT)
-    except OSError as error:
-        return _refuse(BadInputError(f"{error.filename or 'file'}: {error.strerror or error}"), BAD_INPUT)
-    except NoAnswerError as error:
-        return _refuse(error, NO_ANSWER)
+        code = int(options.run(options))
+        sys.stdout.flush()  # a reader that has gone is noticed here, not after the last line of Python
+        return code
+    except BrokenPipeError:
+        return _go_silently()
+    except (Exception, KeyboardInterrupt) as error:
+        if getattr(options, "debug", False):
+            traceback.print_exc()
+        code, words = _explain(error)
+        print(f"pitotbench: {printable(words, keep=LINE_BREAK)}", file=sys.stderr)
+        return code
 
 
-def _refuse(error: Exception, code: int) -> int:
-    print(f"pitotbench: {error}", file=sys.stderr)
-    return code
+def _explain(error: BaseException) -> tuple[int, str]:
+    """The exit code of an error, and the words for it."""
+    from numpy.linalg import LinAlgError
+
+    text = " ".join(str(error).split()) or type(error).__name__
+    match error:
+        case BadInputError() | UnknownNameError():
+            return BAD_INPUT, str(error)
+        case NoAnswerError():
+            return NO_ANSWER, str(error)
+        case OSError():
+            return BAD_INPUT, f"{error.filename or 'file'}: {error.strerror or error}"
+        case LinAlgError() | ArithmeticError():
+            return NO_ANSWER, f"the log does not determine an answer ({text}); check its clock and its units"
+        case MemoryError():
+            return BAD_INPUT, f"the memory does not suffice ({text}); check the clock of the log, or cut the log"
+        case RecursionError():
+            return BAD_INPUT, f"the input is nested too deeply ({text})"
+        case KeyboardInterrupt():
+            return INTERRUPTED, "interrupted"
+    return UNFORESEEN, f"unexpected: {type(error).__name__}: {text}; run again with --debug for the traceback"
+
+
+def _go_silently() -> int:
+    """Whoever read the output has closed it (`| head -1`): there is no one to complain to."""
+    with suppress(OSError, ValueError):  # a standard output that is no file, as under test
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return UNFORESEEN
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -70,10 +131,17 @@ def _add_fly(parser: argparse.ArgumentParser) -> None:
 
 def _fly(options: argparse.Namespace) -> int:
     from pitotbench.bench import fly_to_log
+    from pitotbench.logbook import FORMATS
+    from pitotbench.logbook.outputs import require_file
     from pitotbench.records.case_file import read_case
+    from pitotbench.sense import truth_path
 
-    log = fly_to_log(read_case(options.case), options.out, options.truth)
-    print(f"{len(log):,} rows written to {options.out}")
+    case = read_case(options.case)
+    require_file(options.out, FORMATS, [options.case])
+    if options.truth:
+        require_file(truth_path(options.out), FORMATS, [options.case])
+    log = fly_to_log(case, options.out, options.truth)
+    print(printable(f"{len(log):,} rows written to {options.out}"))
     return DONE
 
 
@@ -84,7 +152,7 @@ def add_campaign(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--maneuver",
         required=True,
-        help=f"{', '.join(MANEUVERS)}, a comma list, or all ({', '.join(PAPER_MANEUVERS)})",
+        help=f"{', '.join(MANEUVERS)}, a comma list, all ({', '.join(PAPER_MANEUVERS)}) or every",
     )
     parser.add_argument("--das", required=True, help="20/1, 50/50, 100/100, any A/G in Hz, a comma list, or all")
     parser.add_argument(
@@ -94,10 +162,7 @@ def add_campaign(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--method", default="covering", help="covering or paper (default: %(default)s)")
     parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")
-    parser.add_argument("--wind-kt", type=float, default=15.0, help="wind speed [kt] (default: %(default)g)")
-    parser.add_argument(
-        "--wind-from-deg", type=float, default=300.0, help="wind direction [°] (default: %(default)g)"
-    )
+    add_wind(parser)
     parser.add_argument("--pilot", default="none", help="none, good or busy (default: %(default)s)")
     parser.add_argument("--aircraft", default="navajo", help="aircraft to fly (default: %(default)s)")
     parser.add_argument(

@@ -3,7 +3,6 @@
 import argparse
 import re
 from dataclasses import replace
-from math import isfinite
 from pathlib import Path
 
 from rich.console import Console
@@ -12,11 +11,13 @@ from pitotbench.calibrate import CalibrationOptions
 from pitotbench.campaign import CampaignRequest, run_campaign
 from pitotbench.campaign.store import RESULTS
 from pitotbench.catalog import explain
+from pitotbench.flags import wind_of
 from pitotbench.logbook import FORMATS
-from pitotbench.records.case import PILOTS, TURBULENCE_SEVERITY, Case, Wind
+from pitotbench.logbook.outputs import require_folder
+from pitotbench.records.case import PILOTS, TURBULENCE_SEVERITY, Case
 from pitotbench.records.errors import BadInputError
 from pitotbench.show.tables import print_campaign
-from pitotbench.units import DEGREE, KNOT
+from pitotbench.show.terminal import outside
 
 _TABLE_WIDTH = 140  # columns: the campaign's table never folds
 
@@ -28,12 +29,12 @@ def request_of(options: argparse.Namespace) -> CampaignRequest:
     _require("log format", f".{options.log_format}", list(FORMATS))
     if options.seeds < 1 or (options.jobs is not None and options.jobs < 1):
         raise BadInputError("--seeds and --jobs count from 1")
-    if not 0.0 <= options.wind_kt <= 100.0:
-        raise BadInputError(f"--wind-kt {options.wind_kt:g}: the bench flies in 0 to 100 kt of wind")
-    if not isfinite(options.wind_from_deg):
-        raise BadInputError(f"--wind-from-deg {options.wind_from_deg:g}: give the direction in degrees, 0 to 360")
-    wind = Wind(speed=options.wind_kt * KNOT, from_direction=options.wind_from_deg % 360.0 * DEGREE)
+    wind = wind_of(options)
     base = replace(Case(), aircraft=options.aircraft, turbulence=options.turbulence, pilot=options.pilot, wind=wind)
+    out = options.out or Path("out", _folder_name(options.maneuver, options.das))
+    if not out.name:
+        raise BadInputError("--out: a campaign replaces its folder as a whole; name a folder of its own")
+    require_folder(out)
     return CampaignRequest(
         maneuvers=options.maneuver,
         systems=options.das,
@@ -41,7 +42,7 @@ def request_of(options: argparse.Namespace) -> CampaignRequest:
         seeds=options.seeds,
         base=base,
         options=CalibrationOptions(method=options.method),
-        out=options.out or Path("out", _folder_name(options.maneuver, options.das)),
+        out=out,
         jobs=options.jobs,
         scheduler=options.scheduler,
         log_format=options.log_format,
@@ -55,9 +56,9 @@ def run_and_print(request: CampaignRequest) -> bool:
     console.width = max(console.width, _TABLE_WIDTH)
     print_campaign(result.table, console)
     for text in result.failures:
-        console.print(f"failed: {text}", style="red", markup=False)
-    console.print(f"results: {result.folder / RESULTS}", markup=False)
-    console.print(f"report:  {result.folder / 'report.html'}", markup=False)
+        console.print(outside(f"failed: {text}", "red"))
+    console.print(outside(f"results: {result.folder / RESULTS}"))
+    console.print(outside(f"report:  {result.folder / 'report.html'}"))
     return not result.failures
 
 

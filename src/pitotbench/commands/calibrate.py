@@ -1,7 +1,7 @@
 """`pitotbench calibrate`: the error curve and the wind of one log or of several."""
 
 import argparse
-import json
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -52,10 +52,15 @@ def run_calibrate(options: argparse.Namespace) -> int:
     """Calibrate logs, print what was found; returns exit code 0."""
     from pitotbench.bench import calibrate, calibrate_together, cross_check
     from pitotbench.logbook import read_log
+    from pitotbench.logbook.outputs import PAGES, require_file
     from pitotbench.show.fixed_speed import points_json, print_points
+    from pitotbench.show.strict_json import json_text
     from pitotbench.show.tables import calibration_json, print_calibration
+    from pitotbench.show.terminal import outside
 
     choice = _choice(options)
+    if options.report is not None:
+        require_file(options.report, PAGES, _inputs(options))
     logs = [(path, read_log(path, options.mapping)) for path in options.logs]
     if options.separately or len(logs) == 1:
         found = [calibrate(log, choice) for _, log in logs]
@@ -63,21 +68,26 @@ def run_calibrate(options: argparse.Namespace) -> int:
         found = list(calibrate_together([log for _, log in logs], choice))
     results = [(path, log, result) for (path, log), result in zip(logs, found, strict=True)]
     points = [cross_check(log, choice) for _, log in logs]
-    if options.report:
+    if options.report is not None:
         _write_report(options.report, results, points)
     if options.json:
         pairs = zip(found, points, strict=True)
         documents = [calibration_json(result) | {"fixed_speed": points_json(beside)} for result, beside in pairs]
-        print(json.dumps(documents[0] if len(documents) == 1 else documents, indent=1))
+        sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
         return 0
     from rich.console import Console
 
     console = Console(highlight=False, soft_wrap=True)
     for (path, _, result), beside in zip(results, points, strict=True):
-        console.print(f"[bold]{path.name}[/bold]")
+        console.print(outside(path.name, "bold"))
         print_calibration(result, console)
         print_points(beside, console, result.curve)
     return 0
+
+
+def _inputs(options: argparse.Namespace) -> list[Path]:
+    """The files that the command reads: logs, and a mapping that is a file."""
+    return [*options.logs, *([Path(options.mapping)] if options.mapping else [])]
 
 
 def _choice(options: argparse.Namespace) -> "CalibrationOptions":

@@ -1,10 +1,9 @@
 """`pitotbench fixed-speed`: the leg and turn methods, of a log or of legs typed on the command line."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pitotbench.records.errors import BadInputError
 
@@ -42,16 +41,18 @@ def _of_logs(options: argparse.Namespace) -> None:
     from pitotbench.bench import fixed_speed_points
     from pitotbench.logbook import read_log
     from pitotbench.show.fixed_speed import points_json, print_points
+    from pitotbench.show.strict_json import json_text
+    from pitotbench.show.terminal import outside
 
     choice = _choice(options)
     found = [(path, fixed_speed_points(read_log(path, options.mapping), choice)) for path in options.logs]
     if options.json:
         documents = [{"fixed_speed": points_json(points)} for _, points in found]
-        _write_json(documents[0] if len(documents) == 1 else documents)
+        sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
         return
     for path, points in found:
         console = Console(highlight=False, soft_wrap=True)
-        console.print(f"[bold]{path.name}[/bold]")
+        console.print(outside(path.name, "bold"))
         print_points(points, console)
 
 
@@ -68,6 +69,7 @@ def _choice(options: argparse.Namespace) -> "CalibrationOptions":
 
 def _of_legs(options: argparse.Namespace) -> None:
     from pitotbench.calibrate.fixed_speed import fixed_speed
+    from pitotbench.show.strict_json import json_text
     from pitotbench.show.tables import fixed_speed_json
     from pitotbench.units import DEGREE, KNOT
 
@@ -76,15 +78,11 @@ def _of_legs(options: argparse.Namespace) -> None:
     found = fixed_speed(speeds * KNOT, tracks * DEGREE)
     answer = fixed_speed_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
     if options.json:
-        _write_json(answer)
+        sys.stdout.write(json_text(answer))
         return
     spread = "" if answer["spread_kt"] is None else f", spread {answer['spread_kt']:.4f} kt"
     sys.stdout.write(f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}\n")
     sys.stdout.write(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°\n")
-
-
-def _write_json(document: Any) -> None:
-    sys.stdout.write(json.dumps(document, indent=1) + "\n")
 
 
 def _numbers(text: str, flag: str) -> "Array":

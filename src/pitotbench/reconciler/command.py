@@ -1,7 +1,6 @@
 """The command `reconcile`: its flags, and what it prints. Slow packages load only where it runs."""
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,14 +36,16 @@ def run_reconcile(options: argparse.Namespace) -> int:
     from rich.console import Console
 
     from pitotbench.reconciler.keep import install, keep
+    from pitotbench.show.strict_json import json_text
     from pitotbench.show.verdict import account_json, print_account
 
     _check_variant(options)
+    _check_folder(options)
     outcome = _outcome(options)
     document = account_json(outcome.account)
-    written = keep(outcome, document, options.out) if options.out else []
+    written = keep(outcome, document, options.out) if options.out is not None else []
     if options.json:
-        print(json.dumps(document, indent=1))
+        sys.stdout.write(json_text(document))
     else:
         print_account(outcome.account, Console(highlight=False, soft_wrap=True))
     for line in written:
@@ -65,6 +66,17 @@ def _check_variant(options: argparse.Namespace) -> None:
         require_free(options.aircraft, options.apply)
 
 
+def _check_folder(options: argparse.Namespace) -> None:
+    """Refuse a folder that cannot be written, or that holds an input under the name of an output."""
+    from pitotbench.logbook.outputs import require_folder
+    from pitotbench.reconciler.keep import WRITTEN
+
+    if options.out is not None:
+        mapping = Path(options.mapping) if options.mapping else None
+        inputs = [options.log, options.holdout, options.card, mapping]
+        require_folder(options.out, WRITTEN, [path for path in inputs if path is not None])
+
+
 def _outcome(options: argparse.Namespace) -> "Outcome":
     from pitotbench.logbook import read_log
     from pitotbench.reconciler.account import Named, reconcile_fully
@@ -78,7 +90,9 @@ def _outcome(options: argparse.Namespace) -> "Outcome":
 
 
 def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
+    from pitotbench.show.terminal import printable
+
+    print(printable(line), file=sys.stderr, flush=True)
 
 
 def _setting(mapping: str | None) -> "Setting":

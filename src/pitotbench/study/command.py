@@ -28,8 +28,12 @@ def run(options: argparse.Namespace) -> int:
     """Fly the study, print the verdicts and name the pages. Raises NoAnswerError where flights were lost."""
     if options.seeds < 1 or (options.jobs is not None and options.jobs < 1):
         raise BadInputError("--seeds and --jobs count from 1")
+    from pitotbench.logbook.outputs import require_folder
     from pitotbench.study.conduct import StudyRequest, run_study  # loads the simulator
 
+    for folder in (options.out, options.docs):
+        if folder is not None:
+            require_folder(folder)
     request = StudyRequest(
         options.seeds,
         not options.claims_only,
@@ -51,6 +55,7 @@ def print_result(result: "StudyResult") -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from pitotbench.show.terminal import outside
     from pitotbench.study.claims import CLAIMS
 
     console = Console(highlight=False)
@@ -59,8 +64,8 @@ def print_result(result: "StudyResult") -> None:
         table.add_row(number, CLAIMS[number].words, finding.ours, finding.verdict)
     console.print(table)
     for page in result.pages:
-        console.print(f"written: {page}", markup=False, soft_wrap=True)
+        console.print(outside(f"written: {page}"), soft_wrap=True)
     for text in result.failures[:_NAMED]:
-        console.print(f"no answer: {text}", markup=False, soft_wrap=True)
+        console.print(outside(f"no answer: {text}"), soft_wrap=True)
     if len(result.failures) > _NAMED:
         console.print(f"and {len(result.failures) - _NAMED} more: column failed of fits.parquet")

@@ -1,0 +1,254 @@
+"""Every error is one line and an exit code; no input is overwritten; no output is found impossible too late."""
+
+import json
+import subprocess
+import sys
+from argparse import Namespace
+from importlib.metadata import version
+
+import numpy as np
+import pytest
+import trajectories as fixture
+from numpy.linalg import LinAlgError
+
+import pitotbench
+from pitotbench.cli import guarded, main
+from pitotbench.logbook import FORMATS, write_log
+from pitotbench.records.errors import BadInputError, NoAnswerError
+
+_POD = '[[effects]]\nname = "belly_pod"\nparameters = { drag_area_m2 = 0.1 }\n'
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "flight.csv"
+    write_log(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air()), path)
+    return path
+
+
+@pytest.fixture
+def case(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text('maneuver = "rapid_decel"\n')
+    return path
+
+
+def failing(error, debug=False):
+    def run(_):
+        raise error
+
+    return guarded(Namespace(run=run, debug=debug))
+
+
+def refused(arguments, capsys, code=2):
+    """The one line of a refusal."""
+    assert main([str(part) for part in arguments]) == code
+    found = capsys.readouterr()
+    assert found.out == ""
+    assert found.err.count("\n") == 1
+    return found.err
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "says"),
+    [
+        (BadInputError("no such thing"), 2, "no such thing"),
+        (NoAnswerError("not observable"), 3, "not observable"),
+        (FileNotFoundError(2, "No such file or directory", "x.csv"), 2, "x.csv: No such file"),
+        (LinAlgError("SVD did not converge"), 3, "SVD did not converge"),
+        (ZeroDivisionError("division by zero"), 3, "division by zero"),
+        (MemoryError("290 TiB"), 2, "290 TiB"),
+        (RecursionError("maximum depth"), 2, "nested too deeply"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (KeyError("swings"), 1, "unexpected: KeyError: 'swings'; run again with --debug for the traceback"),
+        (RuntimeError("two\nlines"), 1, "RuntimeError: two lines"),
+    ],
+)
+def test_every_error_is_one_line_and_an_exit_code(error, code, says, capsys):
+    assert failing(error) == code
+    found = capsys.readouterr()
+    assert says in found.err
+    assert found.err.count("\n") == 1
+    assert found.out == ""
+
+
+def test_debug_shows_the_traceback_of_any_error(capsys):
+    assert failing(BadInputError("no such thing"), debug=True) == 2
+    assert "Traceback" in (error := capsys.readouterr().err)
+    assert error.splitlines()[-1] == "pitotbench: no such thing"
+
+
+@pytest.mark.parametrize("arguments", [["--debug", "calibrate", "no.csv"], ["calibrate", "no.csv", "--debug"]])
+def test_debug_stands_before_or_behind_the_command(arguments, capsys):
+    assert main(arguments) == 2
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_reader_that_closes_the_pipe_hears_nothing():
+    legs = ["fixed-speed", "--ground-speed-kt", "178,185,188", "--track-deg", "178,82,355", "--json"]
+    command = [sys.executable, "-m", "pitotbench.cli", *legs]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 1
+
+
+@pytest.mark.parametrize("arguments", [["--version"], ["calibrate", "--version"]])
+def test_version_names_the_bench_and_the_simulator(arguments, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert stop.value.code == 0
+    assert capsys.readouterr().out == f"pitotbench {pitotbench.__version__}, JSBSim {version('jsbsim')}\n"
+
+
+def test_json_of_a_calibration_is_strict(log, capsys):
+    """This log says nothing of the latency, so that its bound is infinite."""
+
+    def refuse(word):
+        raise AssertionError(f"{word} is not JSON")
+
+    assert main(["calibrate", str(log), "--method", "paper", "--json"]) == 0
+    json.loads(capsys.readouterr().out, parse_constant=refuse)
+    assert main(["calibrate", str(log), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out, parse_constant=refuse)["diagnostics"]["latency_two_sigma_s"] is None
+
+
+def test_a_report_does_not_overwrite_its_log(log, capsys):
+    before = log.read_bytes()
+    assert ".html" in refused(["calibrate", log, "--report", log], capsys)
+    assert log.read_bytes() == before
+
+
+@pytest.mark.parametrize("report", ["", ".", "page.csv", "no-folder/page.html", "/proc/page.html"])
+def test_a_report_is_refused_before_the_log_is_read(report, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    error = refused(["calibrate", "no-such-log.csv", "--report", report], capsys)
+    assert "no-such-log" not in error
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("out", ["x.xlsx", ".", "no-folder/x.csv", "/proc/x.csv", "case.toml"])
+def test_a_log_that_cannot_be_written_is_refused_before_the_flight(out, case, monkeypatch, capsys):
+    monkeypatch.chdir(case.parent)
+    monkeypatch.setattr("pitotbench.bench.fly_to_log", lambda *_: pytest.fail("it was flown"))
+    assert str(out) in refused(["fly", case, "-o", out], capsys)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["plan"],
+        ["campaign", "--maneuver", "circle", "--das", "20/1"],
+        ["study"],
+        ["reconcile", "no-such-log.csv"],
+    ],
+    ids=lambda command: command[0],
+)
+@pytest.mark.parametrize("out", ["taken", "taken/below", "/proc/out"])
+def test_a_folder_that_cannot_be_made_is_refused_before_the_work(command, out, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").write_text("mine")
+    assert out in refused([*command, "--out", out], capsys)
+    assert (tmp_path / "taken").read_text() == "mine"
+
+
+def test_a_reconciliation_does_not_overwrite_its_card(log, case, capsys):
+    card = case.rename(case.with_name("patch.toml"))
+    error = refused(["reconcile", log, "--card", card, "--out", card.parent], capsys)
+    assert "patch.toml: this is an input" in error
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_log_given_as_a_case_is_called_a_log(suffix, tmp_path, capsys):
+    path = tmp_path / f"flight{suffix}"
+    path.write_bytes(b"time_s\n0\n")
+    assert "this is a log, not a case" in refused(["fly", path, "-o", tmp_path / "x.csv"], capsys)
+
+
+def test_a_missing_case_is_named_without_an_error_number(tmp_path, capsys):
+    error = refused(["fly", tmp_path / "none.toml", "-o", tmp_path / "x.csv"], capsys)
+    assert error.endswith("none.toml: cannot be read as a case file: No such file or directory\n")
+
+
+@pytest.mark.parametrize("text", ["x = " + "[" * 3000, "x = " + "1" * 5000], ids=["brackets", "digits"])
+def test_a_monstrous_case_or_mapping_is_refused(text, case, log, capsys):
+    case.write_text(text)
+    assert "not valid TOML" in refused(["fly", case, "-o", case.with_name("x.csv")], capsys)
+    assert "not valid TOML" in refused(["calibrate", log, "--mapping", case], capsys)
+
+
+@pytest.mark.parametrize("stated", ["accuracy = 5", 'accuracy = "a"', "accuracy = [1]"])
+def test_an_accuracy_in_the_header_that_is_no_table_is_refused(stated, log, tmp_path, capsys):
+    path = tmp_path / "odd.csv"
+    lines = [line for line in log.read_text().splitlines() if not line.startswith("#")]
+    path.write_text("\n".join([f"# {stated}", *lines]))
+    assert "accuracy" in refused(["calibrate", path], capsys)
+
+
+@pytest.mark.parametrize("effects", ["", _POD], ids=["JSBSim", "effects"])
+@pytest.mark.parametrize("text", ["<fdm_config", "<a></b>", "", "<fdm_config/>"])
+def test_an_aircraft_file_that_is_broken_is_refused(text, effects, case, monkeypatch, capsys):
+    monkeypatch.chdir(case.parent)
+    folder = case.parent / "aircraft" / "broken"
+    folder.mkdir(parents=True)
+    (folder / "broken.xml").write_text(text)
+    case.write_text(f'maneuver = "rapid_decel"\naircraft = "broken"\n{effects}')
+    assert "aircraft" in refused(["fly", case, "-o", "x.csv"], capsys)
+
+
+def test_names_from_a_log_reach_the_terminal_as_they_are_written(log, tmp_path, capsys):
+    """Neither rich markup nor escape codes of a column or file name act; both can be read."""
+    path = tmp_path / "[red]a[bold] :bomb:\x1b[31m.csv"
+    lines = [line for line in log.read_text().splitlines() if not line.startswith("#")]
+    strange = "[bold red]x[/bold]\x1b]0;title\x07"
+    path.write_text("\n".join([f"{lines[0]},{strange}", *(f"{line},1" for line in lines[1:])]))
+    assert main(["calibrate", str(path), "--model", "bias"]) == 0
+    text = capsys.readouterr().out
+    assert "[red]a[bold] :bomb:\\x1b[31m.csv" in text
+    assert "[bold red]x[/bold]\\x1b]0;title\\x07" in text
+    assert "\x1b" not in text
+
+
+def test_a_refusal_writes_control_codes_out(tmp_path, capsys):
+    error = refused(["calibrate", tmp_path / "\x1b[31mred.csv"], capsys)
+    assert "\\x1b[31mred.csv" in error
+    assert "\x1b" not in error
+
+
+@pytest.mark.parametrize("command", [["plan"], ["campaign", "--maneuver", "circle", "--das", "20/1"]])
+@pytest.mark.parametrize("flags", [["--wind-from-deg", "nan"], ["--wind-kt", "nan"], ["--wind-kt", "-3"]])
+def test_a_wind_that_makes_no_sense_is_refused_by_every_command(command, flags, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert flags[0] in refused([*command, *flags], capsys)
+
+
+def spoiled(log, path, change):
+    """The log with other times, written by hand."""
+    lines = [line for line in log.read_text().splitlines() if not line.startswith("#")]
+    column = lines[0].split(",").index("time_s")
+    rows = [line.split(",") for line in lines[1:]]
+    times = change(np.array([float(row[column]) for row in rows]))
+    for row, time in zip(rows, times, strict=True):
+        row[column] = str(time)
+    path.write_text("\n".join([lines[0], *(",".join(row) for row in rows)]))
+    return path
+
+
+CLOCKS = {
+    "milliseconds as seconds": (lambda t: 1000.0 * t, "time_ms"),
+    "seconds as nanoseconds": (lambda t: 1e-9 * t, "unit of the clock"),
+    "one step of 1e12 s": (lambda t: np.where(np.arange(len(t)) < 100, t, t + 1e12), "row 101: time jumps"),
+    "ISO 8601": (lambda t: np.datetime64("2026-05-04T14:03:06") + (1000 * t).astype("m8[ms]"), "clock time"),
+    "ISO 8601 with a zone": (
+        lambda t: [f"{v}Z" for v in np.datetime64("2026-05-04T14:03:06") + (1000 * t).astype("m8[ms]")],
+        "clock time",
+    ),
+    "hours, minutes, seconds": (lambda t: [f"14:{int(v) // 60:02d}:{v % 60:05.2f}" for v in t], "clock time"),
+}
+
+
+@pytest.mark.parametrize("name", CLOCKS)
+def test_a_clock_that_cannot_be_used_is_refused_in_one_line(name, log, tmp_path, capsys):
+    change, says = CLOCKS[name]
+    path = spoiled(log, tmp_path / "clock.csv", change)
+    assert says in refused(["calibrate", path], capsys)

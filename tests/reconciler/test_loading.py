@@ -10,7 +10,7 @@ from pitotbench.bench_reconcile import aircraft_model, card_of, loaded_as
 from pitotbench.effects import Overlay
 from pitotbench.reconcile.replay import motion_of
 from pitotbench.reconcile.track import track_of
-from pitotbench.records.case import PressureErrorSpec
+from pitotbench.records.case import EffectSpec, PressureErrorSpec
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.fuel_and_ballast import Loading, loaded_mass, mass_of
 
@@ -69,3 +69,12 @@ def test_a_mass_in_another_unit_is_refused(log: FlightLog) -> None:
     assert log.mass is not None
     with pytest.raises(BadInputError, match="check the unit"):
         loaded_as(CARD, replace(log, mass=log.mass / 0.45359237))
+
+
+def test_a_load_that_is_not_on_the_weight_sheet_is_a_gap() -> None:
+    """150 kg are 5 % of the weight, and so is what the model lacks along z, flown at the mass of the sheet."""
+    hidden = (EffectSpec("mass", {"mass_kg": 150.0}),)
+    whole = sense(fly(replace(CARD, pressure_error=TRUE, effects=hidden)), "50/50")
+    log = whole.select(whole.time < whole.time[0] + 25.0)
+    assert loaded_as(CARD, log) is CARD
+    assert force_residual(log) == pytest.approx(9.8 * 150.0 / (loaded_mass("navajo") + 150.0), rel=0.15)

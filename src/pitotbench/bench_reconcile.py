@@ -52,7 +52,7 @@ COARSE_RATE, FINE_RATE = 25.0, 100.0  # Hz: what an effect changes in a held sta
 MASS_STEP = (
     10.0  # kg: cards this near in mass share null flights; 0.4 % of it, and more than is burnt before a card
 )
-MOST_KEPT = 100  # entries of the cache, about 100 kB each
+MOST_KEPT = 100  # entries of the cache, about 40 kB each
 JUDGED_BY = (  # packages and modules whose code, beside this file, decides what null flights teach
     *("reconcile", "effects", "simulate", "sense", "pressure_error", "records", "estimate", "logbook"),
     *("air.py", "units.py", "catalog.py"),
@@ -129,13 +129,13 @@ def reconcile(
     """Find where a measured log and the model of an aircraft disagree, and name the effect that is missing.
 
     `aircraft` is a name of the hangar, or `none` for the sensors alone. `card` says what was flown; if not given,
-    the log's header does; it is flown at the log's first mass. Without either the log's own noise sets the
-    thresholds, which then are wider. Without `keep` null flights are neither looked up nor kept.
+    the log's header does. With an aircraft model the card is flown at the log's first mass. Without a card the log's
+    own noise sets the thresholds, which then are wider. Without `keep` null flights are neither looked up nor kept.
     Raises BadInputError for a log that cannot be used.
     """
     model = aircraft_model(aircraft)
     flown = card or (card_of(log.header, aircraft) if model is not None else None)
-    flown = loaded_as(flown, log) if flown is not None else None
+    flown = loaded_as(flown, log) if flown is not None and model is not None else flown
     setting = replace(setting or Setting(), day_known=flown is not None)
     known = knowledge(flown, null_flights, progress, setting, keep) if flown is not None else None
     layout = study(log, model, setting)
@@ -227,9 +227,17 @@ def _keep(place: Path, known: Knowledge, say: Progress) -> None:
 
 def _prune(folder: Path) -> None:
     """Remove all but the `MOST_KEPT` entries used last; what a stopped run has half written counts as well."""
-    files = [(f.stat().st_mtime, f) for pattern in ("null-*.json", ".null-*.part") for f in folder.glob(pattern)]
-    for _, file in sorted(files, reverse=True)[MOST_KEPT:]:
+    files = [file for pattern in ("null-*.json", ".null-*.part") for file in folder.glob(pattern)]
+    for file in sorted(files, key=_last_used, reverse=True)[MOST_KEPT:]:
         file.unlink(missing_ok=True)
+
+
+def _last_used(file: Path) -> float:
+    """When a file was last used [s]; 0 where another run has just removed it."""
+    try:
+        return file.stat().st_mtime
+    except FileNotFoundError:
+        return 0.0
 
 
 def _digest(card: Case, flights: int, setting: Setting) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, FlightLog, bench_reconcile, logbook
-from pitotbench.bench_reconcile import JUDGED_BY, MOST_KEPT, Setting, knowledge, reconcile
+from pitotbench.bench_reconcile import JUDGED_BY, MOST_KEPT, Setting, _last_used, knowledge, reconcile
 from pitotbench.cli import main
 from pitotbench.reconcile.knowledge_text import knowledge_text, read_knowledge
 from pitotbench.reconcile.null import Knowledge
@@ -260,6 +260,25 @@ def test_the_command_can_leave_the_cache_alone(monkeypatch, flags: tuple[str, ..
     monkeypatch.setattr(logbook, "read_log", lambda path, mapping: LOG)
     assert main(["reconcile", "flight.csv", *flags]) == 2
     assert asked == [keep]
+
+
+def test_without_an_aircraft_model_the_mass_of_the_log_does_not_matter(monkeypatch):
+    """It may be that of any airplane: the card is flown for the noise of its sensors alone."""
+    asked: list[Case] = []
+
+    def stop(card: Case, *_: object) -> None:
+        asked.append(card)
+        raise BadInputError("far enough")
+
+    monkeypatch.setattr(bench_reconcile, "knowledge", stop)
+    jet = replace(LOG, mass=np.full(len(LOG), 20_000.0))
+    with pytest.raises(BadInputError, match="far enough"):
+        reconcile(jet, "none", card=CARD)
+    assert asked == [CARD]
+
+
+def test_a_file_that_another_run_removed_counts_as_the_oldest(tmp_path):
+    assert _last_used(tmp_path / "null-gone.json") == 0.0
 
 
 def test_a_reconciliation_hands_on_setting_and_keeping(monkeypatch):

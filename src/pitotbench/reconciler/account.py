@@ -62,7 +62,9 @@ def reconcile_fully(
     if refly and refly_holdout and holdout is not None:
         say("flying the card of the held-out log again")
         again = card or card_of(holdout.log.header, aircraft)
-        flown_holdout = fly_again(holdout.log, loaded_as(again, holdout.log) if again else None, effects)
+        if again is not None and aircraft != "none":
+            again = loaded_as(again, holdout.log)
+        flown_holdout = fly_again(holdout.log, again, effects)
     account = Account(
         log=measured.name,
         aircraft=aircraft,

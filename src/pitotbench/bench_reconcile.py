@@ -129,8 +129,9 @@ def reconcile(
     """Find where a measured log and the model of an aircraft disagree, and name the effect that is missing.
 
     `aircraft` is a name of the hangar, or `none` for the sensors alone. `card` says what was flown; if not given,
-    the log's header does. With an aircraft model the card is flown at the log's first mass. Without a card the log's
-    own noise sets the thresholds, which then are wider. Without `keep` null flights are neither looked up nor kept.
+    the log's header does. With an aircraft model the card is flown at the log's first mass. Without a card the
+    noise of the log itself sets the thresholds, which then are wider. Without `keep` null flights are neither
+    looked up nor kept.
     Raises BadInputError for a log that cannot be used.
     """
     model = aircraft_model(aircraft)

@@ -1,13 +1,14 @@
 """The conductor of reconciliation: flies null flights, lends the aircraft as a force meter, keeps what was
 learned."""
 
-import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import partial
 from hashlib import sha256
+from importlib.metadata import version
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -15,15 +16,17 @@ from typing import Any
 import numpy as np
 
 from pitotbench.effects import Overlay
+from pitotbench.logbook import atomic
 from pitotbench.reconcile.hypotheses import AircraftModel
 from pitotbench.reconcile.judge import hold_out, judge, with_hold_out
+from pitotbench.reconcile.knowledge_text import knowledge_text, read_knowledge
 from pitotbench.reconcile.name import Naming
 from pitotbench.reconcile.nuisance import Setting as Setting
 from pitotbench.reconcile.null import Knowledge, ignorance, learn
 from pitotbench.reconcile.study import Study, own_noise, study
-from pitotbench.reconcile.whitening import NoiseModel
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case, write_case
+from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.records.toml_text import write_toml
@@ -31,14 +34,29 @@ from pitotbench.records.verdict import Verdict
 from pitotbench.sense import record
 from pitotbench.simulate import fly
 from pitotbench.simulate.baseline import read_baseline
-from pitotbench.simulate.force_meter import FREE, loaded_mass, measure
+from pitotbench.simulate.force_meter import FREE, measure
+from pitotbench.simulate.fuel_and_ballast import (
+    Loading,
+    ballast_for,
+    ballast_overlay,
+    loaded_mass,
+    loading_of,
+    mass_of,
+)
 from pitotbench.simulate.hangar import PACKAGE, find_aircraft
 from pitotbench.simulate.plant import Plant
 
 NULL_FLIGHTS = 8
 NULL_SEED = 730_001  # truth and sensor seeds of null flights count up from here
 COARSE_RATE, FINE_RATE = 25.0, 100.0  # Hz: what an effect changes in a held state differs by less than 1 %
-JUDGED_BY = ("reconcile", "effects", "simulate", "sense")  # rooms whose code decides what null flights teach
+MASS_STEP = (
+    10.0  # kg: cards this near in mass share null flights; 0.4 % of it, and more than is burnt before a card
+)
+MOST_KEPT = 100  # entries of the cache, about 40 kB each
+JUDGED_BY = (  # packages and modules whose code, beside this file, decides what null flights teach
+    *("reconcile", "effects", "simulate", "sense", "pressure_error", "records", "estimate", "logbook"),
+    *("air.py", "units.py", "catalog.py"),
+)
 
 Progress = Callable[[str], None]
 
@@ -60,15 +78,12 @@ def aircraft_model(name: str) -> AircraftModel | None:
     return AircraftModel(name, partial(_react, name), read_baseline(find_aircraft(name)))
 
 
-@cache
-def _mass(name: str) -> float:
-    return loaded_mass(name)
-
-
 def _react(name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True) -> Reaction:
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
-    plant = Plant.load(name, COARSE_RATE if coarse else FINE_RATE, overlay)
-    return measure(plant, motion, _mass(name), engines_run)
+    ballast = ballast_for(name, float(motion.mass.min()), float(motion.mass.max()))
+    added = (overlay or Overlay()) + ballast_overlay(name, ballast)
+    plant = Plant.load(name, COARSE_RATE if coarse else FINE_RATE, added)
+    return measure(plant, motion, loaded_mass(name) + ballast, engines_run)
 
 
 def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
@@ -85,6 +100,22 @@ def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
     return replace(read_case(write_toml({**told, "das": das}) + "\n"), aircraft=aircraft)
 
 
+def loaded_as(card: Case, log: FlightLog) -> Case:
+    """A card with the fuel and ballast that give its aircraft the first mass of a log, in steps of `MASS_STEP`.
+
+    The card itself where the log has no mass, or one within half a step of the card's.
+    Raises BadInputError where the mass is not that of the card's aircraft.
+    """
+    if log.mass is None:
+        return card
+    told = mass_of(card.aircraft, Loading(card.fuel, card.ballast))
+    steps = round((float(log.mass[0]) - told) / MASS_STEP)
+    if not steps:
+        return card
+    loading = loading_of(card.aircraft, told + steps * MASS_STEP)
+    return replace(card, fuel=loading.fuel, ballast=loading.ballast)
+
+
 def reconcile(
     log: FlightLog,
     aircraft: str = "navajo",
@@ -93,17 +124,21 @@ def reconcile(
     null_flights: int = NULL_FLIGHTS,
     progress: Progress | None = None,
     setting: Setting | None = None,
+    keep: bool = True,
 ) -> Reconciliation:
     """Find where a measured log and the model of an aircraft disagree, and name the effect that is missing.
 
     `aircraft` is a name of the hangar, or `none` for the sensors alone. `card` says what was flown; if not given,
-    the log's header does. Without either the log's own noise sets the thresholds, which then are wider.
+    the log's header does. With an aircraft model the card is flown at the log's first mass. Without a card the
+    noise of the log itself sets the thresholds, which then are wider. Without `keep` null flights are neither
+    looked up nor kept.
     Raises BadInputError for a log that cannot be used.
     """
     model = aircraft_model(aircraft)
     flown = card or (card_of(log.header, aircraft) if model is not None else None)
-    known = knowledge(flown, null_flights, progress) if flown is not None else None
+    flown = loaded_as(flown, log) if flown is not None and model is not None else flown
     setting = replace(setting or Setting(), day_known=flown is not None)
+    known = knowledge(flown, null_flights, progress, setting, keep) if flown is not None else None
     layout = study(log, model, setting)
     known = _fitting(known, layout)
     verdict, named = judge(layout, known)
@@ -119,29 +154,41 @@ def _fitting(known: Knowledge | None, layout: Study) -> Knowledge:
     return ignorance(own_noise(layout))
 
 
-def knowledge(card: Case, flights: int = NULL_FLIGHTS, progress: Progress | None = None) -> Knowledge:
-    """What null flights of a card teach; kept by content, so that a card is flown once."""
-    card = replace(card, effects=(), truth_seed=1, sensor_seed=1)
-    place = cache_folder() / f"null-{_digest(card, flights)}.json"
-    if place.is_file():
-        return _from_json(json.loads(place.read_text(encoding="utf-8")))
+def knowledge(
+    card: Case,
+    flights: int = NULL_FLIGHTS,
+    progress: Progress | None = None,
+    setting: Setting | None = None,
+    keep: bool = True,
+) -> Knowledge:
+    """What null flights of a card teach, laid out in the setting of the log that is to be judged.
+
+    Kept by content in `cache_folder()`, so that a card is flown once; without `keep` the flights are flown, and
+    nothing is read or written there. Two runs that need one entry at a time both fly: the flights are the same bit
+    for bit, so whichever writes last changes nothing, and no lock can be left behind.
+    """
+    card, setting = replace(card, effects=(), truth_seed=1, sensor_seed=1), setting or Setting(day_known=True)
     say = progress or (lambda text: None)
+    place = cache_folder() / f"null-{_digest(card, flights, setting)}.json"
+    kept = _kept(place, flights, say) if keep else None
+    if kept is not None:
+        return kept
     say(f"first use of this card: {flights} flights without an effect ({card.maneuver}, {card.das.label})")
     studies: list[Study] = []
     with ProcessPoolExecutor(min(flights, os.cpu_count() or 1), get_context("spawn")) as pool:
-        for number, layout in enumerate(pool.map(partial(_null_study, card), range(flights)), start=1):
+        for number, layout in enumerate(pool.map(partial(_null_study, card, setting), range(flights)), start=1):
             say(f"null flight {number} of {flights}")
             studies.append(layout)
     known = learn(studies)
-    place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_text(json.dumps(_to_json(known)), encoding="utf-8")
+    if keep:
+        _keep(place, known, say)
     return known
 
 
-def _null_study(card: Case, number: int) -> Study:
+def _null_study(card: Case, setting: Setting, number: int) -> Study:
     seed = NULL_SEED + number
     flight = fly(replace(card, truth_seed=seed, sensor_seed=seed))
-    return study(record(flight, card.das, seed), aircraft_model(card.aircraft), Setting(day_known=True))
+    return study(record(flight, card.das, seed), aircraft_model(card.aircraft), setting)
 
 
 def cache_folder() -> Path:
@@ -152,43 +199,55 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pitotbench"
 
 
-def _digest(card: Case, flights: int) -> str:
-    """Of the card, the aircraft's files and the code that judges."""
-    parts = [write_case(card).encode(), str(flights).encode()]
-    code = [file for room in JUDGED_BY for file in sorted((PACKAGE / room).rglob("*.py"))]
-    aircraft = sorted(find_aircraft(card.aircraft).rglob("*.xml"))
-    return sha256(b"".join([*parts, *(file.read_bytes() for file in (*code, *aircraft))])).hexdigest()[:24]
+def _kept(place: Path, flights: int, say: Progress) -> Knowledge | None:
+    """An entry of the cache, marked as used; None where there is none, or where it cannot be right."""
+    try:
+        known = read_knowledge(place.read_bytes())
+        if known.flights != flights:
+            raise ValueError(f"of {known.flights} flights instead of {flights}")
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError):
+        say(f"{place} cannot be used: its null flights are flown again")
+        return None
+    with suppress(OSError):  # a cache that may only be read serves as well
+        os.utime(place)
+    return known
 
 
-def _to_json(known: Knowledge) -> dict[str, Any]:
-    noise = known.noise
-    return {
-        "noise": {
-            "names": list(noise.names),
-            "coefficients": noise.coefficients.tolist(),
-            "deviations": noise.deviations.tolist(),
-            "correlation": noise.correlation.tolist(),
-        },
-        "search": dict(known.search),
-        "spread": dict(known.spread),
-        "cell_mean": dict(known.cell_mean),
-        "cell_spread": dict(known.cell_spread),
-        "threshold": known.threshold,
-        "cell_threshold": known.cell_threshold,
-        "flights": known.flights,
-        "gusts": {name: list(pair) for name, pair in known.gusts.items()},
-        "powers": {name: list(pair) for name, pair in known.powers.items()},
-        "swings": {name: list(pair) for name, pair in known.swings.items()},
-    }
+def _keep(place: Path, known: Knowledge, say: Progress) -> None:
+    """Write an entry, whole or not at all, and let the ones go that have not been used for longest."""
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with atomic(place) as scratch:
+            scratch.write_text(knowledge_text(known), encoding="utf-8")
+        _prune(place.parent)
+    except (OSError, ValueError, BadInputError) as error:  # the log can be judged all the same
+        say(f"the null flights are not kept: {error}")
 
 
-def _from_json(table: dict[str, Any]) -> Knowledge:
-    noise = table.pop("noise")
-    arrays = (np.array(noise[key]) for key in ("coefficients", "deviations", "correlation"))
-    model = NoiseModel(tuple(noise["names"]), *arrays)
-    gusts, powers, swings = (_pairs(table.pop(key)) for key in ("gusts", "powers", "swings"))
-    return Knowledge(noise=model, gusts=gusts, powers=powers, swings=swings, **table)
+def _prune(folder: Path) -> None:
+    """Remove all but the `MOST_KEPT` entries used last; what a stopped run has half written counts as well."""
+    files = [file for pattern in ("null-*.json", ".null-*.part") for file in folder.glob(pattern)]
+    for file in sorted(files, key=_last_used, reverse=True)[MOST_KEPT:]:
+        file.unlink(missing_ok=True)
 
 
-def _pairs(table: Mapping[str, Sequence[float]]) -> dict[str, tuple[float, float]]:
-    return {name: (pair[0], pair[1]) for name, pair in table.items()}
+def _last_used(file: Path) -> float:
+    """When a file was last used [s]; 0 where another run has just removed it."""
+    try:
+        return file.stat().st_mtime
+    except FileNotFoundError:
+        return 0.0
+
+
+def _digest(card: Case, flights: int, setting: Setting) -> str:
+    """Of all that decides what null flights teach: card, setting, code, the aircraft's files, versions."""
+    code = [file for name in JUDGED_BY for file in sorted((PACKAGE / name).rglob("*.py")) or [PACKAGE / name]]
+    folder = find_aircraft(card.aircraft)
+    aircraft = [file for file in sorted(folder.rglob("*")) if file.is_file()]
+    versions = [f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]
+    digest = sha256(repr((write_case(card), flights, setting, versions)).encode())
+    for root, file in (*((PACKAGE, f) for f in (*code, Path(__file__))), *((folder, f) for f in aircraft)):
+        digest.update(repr((file.relative_to(root).as_posix(), file.read_bytes())).encode())
+    return digest.hexdigest()[:24]

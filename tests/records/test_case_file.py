@@ -41,6 +41,8 @@ cases = st.builds(
     altitude=st.floats(-500.0, 2e4),
     temperature_offset=st.floats(-50.0, 50.0),
     wind=st.builds(Wind, speed=some, from_direction=st.floats(-10.0, 10.0), up=st.floats(-10.0, 10.0)),
+    fuel=st.floats(0.001, 1.0),
+    ballast=st.floats(-1000.0, 1000.0),
     turbulence=st.sampled_from(sorted(TURBULENCE_SEVERITY)),
     pilot=st.sampled_from(PILOTS),
     pressure_error=st.builds(
@@ -76,6 +78,17 @@ def test_default_keys_are_in_the_fields_units():
     assert table["altitude_ft"] == 6000.0
     assert table["wind"] == {"speed_kt": 15.0, "from_direction_deg": 300.0, "up_mps": 0.0}
     assert table["das"]["air_rate_hz"] == 50.0
+    assert (table["fuel"], table["ballast_kg"]) == (1.0, 0.0)
+
+
+@pytest.mark.parametrize("line", ["fuel = 0.0", "fuel = 1.1", "fuel = -0.5", "ballast_kg = 1200", "ballast = 10"])
+def test_a_loading_that_cannot_be_is_refused_by_its_key(line):
+    with pytest.raises(BadInputError, match=line.split("_")[0].split(" ")[0]):
+        read_case(line)
+
+
+def test_ballast_may_be_given_in_pounds():
+    assert read_case("ballast_lb = 100").ballast == pytest.approx(45.359, abs=1e-3)
 
 
 def test_any_suffix_of_the_dimension_is_read():

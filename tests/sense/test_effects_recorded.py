@@ -99,3 +99,13 @@ def test_the_header_tells_no_effect():
     log = record(flown(EffectSpec("pitot_lag", {"lag_s": 0.345})), data_system("50/50"), 1)
     assert "lag" not in str(log.header)
     assert "0.345" not in str(log.header)
+
+
+def test_the_mass_column_is_that_of_the_weight_sheet():
+    """The truth holds the load that an effect hides; the sheet, and so the log, does not."""
+    das = data_system("50/50")
+    truth = flown()
+    hidden = flown(EffectSpec("mass", {"mass_kg": 150.0}))
+    hidden = replace(hidden, channels={**hidden.channels, "mass": truth["mass"] + 150.0})
+    assert differing(record(hidden, das, 1), record(truth, das, 1)) == set()
+    assert hidden["mass"][0] == truth["mass"][0] + 150.0

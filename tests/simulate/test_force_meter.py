@@ -1,4 +1,6 @@
-"""The force meter against a flight of the same aircraft: what was felt is what it says."""
+"""The force meter against a flight of the same aircraft: what was felt is what it says, whatever is aboard."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,7 +9,8 @@ from pitotbench import Case, air, fly
 from pitotbench.effects import EFFECTS, AircraftEffect
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.simulate.baseline import read_baseline
-from pitotbench.simulate.force_meter import loaded_mass, measure
+from pitotbench.simulate.force_meter import measure
+from pitotbench.simulate.fuel_and_ballast import ballast_for, ballast_overlay, loaded_mass
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.plant import Plant
 
@@ -16,16 +19,23 @@ STATES = (
     *("time", "static_pressure", "angle_of_attack", "sideslip", "roll", "pitch", "heading", "roll_rate"),
     *("pitch_rate", "yaw_rate", "elevator", "aileron", "rudder", "throttle_left", "throttle_right", "mass"),
 )
+LOADINGS = {"full tanks": {}, "40 % of the fuel": {"fuel": 0.4}, "200 kg more": {"ballast": 200.0}}
 
 
-@pytest.fixture(scope="module")
-def pair():
-    flight = fly(Case(maneuver="rapid_decel", turbulence="light", truth_seed=5))
+def felt_by_the_model(motion: Motion) -> Reaction:
+    ballast = ballast_for("navajo", float(motion.mass.min()), float(motion.mass.max()))
+    plant = Plant.load("navajo", overlay=ballast_overlay("navajo", ballast))
+    return measure(plant, motion, loaded_mass("navajo") + ballast)
+
+
+@pytest.fixture(scope="module", params=LOADINGS.values(), ids=LOADINGS.keys())
+def pair(request):
+    flight = fly(Case(maneuver="rapid_decel", turbulence="light", truth_seed=5, **request.param))
     mach = air.mach_from_impact_pressure(
         flight["total_pressure"] - flight["static_pressure"], flight["static_pressure"]
     )
     motion = Motion(**{n: flight[n][::EVERY].copy() for n in STATES}, mach=mach[::EVERY].copy())
-    return flight, measure(Plant.load("navajo"), motion, loaded_mass("navajo"))
+    return flight, motion, felt_by_the_model(motion)
 
 
 @pytest.mark.parametrize(
@@ -40,16 +50,24 @@ def pair():
     ],
 )
 def test_it_says_what_the_flight_felt(pair, name: str, mean: float, deviation: float) -> None:
-    flight, reaction = pair
+    flight, _, reaction = pair
     error = getattr(reaction, name) - flight[name][::EVERY]
     assert abs(error.mean()) < mean
     assert error.std() < deviation < flight[name].std()
 
 
 def test_angular_acceleration_agrees_with_the_rates(pair) -> None:
-    flight, reaction = pair
+    flight, _, reaction = pair
     turned = np.gradient(flight["roll_rate"], flight["time"])[::EVERY]
     assert np.std(reaction.roll_acceleration - turned) < 0.5 * turned.std()
+
+
+def test_the_measured_mass_decides_the_force(pair) -> None:
+    """40 kg are 1.5 % of the weight, so of the specific force along z in level flight."""
+    _, motion, reaction = pair
+    lighter = felt_by_the_model(replace(motion, mass=motion.mass - 40.0))
+    expected = 40.0 / motion.mass.mean()
+    assert np.mean(lighter.specific_force_z / reaction.specific_force_z) == pytest.approx(1.0 + expected, rel=2e-3)
 
 
 AT_THE_ENDS = [
@@ -64,9 +82,9 @@ AT_THE_ENDS = [
 
 
 @pytest.fixture(scope="module")
-def few(pair):
-    """A quarter of a minute of the flight, a state every half second."""
-    flight, _ = pair
+def few():
+    """A quarter of a minute of a flight with full tanks, a state every half second."""
+    flight = fly(Case(maneuver="rapid_decel", turbulence="light", truth_seed=5))
     rows = slice(0, 1500, 5 * EVERY)
     mach = air.mach_from_impact_pressure(
         flight["total_pressure"] - flight["static_pressure"], flight["static_pressure"]

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from pitotbench.bench_reconcile import Reconciliation, Setting, card_of, reconcile
+from pitotbench.bench_reconcile import Reconciliation, Setting, card_of, loaded_as, reconcile
 from pitotbench.reconcile.patch import Patch
 from pitotbench.reconcile.picture import gap_map, traces, waterfall
 from pitotbench.reconciler.reflight import fly_again
@@ -42,15 +42,16 @@ def reconcile_fully(
     setting: Setting | None = None,
     refly: bool = True,
     refly_holdout: bool = True,
+    keep: bool = True,
 ) -> Outcome:
     """Reconcile, look again until nothing significant is left, fly the cards again (unless told not to).
 
+    Without `keep` null flights are neither looked up nor kept.
     Raises BadInputError for a log that cannot be used.
     """
     say = progress or (lambda text: None)
-    found = reconcile(
-        measured.log, aircraft, holdout.log if holdout else None, card, progress=progress, setting=setting
-    )
+    other = holdout.log if holdout else None
+    found = reconcile(measured.log, aircraft, other, card, progress=progress, setting=setting, keep=keep)
     rounds, more, shapes = look_until_quiet(measured.log, aircraft, found, setting, progress)
     made = patch_of(found, more, shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(made)
@@ -60,7 +61,10 @@ def reconcile_fully(
         flown = fly_again(measured.log, found.card, effects)
     if refly and refly_holdout and holdout is not None:
         say("flying the card of the held-out log again")
-        flown_holdout = fly_again(holdout.log, card or card_of(holdout.log.header, aircraft), effects)
+        again = card or card_of(holdout.log.header, aircraft)
+        if again is not None and aircraft != "none":
+            again = loaded_as(again, holdout.log)
+        flown_holdout = fly_again(holdout.log, again, effects)
     account = Account(
         log=measured.name,
         aircraft=aircraft,

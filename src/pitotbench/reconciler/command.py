@@ -26,6 +26,9 @@ def add_reconcile(parser: argparse.ArgumentParser) -> None:
         "--card", type=Path, metavar="CASE", help="case file that says what was flown (default: the log's header)"
     )
     parser.add_argument("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME")
+    parser.add_argument(
+        "--no-cache", action="store_true", help="fly the null flights of the card anew, and do not keep them"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--out", type=Path, help="folder for report.html, verdict.json, patch.toml and overlay.xml")
     parser.set_defaults(run=run_reconcile)
@@ -86,7 +89,8 @@ def _outcome(options: argparse.Namespace) -> "Outcome":
     other = Named(options.holdout.name, read_log(options.holdout, options.mapping)) if options.holdout else None
     card = read_case(options.card) if options.card else None
     refly = options.out is not None or options.json  # else nothing shows it
-    return reconcile_fully(measured, options.aircraft, other, card, _say, _setting(options.mapping), refly)
+    setting, keep = _setting(options.mapping), not options.no_cache
+    return reconcile_fully(measured, options.aircraft, other, card, _say, setting, refly, keep=keep)
 
 
 def _say(line: str) -> None:

@@ -86,6 +86,9 @@ class EffectSpec:
 class Case:
     """One flight and its sensing, completely: the same Case gives the same log, bit for bit.
 
+    `fuel` is the share of the fuel that the aircraft's file loads (1 is full tanks); `ballast` [kg] lies at its
+    center of gravity, negative where the airplane is lighter than the file says. Both are on the weight sheet, so
+    the mass column of the log holds them.
     `card` overrides numbers of the maneuver's card (names carry their unit suffix, for example
     `{"dwell_s": 20.0}`). `accuracy` states 2σ of what the residual cannot show (`{"temperature_k": 1.0}`); it is
     told to the calibrator and changes nothing of the flight. `truth_seed` drives turbulence and the pilot,
@@ -98,6 +101,8 @@ class Case:
     altitude: float = field(default=6000.0 * FOOT, metadata={"suffix": "ft"})
     temperature_offset: float = field(default=0.0, metadata={"suffix": "k"})
     wind: Wind = field(default_factory=Wind)
+    fuel: float = 1.0
+    ballast: float = field(default=0.0, metadata={"suffix": "kg"})
     turbulence: str = "light"
     pilot: str = "none"
     pressure_error: PressureErrorSpec = field(default_factory=PressureErrorSpec)

@@ -16,6 +16,8 @@ _RULES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
     (r"pressure_error\.reference_pressure", lambda v: v > 0, "must be above 0"),
     (r"das\.\w+_(noise|resolution|latency)|wind\.speed", lambda v: v >= 0, "must not be negative"),
     (r"(truth|sensor)_seed", lambda v: v >= 0, "must not be negative"),
+    (r"fuel", lambda v: 0 < v <= 1, "must be above 0 and at most 1, the whole of the fuel that the aircraft loads"),
+    (r"ballast", lambda v: abs(v) <= 1000.0, "must be within -1000 and 1000 kg"),
     (r"das\.air_rate", lambda v: v <= 100.0, "must not exceed the simulator's 100 Hz"),
 )
 _NAMES = {"turbulence": list(TURBULENCE_SEVERITY), "pilot": list(PILOTS)}

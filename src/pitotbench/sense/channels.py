@@ -51,5 +51,5 @@ CHANNELS = (
     Channel("propeller_speed_right", 0.2, 0.01),
     Channel("fuel_flow_left", 0.5 * _PER_HOUR, 1e-6),
     Channel("fuel_flow_right", 0.5 * _PER_HOUR, 1e-6),
-    Channel("mass", 0.0, 0.1),  # weighed before flight less fuel used: no noise, but a word length
+    Channel("mass", 0.0, 0.1),  # of the weight sheet less fuel used: no noise, but a word length
 )

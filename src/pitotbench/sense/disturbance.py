@@ -6,6 +6,7 @@ from typing import Any
 
 from pitotbench import air
 from pitotbench.effects import SensorEffect, Signals, chosen
+from pitotbench.effects.airframe.loading import MASS
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
@@ -48,6 +49,17 @@ def disturbed(flight: Flight, das: DataSystem) -> Flight:
     signals = _applied(Signals(flight["time"], channels), choices)
     changed = {(_FELT + name if name in PROBES else name): signals[name] for name in signals}
     return replace(flight, channels={**flight.channels, **changed})
+
+
+def weighed(flight: Flight) -> Flight:
+    """The flight with the mass of its weight sheet: what an effect of the case loads beyond that is not on it.
+
+    Else the mass column would give the effect away, and a model that is flown at that mass could never miss it.
+    """
+    unlisted = sum(c.sizes["mass_kg"] for c in chosen(flight.case.effects) if c.effect is MASS)
+    if not unlisted or "mass" not in flight.channels:
+        return flight
+    return replace(flight, channels={**flight.channels, "mass": flight["mass"] - unlisted})
 
 
 def spoiled(log: FlightLog, case: Case) -> FlightLog:

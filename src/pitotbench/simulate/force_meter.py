@@ -13,6 +13,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.simulate.atmosphere import Air
+from pitotbench.simulate.fuel_and_ballast import TANKS
 from pitotbench.simulate.plant import Plant, SimulationError
 from pitotbench.simulate.properties import PROPERTIES
 from pitotbench.units import FOOT, POUND, Array
@@ -23,7 +24,6 @@ FREE = 0.2  # s between states up to which the airplane flies on between them; o
 GAP = 1.5  # s between two states: a longer one is a gap
 FULL = ("specific_force_x", "specific_force_y", "specific_force_z")
 ENGINE = ("manifold_pressure", "propeller_speed", "fuel_flow")
-TANKS = ("propulsion/tank/contents-lbs", "propulsion/tank[1]/contents-lbs")
 # Control, the command that moves it, and the position it takes.
 CONTROLS = (
     ("elevator", "fcs/elevator-cmd-norm", "elevator"),
@@ -35,27 +35,24 @@ CONTROLS = (
 PROBE = 0.1  # of a command, to learn how far it moves its control
 
 
-def loaded_mass(aircraft: str) -> float:
-    """Mass of an aircraft as its file loads it, tanks full [kg]."""
-    return Plant.load(aircraft).get("mass")
-
-
 def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool = True) -> Reaction:
     """Return the forces and angular accelerations of an aircraft along a measured motion, and its engine readings.
 
     With `engines_run` false, time stands still after the first state. The thrust is then not that of the motion:
     use only the difference of two such reactions, for effects that change forces of the air alone.
 
-    `loaded_mass` [kg] is that of the untouched aircraft with full tanks; less the logged mass it gives the fuel
-    burnt. The plant is used up: load a new one for the next motion. A state takes some 100 µs at ten a second.
+    `loaded_mass` [kg] is that of the aircraft as loaded, without what effects add: what the logged mass lacks of it
+    is taken out of the tanks at every state. The plant is used up: load a new one for the next motion. A state takes
+    some 100 µs at ten a second.
     Raises SimulationError where JSBSim refuses a state or the engines do not start.
     """
-    heights, sound = _prepare(plant, motion, loaded_mass)
+    fuel = _fuel(plant, motion, loaded_mass)
+    heights, sound = _prepare(plant, motion)
     servos = [_Servo.probe(plant, *control) for control in CONTROLS]
     wanted = np.stack([getattr(motion, name) for name, *_ in CONTROLS], axis=1)
-    states = _initial_conditions(motion, heights, sound)
+    states = np.concatenate([_initial_conditions(motion, heights, sound), fuel], axis=1)
     reads = [_reader(plant, path, factor) for path, factor in _outputs()]
-    writers = [plant.writer(path) for path in _IC]
+    writers = [plant.writer(path) for path in (*_IC, *TANKS)]
     mass = plant.getter("mass")
     rows = np.empty((len(motion.time), len(reads)))
     steps = np.diff(motion.time, append=motion.time[-1] + TENTH)
@@ -72,21 +69,24 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     return _reaction(rows)
 
 
-def _prepare(plant: Plant, motion: Motion, loaded_mass: float) -> tuple[Array, Array]:
-    """Start the engines with the airplane held in flight, and load the fuel.
+def _fuel(plant: Plant, motion: Motion, loaded_mass: float) -> Array:
+    """Return the fuel of each tank at each state [lb], (n, 2): as loaded, less its share of the mass burnt."""
+    full = np.array([plant.get(tank) for tank in TANKS])
+    burnt = (loaded_mass - motion.mass) / POUND / len(TANKS)
+    return np.clip(full - burnt[:, None], 0.0, full)  # a tank holds no more than its full load
+
+
+def _prepare(plant: Plant, motion: Motion) -> tuple[Array, Array]:
+    """Start the engines with the airplane held in flight.
 
     Returns the geometric height [m] and the speed of sound [m/s] at the pressure of each state, in the atmosphere
     of this plant.
     """
     height = float(air.pressure_altitude(motion.static_pressure[0]))
     speed = float(air.calibrated_airspeed(air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])))
-    fuel = [plant.get(tank) for tank in TANKS]
     plant.start_held(height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset))
     if float(np.median(np.diff(motion.time))) <= FREE:
         plant.release()
-    burnt = max(0.0, loaded_mass - float(motion.mass[0])) / POUND / len(TANKS)  # tanks hold no more than they do
-    for tank, full in zip(TANKS, fuel, strict=True):
-        plant.set(tank, full - burnt)
     return _levels(plant, motion)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
 from pitotbench.simulate.atmosphere import Air
+from pitotbench.simulate.fuel_and_ballast import ballast_overlay, load_fuel
 from pitotbench.simulate.maneuvers import MANEUVERS, Maneuver
 from pitotbench.simulate.maneuvers.card import Card, override
 from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit, Targets
@@ -36,7 +37,8 @@ def fly(case: Case, progress: Progress | None = None) -> Flight:
     card = override(maneuver.card, case.card)
     air = Air.of(case, overlay.temperature_offset)
     pilot = PILOTS[case.pilot]
-    plant = Plant.load(case.aircraft, overlay=overlay)
+    plant = Plant.load(case.aircraft, overlay=overlay + ballast_overlay(case.aircraft, case.ballast))
+    load_fuel(plant, case.fuel)
     plant.start(case.altitude, card.speeds[0], air=air)
     targets = Targets(card.speeds[0], 0.0, case.altitude)
     cockpit = Cockpit(plant, card, targets, pilot(plant, case.truth_seed))

@@ -1,0 +1,85 @@
+"""The loading of an aircraft: fuel in its tanks, and ballast at its center of gravity for what fuel cannot be."""
+
+from dataclasses import dataclass
+from functools import cache
+
+from pitotbench.effects import Overlay
+from pitotbench.effects.expression import product
+from pitotbench.effects.overlay import MassPoint
+from pitotbench.records.errors import BadInputError
+from pitotbench.simulate.baseline import read_baseline
+from pitotbench.simulate.hangar import find_aircraft
+from pitotbench.simulate.plant import Plant
+from pitotbench.units import POUND
+
+TANKS = ("propulsion/tank/contents-lbs", "propulsion/tank[1]/contents-lbs")
+LEAST_FUEL = 0.1  # of what the file loads: half an hour of cruise, so that no card is flown with empty tanks
+MOST_BALLAST = 1000.0  # kg: beyond it the mass is that of another airplane, or in another unit
+
+
+@dataclass(frozen=True, slots=True)
+class Loading:
+    """A share of the fuel that the aircraft's file loads, and ballast [kg]."""
+
+    fuel: float = 1.0
+    ballast: float = 0.0
+
+
+@cache
+def loaded_mass(aircraft: str) -> float:
+    """Mass of an aircraft as its file loads it, with its fuel [kg]."""
+    plant = Plant.load(aircraft)
+    plant.run_initial_conditions()  # until then JSBSim's mass lacks the fuel
+    return plant.get("mass")
+
+
+@cache
+def loaded_fuel(aircraft: str) -> float:
+    """Mass of the fuel that an aircraft's file loads [kg]."""
+    plant = Plant.load(aircraft)
+    return sum(plant.get(tank) for tank in TANKS) * POUND
+
+
+def mass_of(aircraft: str, loading: Loading) -> float:
+    """Mass of an aircraft so loaded [kg]."""
+    return loaded_mass(aircraft) - (1.0 - loading.fuel) * loaded_fuel(aircraft) + loading.ballast
+
+
+def loading_of(aircraft: str, mass: float) -> Loading:
+    """The loading that gives an aircraft a mass [kg]: fuel as far as the tanks allow, the rest as ballast.
+
+    Raises BadInputError where the mass is not that of this aircraft.
+    """
+    ballast = ballast_for(aircraft, mass, mass)
+    return Loading(1.0 - (loaded_mass(aircraft) + ballast - mass) / loaded_fuel(aircraft), ballast)
+
+
+def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
+    """The ballast [kg] with which fuel alone takes an aircraft from its heaviest to its lightest mass [kg];
+    negative where the aircraft is lighter than its file says with `LEAST_FUEL`.
+
+    Raises BadInputError where it would be more than `MOST_BALLAST`.
+    """
+    full = loaded_mass(aircraft)
+    least = full - (1.0 - LEAST_FUEL) * loaded_fuel(aircraft)
+    ballast = max(0.0, heaviest - full) + min(0.0, lightest - least)
+    if abs(ballast) > MOST_BALLAST:
+        raise BadInputError(
+            f"mass_kg goes from {lightest:.0f} to {heaviest:.0f} kg, and {aircraft} weighs {least:.0f} to "
+            f"{full:.0f} kg: check the unit of the column, or name another aircraft"
+        )
+    return ballast
+
+
+def ballast_overlay(aircraft: str, ballast: float) -> Overlay:
+    """Ballast [kg] at the center of gravity of an aircraft; empty for none."""
+    if not ballast:
+        return Overlay()
+    place = read_baseline(find_aircraft(aircraft)).center_of_gravity
+    return Overlay(masses=(MassPoint(product(float(ballast) / POUND, 1.0), place),))
+
+
+def load_fuel(plant: Plant, share: float) -> None:
+    """Leave a share of the loaded fuel in the tanks of a plant that has not started yet."""
+    for tank in TANKS if share != 1.0 else ():
+        plant.set(tank, share * plant.get(tank))

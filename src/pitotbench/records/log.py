@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.records.frozen import RecordError, check_lengths, freeze
+from pitotbench.timeline import fresh_fixes
 from pitotbench.units import Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Radians, Seconds
 
 
@@ -69,6 +70,10 @@ class FlightLog:
         """The channels that are present, by field name."""
         names = (f.name for f in fields(self) if f.name != "header")
         return {name: value for name in names if (value := getattr(self, name)) is not None}
+
+    def fresh_fixes(self) -> Booleans:
+        """The rows at which the GPS velocity is new: as logged, else found from repeats."""
+        return fresh_fixes(self.gps_fresh, self.velocity_north, self.velocity_east)
 
     def select(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "FlightLog":
         """The log of the chosen rows (a mask or sorted indices), with the same header."""

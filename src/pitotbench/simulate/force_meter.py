@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench import air
+from pitotbench.axes import flow_direction
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.simulate.atmosphere import Air
 from pitotbench.simulate.plant import Plant, SimulationError
@@ -110,16 +111,14 @@ def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
 def _initial_conditions(motion: Motion, heights: Array, sound: Array) -> Array:
     """The states as JSBSim's initial conditions in still air, in the order of `_IC`."""
     speed = motion.mach * sound / FOOT
-    alpha, beta = motion.angle_of_attack, motion.sideslip
+    flow = flow_direction(motion.angle_of_attack, motion.sideslip)
     return np.stack(
         [
             heights / FOOT,
             motion.roll,
             motion.pitch,
             np.mod(motion.heading, 2.0 * np.pi),
-            speed * np.cos(alpha) * np.cos(beta),
-            speed * np.sin(beta),
-            speed * np.sin(alpha) * np.cos(beta),
+            *(speed * flow),
             motion.roll_rate,
             motion.pitch_rate,
             motion.yaw_rate,

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.channels import numbers_from
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Check
 from pitotbench.timeline import gaps, interval
 from pitotbench.units import Array, Booleans
 
-AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
+AIR_DATA = numbers_from("air")
 FEWEST_REPEATS = 5  # rows on which all air data repeat at once before it is called a fault
 UNLIKELY = 6.0  # σ beyond the repeats that independent channels show together by chance
 REGULAR = 0.7  # share of equal run lengths from which repeats are a hold, not losses

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from pitotbench import air
+from pitotbench.channels import CHANNELS, numbers_from
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import interval, pauses, stretches
@@ -20,9 +21,7 @@ from pitotbench.units import Array, Booleans, Seconds
 
 Indices = NDArray[np.intp]
 
-GPS_CHANNELS = ("velocity_north", "velocity_east", "velocity_down", "altitude")
-AIR_CHANNELS = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
-ANGLES = ("heading",)  # unwrapped here
+GPS_CHANNELS, AIR_CHANNELS = numbers_from("gps"), numbers_from("air")
 HALF_WINDOW = 0.2  # s, of the filter
 SLOW_GPS = 0.3  # s between fixes from which they are taken as they are, unfiltered
 SHORTEST = 10.0  # s, of a stretch that is used
@@ -105,7 +104,7 @@ def _new(name: str, gps: Booleans, air_data: Booleans | None) -> Booleans | None
 def _regular(log: FlightLog, name: str, rows: slice, time: Seconds, fresh: Booleans | None) -> Array:
     """One channel of one stretch on uniform rows."""
     values = np.asarray(getattr(log, name), dtype=np.float64)[rows]
-    values = np.unwrap(values) if name in ANGLES else values
+    values = np.unwrap(values) if CHANNELS[name].wraps else values
     known = log.time[rows]
     if fresh is not None and not fresh[rows].all():
         new = fresh[rows].copy()

@@ -55,7 +55,7 @@ MASS_STEP = (
 MOST_KEPT = 100  # entries of the cache, about 40 kB each
 JUDGED_BY = (  # packages and modules whose code, beside this file, decides what null flights teach
     *("reconcile", "effects", "simulate", "sense", "pressure_error", "records", "estimate", "logbook"),
-    *("air.py", "units.py", "catalog.py"),
+    *("air.py", "axes.py", "channels.py", "timeline.py", "units.py", "catalog.py"),
 )
 
 Progress = Callable[[str], None]

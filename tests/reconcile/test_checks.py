@@ -1,5 +1,7 @@
 """Recording faults are counted, not fitted."""
 
+from dataclasses import replace
+
 import pytest
 
 from pitotbench.reconcile.checks import check
@@ -13,6 +15,13 @@ def test_a_sound_log_passes(sensed, das: str) -> None:
     found = check(sensed(das=das))
     assert found.effects == ()
     assert {c.status for c in found.checks} == {"passed"}
+
+
+def test_a_held_velocity_is_reported_where_no_column_marks_the_fixes(sensed) -> None:
+    found = check(replace(sensed(das="20/1"), gps_fresh=None))
+    assert [c.why for c in found.checks if c.name == "GPS"] == [
+        "velocity is renewed every 1 s and interpolated between"
+    ]
 
 
 @pytest.mark.parametrize("name", [*FAULTS, "saturation"])

@@ -1,5 +1,7 @@
 """Both sides of a comparison through one symmetric filter: nothing may look late that is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,20 @@ def lateness(log: FlightLog) -> float:
 @pytest.mark.parametrize(("rate", "gps_rate"), [(20.0, 1.0), (20.0, 5.0), (50.0, 50.0), (100.0, 10.0)])
 def test_no_phantom_delay(rate: float, gps_rate: float) -> None:
     assert abs(lateness(log_of(rate, gps_rate))) < 0.004
+
+
+@pytest.mark.parametrize(("rate", "gps_rate"), [(20.0, 1.0), (50.0, 5.0)])
+def test_held_fixes_that_no_column_marks_are_no_delay(rate: float, gps_rate: float) -> None:
+    log = replace(log_of(rate, gps_rate), gps_fresh=None)
+    assert abs(lateness(log)) < 0.004
+    assert track_of(log).fix_period == pytest.approx(1.0 / gps_rate)
+
+
+def test_a_velocity_that_never_changes_is_refused() -> None:
+    log = log_of(50.0, 50.0)
+    stuck = np.full_like(log.time, 60.0)
+    with pytest.raises(BadInputError, match="fewer than two GPS fixes"):
+        track_of(replace(log, velocity_north=stuck, gps_fresh=None))
 
 
 def test_a_delay_is_seen() -> None:

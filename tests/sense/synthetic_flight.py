@@ -5,7 +5,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec
 from pitotbench.records.flight import Flight
-from pitotbench.sense.channels import CHANNELS
+from pitotbench.sense.sensor import PLAIN
 from pitotbench.units import Array
 
 RATE = 100.0
@@ -25,7 +25,7 @@ def flight(seconds: float = 30.0, gap: float = 0.0, case: Case | None = None) ->
     heading = np.mod(6.0 + (time - 10.0) / 20.0, 2.0 * np.pi)  # passes north
     mach = speed / air.sound_speed(AIR_TEMPERATURE)
     static = STATIC_PRESSURE + 30.0 * np.sin(time / 9.0)
-    channels: dict[str, Array] = {c.name: 0.1 * np.sin(time / 5.0 + i) for i, c in enumerate(CHANNELS)}
+    channels: dict[str, Array] = {c.name: 0.1 * np.sin(time / 5.0 + i) for i, c in enumerate(PLAIN)}
     channels |= {
         "time": time,
         "velocity_north": speed * np.cos(heading) + 5.0,

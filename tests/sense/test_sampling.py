@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pitotbench.sense.sampling import flight_rate, schedule, stretches
+from pitotbench.sense.sampling import flight_rate, schedule
 
 TIME = 5.0 + np.arange(1001) / 100.0
 GAPPED = np.where(np.arange(1001) < 400, TIME, TIME + 12.34)
@@ -13,11 +13,6 @@ GAPPED = np.where(np.arange(1001) < 400, TIME, TIME + 12.34)
 
 def test_flight_rate_ignores_gaps():
     assert flight_rate(GAPPED) == pytest.approx(100.0)
-
-
-def test_stretches():
-    assert stretches(TIME) == [(0, 1000)]
-    assert stretches(GAPPED) == [(0, 399), (400, 1000)]
 
 
 @pytest.mark.parametrize(("air", "gps"), [(100, 100), (50, 50), (50, 10), (20, 1), (100, 1)])

@@ -44,17 +44,17 @@ def block_length(obs: Observations) -> float:
 
 
 def divide(obs: Observations, length: float) -> Blocks:
-    """Blocks of a length [s], never across a gap."""
+    """Blocks of a length [s], never across a pause."""
     offset = obs.time - obs.time[0]
     cell = np.floor((offset + 0.5 * length) / length).astype(np.intp)
-    part_step = int(cell[-1]) + 2
-    key, index, count = np.unique(cell + obs.part * part_step, return_inverse=True, return_counts=True)
-    return Blocks(index, count.astype(np.float64), _intervals(key, part_step, length), length)
+    cells = int(cell[-1]) + 2
+    key, index, count = np.unique(cell + obs.stretch * cells, return_inverse=True, return_counts=True)
+    return Blocks(index, count.astype(np.float64), _intervals(key, cells, length), length)
 
 
-def _intervals(key: NDArray[np.intp], part_step: int, length: float) -> Intervals:
-    """Edges of the blocks: neighbors share one, a gap or a new part starts a new one."""
-    cell = key % part_step
+def _intervals(key: NDArray[np.intp], cells: int, length: float) -> Intervals:
+    """Edges of the blocks: neighbors share one, an empty cell or a new stretch starts a new one."""
+    cell = key % cells
     joined = np.concatenate([[False], (np.diff(key) == 1)])
     left = np.cumsum(np.where(joined, 1, 2)) - 2
     edges = np.empty(left[-1] + 2)

@@ -117,8 +117,8 @@ def _acceleration(obs: Observations) -> Array:
 
 
 def _rate(values: Array, obs: Observations) -> Array:
-    """Time derivative, zero beside gaps."""
+    """Time derivative, zero beside pauses."""
     rate = np.gradient(values, obs.time)
-    edge = np.flatnonzero(np.diff(obs.part))
+    edge = np.flatnonzero(np.diff(obs.stretch))
     rate[edge] = rate[edge + 1] = 0.0
     return rate

@@ -12,11 +12,12 @@ from pitotbench.calibrate.air_direction import air_direction
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
+from pitotbench.timeline import pauses, stretch_numbers
 from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 _MINIMUM_SAMPLES = 30
 _MINIMUM_AIRSPEED = 20.0 * KNOT  # below it a pitot tube says little
-_FEWEST_FIXES = 4  # in a stretch without gaps
+_FEWEST_FIXES = 4  # in a stretch between pauses
 _DENSE = 0.5  # share of fresh GPS rows above which velocity counts as sampled with the air data
 
 
@@ -24,8 +25,8 @@ _DENSE = 0.5  # share of fresh GPS rows above which velocity counts as sampled w
 class Observations:
     """The rows used. `probe_temperature` is total (`probe_heating` = 0.2 r) or of the air (`probe_heating` = 0).
 
-    `part` numbers contiguous stretches; `fresh` marks new GPS samples; `held_*` are velocities as logged and
-    `velocity_*` those brought to the air data's time.
+    `stretch` numbers the stretches between pauses; `fresh` marks new GPS samples; `held_*` are velocities as
+    logged and `velocity_*` those brought to the air data's time.
     """
 
     time: Seconds
@@ -39,7 +40,7 @@ class Observations:
     held_east: MetersPerSecond
     held_down: MetersPerSecond
     altitude: Meters | None
-    part: NDArray[np.intp]
+    stretch: NDArray[np.intp]
     fresh: Booleans
     used: Booleans
     probe_heating: float
@@ -80,14 +81,14 @@ class Observations:
 def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) -> Observations:
     """Choose rows and bring ground velocity to the times of the air data.
 
-    `margin` [s] leaves out the ends of contiguous stretches, so that other latencies have the same rows.
+    `margin` [s] leaves out the ends of each stretch, so that other latencies have the same rows.
     Raises BadInputError where too few usable rows remain or a needed channel is missing.
     """
-    fresh = fresh_samples(log)
-    part = _parts(log.time)
+    fresh = log.fresh_fixes()
+    stretch = stretch_numbers(log.time, pauses(log.time))
     down = log.velocity_down if log.velocity_down is not None and options.use_down else np.zeros(len(log))
     held = np.stack([log.velocity_north, log.velocity_east, down])
-    velocity, between = _between_fixes(log.time, held, fresh, part, options.gps_latency, margin)
+    velocity, between = _between_fixes(log.time, held, fresh, stretch, options.gps_latency, margin)
     used = _usable_rows(log, options) & between
     _require_rows(used, options)
     temperature, heating, standard = _temperature(log, options)
@@ -104,7 +105,7 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
         held_east=held[1, used],
         held_down=held[2, used],
         altitude=None if log.altitude is None else log.altitude[used],
-        part=part[used],
+        stretch=stretch[used],
         fresh=fresh[used],
         used=used,
         probe_heating=heating,
@@ -113,14 +114,6 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
         air_heading=None if direction is None else np.arctan2(direction[1], direction[0])[used],
         bank=None if direction is None or log.roll is None else log.roll[used],
     )
-
-
-def fresh_samples(log: FlightLog) -> Booleans:
-    """Rows at which the GPS velocity is new: as logged, else found from repeated values."""
-    if log.gps_fresh is not None:
-        return log.gps_fresh
-    changed = (np.diff(log.velocity_north) != 0.0) | (np.diff(log.velocity_east) != 0.0)
-    return np.concatenate([[True], changed])
 
 
 def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
@@ -149,19 +142,19 @@ def _require_rows(used: Booleans, options: CalibrationOptions) -> None:
 
 
 def _between_fixes(
-    time: Seconds, held: Array, fresh: Booleans, part: NDArray[np.intp], latency: float, margin: float
+    time: Seconds, held: Array, fresh: Booleans, stretch: NDArray[np.intp], latency: float, margin: float
 ) -> tuple[Array, Booleans]:
     """Held velocities (3, n) as smooth curves through their fixes, read `latency` seconds later than stamped, and
     the rows that lie between fixes.
 
-    Cubic splines, each contiguous stretch for itself: a hold would lag by half a fix interval, and beyond the
+    Cubic splines, each stretch for itself: a hold would lag by half a fix interval, and beyond the
     last fix there is nothing to interpolate.
     """
     if fresh.mean() > _DENSE and latency == margin == 0.0:
         return held, np.ones(len(time), dtype=np.bool_)
     velocity, between = held.copy(), np.zeros(len(time), dtype=np.bool_)
-    for number in np.unique(part):
-        rows = part == number
+    for number in np.unique(stretch):
+        rows = stretch == number
         fixes = rows & fresh
         if int(fixes.sum()) < _FEWEST_FIXES:
             continue
@@ -179,9 +172,3 @@ def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, f
     if log.air_temperature is not None:
         return log.air_temperature, 0.0, False
     return air.standard_temperature(air.pressure_altitude(log.static_pressure)), 0.0, True
-
-
-def _parts(time: Seconds) -> NDArray[np.intp]:
-    """Number the contiguous stretches of a log; a gap of more than five sample intervals starts a new one."""
-    step = np.diff(time)
-    return np.concatenate([[0], np.cumsum(step > 5.0 * float(np.median(step)))])

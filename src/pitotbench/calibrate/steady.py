@@ -78,7 +78,7 @@ def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
 
     A run is a segment, less what was off condition inside; without segments, an uninterrupted stretch on condition.
     """
-    changed = np.diff(obs.part) != 0
+    changed = np.diff(obs.stretch) != 0
     on = np.ones(len(obs), dtype=np.bool_)
     if log.on_condition is not None and labeled(log):
         on = log.on_condition[obs.used]

@@ -2,20 +2,18 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
 
 from pitotbench.records.errors import BadInputError
+from pitotbench.timeline import gaps, interval, stretches
 from pitotbench.units import Array, Seconds
-
-_GAP = 1.5  # sample intervals: a longer step in time is a pause in the recording
 
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """Channels [SI, radians] over one time base [s] of nearly one rate; pauses in the recording may lie between.
+    """Channels [SI, radians] over one time base [s] of nearly one rate, in which gaps may lie.
 
     Names are those of a `FlightLog` (`impact_pressure`, `velocity_north` …); any may be missing.
     Raises BadInputError where lengths differ or time does not increase.
@@ -60,10 +58,8 @@ class Signals:
     @property
     def interval(self) -> float:
         """The usual time between samples [s]."""
-        return float(np.median(np.diff(self.time)))
+        return interval(self.time)
 
     def stretches(self) -> list[slice]:
-        """The parts without a pause between samples."""
-        breaks = np.flatnonzero(np.diff(self.time) > _GAP * self.interval) + 1
-        ends = [0, *(int(i) for i in breaks), len(self.time)]
-        return [slice(a, b) for a, b in pairwise(ends)]
+        """The rows of each stretch without a gap."""
+        return stretches(self.time, gaps(self.time))

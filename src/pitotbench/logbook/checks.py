@@ -6,9 +6,10 @@ Rows are counted from 1, the first below the line of column names.
 import numpy as np
 
 from pitotbench import air
+from pitotbench.channels import Channel
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.holding import hold_fixes
-from pitotbench.logbook.quantities import QUANTITIES, Quantity
+from pitotbench.logbook.quantities import QUANTITIES
 from pitotbench.logbook.stuck import check_stuck
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import from_si, to_si
@@ -107,7 +108,7 @@ def check_units(draft: Draft) -> None:
         draft.leave_out(quantity.name, words)
 
 
-def _implausible(draft: Draft, quantity: Quantity, typical: float) -> str:
+def _implausible(draft: Draft, quantity: Channel, typical: float) -> str:
     suffix = draft.suffixes[quantity.name]
     written = float(from_si(typical, suffix)) if suffix else typical
     fits = [

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.logbook.quantities import QUANTITIES, Quantity, parse_column
+from pitotbench.channels import Channel
+from pitotbench.logbook.quantities import QUANTITIES, parse_column
 from pitotbench.logbook.table import Column, Table, flags, numbers, texts
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import Booleans, to_si
@@ -38,7 +39,7 @@ class Draft:
         del self.channels[name]
         self.warnings.append(f"column {self.columns[name]!r} is left out: {reason}")
 
-    def numeric(self) -> list[Quantity]:
+    def numeric(self) -> list[Channel]:
         """The quantities present whose values are numbers."""
         return [QUANTITIES[name] for name in self.channels if QUANTITIES[name].kind == "number"]
 
@@ -79,14 +80,14 @@ def _refuse_twins(names: Iterable[str]) -> None:
         seen.add(name)
 
 
-def _refuse_second_unit(draft: Draft, quantity: Quantity, name: str) -> None:
+def _refuse_second_unit(draft: Draft, quantity: Channel, name: str) -> None:
     if quantity.name in draft.columns:
         raise BadInputError(
             f"columns {draft.columns[quantity.name]!r} and {name!r} give one quantity in two units; keep one"
         )
 
 
-def _values(quantity: Quantity, suffix: str, name: str, column: Column) -> NDArray[Any]:
+def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArray[Any]:
     if quantity.kind == "text":
         return texts(column)
     if quantity.kind == "flag":

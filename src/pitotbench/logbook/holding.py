@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.channels import numbers_from
 from pitotbench.logbook.draft import Draft
 from pitotbench.units import Booleans
 
-_GPS = ("velocity_north", "velocity_east", "velocity_down", "altitude")
 _SLOWEST = 2.0  # times the usual number of rows between fixes: a longer blank is a failure, not a slow GPS
 
 
@@ -19,7 +19,7 @@ def hold_fixes(draft: Draft) -> None:
     if fresh.all() or not _regular(fresh):
         return
     fix = np.maximum.accumulate(np.where(fresh, np.arange(len(fresh)), 0))
-    for name in _GPS:
+    for name in numbers_from("gps"):
         values = draft.channels.get(name)
         if values is not None and np.array_equal(np.isfinite(values), fresh):
             draft.channels[name] = values[fix]

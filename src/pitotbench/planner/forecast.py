@@ -15,11 +15,11 @@ from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast
+from pitotbench.timeline import gaps
 from pitotbench.units import Array, MetersPerSecond
 
 _KEPT_FLIGHTS = 16
 _FIRST_DRAW = 1
-_GAP = 3.0  # s without a record, between two points of a track
 
 
 def forecast(request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None = None) -> Forecast:
@@ -49,8 +49,7 @@ def _track(flight: Flight) -> Array:
     time = flight["time"]
     rows = np.flatnonzero(np.diff(np.floor(time - time[0]), prepend=-1.0) > 0.0)
     track = np.stack([flight["position_north"][rows], flight["position_east"][rows]])
-    gaps = np.flatnonzero(np.diff(time[rows]) > _GAP) + 1
-    return np.insert(track, gaps, np.nan, axis=1)
+    return np.insert(track, gaps(time[rows]), np.nan, axis=1)
 
 
 def smooth_flight(case: Case) -> Flight:

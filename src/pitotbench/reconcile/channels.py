@@ -11,10 +11,11 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from pitotbench import air
+from pitotbench.axes import body_to_earth, flow_direction
 from pitotbench.reconcile.grid import Grid
 from pitotbench.reconcile.replay import REACTION_NAMES, Replay, motion_of, outside_temperature
 from pitotbench.reconcile.track import Track, mach_number
-from pitotbench.units import Array, MetersPerSecond, Radians
+from pitotbench.units import Array, MetersPerSecond
 
 FORCES, MOMENTS, ENGINES = REACTION_NAMES[:3], REACTION_NAMES[3:6], REACTION_NAMES[6:]
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
@@ -62,18 +63,6 @@ class Frame:
         return np.stack([*parts, vectors[:, 2]] if down else parts, axis=1)
 
 
-def body_to_earth(roll: Radians, pitch: Radians, heading: Radians) -> Array:
-    """Rotation from body axes to north, east, down, (n, 3, 3)."""
-    cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
-    ch, sh = np.cos(heading), np.sin(heading)
-    rows = [
-        [cp * ch, sr * sp * ch - cr * sh, cr * sp * ch + sr * sh],
-        [cp * sh, sr * sp * sh + cr * ch, cr * sp * sh - sr * ch],
-        [-sp, sr * cp, cr * cp],
-    ]
-    return np.stack([np.stack(row, axis=1) for row in rows], axis=1)
-
-
 def true_airspeed(track: Track) -> MetersPerSecond:
     """True airspeed [m/s] of a track's pressures and temperature."""
     mach = mach_number(track)
@@ -86,9 +75,8 @@ def air_velocity(track: Track) -> tuple[Array, Array, Array]:
     speed = true_airspeed(track)
     alpha = track["angle_of_attack"] if "angle_of_attack" in track else track["pitch"]
     beta = track["sideslip"] if "sideslip" in track else np.zeros_like(speed)
-    body = np.stack([np.cos(alpha) * np.cos(beta), np.sin(beta), np.sin(alpha) * np.cos(beta)], axis=1)
-    earth = np.einsum("nij,nj->ni", body_to_earth(track["roll"], track["pitch"], track["heading"]), body)
-    north, east, down = (earth * speed[:, None]).T
+    flow = flow_direction(alpha, beta)
+    north, east, down = speed * body_to_earth(flow, track["roll"], track["pitch"], track["heading"])
     return north, east, down
 
 
@@ -164,13 +152,13 @@ def _kinematic(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
     force = ("specific_force_x", "specific_force_y", "specific_force_z")
     if not all(name in track for name in force):
         return {}
-    felt = np.stack([track[name] for name in force], axis=1)
-    earth = np.einsum("nij,nj->ni", body_to_earth(track["roll"], track["pitch"], track["heading"]), felt)
-    earth[:, 2] += air.GRAVITY
+    felt = np.stack([track[name] for name in force])
+    earth = body_to_earth(felt, track["roll"], track["pitch"], track["heading"])
+    earth[2] += air.GRAVITY
     names = ["velocity_north", "velocity_east"] + (["velocity_down"] if "velocity_down" in track else [])
     gap = np.zeros((len(grid), 3))
     for i, name in enumerate(names):
-        gap[:, i] = grid.rate(grid.smooth(track[name], gps=True), track) - grid.mean_between(earth[:, i], gps=True)
+        gap[:, i] = grid.rate(grid.smooth(track[name], gps=True), track) - grid.mean_between(earth[i], gps=True)
     parts = frame.turned(np.where(grid.first[:, None], 0.0, gap), len(names) == 3)
     return {
         f"acceleration_{name}": parts[:, i] for i, name in enumerate(("forward", "right", "down")[: parts.shape[1]])

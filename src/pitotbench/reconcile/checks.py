@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.channels import numbers_from
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Check
+from pitotbench.timeline import gaps, interval
 from pitotbench.units import Array, Booleans
 
-AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
+AIR_DATA = numbers_from("air")
 FEWEST_REPEATS = 5  # rows on which all air data repeat at once before it is called a fault
 UNLIKELY = 6.0  # σ beyond the repeats that independent channels show together by chance
 REGULAR = 0.7  # share of equal run lengths from which repeats are a hold, not losses
@@ -66,7 +68,7 @@ def _repeats(log: FlightLog) -> Booleans:
 def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...]]:
     if not repeated.any():
         return Check("repeated samples", "passed", "air data are new on every row"), ()
-    period = float(np.median(np.diff(log.time)))
+    period = interval(log.time)
     lengths = np.diff(np.flatnonzero(~repeated))
     usual = float(np.median(lengths))
     if usual > 1 and np.mean(np.abs(lengths - usual) <= 1) > REGULAR:
@@ -126,15 +128,16 @@ def _clock(log: FlightLog) -> Check:
 
 
 def _gaps(log: FlightLog) -> Check:
-    step = np.diff(log.time)
-    long = step[step > 1.5 * float(np.median(step))]
-    if len(long):
-        return Check("gaps", "passed", f"{len(long)} pauses in the recording, {long.sum():.1f} s in all")
-    return Check("gaps", "passed", "no pause in the recording")
+    after = gaps(log.time)
+    if len(after):
+        lasted = float(np.sum(log.time[after] - log.time[after - 1]))
+        return Check("gaps", "passed", f"{len(after)} gaps in the recording, {lasted:.1f} s in all")
+    return Check("gaps", "passed", "no gap in the recording")
 
 
 def _gps(log: FlightLog) -> Check:
-    if log.gps_fresh is None or log.gps_fresh.all():
+    fresh = log.fresh_fixes()
+    if fresh.all():
         return Check("GPS", "passed", "velocity is new on every row")
-    period = float(np.median(np.diff(log.time[log.gps_fresh])))
+    period = interval(log.time[fresh])
     return Check("GPS", "passed", f"velocity is renewed every {period:.3g} s and interpolated between")

@@ -1,4 +1,4 @@
-"""A measured log made regular: uniform rows in stretches without gaps, GPS interpolated between its fixes.
+"""A measured log made regular: uniform rows in stretches between pauses, GPS interpolated between its fixes.
 
 Both sides of every comparison go through the same symmetric filter at the same instants. What a comparison must
 not contain: a hold of the last fix, a window that leans to one side, a rectangle rule; each looks like a delay of
@@ -13,16 +13,15 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from pitotbench import air
+from pitotbench.channels import CHANNELS, numbers_from
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
+from pitotbench.timeline import interval, pauses, stretches
 from pitotbench.units import Array, Booleans, Seconds
 
 Indices = NDArray[np.intp]
 
-GPS_CHANNELS = ("velocity_north", "velocity_east", "velocity_down", "altitude")
-AIR_CHANNELS = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
-ANGLES = ("heading",)  # unwrapped here
-GAP = 2.0  # s without a row that end a stretch; less is filled by interpolation
+GPS_CHANNELS, AIR_CHANNELS = numbers_from("gps"), numbers_from("air")
 HALF_WINDOW = 0.2  # s, of the filter
 SLOW_GPS = 0.3  # s between fixes from which they are taken as they are, unfiltered
 SHORTEST = 10.0  # s, of a stretch that is used
@@ -55,23 +54,25 @@ class Track:
 def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
     """A log as a track; `fresh_air` is false on rows whose air data only repeat those before.
 
-    Raises BadInputError where no stretch is long enough to be used.
+    A few lost rows are filled by interpolation; a pause in the recording ends a stretch.
+    Raises BadInputError where no stretch is long enough to be used, or where the GPS velocity never changes.
     """
-    period = float(np.median(np.diff(log.time)))
-    bounds = np.flatnonzero(np.diff(log.time) > GAP) + 1
-    pieces = [rows for rows in np.split(np.arange(len(log)), bounds) if _long_enough(log.time[rows])]
-    if not pieces:
-        raise BadInputError(f"the log holds no stretch of {SHORTEST:.0f} s without a gap: nothing can be compared")
-    fresh = np.ones(len(log), dtype=np.bool_) if log.gps_fresh is None else log.gps_fresh
+    period = interval(log.time)
+    used = [rows for rows in stretches(log.time, pauses(log.time)) if _long_enough(log.time[rows])]
+    if not used:
+        raise BadInputError(
+            f"the log holds no stretch of {SHORTEST:.0f} s without a pause: nothing can be compared"
+        )
+    fresh = log.fresh_fixes()
     fix_time = log.time[fresh]
-    fix_period = float(np.median(np.diff(fix_time)))
-    times = [
-        log.time[p[0]] + period * np.arange(round((log.time[p[-1]] - log.time[p[0]]) / period) + 1) for p in pieces
-    ]
+    if len(fix_time) < 2:
+        raise BadInputError("the log holds fewer than two GPS fixes: nothing can be compared; use another log")
+    fix_period = interval(fix_time)
+    times = [_uniform(log.time[rows], period) for rows in used]
     names = [n for n, a in log.channels().items() if a.dtype == np.float64 and n != "time"]
     channels = {
         name: np.concatenate(
-            [_regular(log, name, p, t, _new(name, fresh, fresh_air)) for p, t in zip(pieces, times, strict=True)]
+            [_regular(log, name, p, t, _new(name, fresh, fresh_air)) for p, t in zip(used, times, strict=True)]
         )
         for name in names
     }
@@ -89,15 +90,21 @@ def _long_enough(time: Seconds) -> bool:
     return len(time) > 1 and bool(time[-1] - time[0] >= SHORTEST)
 
 
+def _uniform(time: Seconds, period: float) -> Seconds:
+    """Times a period apart that cover those of a stretch."""
+    count = round(float(time[-1] - time[0]) / period) + 1
+    return np.asarray(time[0] + period * np.arange(count))
+
+
 def _new(name: str, gps: Booleans, air_data: Booleans | None) -> Booleans | None:
     """Which rows bring a new sample of a channel; None where all do."""
     return gps if name in GPS_CHANNELS else air_data if name in AIR_CHANNELS else None
 
 
-def _regular(log: FlightLog, name: str, rows: Indices, time: Seconds, fresh: Booleans | None) -> Array:
+def _regular(log: FlightLog, name: str, rows: slice, time: Seconds, fresh: Booleans | None) -> Array:
     """One channel of one stretch on uniform rows."""
     values = np.asarray(getattr(log, name), dtype=np.float64)[rows]
-    values = np.unwrap(values) if name in ANGLES else values
+    values = np.unwrap(values) if CHANNELS[name].wraps else values
     known = log.time[rows]
     if fresh is not None and not fresh[rows].all():
         new = fresh[rows].copy()

@@ -10,13 +10,11 @@ from pitotbench.effects.airframe.loading import MASS
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.sense.channels import CHANNELS
-from pitotbench.sense.sensor import indicated_impact_pressure, known_curve
+from pitotbench.sense.sensor import PLAIN, indicated_impact_pressure, known_curve
 from pitotbench.units import Array
 
 PROBES = ("static_pressure", "impact_pressure", "total_temperature")
 _FELT = "felt_"  # channels of a disturbed flight that stand for what the probes feel
-_VELOCITIES = ("velocity_north", "velocity_east", "velocity_down")
 
 
 def felt(flight: Flight, das: DataSystem, at: Callable[[Array], Array]) -> dict[str, Array]:
@@ -44,8 +42,8 @@ def disturbed(flight: Flight, das: DataSystem) -> Flight:
     choices = _sensor_effects(flight.case, after_noise=False)
     if not choices:
         return flight
-    plain = [c.name for c in CHANNELS if c.name in flight.channels]
-    channels = {name: flight[name] for name in (*plain, *_VELOCITIES)} | felt(flight, das, lambda values: values)
+    plain = {c.name: flight[c.name] for c in PLAIN if c.name in flight.channels}
+    channels = plain | felt(flight, das, lambda values: values)
     signals = _applied(Signals(flight["time"], channels), choices)
     changed = {(_FELT + name if name in PROBES else name): signals[name] for name in signals}
     return replace(flight, channels={**flight.channels, **changed})

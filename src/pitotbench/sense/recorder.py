@@ -6,18 +6,21 @@ from typing import Any
 
 import numpy as np
 
+from pitotbench.channels import Channel
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_table, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.sense.channels import CHANNELS, Channel
 from pitotbench.sense.das import has_velocity_down, require_rates
 from pitotbench.sense.disturbance import PROBES, disturbed, felt, spoiled, weighed
 from pitotbench.sense.sampling import Instants, Schedule, flight_rate, schedule
 from pitotbench.sense.sensor import (
+    PLAIN,
     add_noise,
+    deviation,
     noise_stream,
     quantize,
+    resolution,
     saturate,
 )
 from pitotbench.units import Array
@@ -38,11 +41,10 @@ def record(flight: Flight, das: DataSystem, sensor_seed: int, velocity_down: boo
     flight = disturbed(weighed(flight), das)
     when = schedule(flight["time"], das.air_rate, das.gps_rate, das.air_latency, das.gps_latency)
     down = has_velocity_down(das) if velocity_down is None else velocity_down
-    plain = [c for c in CHANNELS if c.name in flight.channels]
+    plain = [c for c in PLAIN if c.name in flight.channels and (down or c.name != "velocity_down")]
     log = FlightLog(
         time=when.time,
         **_air_data(flight, das, when.air, sensor_seed),
-        **_velocities(flight, das, when, sensor_seed, down),
         **{c.name: _plain(flight[c.name], c, das, when, sensor_seed) for c in plain},
         gps_fresh=when.fresh,
         segment=flight.segment[when.rows.below],
@@ -72,22 +74,16 @@ def _air_data(flight: Flight, das: DataSystem, when: Instants, seed: int) -> dic
     }
 
 
-def _velocities(flight: Flight, das: DataSystem, when: Schedule, seed: int, down: bool) -> dict[str, Array]:
-    """Ground velocity: a fix at the GPS rate, held until the next."""
-    names = ["velocity_north", "velocity_east"] + (["velocity_down"] if down else [])
-    channels = [Channel(name, "velocity_noise", das.velocity_resolution, by_gps=True) for name in names]
-    return {c.name: _plain(flight[c.name], c, das, when, seed) for c in channels}
-
-
 def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed: int) -> Array:
     """One channel whose sensor only adds noise and rounds."""
-    instants = when.gps if channel.by_gps else when.rows
-    values = instants.of(np.unwrap(truth) if channel.angle_of_circle else truth)
-    values = add_noise(values, channel.deviation(das), noise_stream(seed, channel.name, das))
-    if channel.angle_of_circle:
+    by_gps = channel.source == "gps"  # a fix at the GPS rate, held until the next
+    instants = when.gps if by_gps else when.rows
+    values = instants.of(np.unwrap(truth) if channel.wraps else truth)
+    values = add_noise(values, deviation(channel, das), noise_stream(seed, channel.name, das))
+    if channel.wraps:
         values = np.mod(values, _FULL_TURN)
-    values = quantize(values, channel.resolution)
-    return values[when.fix] if channel.by_gps else values
+    values = quantize(values, resolution(channel, das))
+    return values[when.fix] if by_gps else values
 
 
 def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:

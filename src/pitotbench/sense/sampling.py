@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.timeline import gaps, interval, stretches
 from pitotbench.units import Array, Booleans, Seconds
 
 Indices = NDArray[np.intp]
 
-_GAP = 1.5  # sample intervals: a longer step in time begins a new stretch
 _SLACK = 1e-6  # samples: instants this close to a sample are on it
 _CLOCK_DECIMALS = 6  # the log's clock resolves a microsecond
 
@@ -52,16 +52,7 @@ class Schedule:
 
 def flight_rate(time: Seconds) -> float:
     """The sample rate of a flight [Hz]."""
-    return float(1.0 / np.median(np.diff(time)))
-
-
-def stretches(time: Seconds) -> list[tuple[int, int]]:
-    """First and last index of every stretch without a gap."""
-    step = np.diff(time)
-    breaks = np.flatnonzero(step > _GAP * float(np.median(step)))
-    first = [0, *(int(i) + 1 for i in breaks)]
-    last = [*(int(i) for i in breaks), len(time) - 1]
-    return list(zip(first, last, strict=True))
+    return 1.0 / interval(time)
 
 
 def schedule(
@@ -69,7 +60,7 @@ def schedule(
 ) -> Schedule:
     """When a system of these rates [Hz] and latencies [s] samples a flight with these times [s]."""
     rate = flight_rate(time)
-    parts = [_Stretch(first, last, rate) for first, last in stretches(time)]
+    parts = [_Stretch(rows.start, rows.stop - 1, rate) for rows in stretches(time, gaps(time))]
     rows = [part.grid(air_rate) for part in parts]
     fixes = [part.grid(gps_rate) for part in parts]
     clock = [time[part.first] + row / rate for part, row in zip(parts, rows, strict=True)]

@@ -4,12 +4,15 @@ from zlib import crc32
 
 import numpy as np
 
+from pitotbench.channels import CHANNELS, Channel
 from pitotbench.pressure_error import MODELS, PressureErrorCurve, PressureErrorRangeError, TableCurve
 from pitotbench.records.case import DataSystem, PressureErrorSpec
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import Array, Pascal
 
 Curve = PressureErrorCurve | TableCurve
+
+PLAIN = tuple(c for c in CHANNELS.values() if c.noise is not None)  # sensors that only add noise and round
 
 
 def known_curve(spec: PressureErrorSpec) -> Curve:
@@ -37,6 +40,16 @@ def indicated_impact_pressure(impact_pressure: Pascal, curve: Curve) -> Pascal:
         return curve.indicated_impact_pressure(impact_pressure)
     except PressureErrorRangeError as error:
         raise BadInputError(str(error)) from error
+
+
+def deviation(channel: Channel, das: DataSystem) -> float:
+    """Standard deviation of a plain channel's white noise [SI]."""
+    return float(getattr(das, channel.noise)) if isinstance(channel.noise, str) else channel.noise or 0.0
+
+
+def resolution(channel: Channel, das: DataSystem) -> float:
+    """Smallest step of a plain channel [SI]; 0 means none."""
+    return float(getattr(das, channel.resolution)) if isinstance(channel.resolution, str) else channel.resolution
 
 
 def noise_stream(seed: int, channel: str, das: DataSystem) -> np.random.Generator:

@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pitotbench.timeline import pauses
 from pitotbench.units import Array
 
 # Okabe and Ito (2008): eight colors for all kinds of color vision.
@@ -116,5 +117,5 @@ def thin(*arrays: Array) -> list[Array]:
 
 def broken(time: Array, *values: Array) -> list[Array]:
     """Time and values with a NaN wherever recording paused, so that no line is drawn across."""
-    gaps = np.flatnonzero(np.diff(time) > 5.0 * np.median(np.diff(time))) + 1
-    return [np.insert(np.asarray(array, dtype=np.float64), gaps, np.nan) for array in (time, *values)]
+    after = pauses(time)
+    return [np.insert(np.asarray(array, dtype=np.float64), after, np.nan) for array in (time, *values)]

@@ -11,17 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench import air
+from pitotbench.axes import flow_direction
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.simulate.atmosphere import Air
 from pitotbench.simulate.fuel_and_ballast import TANKS
 from pitotbench.simulate.plant import Plant, SimulationError
 from pitotbench.simulate.properties import PROPERTIES
+from pitotbench.timeline import gaps
 from pitotbench.units import FOOT, POUND, Array
 
 TENTH = 0.1  # s
 RUN_IN = 12.0  # s, for the engines at the first state and after every gap
 FREE = 0.2  # s between states up to which the airplane flies on between them; over longer ones it is held
-GAP = 1.5  # s between two states: a longer one is a gap
 FULL = ("specific_force_x", "specific_force_y", "specific_force_z")
 ENGINE = ("manifold_pressure", "propeller_speed", "fuel_flow")
 # Control, the command that moves it, and the position it takes.
@@ -56,16 +57,17 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     mass = plant.getter("mass")
     rows = np.empty((len(motion.time), len(reads)))
     steps = np.diff(motion.time, append=motion.time[-1] + TENTH)
+    starts = np.isin(np.arange(len(rows)), [0, *gaps(motion.time)])
     for k in range(len(rows)):
-        starts = k == 0 or steps[k - 1] > GAP
-        for _ in range(round(RUN_IN / TENTH) if starts and (engines_run or k == 0) else 0):
+        for _ in range(round(RUN_IN / TENTH) if starts[k] and (engines_run or k == 0) else 0):
             _place(plant, states[k], servos, wanted[k], writers)
             plant.advance(round(TENTH / plant.time_step))
         for _ in range(1 if engines_run else 2):  # once more for what reads the lift of the state before
             _place(plant, states[k], servos, wanted[k], writers)
         rows[k] = [read() for read in reads]
         rows[k, :3] /= mass[0]() * mass[1]
-        plant.advance(0 if steps[k] > GAP or not engines_run else max(1, round(steps[k] / plant.time_step)))
+        ends = k + 1 < len(rows) and starts[k + 1]
+        plant.advance(0 if ends or not engines_run else max(1, round(steps[k] / plant.time_step)))
     return _reaction(rows)
 
 
@@ -108,16 +110,14 @@ def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
 def _initial_conditions(motion: Motion, heights: Array, sound: Array) -> Array:
     """The states as JSBSim's initial conditions in still air, in the order of `_IC`."""
     speed = motion.mach * sound / FOOT
-    alpha, beta = motion.angle_of_attack, motion.sideslip
+    flow = flow_direction(motion.angle_of_attack, motion.sideslip)
     return np.stack(
         [
             heights / FOOT,
             motion.roll,
             motion.pitch,
             np.mod(motion.heading, 2.0 * np.pi),
-            speed * np.cos(alpha) * np.cos(beta),
-            speed * np.sin(beta),
-            speed * np.sin(alpha) * np.cos(beta),
+            *(speed * flow),
             motion.roll_rate,
             motion.pitch_rate,
             motion.yaw_rate,

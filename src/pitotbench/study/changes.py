@@ -14,6 +14,7 @@ from pitotbench import bench
 from pitotbench.catalog import Catalog
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.flight import Flight
+from pitotbench.timeline import gaps
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
 
 MINUTE, HUNDRED_FEET = 60.0, 100.0 * FOOT
@@ -94,7 +95,7 @@ def twice_the_rate(flight: Flight, level: float) -> Flight:
     between its samples is close enough.
     """
     time = flight["time"]
-    near = np.flatnonzero(np.diff(time) < 1.5 * np.median(np.diff(time)))
+    near = np.setdiff1d(np.arange(len(time) - 1), gaps(time) - 1)  # rows with no gap behind them
 
     def between(values: Array) -> Array:
         return np.insert(values, near + 1, 0.5 * (values[near] + values[near + 1]))

@@ -4,27 +4,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pitotbench.axes import body_to_earth
 from pitotbench.effects.effect import Parameter, SensorEffect
 from pitotbench.effects.excitation import TURNING
 from pitotbench.effects.signals import Signals
-from pitotbench.units import Array
 
 ATTITUDE = ("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate")
 
 
-def to_earth(signals: Signals, forward: Array, right: Array, down: Array) -> tuple[Array, Array, Array]:
-    """A vector in body axes toward north, east and down, by roll, pitch, heading (Stevens and Lewis 2003, §1.3)."""
-    sin, cos = np.sin, np.cos
-    roll, pitch, heading = (signals[name] for name in ATTITUDE[:3])
-    side, below = right * cos(roll) - down * sin(roll), right * sin(roll) + down * cos(roll)
-    level, sunk = forward * cos(pitch) + below * sin(pitch), below * cos(pitch) - forward * sin(pitch)
-    return level * cos(heading) - side * sin(heading), level * sin(heading) + side * cos(heading), sunk
-
-
 def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    p, q, r = (signals[name] for name in ATTITUDE[3:])
+    roll, pitch, heading, p, q, r = (signals[name] for name in ATTITUDE)
     x, y, z = sizes["forward_m"], sizes["right_m"], sizes["down_m"]
-    added = to_earth(signals, q * z - r * y, r * x - p * z, p * y - q * x)
+    swing = np.stack([q * z - r * y, r * x - p * z, p * y - q * x])
+    added = body_to_earth(swing, roll, pitch, heading)
     names = ("velocity_north", "velocity_east", "velocity_down")
     return signals.with_channels(
         **{name: signals[name] + part for name, part in zip(names, added, strict=True) if name in signals}

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from pitotbench.effects.das.gps_latency import GPS
+from pitotbench.channels import numbers_from
 from pitotbench.effects.effect import Parameter, SensorEffect
 from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.response import delayed
@@ -11,7 +11,8 @@ from pitotbench.effects.signals import Signals
 
 def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
     late = 1e-6 * sizes["drift_ppm"] * (signals.time - signals.time[0])
-    return signals.with_channels(**{name: delayed(signals, signals[name], late) for name in GPS if name in signals})
+    present = [name for name in numbers_from("gps") if name in signals]
+    return signals.with_channels(**{name: delayed(signals, signals[name], late) for name in present})
 
 
 CLOCK_DRIFT = SensorEffect(

@@ -2,16 +2,15 @@
 
 from collections.abc import Mapping
 
+from pitotbench.channels import numbers_from
 from pitotbench.effects.effect import Parameter, SensorEffect
 from pitotbench.effects.excitation import CHANGING_AIRSPEED
 from pitotbench.effects.response import delayed
 from pitotbench.effects.signals import Signals
 
-GPS = ("velocity_north", "velocity_east", "velocity_down", "altitude")
-
 
 def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    present = [name for name in GPS if name in signals]
+    present = [name for name in numbers_from("gps") if name in signals]
     late = {name: delayed(signals, signals[name], sizes["latency_s"]) for name in present}
     return signals.with_channels(**late)
 

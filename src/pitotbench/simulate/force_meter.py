@@ -43,8 +43,8 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     use only the difference of two such reactions, for effects that change forces of the air alone.
 
     `loaded_mass` [kg] is that of the aircraft as loaded, without what effects add: what the logged mass lacks of it
-    is taken out of the tanks at every state. The plant is used up: load a new one for the next motion. A state takes
-    some 100 µs at ten a second.
+    is taken out of the tanks at every state. The plant is used up: load a new one for the next motion. A state
+    takes some 100 µs at ten a second.
     Raises SimulationError where JSBSim refuses a state or the engines do not start.
     """
     fuel = _fuel(plant, motion, loaded_mass)

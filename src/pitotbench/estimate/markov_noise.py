@@ -36,10 +36,11 @@ class Intervals:
 
 @dataclass(frozen=True, slots=True)
 class MarkovProcess:
-    """A vector of independent, equal components: standard deviation [unit of the data], correlation time at the
-    edges [s], (s,), and the loading of each interval on each component, (n, c), or (o, n, c) for o outputs (a
-    column of ones for noise that adds directly, direction cosines for the components of a wind). Loadings of two
-    outputs are at right angles in every interval: what happens within it they do not share."""
+    """A vector of independent, equal components: standard deviation [unit of the data], correlation time [s], (s,),
+    from each edge to the next (the last is not used), and the loading of each interval on each component, (n, c),
+    or (o, n, c) for o outputs (a column of ones for noise that adds directly, direction cosines for the components
+    of a wind). Loadings of two outputs are at right angles in every interval: what happens within it they do not
+    share."""
 
     deviation: float
     correlation_time: Seconds
@@ -98,8 +99,9 @@ class MarkovNoise:
         bands = np.zeros((2 * m, self._states))
         first = 0
         for process in processes:
-            decay = np.exp(-step / process.correlation_time[1:])
-            innovation = -np.expm1(-2.0 * step / process.correlation_time[1:])
+            # Over a step as within its interval: with the correlation time at the edge that begins it.
+            decay = np.exp(-step / process.correlation_time[:-1])
+            innovation = -np.expm1(-2.0 * step / process.correlation_time[:-1])
             diagonal = np.ones(len(step) + 1)
             diagonal[1:] = 1.0 / innovation
             diagonal[:-1] += decay**2 / innovation

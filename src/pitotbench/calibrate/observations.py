@@ -115,6 +115,13 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
     )
 
 
+def observe_again(log: FlightLog, options: CalibrationOptions, before: Observations) -> Observations:
+    """The rows of `before`, read from its log with other options, as far as these have them: what was screened out
+    stays out. Raises as `observe` does."""
+    read = observe(log, options)
+    return read.select(before.used[read.used])
+
+
 def fresh_samples(log: FlightLog) -> Booleans:
     """Rows at which the GPS velocity is new: as logged, else found from repeated values."""
     if log.gps_fresh is not None:

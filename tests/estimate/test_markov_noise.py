@@ -71,6 +71,13 @@ def test_a_long_gap_makes_parts_independent():
     assert abs(weighed[1, 0]) < 1e-12
 
 
+def test_a_memory_without_end_is_refused():
+    intervals = Intervals(np.arange(5.0), np.arange(4))
+    process = MarkovProcess(1.0, np.array([9.0, 9.0, 1e300, 9.0, 9.0]), np.ones((4, 1)))
+    with pytest.raises(np.linalg.LinAlgError, match="positive definite"):
+        MarkovNoise(intervals, np.full(4, 0.1), [process])
+
+
 def test_white_noise_alone_is_a_division():
     data = np.array([[1.0], [2.0]])
     noise = MarkovNoise(Intervals(np.arange(3.0), np.arange(2)), np.array([0.5, 4.0]), [])

@@ -112,6 +112,12 @@ def _approach(
     """θ and the most likely noise on blocks of a length [s]; once, or again and again from a start far away."""
     theta, mode, own = start, None, structure.model.count
     blocks = divide(obs, length)
+    unknowns = own + noise_count(structure)
+    if len(blocks.count) <= unknowns:
+        raise NoAnswerError(
+            f"by its clock the log lasts {obs.time[-1] - obs.time[0]:.3g} s, too short for {unknowns} unknowns: "
+            "check the unit of the time, or fly longer"
+        )
     for _ in range(_PASSES):
         rough = linearize(structure, obs, blocks, theta)
         guess = first_guess(rough, structure) if mode is None else mode

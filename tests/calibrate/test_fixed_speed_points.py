@@ -10,7 +10,9 @@ from pitotbench import air
 from pitotbench.bench import sense, true_correction, wind_toward
 from pitotbench.calibrate.accuracy import Accuracies
 from pitotbench.calibrate.fixed_speed_points import cross_check, fixed_speed_points
+from pitotbench.calibrate.observations import observe
 from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.calibrate.steady import block_means
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import DEGREE, KNOT
 
@@ -32,6 +34,16 @@ def legs_path(*headings_deg, speeds_kt=(110.0, 140.0), seconds=20):
 
 def circle_path(speed_kt=120.0, seconds=90):
     return np.full(seconds * RATE, speed_kt) * KNOT, np.linspace(0.0, 400.0, seconds * RATE) * DEGREE
+
+
+def test_a_wrong_time_stamp_takes_no_memory():
+    """A step of 1e12 s within a run: the seconds without rows are not counted one by one."""
+    log = fixture.fly(circle_path(), RATE, RATE, fixture.Air())
+    obs = observe(log, CalibrationOptions())
+    late = replace(obs, time=obs.time + np.where(np.arange(len(obs)) < len(obs) // 2, 0.0, 1e12))
+    usual, spoiled = block_means(log, obs), block_means(log, late)
+    assert len(spoiled) == pytest.approx(len(usual), abs=1)
+    np.testing.assert_array_equal(spoiled.north[:40], usual.north[:40])
 
 
 def error_kt(point):

@@ -1,6 +1,6 @@
 """Logs that do not determine an answer get none, and the message says what to fly."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -37,6 +37,41 @@ def test_stuck_gps_is_bad_input():
     stuck = np.full(len(log), 60.0)
     with pytest.raises(BadInputError, match="GPS"):
         calibrate(replace(log, velocity_north=stuck, velocity_east=stuck, gps_fresh=None))
+
+
+def _in_knots_from_the_middle(log):
+    factor = np.where(np.arange(len(log)) < len(log) // 2, 1.0, 1.0 / KNOT)
+    return replace(log, velocity_north=factor * log.velocity_north, velocity_east=factor * log.velocity_east)
+
+
+def _in_any_order(log):
+    order = np.random.default_rng(1).permutation(len(log))
+    channels = {f.name: getattr(log, f.name) for f in fields(log) if f.name != "time"}
+    return replace(log, **{k: v[order] for k, v in channels.items() if isinstance(v, np.ndarray)})
+
+
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (lambda log: replace(log, time=log.time / 3600.0), "unit of the time"),
+        (lambda log: replace(log, time=log.time / 1000.0), "unit of the time"),
+        (lambda log: replace(log, velocity_east=np.zeros(len(log))), "toward east is zero in every row"),
+        (_in_any_order, "check the clock"),
+        (_in_knots_from_the_middle, "units"),
+    ],
+    ids=["hours", "milliseconds", "no east velocity", "rows in any order", "knots from the middle"],
+)
+@pytest.mark.parametrize("wind", ["constant", "drifting"])
+def test_a_wrong_clock_or_velocity_gets_a_reason_and_no_answer(spoil, reason, wind):
+    log = fixture.fly(_round_and_round(20), 20, 1, fixture.Air())
+    with pytest.raises(NoAnswerError, match=reason):
+        calibrate(spoil(log), CalibrationOptions(wind=wind, latency="checked"))
+
+
+def _round_and_round(rate):
+    """Four turns, each at its speed."""
+    speed, heading = np.repeat([160.0, 140.0, 120.0, 100.0], 120 * rate), np.linspace(0.0, 1440.0, 480 * rate)
+    return speed * KNOT, np.deg2rad(heading)
 
 
 def test_on_condition_needs_its_column():

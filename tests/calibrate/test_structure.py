@@ -73,6 +73,16 @@ def test_says_what_it_weighed(calm):
     assert len(result.parameters) == rows[chosen]["parameters"]
 
 
+def test_a_drifting_wind_is_reported_by_its_mean():
+    """As by a named model: the level around which it would drift for ever is known ten times worse."""
+    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(gust=0.15))
+    named, auto = (calibrate(log, CalibrationOptions(model=m, wind="drifting")) for m in ("inverse+", "auto"))
+    for axis in ("north", "east"):
+        one, other = getattr(named.wind, axis), getattr(auto.wind, axis)
+        assert other.two_sigma < 2.0 * one.two_sigma
+        assert abs(other.value - one.value) < one.two_sigma
+
+
 def test_quiet_data_rule_out_what_is_wrong(calm):
     """The truth is Inverse+; in quiet air neither a constant nor a straight line passes for it."""
     rows = {row["model"]: row for row in calibrate(calm, AUTO).diagnostics["model_choice"]}

@@ -1,5 +1,6 @@
 """What a log does not tell: stated accuracies widen the bound by their share; errors within them are covered."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -104,6 +105,25 @@ def test_a_latency_is_found_where_the_speed_changes_and_taken_off():
     assert np.mean(estimated.curve.two_sigma) < 0.3 * np.mean(checked.curve.two_sigma)
     stated = calibrate(log, CalibrationOptions(gps_latency=0.5, latency="checked"))
     assert not any("trail" in text for text in stated.warnings)
+
+
+def test_a_latency_is_looked_for_beside_a_linear_wind_in_the_rows_that_count():
+    """Faulty rows stay out when the log is read again, and the wind's change is that of the rows read."""
+    log = _decelerations(latency=0.5)
+    spoiled = log.impact_pressure.copy()
+    spoiled[1000:1010] += 3000.0
+    options = CalibrationOptions(wind="linear", latency="checked")
+    result = calibrate(replace(log, impact_pressure=spoiled), options)
+    clean = calibrate(log, options)
+    assert len(result.diagnostics["rows_left_out"]) >= 10
+    assert result.diagnostics["latency_s"] == pytest.approx(clean.diagnostics["latency_s"], abs=0.05)
+
+
+def test_a_latency_that_the_log_does_not_show_has_no_bound():
+    log = fixture.fly(fixture.step_decrease(20), 20, 20, QUIET)
+    result = calibrate(log, CalibrationOptions(latency="checked"))
+    assert result.diagnostics["latency_two_sigma_s"] is None
+    json.dumps(result.diagnostics, allow_nan=False)
 
 
 def test_no_change_of_speed_no_latency():

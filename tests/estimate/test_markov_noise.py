@@ -50,11 +50,32 @@ def test_products_and_determinant_match_the_dense_covariance(seed, count, deviat
     assert noise.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], abs=2e-2)
 
 
+def test_a_memory_that_changes_is_that_of_a_process_in_its_own_time():
+    """With the correlation time constant from edge to edge, the process is one of unit memory in time over it."""
+    intervals, rng = spread(5), np.random.default_rng(5)
+    n, time = len(intervals.left), rng.uniform(0.5, 20.0, len(intervals.edges))
+    own = np.concatenate([[0.0], np.cumsum(np.diff(intervals.edges) / time[:-1])])
+    stretched, ones = Intervals(own, intervals.left), np.ones_like(time)
+    white, loading = rng.uniform(0.05, 0.3, n), rng.uniform(-1.0, 1.0, (n, 2))
+    changing = MarkovNoise(intervals, white, [MarkovProcess(0.8, time, loading)])
+    steady = MarkovNoise(stretched, white, [MarkovProcess(0.8, ones, loading)])
+    data = rng.standard_normal((n, 3))
+    np.testing.assert_allclose(changing.weigh(data), steady.weigh(data), rtol=1e-9, atol=1e-9)
+    assert changing.log_determinant == pytest.approx(steady.log_determinant, abs=1e-9)
+
+
 def test_a_long_gap_makes_parts_independent():
     intervals = Intervals(np.array([0.0, 1.0, 1e6, 1e6 + 1.0]), np.array([0, 2]))
     process = MarkovProcess(1.0, np.full(4, 10.0), np.ones((2, 1)))
     weighed = MarkovNoise(intervals, np.full(2, 0.1), [process]).weigh(np.array([[1.0], [0.0]]))
     assert abs(weighed[1, 0]) < 1e-12
+
+
+def test_a_memory_without_end_is_refused():
+    intervals = Intervals(np.arange(5.0), np.arange(4))
+    process = MarkovProcess(1.0, np.array([9.0, 9.0, 1e300, 9.0, 9.0]), np.ones((4, 1)))
+    with pytest.raises(np.linalg.LinAlgError, match="positive definite"):
+        MarkovNoise(intervals, np.full(4, 0.1), [process])
 
 
 def test_white_noise_alone_is_a_division():

@@ -7,6 +7,7 @@ from scipy.stats import norm
 from pitotbench.estimate.markov_noise import Intervals, MarkovNoise
 from pitotbench.estimate.mixture import TWO_SIGMA_SHARE, composite_design, half_width
 from pitotbench.estimate.restricted_likelihood import Regression, noise_posterior, restricted_log_likelihood, solve
+from pitotbench.records.errors import NoAnswerError
 
 
 def make_problem(n=60, seed=3):
@@ -32,6 +33,19 @@ def test_restricted_likelihood_matches_the_dense_form():
     estimate, covariance = solve(problem, noise)
     np.testing.assert_allclose(estimate, beta, rtol=1e-9)
     np.testing.assert_allclose(covariance, np.linalg.inv(normal), rtol=1e-8, atol=1e-12)
+
+
+def test_regressors_that_are_one_and_the_same_get_a_reason_and_no_answer():
+    problem, intervals = make_problem()
+    twice = np.column_stack([problem.regressors, problem.regressors])
+    same = Regression(problem.response, twice, twice, np.zeros(4))
+    with pytest.raises(NoAnswerError, match="does not determine"):
+        noise_posterior(
+            same,
+            lambda phi: MarkovNoise(intervals, np.full(60, np.exp(2 * phi[0])), []),
+            lambda phi: -0.5 * float(phi @ phi),
+            np.zeros(1),
+        )
 
 
 def test_white_noise_posterior_gives_student_like_bounds():

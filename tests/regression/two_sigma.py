@@ -1,4 +1,5 @@
-"""The 2σ results of every maneuver, data system and model for fixed seeds: `python two_sigma.py > two_sigma.csv`.
+"""The 2σ results of every maneuver, data system and model for fixed seeds, and of logs from a formula:
+`PYTHONPATH=../calibrate python two_sigma.py > two_sigma.csv`, `... two_sigma.py formula > formula_two_sigma.csv`.
 
 Run it only for a change that is meant to move the numbers, and say in the commit which moved and why.
 """
@@ -8,11 +9,13 @@ from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
+import trajectories
 
 from pitotbench import air
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
 from pitotbench.sense import data_system, record
 from pitotbench.simulate import PAPER_MANEUVERS, fly
 from pitotbench.units import KNOT
@@ -27,19 +30,31 @@ def rows(flight: Flight) -> Iterator[dict[str, object]]:
     """One row a data system and model: 2σ of the residual, mean bound and mean correction, 100 to 160 KIAS."""
     for system in SYSTEMS:
         log = record(flight, data_system(system), SENSOR_SEED)
-        for model in MODELS:
-            result = calibrate(log, CalibrationOptions(model=model))
-            speed = result.curve.indicated_airspeed
-            inside = (speed > LOW - 0.01) & (speed < HIGH + 0.01)
-            yield {
-                "maneuver": flight.case.maneuver,
-                "turbulence": flight.case.turbulence,
-                "das": system,
-                "model": model,
-                "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
-                "two_sigma_kt": float(np.mean(result.curve.two_sigma[inside])) / KNOT,
-                "correction_kt": float(np.mean(result.curve.correction[inside])) / KNOT,
-            }
+        for figures in _figures(log):
+            yield {"maneuver": flight.case.maneuver, "turbulence": flight.case.turbulence, "das": system, **figures}
+
+
+def formula_rows() -> Iterator[dict[str, object]]:
+    """The same of a decelerating log in light air whose gusts NumPy draws: alike on every platform."""
+    for system in SYSTEMS:
+        rate, gps_rate = (int(part) for part in system.split("/"))
+        log = trajectories.fly(trajectories.step_decrease(rate), rate, gps_rate, trajectories.Air())
+        for figures in _figures(log):
+            yield {"das": system, **figures}
+
+
+def _figures(log: FlightLog) -> Iterator[dict[str, object]]:
+    """One row a model."""
+    for model in MODELS:
+        result = calibrate(log, CalibrationOptions(model=model))
+        speed = result.curve.indicated_airspeed
+        inside = (speed > LOW - 0.01) & (speed < HIGH + 0.01)
+        yield {
+            "model": model,
+            "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
+            "two_sigma_kt": float(np.mean(result.curve.two_sigma[inside])) / KNOT,
+            "correction_kt": float(np.mean(result.curve.correction[inside])) / KNOT,
+        }
 
 
 def turbulence_mark(flight: Flight) -> float:
@@ -48,6 +63,9 @@ def turbulence_mark(flight: Flight) -> float:
 
 
 if __name__ == "__main__":
-    cases = [Case(maneuver=name, turbulence=level) for level in ("none", "light") for name in PAPER_MANEUVERS]
-    table = pd.DataFrame(row for case in cases for row in rows(fly(case)))
+    if sys.argv[1:] == ["formula"]:
+        table = pd.DataFrame(formula_rows())
+    else:
+        cases = [Case(maneuver=name, turbulence=level) for level in ("none", "light") for name in PAPER_MANEUVERS]
+        table = pd.DataFrame(row for case in cases for row in rows(fly(case)))
     table.to_csv(sys.stdout, index=False, float_format="%.5f", lineterminator="\n")

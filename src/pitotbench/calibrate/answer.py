@@ -34,7 +34,9 @@ class Answer:
         """Half-widths of linear functions of θ, gradient (c, p)."""
         means = self.means @ gradient.T
         variances = np.einsum("cp,mpq,cq->mc", gradient, self.covariances, gradient)
-        return half_width(self.weights, means, np.sqrt(variances))
+        with np.errstate(invalid="ignore"):  # a variance below zero ends as a bound that is refused
+            deviations = np.sqrt(variances)
+        return half_width(self.weights, means, deviations)
 
     def simultaneous(self, gradient: Array, bounds: Array) -> Array:
         """Half-widths that hold all at once: the pointwise ones (c,) times one factor."""

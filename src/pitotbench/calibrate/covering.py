@@ -18,9 +18,10 @@ from pitotbench.calibrate.linearized import (
     noise_count,
     smoothed,
 )
-from pitotbench.calibrate.mean_wind import of_mean_wind
+from pitotbench.calibrate.mean_wind import MeanWind, mean_wind
 from pitotbench.calibrate.nuisances import Nuisance
 from pitotbench.calibrate.observations import Observations
+from pitotbench.estimate.markov_noise import MarkovNoise
 from pitotbench.estimate.restricted_likelihood import (
     LogPrior,
     NoiseNode,
@@ -87,16 +88,22 @@ def _of_mean_wind(
     structure: Structure, problem: Linearized, phi: Array, answer: tuple[Array, Array]
 ) -> tuple[Array, Array]:
     """The answer for one noise; of a drifting wind, with its mean."""
+    mean = mean_wind_under(problem, structure, problem.noise_of(phi), phi)
+    return answer if mean is None else mean.of(answer)
+
+
+def mean_wind_under(problem: Linearized, structure: Structure, noise: MarkovNoise, phi: Array) -> MeanWind | None:
+    """The mean of a drifting wind under one noise, of parameters φ; None for a wind that does not drift."""
     if problem.kernel is None:
-        return answer
+        return None
     deviation, first = float(np.exp(phi[3])), structure.model.error_count
-    return of_mean_wind(answer, problem.noise_of(phi), problem.regression, problem.kernel, deviation, first)
+    return mean_wind(noise, problem.regression, problem.kernel, deviation, first)
 
 
-def linearized(structure: Structure, obs: Observations, theta: Array, gust_deviation: float) -> Regression:
+def linearized(structure: Structure, obs: Observations, theta: Array, gust_deviation: float) -> Linearized:
     """The problem of a structure at θ (p,), on the blocks of `fit_covering`."""
     blocks = divide(obs, block_length(obs))
-    return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2).regression
+    return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2)
 
 
 def _approach(
@@ -105,6 +112,12 @@ def _approach(
     """θ and the most likely noise on blocks of a length [s]; once, or again and again from a start far away."""
     theta, mode, own = start, None, structure.model.count
     blocks = divide(obs, length)
+    unknowns = own + noise_count(structure)
+    if len(blocks.count) <= unknowns:
+        raise NoAnswerError(
+            f"by its clock the log lasts {obs.time[-1] - obs.time[0]:.3g} s, too short for {unknowns} unknowns: "
+            "check the unit of the time, or fly longer"
+        )
     for _ in range(_PASSES):
         rough = linearize(structure, obs, blocks, theta)
         guess = first_guess(rough, structure) if mode is None else mode

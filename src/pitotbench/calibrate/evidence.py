@@ -7,7 +7,7 @@ contrasts of the data. The wind's prior is flat, and the same for all.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -15,6 +15,7 @@ from scipy.special import logsumexp
 from pitotbench.calibrate.answer import Answer
 from pitotbench.calibrate.covering import CoveringFit
 from pitotbench.calibrate.curve_prior import Hypothesis
+from pitotbench.calibrate.mean_wind import MeanWind
 from pitotbench.estimate.markov_noise import MarkovNoise
 from pitotbench.estimate.restricted_likelihood import Regression, restricted_log_likelihood
 from pitotbench.units import Array
@@ -25,7 +26,8 @@ _NEGLIGIBLE = 1e-6  # weight of a Gaussian that no bound would notice
 @dataclass(frozen=True, slots=True)
 class Moments:
     """What the data say under one noise: with weights C⁻¹, the products of regressors X, instruments Z and
-    response, and log|C|; `log_mass` is the noise's own weight: prior and volume of its node.
+    response, and log|C|; `log_mass` is the noise's own weight: prior and volume of its node; `mean_wind` is what
+    takes the level of a drifting wind to its mean, None for a wind that does not drift.
 
     Evidence takes the instruments for regressors (response y + Zθ0). With the regressors themselves the noise of
     the GPS, which is in both sides, would speak for bends: where an airplane holds its speed, there is little else.
@@ -38,22 +40,27 @@ class Moments:
     clean_square: float
     log_determinant: float
     log_mass: float
+    mean_wind: MeanWind | None
 
 
-def moments(problem: Regression, theta: Array, noise: MarkovNoise, log_mass: float) -> Moments:
-    """The moments under one noise of a problem that was linearized at θ0 (p,)."""
+def moments(
+    problem: Regression, theta: Array, noise: MarkovNoise, log_mass: float, mean_wind: MeanWind | None = None
+) -> Moments:
+    """The moments under one noise of a problem that was linearized at θ0 (p,); `mean_wind` of the same problem."""
     X, Z = problem.regressors, problem.instruments
     clean = problem.response + Z @ theta
     weighed, weighed_clean = noise.weigh(Z), noise.weigh(clean[:, None])[:, 0]
     known = np.diag(problem.prior_precision)
+    whole = replace(problem, response=problem.response + X @ theta)  # of θ itself, not of a correction to θ0
     return Moments(
         normal=weighed.T @ X + known,
         spread=weighed.T @ Z + known,
-        gradient=weighed.T @ (problem.response + X @ theta),
+        gradient=weighed.T @ whole.response,
         clean_gradient=weighed.T @ clean,
         clean_square=float(clean @ weighed_clean),
         log_determinant=noise.log_determinant,
         log_mass=log_mass,
+        mean_wind=None if mean_wind is None else replace(mean_wind, problem=whole),
     )
 
 
@@ -96,7 +103,8 @@ def _log_evidence(node: Moments, precision: Array) -> float:
 
 
 def _posterior(node: Moments, precision: Array) -> tuple[Array, Array]:
-    """Mean and covariance by instruments, as in `restricted_likelihood.solve`."""
+    """Mean and covariance by instruments, as in `restricted_likelihood.solve`; of a drifting wind, of its mean."""
     inverse = np.linalg.inv(node.normal + precision)
     covariance = inverse @ (node.spread + precision) @ inverse.T
-    return inverse @ node.gradient, 0.5 * (covariance + covariance.T)
+    answer = (inverse @ node.gradient, 0.5 * (covariance + covariance.T))
+    return answer if node.mean_wind is None else node.mean_wind.of(answer)

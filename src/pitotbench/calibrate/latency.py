@@ -15,7 +15,7 @@ from pitotbench.calibrate.accuracy import Accuracies
 from pitotbench.calibrate.covering import CoveringFit, acceleration_effect
 from pitotbench.calibrate.linearized import Structure
 from pitotbench.calibrate.nuisances import Nuisance, by_latency
-from pitotbench.calibrate.observations import observe
+from pitotbench.calibrate.observations import Observations, observe_again
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.errors import NoAnswerError
@@ -27,16 +27,16 @@ _LARGEST = 2.0  # s
 
 
 def estimate_latency(
-    log: FlightLog, options: CalibrationOptions, structure: Structure, fit: CoveringFit
+    log: FlightLog, options: CalibrationOptions, obs: Observations, structure: Structure, fit: CoveringFit
 ) -> Estimate:
     """Latency of the GPS velocity [s], with 2σ; negative where the air data trail; 2σ infinite where unknown.
 
-    The log is read again with what was found, until it stays.
+    The rows of the fit, `obs`, are read again with what was found, until it stays.
     """
     column = Nuisance("latency_s", _PLANNED, by_latency)
     total = options.gps_latency
     for _ in range(_READINGS):
-        read = observe(log, replace(options, gps_latency=total))
+        read = observe_again(log, replace(options, gps_latency=total), obs)
         found = acceleration_effect(structure, read, fit, column)
         total = float(np.clip(total + found.value, -_LARGEST, _LARGEST))
         if abs(found.value) < 0.1 * found.two_sigma:

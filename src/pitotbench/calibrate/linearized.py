@@ -19,6 +19,7 @@ from pitotbench.calibrate.observations import Observations
 from pitotbench.calibrate.prediction import PredictionModel
 from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
 from pitotbench.estimate.restricted_likelihood import LogPrior, NoiseOf, Regression
+from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
 GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
@@ -62,8 +63,15 @@ def linearize(
     """The problem at θ.
 
     Gusts across the flight path lengthen the airspeed vector: by σ²/V on average, which is taken off.
+    Raises NoAnswerError where θ is outside the model's domain.
     """
-    prediction = structure.model.predict(theta, obs)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        prediction = structure.model.predict(theta, obs)
+    if not np.isfinite(np.sum(prediction.jacobian)) or not np.all(prediction.slope != 0.0):
+        raise NoAnswerError(
+            "the fit leaves the domain of the model (no airspeed explains some rows): "
+            "check the clock and the units, also of part of the log, or choose a model with fewer parameters"
+        )
     response = blocks.mean((obs.impact_pressure - prediction.indicated) / prediction.slope)
     columns = [nuisance.column(prediction, obs) for nuisance in structure.nuisances]
     regressors = blocks.mean(np.column_stack([prediction.jacobian / prediction.slope[:, None], *columns]))

@@ -5,6 +5,8 @@ G = Cov(mean of w, data) the best prediction adds G C⁻¹(y − Xβ) to the est
 "That BLUP is a good thing", Statistical Science 6, 1991).
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from pitotbench.calibrate.blocks import Blocks
@@ -26,30 +28,39 @@ def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
     return np.asarray(np.exp(-apart / correlation_time) @ (blocks.count / blocks.count.sum()))
 
 
-def of_mean_wind(
-    answer: tuple[Array, Array],
-    noise: MarkovNoise,
-    problem: Regression,
-    kernel: Array,
-    deviation: float,
-    first: int,
-) -> tuple[Array, Array]:
-    """An answer (estimate (p,), covariance (p, p)) whose wind components, from column `first` on, are those of the
-    mean wind.
+@dataclass(frozen=True, slots=True)
+class MeanWind:
+    """What takes an answer for the wind's level to one for its mean, under one noise: the wind's columns among the
+    coefficients; the problem; G C⁻¹ as its transpose, (n, 2); and what the data leave unknown of the mean where the
+    level is known, (2, 2) [(m/s)²]."""
+
+    winds: slice
+    problem: Regression
+    weighed: Array
+    unknown: Array
+
+    def of(self, answer: tuple[Array, Array]) -> tuple[Array, Array]:
+        """An answer (estimate (p,), covariance (p, p)) whose wind components are those of the mean wind."""
+        response, regressors = self.problem.response, self.problem.regressors
+        estimate, covariance = answer[0].copy(), answer[1]
+        estimate[self.winds] += self.weighed.T @ (response - regressors @ answer[0])
+        known = np.eye(len(estimate))
+        known[self.winds] -= self.weighed.T @ regressors
+        covariance = known @ covariance @ known.T
+        covariance[self.winds, self.winds] += self.unknown
+        return estimate, 0.5 * (covariance + covariance.T)
+
+
+def mean_wind(noise: MarkovNoise, problem: Regression, kernel: Array, deviation: float, first: int) -> MeanWind:
+    """The mean wind of a problem whose wind columns begin at `first`.
 
     `kernel`: see `kernel_means`; `deviation`: of the process [m/s]; `noise` includes the process.
     """
     winds = slice(first, first + 2)
     crossed = deviation**2 * kernel[:, None] * problem.regressors[:, winds]  # Gᵀ
     weighed = noise.weigh(crossed)
-    estimate, covariance = answer[0].copy(), answer[1]
-    estimate[winds] += weighed.T @ (problem.response - problem.regressors @ answer[0])
-    known = np.eye(len(estimate))
-    known[winds] -= weighed.T @ problem.regressors
-    covariance = known @ covariance @ known.T
-    left = deviation**2 * float(np.mean(kernel)) * np.eye(2) - crossed.T @ weighed
-    covariance[winds, winds] += _at_least(left, _COARSE * deviation**2)
-    return estimate, 0.5 * (covariance + covariance.T)
+    unknown = deviation**2 * float(np.mean(kernel)) * np.eye(2) - crossed.T @ weighed
+    return MeanWind(winds, problem, weighed, _at_least(unknown, _COARSE * deviation**2))
 
 
 def _at_least(matrix: Array, floor: float) -> Array:

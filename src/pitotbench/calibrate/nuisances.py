@@ -14,7 +14,7 @@ from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, Accuracies
 from pitotbench.calibrate.observations import Observations
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.prediction import Prediction
-from pitotbench.units import Array, MetersPerSecond
+from pitotbench.units import Array, Meters, MetersPerSecond
 
 # Wide priors of a linear wind: a change of 5 m/s in ten minutes or in 300 m is one standard deviation.
 _WIND_CHANGE = 5.0  # m/s
@@ -24,6 +24,7 @@ _LEAST_CLIMB = 60.0  # m: below so much height difference a shear has no meaning
 _AXES = ("north", "east")
 
 Column = Callable[[Prediction, Observations], MetersPerSecond]
+Change = Callable[[Observations], Array | float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,10 +68,12 @@ def to_the_right(obs: Observations) -> Array:
 
 def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
     """The wind's change with time and, where the log climbs, with height, toward north and east."""
-    elapsed = (obs.time - 0.5 * (obs.time[0] + obs.time[-1])) / _WIND_TIME
-    changes = {"per_600_s": elapsed}
+    middle = 0.5 * (obs.time[0] + obs.time[-1])
+    # Functions of the rows and not values: a latency is looked for in rows read again, of which there may be fewer.
+    changes: dict[str, Change] = {"per_600_s": lambda o: (o.time - middle) / _WIND_TIME}
     if obs.altitude is not None and np.ptp(obs.altitude) > _LEAST_CLIMB:
-        changes["per_300_m"] = (obs.altitude - float(np.mean(obs.altitude))) / _WIND_HEIGHT
+        mean = float(np.mean(obs.altitude))
+        changes["per_300_m"] = lambda o: (_altitude(o) - mean) / _WIND_HEIGHT
     return tuple(
         Nuisance(f"wind_{name}_mps_{unit}", _WIND_CHANGE, *_wind(axis, change))
         for unit, change in changes.items()
@@ -78,12 +81,18 @@ def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
     )
 
 
-def _wind(axis: int, change: Array | float = 1.0) -> tuple[Column, Column]:
-    """What a wind toward an axis (0 north, 1 east), times a factor (n,), adds along and across the path."""
+def _wind(axis: int, change: Change = lambda obs: 1.0) -> tuple[Column, Column]:
+    """What a wind toward an axis (0 north, 1 east), times its change from row to row, adds along and across the
+    path."""
     return (
-        lambda prediction, obs: along_track(prediction)[:, axis] * change,
-        lambda prediction, obs: to_the_right(obs)[:, axis] * change,
+        lambda prediction, obs: along_track(prediction)[:, axis] * change(obs),
+        lambda prediction, obs: to_the_right(obs)[:, axis] * change(obs),
     )
+
+
+def _altitude(obs: Observations) -> Meters:
+    assert obs.altitude is not None
+    return obs.altitude
 
 
 def _by_temperature(prediction: Prediction, obs: Observations) -> MetersPerSecond:

@@ -16,6 +16,11 @@ _USELESS = 10.0 * KNOT  # a bound beyond this is no answer
 
 def require_observable(model: PredictionModel, obs: Observations) -> None:
     """Raise NoAnswerError where headings or speeds are too much alike, with what to fly next."""
+    for axis, velocity in (("north", obs.velocity_north), ("east", obs.velocity_east)):
+        if not np.any(velocity):
+            raise NoAnswerError(
+                f"the wind is not observable: the ground velocity toward {axis} is zero in every row: check it"
+            )
     spread = heading_spread(obs)
     if spread < _HEADING_SPREAD:
         raise NoAnswerError(
@@ -45,7 +50,12 @@ def require_useful(calibration: Calibration) -> None:
     """Raise NoAnswerError where the bound on the curve or the wind is so wide that there is no answer."""
     wind = max(calibration.wind.north.two_sigma, calibration.wind.east.two_sigma)
     curve = float(np.max(calibration.curve.two_sigma))
-    if not np.isfinite(wind + curve) or max(wind, curve) > _USELESS:
+    if not np.isfinite(wind + curve):
+        raise NoAnswerError(
+            "the log does not determine the answer: no bound can be given; check the clock, the units and the "
+            "columns, or fly longer, on reciprocal headings"
+        )
+    if max(wind, curve) > _USELESS:
         raise NoAnswerError(
             f"the log does not determine the answer: 2σ would be {curve / KNOT:.1f} kt on the curve and "
             f"{wind / KNOT:.1f} kt on the wind; fly longer, on reciprocal headings, at every speed of interest"

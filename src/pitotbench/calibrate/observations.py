@@ -116,6 +116,13 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
     )
 
 
+def observe_again(log: FlightLog, options: CalibrationOptions, before: Observations) -> Observations:
+    """The rows of `before`, read from its log with other options, as far as these have them: what was screened out
+    stays out. Raises as `observe` does."""
+    read = observe(log, options)
+    return read.select(before.used[read.used])
+
+
 def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
     used = log.impact_pressure > float(air.impact_pressure(_MINIMUM_AIRSPEED))
     if options.ground_speed_min > 0.0:

@@ -40,15 +40,16 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
     """Minimize the negative log-likelihood over θ and the residual covariance.
 
     `outputs(θ)` returns residuals (m, n), measured minus predicted, and the Jacobian (m, n, p) of the
-    *prediction*. Raises NoAnswerError where the steps do not settle or the information matrix is singular.
+    *prediction*. Raises NoAnswerError where the start is outside the model's domain, the steps do not settle or the
+    information matrix is singular.
     """
     theta = start
-    residuals, jacobian = outputs(theta)
+    residuals, jacobian = _at_start(outputs, start)
     noise = _residual_covariance(residuals)
     for iteration in range(1, _ITERATIONS + 1):
         information, gradient = _normal_equations(residuals, jacobian, noise)
         scale = np.sqrt(np.diag(information))
-        condition = float(np.linalg.cond(information / np.outer(scale, scale)))
+        condition = _condition_number(information, scale)
         if not np.isfinite(condition) or condition > 1e13:
             raise NoAnswerError(
                 "the parameters cannot be told apart from these rows (singular information matrix): "
@@ -67,6 +68,25 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
         f"output error did not converge in {_ITERATIONS} iterations (condition number {condition:.2g}): "
         "check the log for gross errors, or choose a model with fewer parameters"
     )
+
+
+def _at_start(outputs: Outputs, start: Array) -> tuple[Array, Array]:
+    """The outputs at the start. Raises NoAnswerError where the model has none for some row."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        residuals, jacobian = outputs(start)
+    if not np.all(np.isfinite(residuals)) or not np.all(np.isfinite(jacobian)):
+        raise NoAnswerError(
+            "ground velocity and air data do not belong together (no airspeed explains some rows): "
+            "check the clock, the order of the rows and the units"
+        )
+    return residuals, jacobian
+
+
+def _condition_number(information: Array, scale: Array) -> float:
+    """Of the scaled information matrix; infinite where a parameter changes no output."""
+    if not np.all(np.isfinite(information)) or not np.all(scale > 0.0):
+        return float("inf")
+    return float(np.linalg.cond(information / np.outer(scale, scale)))
 
 
 def _step(

@@ -15,7 +15,7 @@ from pitotbench.calibrate.latency import estimate_latency, latency_warning, with
 from pitotbench.calibrate.linearized import Structure
 from pitotbench.calibrate.nuisances import Nuisance, nuisances_of
 from pitotbench.calibrate.observability import require_observable
-from pitotbench.calibrate.observations import Observations, observe
+from pitotbench.calibrate.observations import Observations, observe, observe_again
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.paper import fit_scalar, fit_vector
@@ -120,16 +120,15 @@ def _cover(
     fit = fit_covering(structure, obs, white.theta)
     found: dict[str, Any] = {}
     if options.latency != "given":
-        latency = estimate_latency(log, options, structure, fit)
+        latency = estimate_latency(log, options, obs, structure, fit)
         found = {
             "latency_s": latency.value,
-            "latency_two_sigma_s": latency.two_sigma,
+            "latency_two_sigma_s": latency.two_sigma if np.isfinite(latency.two_sigma) else None,
             "latency_left_s": 0.0 if options.latency == "estimated" else latency.value - options.gps_latency,
         }
         if options.latency == "estimated":
             options = with_latency(options, latency)
-            kept = np.isin(np.flatnonzero(observe(log, options).used), np.flatnonzero(obs.used))
-            obs = observe(log, options).select(kept)
+            obs = observe_again(log, options, obs)
             structure = _structure(model, options, obs)
             fit = fit_covering(structure, obs, white.theta)
     found |= {
@@ -169,6 +168,7 @@ def _warnings(
         times = ", ".join(f"{t:.2f}" for t in log.time[left_out[:_MOST_NAMED]])
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""
         warnings.append(f"{len(left_out)} rows disagree with all others and are left out, at {times}{more} s")
-    if abs(found.get("latency_left_s", 0.0)) > found.get("latency_two_sigma_s", np.inf):
-        warnings.append(latency_warning(found["latency_s"], found["latency_two_sigma_s"]))
+    latency_bound = found.get("latency_two_sigma_s")  # None also where the log says nothing about the latency
+    if latency_bound is not None and abs(found["latency_left_s"]) > latency_bound:
+        warnings.append(latency_warning(found["latency_s"], latency_bound))
     return tuple(warnings)

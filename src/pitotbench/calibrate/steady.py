@@ -92,8 +92,9 @@ def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
 
 def _means(time: Seconds, channels: Array, rows_a_block: float, number: int) -> Array:
     """Time, means and the run's number, (c + 2, blocks), of one run; incomplete blocks are left out."""
-    cell = np.floor((time - time[0]) / SECOND + 1e-6).astype(np.intp)
-    count = np.bincount(cell)
-    whole = np.flatnonzero(count >= _WHOLE * rows_a_block)
-    means = np.stack([np.bincount(cell, channel)[whole] for channel in channels]) / count[whole]
-    return np.vstack([time[0] + (whole + 0.5) * SECOND, means, np.full(len(whole), number)])
+    # The blocks that have rows, not all up to the last: beside a wrong time stamp those would fill any memory.
+    block = np.floor((time - time[0]) / SECOND + 1e-6)
+    second, index, count = np.unique(block, return_inverse=True, return_counts=True)
+    whole = count >= _WHOLE * rows_a_block
+    means = np.stack([np.bincount(index, channel) for channel in channels])[:, whole] / count[whole]
+    return np.vstack([time[0] + (second[whole] + 0.5) * SECOND, means, np.full(int(whole.sum()), number)])

@@ -11,19 +11,18 @@ from typing import Any
 import numpy as np
 
 from pitotbench.calibrate.answer import Answer, answer_of
-from pitotbench.calibrate.covering import fit_covering, linearized
+from pitotbench.calibrate.covering import CoveringFit, fit_covering, linearized, mean_wind_under
 from pitotbench.calibrate.curve import CurveMap
 from pitotbench.calibrate.curve_prior import LAWLESS, LEVEL, Hypothesis, hypotheses
-from pitotbench.calibrate.evidence import moments, noise_masses, weigh
+from pitotbench.calibrate.evidence import Moments, moments, noise_masses, weigh
 from pitotbench.calibrate.judgment import Candidate, Judgment, judge
-from pitotbench.calibrate.linearized import Structure
+from pitotbench.calibrate.linearized import Linearized, Structure
 from pitotbench.calibrate.observability import require_observable
 from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.paper import fit_scalar
 from pitotbench.calibrate.prediction import PredictionModel
 from pitotbench.calibrate.reduction import Reduction, flown_range, model_of, reduce_log
 from pitotbench.calibrate.result import assemble
-from pitotbench.estimate.restricted_likelihood import Regression
 from pitotbench.pressure_error import MODELS, SplineModel, spline_between
 from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, WindEstimate
 from pitotbench.records.errors import NoAnswerError
@@ -123,32 +122,38 @@ def choose(judgments: Sequence[Judgment], rows: Reduction) -> ModelChoice:
     """Weigh the models, each with departures of every size. At least one judgment must be of a law."""
     laws = [judgment for judgment in judgments if judgment.candidate.name != LAWLESS]
     nearest = min(laws, key=lambda judgment: judgment.aicc).candidate
-    common, problem, theta = _common_problem(nearest, rows)
+    structure, problem, theta = _common_problem(nearest, rows)
+    common = structure.model
     assert isinstance(common.error, SplineModel)
     knots = np.array(common.error.knots)
     level = max(LEVEL, float(np.sqrt(np.mean(_curve_of(nearest, knots) ** 2))))
     thoughts = tuple(hypotheses([law.candidate.model.error for law in laws], knots, level))
-    masses = noise_masses(nearest.fit)
-    nodes = [
-        moments(problem, theta, nearest.fit.noise_of(node.noise), float(mass))
-        for node, mass in zip(nearest.fit.nodes, masses, strict=True)
-    ]
-    answer, shares = weigh(thoughts, nodes)
+    answer, shares = weigh(thoughts, _moments(nearest.fit, structure, problem, theta))
     return ModelChoice(tuple(judgments), thoughts, shares, common, answer)
+
+
+def _moments(fit: CoveringFit, structure: Structure, problem: Linearized, theta: Array) -> list[Moments]:
+    """What the data say of the common problem under each noise of a fit."""
+    found = []
+    for node, mass in zip(fit.nodes, noise_masses(fit), strict=True):
+        noise = fit.noise_of(node.noise)
+        mean = mean_wind_under(problem, structure, noise, node.noise)
+        found.append(moments(problem.regression, theta, noise, float(mass), mean))
+    return found
 
 
 def _curve_of(candidate: Candidate, x: Array) -> Array:
     return candidate.model.error.basis(x) @ candidate.fit.theta[: candidate.model.error_count]
 
 
-def _common_problem(nearest: Candidate, rows: Reduction) -> tuple[PredictionModel, Regression, Array]:
-    """The problem in a fine spline, linearized at the curve of the law that fits best, and θ0 there."""
+def _common_problem(nearest: Candidate, rows: Reduction) -> tuple[Structure, Linearized, Array]:
+    """The structure with a fine spline, its problem at the curve of the law that fits best, and θ0 there."""
     spline = spline_between(*_wide_enough(*nearest.flown), _KNOTS)
     common = replace(nearest.model, error=spline)
     k = _curve_of(nearest, np.array(spline.knots))
     theta = np.concatenate([k, nearest.fit.theta[nearest.model.error_count :]])
     structure = Structure(common, rows.nuisances, rows.options.wind == "drifting")
-    return common, linearized(structure, rows.observations, theta, nearest.fit.gust_deviation), theta
+    return structure, linearized(structure, rows.observations, theta, nearest.fit.gust_deviation), theta
 
 
 def _wide_enough(low: float, high: float) -> tuple[float, float]:

@@ -18,6 +18,8 @@ from scipy.linalg.lapack import dpbtrf, dpbtrs  # direct: called hundreds of tim
 from pitotbench.units import Array, Seconds
 
 _SMALL = 1e-2  # interval over correlation time below which the bridge's leading term is exact enough
+_SAME = 1e-12  # step over correlation time below which values at two edges are the same to rounding
+_SINGULAR = "the covariance of the noise is not positive definite"
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +38,11 @@ class Intervals:
 
 @dataclass(frozen=True, slots=True)
 class MarkovProcess:
-    """A vector of independent, equal components: standard deviation [unit of the data], correlation time at the
-    edges [s], (s,), and the loading of each interval on each component, (n, c), or (o, n, c) for o outputs (a
-    column of ones for noise that adds directly, direction cosines for the components of a wind). Loadings of two
-    outputs are at right angles in every interval: what happens within it they do not share."""
+    """A vector of independent, equal components: standard deviation [unit of the data], correlation time [s], (s,),
+    from each edge to the next (the last is not used), and the loading of each interval on each component, (n, c),
+    or (o, n, c) for o outputs (a column of ones for noise that adds directly, direction cosines for the components
+    of a wind). Loadings of two outputs are at right angles in every interval: what happens within it they do not
+    share."""
 
     deviation: float
     correlation_time: Seconds
@@ -50,12 +53,14 @@ class MarkovNoise:
     """The factored covariance of white noise plus Markov processes over intervals.
 
     Parameters: intervals; white variance, (n,), or (o, n) for o outputs [unit²], positive; processes.
-    Raises numpy.linalg.LinAlgError where the covariance is not positive definite (never for valid input).
+    Raises numpy.linalg.LinAlgError where the covariance is not positive definite: for a correlation time so long
+    that two edges have the same value to rounding, and never else for valid input.
     """
 
     def __init__(self, intervals: Intervals, white: Array, processes: Sequence[MarkovProcess]) -> None:
         # Between two edges without data lies an empty interval, of no load and no weight: so that every array is
         # regular and slices serve where indices would take longer than the arithmetic.
+        _require_an_end(np.diff(intervals.edges), processes)
         self._rows = intervals.left
         white = np.atleast_2d(white)
         self._variance = np.ones((len(white), len(intervals.edges) - 1))
@@ -98,8 +103,9 @@ class MarkovNoise:
         bands = np.zeros((2 * m, self._states))
         first = 0
         for process in processes:
-            decay = np.exp(-step / process.correlation_time[1:])
-            innovation = -np.expm1(-2.0 * step / process.correlation_time[1:])
+            # Over a step as within its interval: with the correlation time at the edge that begins it.
+            decay = np.exp(-step / process.correlation_time[:-1])
+            innovation = -np.expm1(-2.0 * step / process.correlation_time[:-1])
             diagonal = np.ones(len(step) + 1)
             diagonal[1:] = 1.0 / innovation
             diagonal[:-1] += decay**2 / innovation
@@ -112,7 +118,7 @@ class MarkovNoise:
         self._add_data(bands)
         factor, failed = dpbtrf(bands, lower=1, overwrite_ab=1)
         if failed:
-            raise np.linalg.LinAlgError("the covariance of the noise is not positive definite")
+            raise np.linalg.LinAlgError(_SINGULAR)
         self.log_determinant += 2.0 * float(np.sum(np.log(factor[0])))
         return np.asarray(factor)
 
@@ -144,6 +150,13 @@ class MarkovNoise:
         for part, loads, variance in zip(scaled, self._loads, self._variance, strict=True):
             for p, load in enumerate(loads):
                 part -= load * state[:, self._at(p)] / variance
+
+
+def _require_an_end(step: Seconds, processes: Sequence[MarkovProcess]) -> None:
+    """Raise LinAlgError where a process has the same value at two edges."""
+    for process in processes:
+        if not np.all(step > _SAME * process.correlation_time[:-1]):
+            raise np.linalg.LinAlgError(_SINGULAR)
 
 
 def _by_output(loading: Array) -> Array:

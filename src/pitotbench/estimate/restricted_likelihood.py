@@ -21,6 +21,11 @@ _FLATTEST = 0.2  # second derivative below which a direction counts as flat
 _LONGEST = 2.0  # step in ln φ
 _NARROWEST, _WIDEST = 0.05, 1.2  # bounds on a node's standard deviation in ln φ
 
+_UNDETERMINED = (
+    "the log does not determine the answer beside its own noise: check the clock, the units and the columns, "
+    "or choose a model with fewer parameters"
+)
+
 NoiseOf = Callable[[Array], MarkovNoise]
 LogPrior = Callable[[Array], float]
 
@@ -53,7 +58,10 @@ class NoiseNode:
 
 
 def restricted_log_likelihood(problem: Regression, noise: MarkovNoise) -> float:
-    """The restricted log-likelihood of the residuals (Harville 1974), up to a constant."""
+    """The restricted log-likelihood of the residuals (Harville 1974), up to a constant.
+
+    Raises numpy.linalg.LinAlgError where the data do not determine β.
+    """
     data = np.concatenate([problem.regressors, problem.response[:, None]], axis=1)
     products = data.T @ noise.weigh(data)
     products.flat[: -1 : len(products) + 1] += problem.prior_precision
@@ -68,6 +76,7 @@ def solve(problem: Regression, noise: MarkovNoise) -> tuple[Array, Array]:
     """β and its covariance given the noise: instrumental generalized least squares.
 
     With instruments equal to regressors this is ordinary generalized least squares.
+    Raises NoAnswerError where the data do not determine β.
     """
     p = problem.regressors.shape[1]
     weighed = noise.weigh(problem.instruments)
@@ -75,7 +84,10 @@ def solve(problem: Regression, noise: MarkovNoise) -> tuple[Array, Array]:
     normal = weighed.T @ problem.regressors + prior
     spread = weighed.T @ problem.instruments + prior
     scale = np.sqrt(np.diag(spread))
-    inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
+    try:
+        inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
+    except np.linalg.LinAlgError as error:
+        raise NoAnswerError(_UNDETERMINED) from error
     estimate = inverse @ (weighed.T @ problem.response)
     covariance = inverse @ spread @ inverse.T
     return estimate, np.asarray(0.5 * (covariance + covariance.T)).reshape(p, p)
@@ -92,8 +104,21 @@ def most_likely_noise(problem: Regression, noise_of: NoiseOf, log_prior: LogPrio
 def noise_posterior(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> tuple[NoiseNode, ...]:
-    """Nodes of the posterior of φ, each with its β; `start` is a first guess of the mode."""
+    """Nodes of the posterior of φ, each with its β; `start` is a first guess of the mode.
+
+    Raises NoAnswerError where no mode is found, or the data determine no β beside it.
+    """
     mode, curvature = _climb(_log_posterior(problem, noise_of, log_prior), start, _SETTLED)
+    try:
+        return _nodes(problem, noise_of, log_prior, mode, curvature)
+    except np.linalg.LinAlgError as error:
+        raise NoAnswerError(_UNDETERMINED) from error
+
+
+def _nodes(
+    problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, mode: Array, curvature: Array
+) -> tuple[NoiseNode, ...]:
+    """The nodes around a mode."""
     design = composite_design(len(mode))
     axes = _principal_axes(curvature)
     places = mode + design.points @ axes.T
@@ -116,7 +141,10 @@ def noise_posterior(
 
 def _log_posterior(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> LogPrior:
     def log_posterior(phi: Array) -> float:
-        return restricted_log_likelihood(problem, noise_of(phi)) + log_prior(phi)
+        try:
+            return restricted_log_likelihood(problem, noise_of(phi)) + log_prior(phi)
+        except np.linalg.LinAlgError:
+            return -np.inf  # a search goes elsewhere
 
     return log_posterior
 
@@ -131,7 +159,10 @@ def _climb(function: LogPrior, start: Array, enough: float) -> tuple[Array, Arra
     """
     place, here = start, function(start)
     for _ in range(_STEPS):
-        slope, curvature = _derivatives(function, place, here)
+        with np.errstate(invalid="ignore"):
+            slope, curvature = _derivatives(function, place, here)
+        if not np.all(np.isfinite(curvature)):
+            raise NoAnswerError(_UNDETERMINED)
         values, vectors = np.linalg.eigh(curvature)
         step = vectors @ ((vectors.T @ slope) / np.maximum(np.abs(values), _FLATTEST))
         step *= min(1.0, _LONGEST / float(np.linalg.norm(step)))

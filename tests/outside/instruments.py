@@ -40,11 +40,11 @@ def receive(
     """
     row = fixes(time, fix_rate)
     then = time[row] - late
-    seen = np.stack([np.interp(then, time, v) for v in velocity.T], axis=-1)
+    described = np.stack([np.interp(then, time, v) for v in velocity.T], axis=-1)
     noise = NOISE.velocity * dice.standard_normal(velocity.shape)
     white = NOISE.height * dice.standard_normal(len(time))
     slow = _slow_height(time, dice)
-    return seen + noise[row], np.interp(then, time, height) + (white + slow)[row]
+    return described + noise[row], np.interp(then, time, height) + (white + slow)[row]
 
 
 def _slow_height(time: Array, dice: np.random.Generator) -> Array:

@@ -4,7 +4,7 @@ Two equations see the curve. The triangle: the airspeed of the indicated pressur
 minus wind. The height: p_i(t) − p(h(t)) is the error of the static source. Every row of both carries noise whose
 size and memory the oracle is given; a calibration that has to find them cannot do better on average.
 
-Rows are means over blocks of a second. The matrices are dense: no clever step that could be wrong in a clever way.
+Rows are means over blocks of a second. The matrices are dense, so that no shortcut can hide an error.
 """
 
 from dataclasses import dataclass
@@ -174,26 +174,28 @@ def equations(flight: OutsideFlight, blocks: Blocks, height: Height, noise: Nois
     if height is Height.NONE:
         return slopes, covariance
     n, one, zero = len(blocks.time), np.ones_like(blocks.time), np.zeros((len(blocks.time), 1))
-    seen = central_difference(lambda t: source_error(blocks, t), theta, steps)
+    by_height = central_difference(lambda t: source_error(blocks, t), theta, steps)
     drift = (blocks.time - blocks.time.mean()) / 60.0
     weight = blocks.density * physics.GRAVITY  # Pa/m
     receiver = _receiver_covariance(blocks, noise)
     shared = np.diag(felt[1]) * noise.static**2 / _rows(blocks)
-    own = np.outer(weight, weight) * receiver + np.eye(n) * noise.static**2 / _rows(blocks)
+    height_covariance = np.outer(weight, weight) * receiver + np.eye(n) * noise.static**2 / _rows(blocks)
     if height is Height.ALONE:
-        jacobian = np.block([[slopes, zero, zero], [seen, one[:, None], drift[:, None]]])
-        return jacobian, np.block([[covariance, shared], [shared, own]])
+        jacobian = np.block([[slopes, zero, zero], [by_height, one[:, None], drift[:, None]]])
+        return jacobian, np.block([[covariance, shared], [shared, height_covariance]])
     against = receiver + _integrated_velocity_covariance(blocks, noise)
     cross = weight[:, None] * receiver
     nothing = np.zeros((n, n))
     jacobian = np.block(
         [
             [slopes, zero, zero, zero],
-            [seen, one[:, None], drift[:, None], zero],
+            [by_height, one[:, None], drift[:, None], zero],
             [np.zeros((n, 5)), zero, zero, one[:, None]],
         ]
     )
-    return jacobian, np.block([[covariance, shared, nothing], [shared, own, cross], [nothing, cross.T, against]])
+    return jacobian, np.block(
+        [[covariance, shared, nothing], [shared, height_covariance, cross], [nothing, cross.T, against]]
+    )
 
 
 def _felt(blocks: Blocks, theta: Array, inputs: Array) -> Array:

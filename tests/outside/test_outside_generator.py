@@ -118,7 +118,7 @@ def test_no_gust_moves_the_height(flights, name):
     )
     np.testing.assert_array_equal(state.height, calm.state.height)
     climbed = state.height[0] - np.cumsum(state.ground_velocity[:, 2]) / RATE
-    assert np.max(np.abs(climbed - state.height)) < 0.1  # m: the sum's own error
+    assert np.max(np.abs(climbed - state.height)) < 0.1  # m: the error of the sum
     assert np.std(state.height) < 12.0
 
 

@@ -1,7 +1,7 @@
 """The judge's file, its table and its choices."""
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -33,13 +33,16 @@ def _row(seed, cell="base", **entries):
 
 
 def test_the_judge_asks_for_what_the_command_does_without_a_flag(tmp_path, capsys):
-    flight = generate(CELLS["base"], "circle", 2)
+    # GPS 2 s late in calm air: the command checks it, and warns
+    flight = generate(replace(CELLS["calm"], gps_late=2.0), "circle", 2)
     write_csv(flight, tmp_path / "log.csv")
     assert pitotbench_command(["calibrate", str(tmp_path / "log.csv"), "--json"]) == 0
-    curve = json.loads(capsys.readouterr().out)["curve"]
-    found = judge.calibrate(judge.read_log(tmp_path / "log.csv"), judge.options_for({})).curve
-    np.testing.assert_allclose([p["correction_kt"] for p in curve], found.correction / KNOT, atol=1e-6)
-    np.testing.assert_allclose([p["two_sigma_kt"] for p in curve], found.two_sigma / KNOT, atol=1e-6)
+    printed = json.loads(capsys.readouterr().out)
+    curve = printed["curve"]
+    found = judge.calibrate(judge.read_log(tmp_path / "log.csv"), judge.options_for({}))
+    assert printed["warnings"] == list(found.warnings) != []
+    np.testing.assert_allclose([p["correction_kt"] for p in curve], found.curve.correction / KNOT, atol=1e-6)
+    np.testing.assert_allclose([p["two_sigma_kt"] for p in curve], found.curve.two_sigma / KNOT, atol=1e-6)
 
 
 def test_a_second_run_flies_only_what_is_missing(tmp_path, monkeypatch):

@@ -131,8 +131,8 @@ def test_flights_scatter_about_the_truth_as_the_oracle_says(height):
     ("maneuver", "alone", "both"),
     [("rapid_decel", 0.70, 0.64), ("step_decrease", 0.69, 0.47), ("circle", 0.85, 0.66)],
 )
-def test_the_height_equation_narrows_the_bound_as_an_earlier_reckoning_found(maneuver, alone, both):
-    """Bound of both equations over that of the triangle; that reckoning's sensors are not known to the digit."""
+def test_the_height_equation_narrows_the_bound_as_an_earlier_computation_found(maneuver, alone, both):
+    """Bound of both equations over that of the triangle; the sensors of that computation are known only roughly."""
     flight = generate(CELLS["base"], maneuver, 2)
     triangle, with_height, with_velocity = (float(np.mean(oracle.bound(flight, h, 2.0).curve)) for h in Height)
     assert with_height / triangle == pytest.approx(alone, abs=0.08)

@@ -10,11 +10,12 @@ from time import perf_counter
 
 import numpy as np
 
-from pitotbench.calibrate.benchmark import fit_times
-from pitotbench.cli import main as pitotbench
+from pitotbench.cli.app import main as pitotbench
+from pitotbench.evidence.speed.fit_times import fit_times
+from pitotbench.evidence.speed.flight_overhead import overhead_ratio
 from pitotbench.records.case import Case
 from pitotbench.sense import data_system, record
-from pitotbench.simulate import fly, overhead_ratio
+from pitotbench.simulate import fly
 
 FIT_ROWS = 36_000
 EVERYTHING = ["campaign", "--maneuver", "all", "--das", "all", "--model", "all", "--out"]

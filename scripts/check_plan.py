@@ -8,7 +8,7 @@ Writes plan.md and plan.png; `--flown FILE.csv` keeps the flown bounds, so that 
 import argparse
 from pathlib import Path
 
-from pitotbench.planner.check import check
+from pitotbench.evidence.plan_check import check_plan
 
 
 def main() -> None:
@@ -19,7 +19,7 @@ def main() -> None:
     parser.add_argument("--flown", type=Path, help="CSV file of flown bounds: read where it exists, else written")
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder (default: %(default)s)")
     options = parser.parse_args()
-    table = check(
+    table = check_plan(
         options.turbulence.split(","), options.das.split(","), options.seeds, options.out, flown_file=options.flown
     )
     print(table.to_string(index=False, float_format="%.3f"))

@@ -8,10 +8,10 @@ All maneuvers, light turbulence, 20/1 and 50/50 Hz, seeds never used in developm
 import argparse
 from pathlib import Path
 
-from pitotbench.campaign.coverage import FIRST_SCORED_SEED
-from pitotbench.campaign.flight_store import FlightStore
-from pitotbench.campaign.peers import comparison
-from pitotbench.show.measured import peers_page
+from pitotbench.bench.flight_store import FlightStore
+from pitotbench.evidence.bounds.coverage import FIRST_SCORED_SEED
+from pitotbench.evidence.bounds.peers import comparison
+from pitotbench.evidence.pages.measured_pages import peers_page
 
 
 def main() -> None:

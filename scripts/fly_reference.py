@@ -1,6 +1,6 @@
 """Fly the model of the Navajo to its published figures and print the table for the README."""
 
-from pitotbench.simulate.performance import reference_table
+from pitotbench.evidence.reference_figures import reference_table
 
 
 def main() -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
 
-from pitotbench.cli import OneLineParser, guarded
-from pitotbench.reconciler.command import add_reconcile
+from pitotbench.cli.app import OneLineParser, guarded
+from pitotbench.cli.reconcile import add_reconcile
 
 if __name__ == "__main__":
     parser = OneLineParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

@@ -10,7 +10,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
 
 from pitotbench.catalog import Catalog
-from pitotbench.reconciler.stories import STORIES, tell, write_stories
+from pitotbench.evidence.examples import STORIES, work_out, write_examples
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -24,4 +24,4 @@ if __name__ == "__main__":
     def say(line: str) -> None:
         print(line, file=sys.stderr, flush=True)
 
-    write_stories([tell(known[name], say) for name in wanted], options.out, options.reports)
+    write_examples([work_out(known[name], say) for name in wanted], options.out, options.reports)

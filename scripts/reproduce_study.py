@@ -12,8 +12,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
 
-from pitotbench.cli import OneLineParser, guarded
-from pitotbench.study.command import add_flags
+from pitotbench.cli.app import OneLineParser, guarded
+from pitotbench.evidence.study.command import add_flags
 
 
 def main() -> int:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
 
-from pitotbench.cli import OneLineParser, add_campaign, guarded
+from pitotbench.cli.app import OneLineParser, add_campaign, guarded
 
 
 def main() -> int:

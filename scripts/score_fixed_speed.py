@@ -6,7 +6,7 @@ Seeds 1 to N are development seeds; winds are drawn up to 25 kt."""
 
 import argparse
 
-from pitotbench.campaign.fixed_speed_score import score_fixed_speed
+from pitotbench.evidence.bounds.fixed_speed_accuracy import score_fixed_speed
 
 
 def main() -> None:

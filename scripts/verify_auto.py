@@ -10,9 +10,9 @@ import argparse
 
 import pandas as pd
 
-from pitotbench.campaign.coverage import Trial
-from pitotbench.campaign.outside import FIRST_DEVELOPMENT_SEED, TRUTHS, score_outside, summarize
-from pitotbench.show.measured import auto_page
+from pitotbench.evidence.bounds.coverage import Trial
+from pitotbench.evidence.bounds.truths_outside import FIRST_DEVELOPMENT_SEED, TRUTHS, score_outside, summarize
+from pitotbench.evidence.pages.measured_pages import auto_page
 
 
 def main() -> None:

@@ -8,8 +8,8 @@ Writes coverage.csv (one line a cell), coverage.png and coverage.md. About 25 CP
 import argparse
 from pathlib import Path
 
-from pitotbench.campaign.scorings import SCORINGS
-from pitotbench.campaign.verify import Budget, verify
+from pitotbench.evidence.bounds.scorings import SCORINGS
+from pitotbench.evidence.bounds.verify import Budget, verify
 
 
 def main() -> None:

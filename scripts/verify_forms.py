@@ -10,8 +10,8 @@ import os
 
 import pandas as pd
 
-from pitotbench.campaign.forms import FIRST_SCORED_SEED, score_all, summarize_forms
-from pitotbench.show.measured import forms_page
+from pitotbench.evidence.bounds.forms import FIRST_SCORED_SEED, score_all, summarize_forms
+from pitotbench.evidence.pages.measured_pages import forms_page
 
 
 def main() -> None:

@@ -15,10 +15,17 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
-from pitotbench.bench_reconcile import Reconciliation, Setting, aircraft_model, card_of, knowledge, reconcile
+from pitotbench.bench.reconcile.reconciliation import (
+    AnalysisSetting,
+    Reconciliation,
+    aircraft_model,
+    card_of,
+    knowledge,
+    reconcile,
+)
 from pitotbench.logbook import read_log
-from pitotbench.reconcile.judge import hold_out
-from pitotbench.reconcile.study import columns_of
+from pitotbench.reconcile.decide.judgment import hold_out
+from pitotbench.reconcile.residuals.layout import columns_of
 from pitotbench.records.case_file import write_case
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.verdict import Closure
@@ -98,7 +105,7 @@ def judged(aircraft: str, path: Path) -> dict[str, Any]:
 
 def _closed(made: Reconciliation, held: Path, aircraft: str) -> Closure:
     """What was named, on the flight held out."""
-    setting = Setting(day_known=True)
+    setting = AnalysisSetting(day_known=True)
     return hold_out(read_log(held), aircraft_model(aircraft), made.known, made.naming, setting)
 
 

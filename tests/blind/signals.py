@@ -14,16 +14,16 @@ from tests.blind.cards import CARDS
 from tests.blind.forms import KNOWN_AND_HIDDEN
 from tests.blind.outside import FAULTS
 
-from pitotbench.bench_reconcile import aircraft_model, knowledge
+from pitotbench.bench.reconcile.reconciliation import aircraft_model, knowledge
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, Effect, SensorEffect
-from pitotbench.reconcile.channels import residuals
-from pitotbench.reconcile.evidence import evidence, inner_products
-from pitotbench.reconcile.hypotheses import change
-from pitotbench.reconcile.nuisance import Setting
-from pitotbench.reconcile.study import Study, scaled_to, study
-from pitotbench.reconcile.track import track_of
-from pitotbench.reconcile.whitening import NoiseModel
+from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import Layout, lay_out, scaled_to
+from pitotbench.reconcile.residuals.predicted_channels import channel_residuals
+from pitotbench.reconcile.residuals.track import track_of
+from pitotbench.reconcile.residuals.whitening import NoiseModel
+from pitotbench.reconcile.signatures.signatures import change
 from pitotbench.records.case import Case
 from pitotbench.sense import record
 from pitotbench.simulate import fly
@@ -41,7 +41,7 @@ def typical(effect: Effect) -> dict[str, float]:
     return {name: EVENTS.get(name, value) for name, value in effect.typical().items()}
 
 
-def strength(layout: Study, noise: NoiseModel, moved: Array) -> float:
+def strength(layout: Layout, noise: NoiseModel, moved: Array) -> float:
     """Signal-to-noise ratio of a change of the residuals."""
 
     def white(values: Array) -> Array:
@@ -49,15 +49,15 @@ def strength(layout: Study, noise: NoiseModel, moved: Array) -> float:
 
     dense = white(layout.nuisance.columns)
     products = inner_products(dense, white(moved), blocks=1)
-    weighed = evidence(products, dense.shape[2], layout.nuisance.deviations)
+    weighed = equations_from(products, dense.shape[2], layout.nuisance.deviations)
     return float(np.sqrt(max(0.0, weighed.inner[-1, -1])))
 
 
 def measured(card: Case) -> dict[str, float]:
     """The strength of every effect at its typical size on one card; 0 where nothing shows."""
-    model, setting = aircraft_model(card.aircraft), Setting(day_known=True)
+    model, setting = aircraft_model(card.aircraft), AnalysisSetting(day_known=True)
     log = record(fly(replace(card, truth_seed=SEED, sensor_seed=SEED)), card.das, SEED)
-    layout = study(log, model, setting, NO_EFFECTS)
+    layout = lay_out(log, model, setting, NO_EFFECTS)
     noise = scaled_to(knowledge(card).noise, layout)
     found = {}
     for effect in KNOWN_AND_HIDDEN.values():
@@ -66,7 +66,7 @@ def measured(card: Case) -> dict[str, float]:
         moved = change(layout.scene, effect, typical(effect))
         found[effect.name] = 0.0 if moved is None else strength(layout, noise, moved)
     for name, fault in FAULTS.items():
-        other = residuals(track_of(fault(log, 1.0)), layout.grid, layout.scene.frame, layout.scene.model)
+        other = channel_residuals(track_of(fault(log, 1.0)), layout.grid, layout.scene.frame, layout.scene.model)
         found[name] = strength(layout, noise, other.values - layout.residuals.values)
     return found
 

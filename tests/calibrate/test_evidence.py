@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from pitotbench.calibrate.curve_prior import Hypothesis
-from pitotbench.calibrate.evidence import moments, weigh
+from pitotbench.calibrate.averaging.curve_prior import Hypothesis
+from pitotbench.calibrate.averaging.model_weights import moments, weigh_models
 from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
 from pitotbench.estimate.restricted_likelihood import Regression
 
@@ -50,7 +50,9 @@ def dense(problem, noise, thought):
 def test_mixture_is_the_dense_one(setup):
     problem, noises, thoughts = setup
     masses = np.log([0.6, 0.4])
-    answer, shares = weigh(thoughts, [moments(problem, ZERO, n, m) for n, m in zip(noises, masses, strict=True)])
+    answer, shares = weigh_models(
+        thoughts, [moments(problem, ZERO, n, m) for n, m in zip(noises, masses, strict=True)]
+    )
     cases = [(t, n, m) for t in thoughts for n, m in zip(noises, masses, strict=True)]
     found = [dense(problem, n, t) for t, n, _ in cases]
     logs = np.array([d + m + np.log(t.probability) for (d, _, _), (t, _, m) in zip(found, cases, strict=True)])
@@ -64,9 +66,9 @@ def test_mixture_is_the_dense_one(setup):
 
 def test_data_speak_for_the_true_law(setup):
     problem, noises, thoughts = setup
-    _, shares = weigh(thoughts, [moments(problem, ZERO, noises[0], 0.0)])
+    _, shares = weigh_models(thoughts, [moments(problem, ZERO, noises[0], 0.0)])
     flat = replace(problem, response=problem.response - problem.regressors[:, 1])
-    _, shares_flat = weigh(thoughts, [moments(flat, ZERO, noises[0], 0.0)])
+    _, shares_flat = weigh_models(thoughts, [moments(flat, ZERO, noises[0], 0.0)])
     assert shares[0] > 0.7 > shares_flat[0]
 
 
@@ -74,6 +76,8 @@ def test_where_it_is_linearized_does_not_matter(setup):
     problem, noises, thoughts = setup
     theta = np.array([0.2, -0.4, 1.0])
     moved = replace(problem, response=problem.response - problem.regressors @ theta)
-    here, there = (weigh(thoughts, [moments(p, t, noises[0], 0.0)]) for p, t in ((problem, ZERO), (moved, theta)))
+    here, there = (
+        weigh_models(thoughts, [moments(p, t, noises[0], 0.0)]) for p, t in ((problem, ZERO), (moved, theta))
+    )
     np.testing.assert_allclose(here[0].mean, there[0].mean, atol=1e-10)
     np.testing.assert_allclose(here[1], there[1], rtol=1e-8)

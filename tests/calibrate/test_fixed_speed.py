@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench.calibrate.fixed_speed import circle_fit, fixed_speed, horseshoe
+from pitotbench.calibrate.gps_legs.methods import circle_fit, fixed_speed, horseshoe
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.units import DEGREE, KNOT
 

@@ -9,10 +9,10 @@ import trajectories as fixture
 from pitotbench import air
 from pitotbench.bench import sense, true_correction, wind_toward
 from pitotbench.calibrate.accuracy import Accuracies
-from pitotbench.calibrate.fixed_speed_points import cross_check, fixed_speed_points
-from pitotbench.calibrate.observations import observe
+from pitotbench.calibrate.gps_legs.leg_points import cross_check, fixed_speed_points
 from pitotbench.calibrate.options import CalibrationOptions
-from pitotbench.calibrate.steady import block_means
+from pitotbench.calibrate.rows.observations import observe
+from pitotbench.calibrate.rows.steady_blocks import block_means
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import DEGREE, KNOT
 

@@ -7,11 +7,11 @@ from scipy.optimize import least_squares
 
 from pitotbench import bench
 from pitotbench.calibrate import CalibrationOptions, calibrate
-from pitotbench.calibrate.observations import observe
+from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.output_error import fit_output_error
 from pitotbench.calibrate.paper import airspeed_outputs
-from pitotbench.calibrate.prediction import PredictionModel
-from pitotbench.campaign.coverage import Trial
+from pitotbench.calibrate.rows.observations import observe
+from pitotbench.evidence.bounds.coverage import Trial
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import KNOT

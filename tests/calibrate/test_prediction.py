@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import trajectories as fixture
 
-from pitotbench.calibrate.observations import observe
+from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.options import CalibrationOptions
-from pitotbench.calibrate.prediction import PredictionModel
+from pitotbench.calibrate.rows.observations import observe
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 
 

@@ -9,7 +9,7 @@ import trajectories as fixture
 from pitotbench import air
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.catalog import UnknownNameError
-from pitotbench.cli import main
+from pitotbench.cli.app import main
 from pitotbench.logbook import write_log
 from pitotbench.pressure_error import MODELS, TableCurve
 from pitotbench.records.errors import BadInputError, NoAnswerError

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 import trajectories as fixture
 
-from pitotbench.cli import main
+from pitotbench.cli.app import main
 from pitotbench.logbook import write_log
 from pitotbench.simulate import MANEUVERS
 

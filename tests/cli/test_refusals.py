@@ -12,7 +12,7 @@ import trajectories as fixture
 from numpy.linalg import LinAlgError
 
 import pitotbench
-from pitotbench.cli import guarded, main
+from pitotbench.cli.app import guarded, main
 from pitotbench.logbook import FORMATS, write_log
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
@@ -86,7 +86,7 @@ def test_debug_stands_before_or_behind_the_command(arguments, capsys):
 
 def test_a_reader_that_closes_the_pipe_hears_nothing():
     legs = ["fixed-speed", "--ground-speed-kt", "178,185,188", "--track-deg", "178,82,355", "--json"]
-    command = [sys.executable, "-m", "pitotbench.cli", *legs]
+    command = [sys.executable, "-m", "pitotbench", *legs]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.close()
         assert process.stderr.read() == b""

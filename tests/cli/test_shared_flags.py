@@ -2,10 +2,10 @@
 
 import pytest
 
+from pitotbench.bench.campaign.tasks import plan_tasks as campaign_plan
 from pitotbench.calibrate import CalibrationOptions
-from pitotbench.campaign.plan import plan as campaign_plan
-from pitotbench.cli import _parser
-from pitotbench.planner.command import request_of as plan_request
+from pitotbench.cli.app import _parser
+from pitotbench.cli.plan import request_of as plan_request
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS

@@ -10,7 +10,7 @@ from tests.outside.cells import CELLS
 from tests.outside.compressible import KNOT
 from tests.outside.generator import generate, write_csv
 
-from pitotbench.cli import main as pitotbench_command
+from pitotbench.cli.app import main as pitotbench_command
 
 
 def _row(seed, cell="base", **entries):

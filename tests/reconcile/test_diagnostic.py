@@ -6,9 +6,9 @@ import pytest
 from pitotbench import Case, fly, sense
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.advise import advice
-from pitotbench.reconcile.nuisance import Setting
-from pitotbench.reconcile.study import FITTED, columns_of, own_noise, study, weigh
+from pitotbench.reconcile.decide.advice_for import flights_to_fly
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import FITTED, columns_of, lay_out, own_noise, weigh_layout
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.units import INCH_OF_MERCURY
@@ -20,8 +20,8 @@ def separation(maneuver: str) -> float:
     """σ by which a log with a pitot lag prefers the lag to a GPS latency, sensors alone."""
     few = Catalog("effect", {name: FITTED[name] for name in ("pitot_lag", "gps_latency")})
     log = sense(fly(Case(maneuver=maneuver, truth_seed=52, sensor_seed=52, effects=LAG)), "20/20")
-    layout = study(log, None, Setting(day_known=True), few)
-    weighed, columns = weigh(layout, own_noise(layout)), columns_of(layout.signatures)
+    layout = lay_out(log, None, AnalysisSetting(day_known=True), few)
+    weighed, columns = weigh_layout(layout, own_noise(layout)), columns_of(layout.signatures)
     gains = {name: weighed.fit(own).gain for name, own in columns.items()}
     return float(np.sqrt(max(0.0, gains["pitot_lag"] - gains["gps_latency"])))
 
@@ -34,13 +34,13 @@ def test_it_tells_lag_from_latency_far_better_than_step_decrease():
 
 
 def test_it_is_advised_where_causes_of_two_kinds_are_not_told_apart():
-    assert "diagnostic" in advice("one_of", [("pitot_lag", "static_lag")])[0]
-    assert "look at the airplane" in advice("one_of", [("gear_not_up", "belly_pod")])[0]
+    assert "diagnostic" in flights_to_fly("one_of", [("pitot_lag", "static_lag")])[0]
+    assert "look at the airplane" in flights_to_fly("one_of", [("gear_not_up", "belly_pod")])[0]
 
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_is_sharpened_by_a_maneuver_that_shows_it(name):
-    (sentence,) = advice("named", [(name,)])
+    (sentence,) = flights_to_fly("named", [(name,)])
     assert any(maneuver in sentence for maneuver in EFFECTS[name].shows_in.maneuvers)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pitotbench import air
-from pitotbench.reconcile.flown_again import compare, features_of
+from pitotbench.reconcile.card_comparison import compare_cards, features_of
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT
 
@@ -32,14 +32,16 @@ def log(rate: float = -1.0, pitch: float = 2.0, noise: int = 0, segments: bool =
 
 
 def test_the_same_airplane_is_within_every_tolerance():
-    flown = compare(log(noise=9), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
+    flown = compare_cards(log(noise=9), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
     assert [t.quantity for t in flown.tolerances] == ["indicated airspeed", "pitch", "bank", "heading"]
     assert all(t.before == t.after == t.by_chance == 1.0 for t in flown.tolerances)
     assert not flown.skipped
 
 
 def test_a_steeper_deceleration_leaves_the_tolerance_and_is_a_feature():
-    flown = compare(log(-1.2, noise=9), [log(noise=1), log(noise=2)], [log(-1.2, noise=3), log(-1.2, noise=4)])
+    flown = compare_cards(
+        log(-1.2, noise=9), [log(noise=1), log(noise=2)], [log(-1.2, noise=3), log(-1.2, noise=4)]
+    )
     airspeed = flown.tolerances[0]
     # 1.2 kt apart after 6 of the 30 s in which it slows down, of 70 s in all
     assert airspeed.before == pytest.approx(46 / 70, abs=0.02)
@@ -52,13 +54,13 @@ def test_a_steeper_deceleration_leaves_the_tolerance_and_is_a_feature():
 
 
 def test_pitch_is_told_in_degrees():
-    flown = compare(log(pitch=3.0), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
+    flown = compare_cards(log(pitch=3.0), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
     pitch = flown.tolerances[1]
     assert (pitch.half_width, pitch.before, pitch.after) == (pytest.approx(0.6), 0.0, 0.0)
 
 
 def test_histories_stand_at_the_time_of_the_log():
-    flown = compare(log(), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
+    flown = compare_cards(log(), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
     decel = next(h for h in flown.histories if h.quantity == "indicated airspeed" and h.time[0] > 1.0)
     assert decel.time[0] == pytest.approx(40.0)
     assert decel.measured[0] == pytest.approx(150.0, abs=0.5)
@@ -66,7 +68,7 @@ def test_histories_stand_at_the_time_of_the_log():
 
 def test_logs_without_segments_are_skipped_with_a_reason():
     bare = log(segments=False)
-    assert "segments" in compare(bare, [log(), log()], [log(), log()]).skipped
+    assert "segments" in compare_cards(bare, [log(), log()], [log(), log()]).skipped
 
 
 def test_a_turn_tells_bank_beyond_that_of_its_turn_rate():

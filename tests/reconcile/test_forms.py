@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.evidence import Evidence
-from pitotbench.reconcile.hypotheses import Signature
-from pitotbench.reconcile.null import ignorance
-from pitotbench.reconcile.table import Table
-from pitotbench.reconcile.whitening import NoiseModel
+from pitotbench.reconcile.decide.explanations import Explanations
+from pitotbench.reconcile.decide.normal_equations import NormalEquations
+from pitotbench.reconcile.null_flights.null_distribution import ignorance
+from pitotbench.reconcile.residuals.whitening import NoiseModel
+from pitotbench.reconcile.signatures.signatures import Signature
 
 QUIET = NoiseModel(("impact_pressure",), np.zeros((1, 0)), np.ones(1), np.eye(1))
 CREEP, WATER = 192.0, 205.0  # merits: water has a size more, and fits a little better
 
 
-def table(plain: float) -> Table:
+def table(plain: float) -> Explanations:
     """A log whose gap is explained by water in the line, and almost as well by creep; its plain form, hysteresis,
     has the merit that is given."""
     share = plain / CREEP
@@ -31,7 +31,7 @@ def table(plain: float) -> Table:
     every = np.vstack([columns, residual])
     inner = every @ every.T
     signatures = [Signature(effect, name, 1.0, np.zeros((3, 1))) for effect, name in along]
-    return Table(Evidence(inner[None], 0, np.zeros(0), inner), signatures, ignorance(QUIET))
+    return Explanations(NormalEquations(inner[None], 0, np.zeros(0), inner), signatures, ignorance(QUIET))
 
 
 def test_a_cause_that_fits_in_another_form_only_is_named_in_that_form() -> None:

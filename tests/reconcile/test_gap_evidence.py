@@ -3,22 +3,22 @@
 import numpy as np
 import pytest
 
-from pitotbench.reconcile.evidence import Evidence, evidence, inner_products
-from pitotbench.reconcile.grid import Grid
-from pitotbench.reconcile.null import learn
-from pitotbench.reconcile.whitening import learned
+from pitotbench.reconcile.decide.normal_equations import NormalEquations, equations_from, inner_products
+from pitotbench.reconcile.null_flights.null_distribution import learn
+from pitotbench.reconcile.residuals.grid import Grid
+from pitotbench.reconcile.residuals.whitening import learned
 
 N, C = 800, 2
 
 
-def made(size: float = 0.0, seed: int = 3) -> tuple[Evidence, np.ndarray, np.ndarray]:
+def made(size: float = 0.0, seed: int = 3) -> tuple[NormalEquations, np.ndarray, np.ndarray]:
     """Two nuisances, two signatures, one cell a channel; the first signature is in the residual with a size."""
     draw = np.random.default_rng(seed)
     dense = draw.standard_normal((N, C, 4))
     cells = np.broadcast_to(np.eye(C), (N, C, C))
     residual = draw.standard_normal((N, C)) + dense[:, :, 0] * 5.0 + size * dense[:, :, 2]
     products = inner_products(np.concatenate([dense, cells], axis=2), residual)
-    return evidence(products, 2, np.array([10.0, 10.0])), dense, residual
+    return equations_from(products, 2, np.array([10.0, 10.0])), dense, residual
 
 
 def test_fit_is_least_squares_with_the_prior_as_rows() -> None:

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.reconcile.grid import grid_of
-from pitotbench.reconcile.track import track_of
+from pitotbench.reconcile.residuals.grid import grid_of
+from pitotbench.reconcile.residuals.track import track_of
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from pitotbench.bench_reconcile import aircraft_model
+from pitotbench.bench.reconcile.reconciliation import aircraft_model
 from pitotbench.effects import EFFECTS, AircraftEffect, Overlay
-from pitotbench.reconcile.replay import answer, motion_of
-from pitotbench.reconcile.track import track_of
+from pitotbench.reconcile.residuals.replay import answer, motion_of
+from pitotbench.reconcile.residuals.track import track_of
 
 
 @pytest.mark.parametrize(("name", "column"), [("belly_pod", 0), ("flap_not_up", 2)])

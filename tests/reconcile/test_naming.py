@@ -5,17 +5,17 @@ from dataclasses import replace
 import pytest
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench_reconcile import aircraft_model, card_of, reconcile
+from pitotbench.bench.reconcile.reconciliation import aircraft_model, card_of, reconcile
 from pitotbench.catalog import Catalog, UnknownNameError
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.judge import judge
-from pitotbench.reconcile.nuisance import Setting
-from pitotbench.reconcile.null import ignorance
-from pitotbench.reconcile.patch import patch
-from pitotbench.reconcile.study import cause_of, own_noise, study
+from pitotbench.reconcile.decide.judgment import judge
+from pitotbench.reconcile.decide.patches import patch_of_effects
+from pitotbench.reconcile.null_flights.null_distribution import ignorance
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import cause_of, lay_out, own_noise
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
-from pitotbench.show.verdict import verdict_json
+from pitotbench.show.verdict_text import verdict_json
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def pod():
     few = Catalog(
         "effect", {n: EFFECTS[n] for n in ("belly_pod", "power_deficit", "mass", "pitot_lag", "gps_latency")}
     )
-    layout = study(sense(fly(case), "50/50"), aircraft_model("navajo"), Setting(day_known=True), few)
+    layout = lay_out(sense(fly(case), "50/50"), aircraft_model("navajo"), AnalysisSetting(day_known=True), few)
     return judge(layout, ignorance(own_noise(layout)))[0]
 
 
@@ -60,7 +60,7 @@ def test_the_verdict_is_plain_data(pod) -> None:
 
 
 def test_the_patch_is_an_entry_of_a_case_file(pod) -> None:
-    made = patch(pod.effects, "flight.csv", "2026-01-01")
+    made = patch_of_effects(pod.effects, "flight.csv", "2026-01-01")
     case = read_case(made.text)
     assert case.effects[0].name == "belly_pod"
     assert case.effects[0].parameters["drag_area_m2"] == pytest.approx(pod.effects[0].sizes[0].value, rel=1e-4)

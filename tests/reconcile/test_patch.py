@@ -3,7 +3,7 @@
 import tomllib
 import xml.etree.ElementTree as ET
 
-from pitotbench.reconcile.patch import patch
+from pitotbench.reconcile.decide.patches import patch_of_effects
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
@@ -21,14 +21,14 @@ FRONT = candidate("sea_breeze_front", ("north_mps", 3.0, 0.4))
 
 
 def test_it_reads_back_with_bounds_and_provenance_in_comments():
-    made = patch([POD], "flight.csv", "2026-01-01")
+    made = patch_of_effects([POD], "flight.csv", "2026-01-01")
     assert read_case(made.text).effects == (EffectSpec("belly_pod", {"drag_area_m2": 0.12346}),)
     assert "± 0.01 (2σ)" in made.text
     assert "flight.csv" in made.text
 
 
 def test_what_is_not_told_apart_stands_in_comments_ready_to_be_put_in_its_place():
-    made = patch([POD], "flight.csv", "2026-01-01", others=[[GEAR]])
+    made = patch_of_effects([POD], "flight.csv", "2026-01-01", others=[[GEAR]])
     assert [e.name for e in read_case(made.text).effects] == ["belly_pod"]
     swapped = made.text[made.text.index("# the log does not") :].splitlines()[1:]
     table = tomllib.loads("\n".join(line.removeprefix("#").strip() for line in swapped))
@@ -36,13 +36,13 @@ def test_what_is_not_told_apart_stands_in_comments_ready_to_be_put_in_its_place(
 
 
 def test_a_size_out_of_range_is_brought_to_its_edge():
-    made = patch([candidate("belly_pod", ("drag_area_m2", 3.0, 0.1))], "flight.csv", "2026-01-01")
+    made = patch_of_effects([candidate("belly_pod", ("drag_area_m2", 3.0, 0.1))], "flight.csv", "2026-01-01")
     assert dict(made.entries) == {"belly_pod": {"drag_area_m2": 0.8}}
 
 
 def test_the_time_of_an_event_is_kept():
     shapes = {"sea_breeze_front": {"at_s": 123.0}}
-    made = patch([FRONT], "flight.csv", "2026-01-01", shapes)
+    made = patch_of_effects([FRONT], "flight.csv", "2026-01-01", shapes)
     assert dict(made.entries)["sea_breeze_front"]["at_s"] == 123.0
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pitotbench.evidence.pages.examples_page import ExampleChapter, example_picture, examples_page
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import Account, Feature, FlownAgain, GapMap, History, Round, Step, Tolerance, Trace
 from pitotbench.records.verdict import Candidate, Check, Closure, Detectable, Located, Verdict
+from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import sentences, size_words
-from pitotbench.show.reconcile import account_page
-from pitotbench.show.stories import Chapter, stories_page, story_picture
-from pitotbench.show.verdict import account_json
+from pitotbench.show.verdict_text import account_json
 
 TIME = np.arange(200) / 2.0
 POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.12, 0.01),), 50.0, 1.0, True)
@@ -109,10 +109,10 @@ def test_sizes_carry_their_unit():
 
 
 def test_a_story_tells_truth_and_answer_side_by_side(tmp_path):
-    chapter = Chapter("pod", "The belly pod", "Steeper.", account(), {"belly_pod": {"drag_area_m2": 0.125}})
-    page = stories_page([chapter], "Seeds 1.")
+    chapter = ExampleChapter("pod", "The belly pod", "Steeper.", account(), {"belly_pod": {"drag_area_m2": 0.125}})
+    page = examples_page([chapter], "Seeds 1.")
     assert "| The belly pod | named | belly pod: drag area 0.12 ± 0.01 m² | belly pod: drag area 0.125 m² |" in page
     assert "0.990 | 0.950 | 2 |" in page
     assert "for 25% of the time before and 97% with the patch" in page
-    story_picture(account(), tmp_path / "pod.png")
+    example_picture(account(), tmp_path / "pod.png")
     assert (tmp_path / "pod.png").stat().st_size > 10_000

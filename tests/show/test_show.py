@@ -12,15 +12,15 @@ from rich.console import Console
 from pitotbench.bench import tolerances
 from pitotbench.calibrate import calibrate
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.records.fixed_speed import FixedSpeedPoint
-from pitotbench.show.answer import answer_of
-from pitotbench.show.curves import curve_panels
-from pitotbench.show.fixed_speed import points_json, print_points
-from pitotbench.show.flights import flight_panels
+from pitotbench.records.fixed_speed_point import FixedSpeedPoint
+from pitotbench.show.error_curves import curve_panels
+from pitotbench.show.fixed_speed_tables import points_json, print_points
+from pitotbench.show.flight_panels import flight_panels
 from pitotbench.show.remarks import remarks
 from pitotbench.show.report import log_page
 from pitotbench.show.residuals import residual_autocorrelation, residual_panels
 from pitotbench.show.section import log_section
+from pitotbench.show.section_content import short_answer_of
 from pitotbench.show.style import Panel, broken, thin
 from pitotbench.units import KNOT
 
@@ -101,7 +101,7 @@ def test_flight_panels_show_wind_and_tolerances(smooth_flights):
 
 
 def test_answer_gives_curve_and_wind_with_their_bounds(result):
-    answer = answer_of(result, "step decrease 10/10")
+    answer = short_answer_of(result, "step decrease 10/10")
     assert answer.wind_kt == pytest.approx(np.hypot(*fixture.WIND) / KNOT, abs=3.0 * answer.wind_two_sigma_kt)
     assert [c.indicated_kt for c in answer.corrections] == sorted(c.indicated_kt for c in answer.corrections)
     assert all(c.two_sigma_kt > 0.0 for c in answer.corrections)

@@ -7,7 +7,7 @@ from pitotbench.catalog import UnknownNameError
 from pitotbench.records.case import Case, Wind
 from pitotbench.simulate.atmosphere import LARGEST_SEED, Air, turbulence_seed
 from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.recording import record
+from pitotbench.simulate.recording import record_channels
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 
@@ -33,7 +33,7 @@ def test_turbulence_grows_with_severity_and_changes_with_the_seed():
     for severity, seed in ((0, 5), (1, 5), (1, 6), (2, 5)):
         plant = Plant.load("navajo")
         plant.start(6000 * FOOT, 140 * KNOT, air=Air(severity=severity, seed=seed))
-        gusts[severity, seed] = record(plant, 60.0)["wind_down"]
+        gusts[severity, seed] = record_channels(plant, 60.0)["wind_down"]
     strength = {key: float(np.std(gust)) for key, gust in gusts.items()}
     print({key: round(value, 3) for key, value in strength.items()})
     assert strength[0, 5] == 0.0

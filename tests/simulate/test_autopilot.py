@@ -6,7 +6,7 @@ from scipy.signal import welch
 
 from pitotbench.simulate.atmosphere import Air
 from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.recording import record
+from pitotbench.simulate.recording import record_channels
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY, Array
 
 ALTITUDE = 6000.0 * FOOT  # m
@@ -34,7 +34,7 @@ def heading_error(flight: dict[str, Array], heading: float) -> Array:
 
 @pytest.mark.parametrize("speed_kt", [100.0, 130.0, 160.0])
 def test_steady_level_flight_is_held(speed_kt: float) -> None:
-    flight = record(airborne(speed_kt), 60.0)
+    flight = record_channels(airborne(speed_kt), 60.0)
     assert np.abs(flight["calibrated_airspeed"] / KNOT - speed_kt).max() < 0.3
     assert height_error(flight) < 5.0
     assert np.abs(heading_error(flight, 0.0)).max() < 0.5
@@ -46,7 +46,7 @@ def test_a_turn_of_30_degrees_of_bank_keeps_height_speed_and_coordination(speed_
     plant = airborne(speed_kt)
     plant.set("lateral_mode", BANK_HOLD)
     plant.set("bank_target", bank_deg * DEGREE)
-    flight = record(plant, 40.0)
+    flight = record_channels(plant, 40.0)
     assert height_error(flight) < 20.0
     assert np.abs(flight["calibrated_airspeed"] / KNOT - speed_kt).max() < 1.0
     assert np.abs(flight["sideslip"] / DEGREE).max() < 1.5
@@ -62,7 +62,7 @@ def test_a_turn_at_constant_manifold_pressure_keeps_the_pressure(speed_kt: float
     plant.set("manifold_pressure_target", pressure)
     plant.set("lateral_mode", BANK_HOLD)
     plant.set("bank_target", 30.0 * DEGREE)
-    flight = record(plant, 40.0)
+    flight = record_channels(plant, 40.0)
     assert np.abs(flight["manifold_pressure_left"] - pressure).max() < 0.05 * INCH_OF_MERCURY
     assert height_error(flight) < 20.0
 
@@ -73,7 +73,7 @@ def test_a_new_heading_is_captured(speed_kt: float, bank_deg: float) -> None:
     plant = airborne(speed_kt)
     plant.set("bank_limit", bank_deg * DEGREE)
     plant.set("heading_target", 90.0 * DEGREE)
-    error = heading_error(record(plant, 75.0), 90.0 * DEGREE)
+    error = heading_error(record_channels(plant, 75.0), 90.0 * DEGREE)
     assert error.max() < 2.0
     assert np.abs(error[-500:]).max() < 0.5
 
@@ -84,7 +84,7 @@ def test_idle_deceleration_is_level_straight_and_at_negative_thrust(throttle: st
     plant.set("throttle_mode", DIRECT if throttle == "direct" else MANIFOLD_PRESSURE_HOLD)
     plant.set("throttle_command", 0.0)
     plant.set("manifold_pressure_target", 9.5 * INCH_OF_MERCURY)
-    flight = record(plant, 40.0)
+    flight = record_channels(plant, 40.0)
     slow = int(np.argmax(flight["calibrated_airspeed"] < 100.0 * KNOT))
     part = {name: values[:slow] for name, values in flight.items()}
     assert 25.0 < slow / 100.0 < 35.0
@@ -100,7 +100,7 @@ def test_a_new_speed_is_captured_without_overshoot(first_kt: float, second_kt: f
     plant = airborne(first_kt)
     plant.set("airspeed_rate_limit", rate_kt * KNOT)
     plant.set("airspeed_target", second_kt * KNOT)
-    flight = record(plant, 60.0)
+    flight = record_channels(plant, 60.0)
     beyond = (flight["calibrated_airspeed"] / KNOT - second_kt) * np.sign(second_kt - first_kt)
     assert beyond.max() < (1.0 if rate_kt < 2.0 else 1.2)  # at 2 kt/s the throttles reach idle
     assert np.abs(beyond[2500:]).max() < 1.0
@@ -114,7 +114,7 @@ def test_speed_hold_takes_over_from_idle() -> None:
     plant.run(25.0)
     plant.set("airspeed_target", 120.0 * KNOT)
     plant.set("throttle_mode", 1.0)
-    speed = record(plant, 60.0)["calibrated_airspeed"] / KNOT
+    speed = record_channels(plant, 60.0)["calibrated_airspeed"] / KNOT
     assert speed.max() < 122.0
     assert speed[4000:] == pytest.approx(120.0, abs=1.0)
 
@@ -125,7 +125,7 @@ def test_an_inch_of_manifold_pressure_settles_in_three_seconds() -> None:
     plant.set("manifold_pressure_target", 28.0 * INCH_OF_MERCURY)
     plant.run(20.0)
     plant.set("manifold_pressure_target", 27.0 * INCH_OF_MERCURY)
-    pressure = record(plant, 8.0)["manifold_pressure_left"] / INCH_OF_MERCURY
+    pressure = record_channels(plant, 8.0)["manifold_pressure_left"] / INCH_OF_MERCURY
     assert pressure.min() > 26.9
     assert pressure[300:] == pytest.approx(27.0, abs=0.1)
     assert pressure[50] > 27.2
@@ -134,7 +134,7 @@ def test_an_inch_of_manifold_pressure_settles_in_three_seconds() -> None:
 def test_a_throttle_bias_stays_and_heading_is_held() -> None:
     plant = airborne(130.0)
     plant.set("throttle_bias_left", 0.02)
-    flight = record(plant, 40.0)
+    flight = record_channels(plant, 40.0)
     split = flight["manifold_pressure_left"] - flight["manifold_pressure_right"]
     assert split[-1] > 1.0 * INCH_OF_MERCURY
     assert np.abs(heading_error(flight, 0.0)).max() < 1.0
@@ -143,7 +143,7 @@ def test_a_throttle_bias_stays_and_heading_is_held() -> None:
 @pytest.mark.parametrize("severity", [1, 2])
 def test_turbulence_is_ridden_not_chased(severity: int) -> None:
     speed_kt = 130.0
-    flight = record(airborne(speed_kt, Air(severity=severity, seed=7)), 120.0)
+    flight = record_channels(airborne(speed_kt, Air(severity=severity, seed=7)), 120.0)
     off = np.abs(flight["calibrated_airspeed"] / KNOT - speed_kt)
     assert np.mean(off < 1.0) > (0.95, 0.40)[severity - 1]
     assert height_error(flight) < (10.0, 25.0)[severity - 1]
@@ -154,20 +154,20 @@ def test_turbulence_is_ridden_not_chased(severity: int) -> None:
 
 @pytest.mark.parametrize("speed_kt", [100.0, 160.0])
 def test_no_narrow_line_in_longitudinal_acceleration(speed_kt: float) -> None:
-    flight = record(airborne(speed_kt, Air(severity=1, seed=3)), 160.0)
+    flight = record_channels(airborne(speed_kt, Air(severity=1, seed=3)), 160.0)
     frequency, height = most_prominent_line(flight["specific_force_x"])
     assert height < 10.0, f"a line of {height:.1f} dB at {frequency:.2f} Hz: a limit cycle?"
 
 
 def test_smooth_air_leaves_longitudinal_acceleration_still() -> None:
-    force = record(airborne(130.0), 60.0)["specific_force_x"]
+    force = record_channels(airborne(130.0), 60.0)["specific_force_x"]
     assert np.std(force - np.convolve(force, np.ones(200) / 200.0, "same"), where=inner(force)) < (
         1e-4 * STANDARD_GRAVITY
     )
 
 
 def test_a_line_of_a_two_thousandth_of_g_would_be_seen() -> None:
-    force = record(airborne(160.0, Air(severity=1, seed=3)), 160.0)["specific_force_x"]
+    force = record_channels(airborne(160.0, Air(severity=1, seed=3)), 160.0)["specific_force_x"]
     cycle = 5e-4 * STANDARD_GRAVITY * np.sin(2.0 * np.pi * 3.0 * np.arange(force.size) / 100.0)
     frequency, height = most_prominent_line(force + cycle)
     assert frequency == pytest.approx(3.0, abs=0.05)

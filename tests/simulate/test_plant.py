@@ -9,7 +9,7 @@ from pitotbench.catalog import UnknownNameError
 from pitotbench.simulate.atmosphere import Air
 from pitotbench.simulate.plant import Plant, SimulationError
 from pitotbench.simulate.properties import PROPERTIES, Property, check_table
-from pitotbench.simulate.recording import record
+from pitotbench.simulate.recording import record_channels
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 
@@ -31,7 +31,7 @@ def test_start_reaches_level_flight(speed, wind):
 
 
 def test_level_flight_reads_minus_one_g(plant):
-    found = record(plant, 2.0)
+    found = record_channels(plant, 2.0)
     assert len(found["time"]) == 200
     assert np.diff(found["time"]) == pytest.approx(0.01)
     assert found["specific_force_z"].mean() == pytest.approx(-9.79, abs=0.05)

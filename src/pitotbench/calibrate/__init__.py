@@ -7,15 +7,15 @@ from threadpoolctl import ThreadpoolController
 
 from pitotbench.calibrate.accuracy import Accuracies as Accuracies
 from pitotbench.calibrate.accuracy import accuracies_from as accuracies_from
-from pitotbench.calibrate.fixed_speed import FixedSpeedResult as FixedSpeedResult
-from pitotbench.calibrate.fixed_speed import fixed_speed as fixed_speed
+from pitotbench.calibrate.averaging.model_average import calibrate_auto
+from pitotbench.calibrate.gps_legs.methods import FixedSpeedResult as FixedSpeedResult
+from pitotbench.calibrate.gps_legs.methods import fixed_speed as fixed_speed
+from pitotbench.calibrate.joint_fit import reduce_together
 from pitotbench.calibrate.observability import require_useful
 from pitotbench.calibrate.options import AUTO
 from pitotbench.calibrate.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibrate.reduction import reduce_log
 from pitotbench.calibrate.result import assemble
-from pitotbench.calibrate.several import reduce_together
-from pitotbench.calibrate.structure import calibrate_auto
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pitotbench.calibrate.observations import Observations
-from pitotbench.calibrate.prediction import PredictionModel
+from pitotbench.calibrate.model.prediction import PredictionModel
+from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import DEGREE, KNOT

@@ -3,10 +3,10 @@
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibrate.air_direction import air_direction
-from pitotbench.calibrate.observations import Observations
+from pitotbench.calibrate.model.air_direction import air_direction
+from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.output_error import OutputErrorFit, Outputs, fit_output_error
-from pitotbench.calibrate.prediction import PredictionModel
+from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 

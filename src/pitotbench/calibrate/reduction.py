@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, accuracies_from
-from pitotbench.calibrate.answer import Answer, answer_of
-from pitotbench.calibrate.covering import CoveringFit, fit_covering
-from pitotbench.calibrate.crosswind import direction_nuisances
-from pitotbench.calibrate.latency import estimate_latency, latency_warning, with_latency
-from pitotbench.calibrate.linearized import Structure
-from pitotbench.calibrate.nuisances import Nuisance, nuisances_of
+from pitotbench.calibrate.gls.covering_fit import CoveringFit, fit_covering
+from pitotbench.calibrate.gls.latency import estimate_latency, latency_warning, with_latency
+from pitotbench.calibrate.gls.linearized_problem import Structure
+from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
+from pitotbench.calibrate.model.crosswind import direction_nuisances
+from pitotbench.calibrate.model.nuisances import Nuisance, nuisances_of
+from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.observability import require_observable
-from pitotbench.calibrate.observations import Observations, observe, observe_again
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.paper import fit_scalar, fit_vector
-from pitotbench.calibrate.prediction import PredictionModel
-from pitotbench.calibrate.screening import screen
+from pitotbench.calibrate.rows.observations import Observations, observe, observe_again
+from pitotbench.calibrate.rows.screening import screen
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.log import FlightLog
@@ -39,7 +39,7 @@ class Reduction:
     model: PredictionModel
     observations: Observations
     white: OutputErrorFit
-    answer: Answer
+    answer: Posterior
     nuisances: tuple[Nuisance, ...]
     diagnostics: dict[str, Any]
     warnings: tuple[str, ...]
@@ -56,10 +56,10 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     obs, white, left_out = _screened(model, obs, log, options)
     found: dict[str, Any] = {"rows_left_out": [int(row) for row in left_out[:_MOST_LISTED]]}
     nuisances: tuple[Nuisance, ...] = ()
-    answer = answer_of(white)
+    answer = posterior_of(white)
     if options.method == "covering":
         options, obs, nuisances, fit, noticed = _cover(log, options, model, obs, white)
-        answer, found = answer_of(fit), found | noticed
+        answer, found = posterior_of(fit), found | noticed
     warnings = _warnings(log, obs, white, left_out, found)
     return Reduction(options, model, obs, white, answer, nuisances, found, warnings)
 

@@ -5,14 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibrate.answer import Answer
-from pitotbench.calibrate.curve import CurveMap, curve_airspeeds
-from pitotbench.calibrate.nuisances import Nuisance
-from pitotbench.calibrate.observations import Observations
+from pitotbench.calibrate.gls.posterior import Posterior
+from pitotbench.calibrate.model.curve_map import CurveMap, curve_airspeeds
+from pitotbench.calibrate.model.nuisances import Nuisance
+from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
-from pitotbench.calibrate.prediction import PredictionModel
 from pitotbench.calibrate.reduction import Reduction
+from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, Residuals, Share, WindEstimate
 from pitotbench.units import Array, MetersPerSecond
 
@@ -52,13 +52,13 @@ def _published_two_sigma(
     return 2.0 * float(np.std(airspeed))
 
 
-def _parameters(model: PredictionModel, answer: Answer) -> tuple[Estimate, ...]:
+def _parameters(model: PredictionModel, answer: Posterior) -> tuple[Estimate, ...]:
     bounds = answer.two_sigma(np.eye(len(answer.mean)))
     names = model.error.parameter_names
     return tuple(Estimate(name, float(v), float(b)) for name, v, b in zip(names, answer.mean, bounds, strict=False))
 
 
-def _wind(model: PredictionModel, answer: Answer) -> WindEstimate:
+def _wind(model: PredictionModel, answer: Posterior) -> WindEstimate:
     bounds = answer.two_sigma(np.eye(len(answer.mean)))
     names = ("north", "east", "down")[: model.count - model.error_count]
     parts = [
@@ -68,7 +68,7 @@ def _wind(model: PredictionModel, answer: Answer) -> WindEstimate:
     return WindEstimate(*parts)
 
 
-def _curve(curve: CurveMap, white: OutputErrorFit, answer: Answer) -> ErrorCurve:
+def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior) -> ErrorCurve:
     k = answer.mean[: curve.model.error_count]
     gradient, basis = _widened(curve.correction_gradient(k), answer), _widened(curve.basis(), answer)
     bounds = answer.two_sigma(gradient)
@@ -85,14 +85,14 @@ def _curve(curve: CurveMap, white: OutputErrorFit, answer: Answer) -> ErrorCurve
     )
 
 
-def _widened(gradient: Array, answer: Answer) -> Array:
+def _widened(gradient: Array, answer: Posterior) -> Array:
     """A gradient with respect to the error parameters as one with respect to all of θ."""
     wide = np.zeros((len(gradient), len(answer.mean)))
     wide[:, : gradient.shape[1]] = gradient
     return wide
 
 
-def _shares(curve: CurveMap, answer: Answer, nuisances: Sequence[Nuisance]) -> tuple[Share, ...]:
+def _shares(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> tuple[Share, ...]:
     """What each nuisance contributes to the bounds."""
     free, count = curve.model.error_count, curve.model.count
     gradient = _widened(curve.correction_gradient(answer.mean[:free]), answer)

@@ -9,7 +9,7 @@ Point = tuple[float, float, float]  # inches, structural axes: x aft, y right, z
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class PropertySetting:
     """A property of the aircraft that is written anew at every step."""
 
     path: str
@@ -57,7 +57,7 @@ class Overlay:
     """
 
     sizes: tuple[tuple[str, float], ...] = ()
-    settings: tuple[Setting, ...] = ()
+    settings: tuple[PropertySetting, ...] = ()
     functions: tuple[AxisFunction, ...] = ()
     masses: tuple[MassPoint, ...] = ()
     forces: tuple[BodyForce, ...] = ()

@@ -8,7 +8,7 @@ from pitotbench.pressure_error.models import BIAS, INVERSE, INVERSE_PLUS, LINEAR
 from pitotbench.pressure_error.spline import SPLINE
 from pitotbench.pressure_error.spline import SplineModel as SplineModel
 from pitotbench.pressure_error.spline import spline_between as spline_between
-from pitotbench.pressure_error.table import TableCurve as TableCurve
+from pitotbench.pressure_error.table_curve import TableCurve as TableCurve
 
 REFERENCE_PRESSURE = 1630.28  # Pa, impact pressure at 100 KCAS: makes x = q_ci/q_ref of order one
 

@@ -86,13 +86,13 @@ def _sure(null_flights: int) -> str:
 
 
 def _closed(verdict: Verdict, holdout: str) -> str:
-    line = f"Adding it closes {percent(verdict.closure)} of the explainable gap of this log"
+    line = f"Adding it closes {closure_percent(verdict.closure)} of the explainable gap of this log"
     if verdict.closure_holdout is not None:
-        line += f", and {percent(verdict.closure_holdout)} of that of {holdout}, which was not used"
+        line += f", and {closure_percent(verdict.closure_holdout)} of that of {holdout}, which was not used"
     return line + "."
 
 
-def percent(closed: Closure) -> str:
+def closure_percent(closed: Closure) -> str:
     """A closure in percent, one digit where it is near whole."""
     return f"{100.0 * closed.share:.0f} %"
 

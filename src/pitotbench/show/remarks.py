@@ -4,17 +4,17 @@ from collections.abc import Iterator, Sequence
 
 import pandas as pd
 
-from pitotbench.show.answer import Answer
+from pitotbench.show.section_content import ShortAnswer
 
 _OFTEN_OUTSIDE = 0.7  # a model whose curve is inside 2σ less often than this cannot take the true shape
 
 
-def remarks(results: pd.DataFrame, answers: Sequence[Answer]) -> list[str]:
+def remarks(results: pd.DataFrame, answers: Sequence[ShortAnswer]) -> list[str]:
     """Sentences for the top of a page, the most important first."""
     return [*_warnings(answers), *_ranking(results), *_shapes(results)]
 
 
-def _warnings(answers: Sequence[Answer]) -> Iterator[str]:
+def _warnings(answers: Sequence[ShortAnswer]) -> Iterator[str]:
     """Each warning once, with the subjects that it belongs to."""
     for text in dict.fromkeys(w for answer in answers for w in answer.warnings):
         subjects = ", ".join(answer.subject for answer in answers if text in answer.warnings)

@@ -6,9 +6,9 @@ from itertools import groupby
 
 import pandas as pd
 
-from pitotbench.show.answer import Section
 from pitotbench.show.markup import render
 from pitotbench.show.remarks import remarks
+from pitotbench.show.section_content import Section
 from pitotbench.show.summary import summary_panels
 from pitotbench.show.tables import campaign_html
 

@@ -3,15 +3,15 @@
 from collections.abc import Mapping, Sequence
 
 from pitotbench.records.calibration import Calibration
-from pitotbench.records.fixed_speed import FixedSpeedPoint
+from pitotbench.records.fixed_speed_point import FixedSpeedPoint
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.show.answer import Answer, Section, answer_of
-from pitotbench.show.curves import curve_panels
-from pitotbench.show.fixed_speed import points_html
-from pitotbench.show.flights import flight_panels
+from pitotbench.show.error_curves import curve_panels
+from pitotbench.show.fixed_speed_tables import points_html
+from pitotbench.show.flight_panels import flight_panels
 from pitotbench.show.markup import render
 from pitotbench.show.residuals import residual_panels
+from pitotbench.show.section_content import Section, ShortAnswer, short_answer_of
 from pitotbench.show.style import Panel
 from pitotbench.show.tables import curve_html
 from pitotbench.units import MetersPerSecond
@@ -31,7 +31,7 @@ def flight_section(
     is already drawn in another section; `points` of fixed-speed methods go over the curve.
     """
     maneuver = flight.case.maneuver.replace("_", " ")
-    answer = answer_of(next(iter(results.values())), f"{maneuver} {system}")
+    answer = short_answer_of(next(iter(results.values())), f"{maneuver} {system}")
     flown = [] if tolerances is None else flight_panels(flight, tolerances)
     name = f"{flight.case.maneuver}-{system.replace('/', '-')}"
     html = _html(name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown, points)
@@ -40,7 +40,7 @@ def flight_section(
 
 def log_section(name: str, log: FlightLog, result: Calibration, points: Sequence[FixedSpeedPoint] = ()) -> Section:
     """The section of a measured log, of which nobody knows the truth."""
-    answer = answer_of(result, name)
+    answer = short_answer_of(result, name)
     rows = f"{len(log):,} rows read, {result.samples:,} used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
     html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points)
@@ -51,7 +51,7 @@ def _html(
     anchor: str,
     title: str,
     remark: str,
-    answer: Answer,
+    answer: ShortAnswer,
     results: Mapping[str, Calibration],
     truth: Mapping[str, MetersPerSecond] | None,
     flown: Sequence[Panel],

@@ -20,7 +20,7 @@ def summary_panels(results: pd.DataFrame) -> list[Panel]:
     panels = [
         panel(
             f"2σ of the residual ({models[0]})",
-            lambda axes: draw_bars(axes, first, "das", "residual_two_sigma_kt", "2σ of the residual [kt]"),
+            lambda axes: draw_summary_bars(axes, first, "das", "residual_two_sigma_kt", "2σ of the residual [kt]"),
             "How noisy the air and the sensors were: the published figure.",
         ),
         panel(
@@ -35,7 +35,7 @@ def summary_panels(results: pd.DataFrame) -> list[Panel]:
         panels += [
             panel(
                 f"{title}, by model ({system} Hz)",
-                lambda axes, column=column, label=label: draw_bars(axes, one, "model", column, label),  # type: ignore[misc]
+                lambda axes, column=column, label=label: draw_summary_bars(axes, one, "model", column, label),  # type: ignore[misc]
             )
             for title, column, label in (
                 ("2σ of the residual", "residual_two_sigma_kt", "2σ of the residual [kt]"),
@@ -45,7 +45,7 @@ def summary_panels(results: pd.DataFrame) -> list[Panel]:
     return panels
 
 
-def draw_bars(axes: Axes, table: pd.DataFrame, kind: str, column: str, label: str) -> None:
+def draw_summary_bars(axes: Axes, table: pd.DataFrame, kind: str, column: str, label: str) -> None:
     """One group a maneuver, one bar a `kind` (das or model), of one column of the campaign's table."""
     maneuvers = list(table["maneuver"].unique())
     kinds = list(table[kind].unique())
@@ -61,7 +61,7 @@ def draw_bars(axes: Axes, table: pd.DataFrame, kind: str, column: str, label: st
 
 def draw_knowledge(axes: Axes, table: pd.DataFrame) -> None:
     """The mean covering 2σ as bars, twice the true rms error as marks on them."""
-    draw_bars(axes, table, "das", "two_sigma_kt", "[kt]")
+    draw_summary_bars(axes, table, "das", "two_sigma_kt", "[kt]")
     maneuvers = list(table["maneuver"].unique())
     kinds = list(table["das"].unique())
     width, label = _BARS / len(kinds), "2 × true rms error"

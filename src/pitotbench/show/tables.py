@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pitotbench.records.calibration import Calibration, Estimate
-from pitotbench.show.choice import choice_html, choice_of, print_choice
+from pitotbench.show.model_probabilities import choice_html, print_choice, probabilities_of
 from pitotbench.show.terminal import outside
 from pitotbench.units import DEGREE, KNOT
 
@@ -193,7 +193,7 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
             for s in result.shares
         ],
         "diagnostics": {k: v for k, v in (result.diagnostics or {}).items() if k != "model_choice"},
-        **({"model_choice": choice_of(result)} if choice_of(result) else {}),
+        **({"model_choice": probabilities_of(result)} if probabilities_of(result) else {}),
     }
 
 

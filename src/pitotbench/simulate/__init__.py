@@ -1,6 +1,5 @@
 """Fly a case in JSBSim. The only place that imports jsbsim."""
 
-from pitotbench.simulate.benchmark import overhead_ratio as overhead_ratio
 from pitotbench.simulate.maneuvers import MANEUVERS as MANEUVERS
 from pitotbench.simulate.maneuvers import PAPER_MANEUVERS as PAPER_MANEUVERS
 from pitotbench.simulate.modified import install_variant as install_variant

@@ -69,7 +69,7 @@ class Recorder:
         return found
 
 
-def record(plant: Plant, seconds: float) -> dict[str, Array]:
+def record_channels(plant: Plant, seconds: float) -> dict[str, Array]:
     """Run a plant for a time [s] and return its channels by name, SI, one value a step."""
     recorder = Recorder(plant)
     for count in _batches(round(seconds / plant.time_step), max(1, round(0.1 / plant.time_step))):

@@ -5,20 +5,20 @@ from collections.abc import Mapping
 from pitotbench.effects.effect import AircraftEffect, Parameter
 from pitotbench.effects.excitation import RANGE_OF_AIRSPEED
 from pitotbench.effects.expression import product, size
-from pitotbench.effects.overlay import Baseline, Overlay, Setting
+from pitotbench.effects.overlay import Baseline, Overlay, PropertySetting
 
 _FLAP, _GEAR = size("flap_not_up", "extension"), size("gear_not_up", "extension")
 LEVERS = ("fcs/gear-lever-norm", "gear/gear-cmd-norm")  # the aircraft's own, else JSBSim's
 
 
 def _flap(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
-    held = Setting("fcs/flap-cmd-norm", product(_FLAP, 1.0))
+    held = PropertySetting("fcs/flap-cmd-norm", product(_FLAP, 1.0))
     return Overlay(sizes=((_FLAP, sizes["extension"]),), settings=(held,))
 
 
 def _gear(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     lever = LEVERS[0] if LEVERS[0] in baseline.declared else LEVERS[1]
-    return Overlay(sizes=((_GEAR, sizes["extension"]),), settings=(Setting(lever, product(_GEAR, 1.0)),))
+    return Overlay(sizes=((_GEAR, sizes["extension"]),), settings=(PropertySetting(lever, product(_GEAR, 1.0)),))
 
 
 FLAP_NOT_UP = AircraftEffect(

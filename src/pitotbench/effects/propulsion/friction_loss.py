@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pitotbench.effects.effect import AircraftEffect, Parameter
 from pitotbench.effects.excitation import POWER
 from pitotbench.effects.expression import product, size, total
-from pitotbench.effects.overlay import Baseline, Overlay, Setting
+from pitotbench.effects.overlay import Baseline, Overlay, PropertySetting
 from pitotbench.effects.propulsion.engines import left_and_right
 
 NAME = "friction_loss"
@@ -14,7 +14,7 @@ KILOWATT = 1000.0 / 745.699872  # hp
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     settings = tuple(
-        Setting(
+        PropertySetting(
             f"propulsion/engine[{i}]/friction-hp",
             total(baseline.engines[i].friction, product(KILOWATT, size(NAME, key))),
         )

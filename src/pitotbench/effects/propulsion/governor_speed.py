@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pitotbench.effects.effect import AircraftEffect, Parameter
 from pitotbench.effects.excitation import POWER
 from pitotbench.effects.expression import size, total
-from pitotbench.effects.overlay import Baseline, Overlay, Setting
+from pitotbench.effects.overlay import Baseline, Overlay, PropertySetting
 from pitotbench.effects.propulsion.engines import require_declared
 
 NAME = "governor_speed"
@@ -15,7 +15,7 @@ GOVERNOR = "powerplant/governor-rpm"
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     require_declared(NAME, baseline, GOVERNOR)
-    setting = Setting(GOVERNOR, total(baseline.declared[GOVERNOR], _OFFSET))
+    setting = PropertySetting(GOVERNOR, total(baseline.declared[GOVERNOR], _OFFSET))
     return Overlay(sizes=((_OFFSET, sizes["offset_rpm"]),), settings=(setting,))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pitotbench.effects.effect import AircraftEffect, Parameter
 from pitotbench.effects.excitation import POWER
 from pitotbench.effects.expression import difference, quotient, size
-from pitotbench.effects.overlay import Baseline, Overlay, Setting
+from pitotbench.effects.overlay import Baseline, Overlay, PropertySetting
 from pitotbench.effects.propulsion.engines import left_and_right
 from pitotbench.records.errors import BadInputError
 
@@ -19,7 +19,7 @@ def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
         if fuel <= 0.0:
             raise BadInputError(f"effect {NAME!r} needs piston engines that state their bsfc; leave it out")
         path = f"propulsion/engine[{engine}]/bsfc-lbs_hphr"
-        settings.append(Setting(path, quotient(fuel, difference(1.0, size(NAME, key)))))
+        settings.append(PropertySetting(path, quotient(fuel, difference(1.0, size(NAME, key)))))
     return Overlay(sizes=tuple((size(NAME, key), value) for key, value in sizes.items()), settings=tuple(settings))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pitotbench.effects.effect import AircraftEffect, Parameter
 from pitotbench.effects.excitation import POWER
 from pitotbench.effects.expression import product, size
-from pitotbench.effects.overlay import Baseline, Overlay, Setting
+from pitotbench.effects.overlay import Baseline, Overlay, PropertySetting
 from pitotbench.effects.propulsion.engines import require_declared
 
 NAME = "throttle_rigging"
@@ -14,7 +14,7 @@ _PATHS = {"left": "ap/throttle-bias-left-norm", "right": "ap/throttle-bias-right
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     require_declared(NAME, baseline, *_PATHS.values())
-    settings = tuple(Setting(path, product(size(NAME, side), 1.0)) for side, path in _PATHS.items())
+    settings = tuple(PropertySetting(path, product(size(NAME, side), 1.0)) for side, path in _PATHS.items())
     return Overlay(sizes=tuple((size(NAME, key), value) for key, value in sizes.items()), settings=settings)
 
 

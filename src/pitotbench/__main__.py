@@ -1,0 +1,8 @@
+"""`python -m pitotbench`: the command line."""
+
+import sys
+
+from pitotbench.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

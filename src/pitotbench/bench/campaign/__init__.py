@@ -1,0 +1,1 @@
+"""Campaigns: many flights, sensed, calibrated, scored and kept."""

@@ -1,0 +1,76 @@
+"""What a campaign flies: one task is one flight, sensed by every data system, calibrated with every model."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from pitotbench.calibrate import CalibrationOptions
+from pitotbench.calibrate.options import require_model
+from pitotbench.records.case import Case
+from pitotbench.records.errors import BadInputError
+from pitotbench.sense import SYSTEMS, data_system
+from pitotbench.simulate.hangar import find_aircraft
+from pitotbench.simulate.maneuvers import maneuvers_named
+
+PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")  # Martos et al. 2011, Fig 9
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One flight and all that is done with it."""
+
+    case: Case
+    systems: tuple[str, ...]
+    models: tuple[str, ...]
+    options: CalibrationOptions
+    folder: str  # where logs and the resolved case go
+    log_format: str = "parquet"
+    draw: bool = True
+
+    @property
+    def name(self) -> str:
+        """A name that is good for a file: maneuver and seed."""
+        return f"{self.case.maneuver}-seed{self.case.truth_seed}"
+
+
+def names(kind: str, text: str, known: Sequence[str]) -> tuple[str, ...]:
+    """Names of a comma list, each once; `all` stands for all of `known`. Raises BadInputError for none."""
+    chosen = tuple(part.strip() for part in text.split(",") if part.strip())
+    if not chosen:
+        raise BadInputError(f"no {kind} is named: give one, several with commas, or all ({', '.join(known)})")
+    return tuple(known) if chosen == ("all",) else tuple(dict.fromkeys(chosen))
+
+
+def plan_tasks(
+    base: Case,
+    maneuvers: str,
+    systems: str,
+    models: str,
+    seeds: int,
+    options: CalibrationOptions,
+    folder: str,
+    log_format: str = "parquet",
+) -> list[Task]:
+    """The tasks of a campaign: maneuver × seed, each sensed and calibrated every way.
+
+    Raises UnknownNameError or BadInputError for a name that does not exist, before anything is flown.
+    """
+    find_aircraft(base.aircraft)
+    flown = maneuvers_named(maneuvers)
+    # One spelling of a system, `20/1` for `20.0/1`, is one name of its logs and one row of the results.
+    sensed = tuple(dict.fromkeys(data_system(name).label for name in names("data system", systems, list(SYSTEMS))))
+    fitted = names("model", models, PAPER_MODELS)
+    for name in fitted:
+        require_model(name)
+    return [
+        Task(
+            replace(base, maneuver=name, truth_seed=seed, sensor_seed=seed),
+            sensed,
+            fitted,
+            options,
+            folder,
+            log_format,
+            draw=seed == 1,
+        )
+        for name in flown
+        for seed in range(1, seeds + 1)
+    ]

@@ -1,0 +1,132 @@
+"""The best card: the free numbers of a maneuver, changed until the curve is known best in the minutes given.
+
+What is minimized is the bound for known noise (the inverse information matrix) on the flight of the card in smooth
+air. Headings are not free: in the simulator the turbulence has an axis, in the air it has none that is known.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from pitotbench.bench.plan.forecasting import known_noise_two_sigma, smooth_flight
+from pitotbench.bench.plan.plan_request import PlanRequest, written
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.simulate import MANEUVERS, SimulationError
+from pitotbench.simulate.maneuvers.card import override
+from pitotbench.units import DEGREE, INCH_OF_MERCURY, Array
+
+# Entry of a card: least and largest value [SI]. A list has as many free numbers as entries.
+_FREE = {
+    "dwell": (2.0, 240.0),
+    "dwells": (2.0, 240.0),
+    "turns": (0.25, 4.0),
+    "circles": (0.25, 4.0),
+    "step": (0.4 * INCH_OF_MERCURY, 3.0 * INCH_OF_MERCURY),
+    "step_time": (3.0, 20.0),
+    "bank": (15.0 * DEGREE, 45.0 * DEGREE),  # 45° is a steep turn that pilots train; more is not asked
+}
+_OVERTIME = 1.0  # times ln(minutes over the limit): twice the gain of flying longer, and no cliff for the simplex
+_FIRST_STEP = 0.35  # of a number's logarithm; to alternate sides, so that the first cards take like times
+_UNFLYABLE = 50.0
+
+
+@dataclass(frozen=True, slots=True)
+class FreeNumber:
+    """One number of a card that may change: its entry, its place in the entry's list (None for a plain number),
+    the unit suffix of the written key ("" for a count), and its bounds [SI]."""
+
+    entry: str
+    place: int | None
+    suffix: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What a search found: the card's changed numbers (keys with units), and how often it flew."""
+
+    maneuver: str
+    card: Mapping[str, Any]
+    flights: int
+
+
+def free_numbers(maneuver: str) -> tuple[FreeNumber, ...]:
+    """The free numbers of a maneuver's card; the speeds between the first and the last one among them."""
+    card = MANEUVERS[maneuver].card
+    found = []
+    for entry in (f for f in fields(card) if f.name in _FREE):
+        value = getattr(card, entry.name)
+        places = range(len(value)) if isinstance(value, tuple) else (None,)
+        suffix = str(entry.metadata.get("suffix", ""))
+        found += [FreeNumber(entry.name, place, suffix, *_FREE[entry.name]) for place in places]
+    between = range(1, len(card.speeds) - 1)
+    ends = min(card.speeds), max(card.speeds)
+    return (*found, *(FreeNumber("speeds", place, "kt", *ends) for place in between))
+
+
+def best_card(request: PlanRequest, maneuver: str, minutes: float, flights: int = 60) -> Search:
+    """The card of a maneuver that knows the curve best in at most so many minutes, within some `flights`.
+
+    Nelder and Mead's simplex (1965) on the logarithms of the free numbers; a card that cannot be flown, does not
+    determine the answer or leaves the box counts as useless, one that takes longer as worse.
+    Raises BadInputError where the maneuver has nothing free.
+    """
+    free = free_numbers(maneuver)
+    if not free:
+        raise BadInputError(f"the card of {maneuver} has no free numbers: choose another maneuver")
+    start = np.log([_value(request.case(maneuver).card, maneuver, number) for number in free])
+    simplex = np.vstack([start, start + _FIRST_STEP * np.diag((-1.0) ** np.arange(len(free)))])
+    simplex = np.clip(simplex, np.log([n.low for n in free]), np.log([n.high for n in free]))
+    cost = _cost_of(request, maneuver, free, minutes)
+    found = minimize(
+        cost,
+        start,
+        method="Nelder-Mead",
+        bounds=[(np.log(n.low), np.log(n.high)) for n in free],
+        options={"maxfev": flights, "initial_simplex": simplex, "xatol": 0.02, "fatol": 0.003},
+    )
+    return Search(maneuver, _card_of(request, maneuver, free, found.x), int(found.nfev))
+
+
+def _cost_of(
+    request: PlanRequest, maneuver: str, free: tuple[FreeNumber, ...], minutes: float
+) -> Callable[[Array], float]:
+    """ln 2σ of a card, plus what its overtime costs."""
+
+    def cost(x: Array) -> float:
+        card = _card_of(request, maneuver, free, x)
+        try:
+            flight = smooth_flight(request.case(maneuver, card))
+            bound = float(np.mean(known_noise_two_sigma(request, flight)))
+        except (SimulationError, NoAnswerError, BadInputError):
+            return _UNFLYABLE
+        side = max(float(np.ptp(flight[f"position_{axis}"])) for axis in ("north", "east"))
+        if request.box is not None and side > request.box:
+            return _UNFLYABLE
+        return float(np.log(bound) + _OVERTIME * max(0.0, np.log(flight.duration / 60.0 / minutes)))
+
+    return cost
+
+
+def _value(changes: Mapping[str, Any], maneuver: str, number: FreeNumber) -> float:
+    """A free number as the card with these changes has it [SI]."""
+    value = getattr(override(MANEUVERS[maneuver].card, changes), number.entry)
+    return float(value if number.place is None else value[number.place])
+
+
+def _card_of(request: PlanRequest, maneuver: str, free: tuple[FreeNumber, ...], x: Array) -> dict[str, Any]:
+    """The card's changes that set the free numbers to exp(x)."""
+    card = override(MANEUVERS[maneuver].card, request.case(maneuver).card)
+    changes: dict[str, Any] = {}
+    for number, value in zip(free, np.exp(x), strict=True):
+        key = f"{number.entry}_{number.suffix}" if number.suffix else number.entry
+        if number.place is None:
+            changes[key] = written(value, number.suffix)
+        else:
+            present = [written(v, number.suffix) for v in getattr(card, number.entry)]
+            changes.setdefault(key, present)[number.place] = written(value, number.suffix)
+    return changes

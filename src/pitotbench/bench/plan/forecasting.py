@@ -1,0 +1,80 @@
+"""What a card will give: the bound predicted before the flight, from a flight in smooth air and drawn gusts."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from pitotbench import bench
+from pitotbench.bench.plan.drawn_gusts import MEAN_LENGTH, gust_deviation, stirred
+from pitotbench.bench.plan.plan_request import PlanRequest
+from pitotbench.calibrate import CalibrationOptions
+from pitotbench.calibrate.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.records.case import Case
+from pitotbench.records.case_file import read_case, write_case
+from pitotbench.records.flight import Flight
+from pitotbench.records.forecast import Forecast
+from pitotbench.timeline import gaps
+from pitotbench.units import Array, MetersPerSecond
+
+_KEPT_FLIGHTS = 16
+_FIRST_DRAW = 1
+
+
+def forecast(request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None = None) -> Forecast:
+    """Predict a maneuver's bound, with numbers of its card changed.
+
+    Raises SimulationError where the card cannot be flown, NoAnswerError where it does not determine the answer.
+    """
+    flight = smooth_flight(request.case(maneuver, dict(card or {})))
+    bounds = np.stack([_drawn(request, flight, seed) for seed in range(_FIRST_DRAW, _FIRST_DRAW + request.draws)])
+    return Forecast(
+        maneuver=maneuver,
+        card=dict(card or {}),
+        minutes=flight.duration / 60.0,
+        elapsed_minutes=float(np.ptp(flight["time"])) / 60.0,
+        steepest_bank=float(np.abs(flight["roll"]).max()),
+        extent=(float(np.ptp(flight["position_north"])), float(np.ptp(flight["position_east"]))),
+        airspeeds=request.airspeeds,
+        two_sigma=bounds.mean(axis=0),
+        known_noise_two_sigma=known_noise_two_sigma(request, flight),
+        spread=float(bounds.mean(axis=1).std(ddof=1)),
+        track=_track(flight),
+    )
+
+
+def _track(flight: Flight) -> Array:
+    """Ground track, north and east [m], (2, k), a point a second; NaN where a set-up went unrecorded."""
+    time = flight["time"]
+    rows = np.flatnonzero(np.diff(np.floor(time - time[0]), prepend=-1.0) > 0.0)
+    track = np.stack([flight["position_north"][rows], flight["position_east"][rows]])
+    return np.insert(track, gaps(time[rows]), np.nan, axis=1)
+
+
+def smooth_flight(case: Case) -> Flight:
+    """The nominal flight of a case, in smooth air; the last few are kept."""
+    return _flown(write_case(case))
+
+
+@lru_cache(_KEPT_FLIGHTS)
+def _flown(case: str) -> Flight:
+    return bench.fly(read_case(case))
+
+
+def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSecond:
+    """2σ [m/s] at the request's airspeeds by the information matrix, for gusts of the expected level."""
+    level = gust_deviation(request.base)
+    theta = np.concatenate(
+        [np.array(request.base.pressure_error.parameters), bench.wind_toward(request.base.wind)[:2]]
+    )
+    noise = ExpectedNoise(gust_deviation=level, gust_length=MEAN_LENGTH)
+    log = bench.sense(flight, request.system)
+    return expected_two_sigma(log, CalibrationOptions(), theta, noise, request.airspeeds)
+
+
+def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
+    """The calibrator's 2σ at the request's airspeeds of the flight in one draw of gusts and sensor noise."""
+    log = bench.sense(stirred(flight, request.base.turbulence, seed), request.system)
+    curve = bench.calibrate(log).curve
+    return np.interp(request.airspeeds, curve.indicated_airspeed, curve.two_sigma)

@@ -1,0 +1,73 @@
+"""Add: the verdict, the patch and the report in a folder, and the patched aircraft under a name."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pitotbench.bench import write_text
+from pitotbench.bench.reconcile.workflow import FullReconciliation, entries
+from pitotbench.effects import EFFECTS
+from pitotbench.records.case import EffectSpec
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.verdict import SURE
+from pitotbench.show.gap_page import account_page
+from pitotbench.show.strict_json import json_text
+from pitotbench.simulate.modified import install_variant, overlay_xml
+
+WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")  # what may appear in the folder of --out
+
+
+def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) -> list[str]:
+    """Write `verdict.json`, `patch.toml`, `report.html` and, where something acts on the aircraft, `overlay.xml` to
+    a folder; those of an earlier run are replaced. Returns a line for each thing written."""
+    texts = {
+        "verdict.json": json_text(document),
+        "patch.toml": outcome.patch.text,
+        "report.html": account_page(outcome.account),
+    }
+    aircraft = outcome.account.aircraft
+    overlay = overlay_xml(aircraft, _of_aircraft(outcome)) if aircraft != "none" else ""
+    if overlay:
+        texts["overlay.xml"] = overlay
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "overlay.xml").unlink(missing_ok=True)  # an earlier run's would not belong to this patch
+    for name, text in texts.items():
+        write_text(out / name, text)
+    return ["written: " + ", ".join(str(out / name) for name in texts)]
+
+
+def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None) -> list[str]:
+    """Write the patched aircraft as `<aircraft>+<variant>`; returns a line for each thing written, and one for
+    effects that are left to the case file.
+
+    Raises BadInputError where nothing that was named acts on the aircraft, or the name is taken: nothing is ever
+    overwritten.
+    """
+    verdict, aircraft = outcome.found.verdict, outcome.account.aircraft
+    acting = _of_aircraft(outcome)
+    if not acting:
+        raise BadInputError(_nothing(verdict.kind))
+    found_in = {"log": outcome.account.log, "verdict": verdict.kind, "closure": round(verdict.closure.share, 3)}
+    folder = install_variant(aircraft, variant, acting, found_in | _bounds(outcome), shelf)
+    beside = [e.name for e in entries(outcome.patch) if e not in acting]
+    lines = [f"written: {folder}; it flies as --aircraft {folder.name}"]
+    if beside:
+        lines.append(f"not of the aircraft, to be put into the case file from patch.toml: {', '.join(beside)}")
+    return lines
+
+
+def _of_aircraft(outcome: FullReconciliation) -> list[EffectSpec]:
+    return [e for e in entries(outcome.patch) if EFFECTS[e.name].acts_on == "aircraft"]
+
+
+def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
+    """2σ of every size that was named, by effect and parameter."""
+    effects = (e for r in outcome.account.rounds for e in r.verdict.effects)
+    return {"two_sigma": {e.name: {s.name: float(f"{s.two_sigma:.3g}") for s in e.sizes} for e in effects}}
+
+
+def _nothing(kind: str) -> str:
+    if kind in SURE:
+        return "nothing that was named acts on the aircraft: put patch.toml's entries into the case file instead"
+    why = "there is no significant gap" if kind == "no_gap" else "the cause of the gap is unknown"
+    return f"nothing to apply: {why}, so there is no patch"

@@ -1,0 +1,1 @@
+"""`--model auto`: the models of the error curve, weighed by evidence."""

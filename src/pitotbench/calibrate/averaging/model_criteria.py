@@ -1,0 +1,106 @@
+"""The usual criteria of a model: what its whitened residual costs, and how it predicts what it has not seen."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.calibrate.averaging.curve_prior import LEVEL
+from pitotbench.calibrate.gls.covering_fit import CoveringFit
+from pitotbench.calibrate.model.prediction import PredictionModel
+from pitotbench.calibrate.output_error import OutputErrorFit
+from pitotbench.calibrate.rows.observations import Observations
+from pitotbench.estimate.held_out import aicc, bic, held_out_log_density, log_likelihood
+from pitotbench.estimate.restricted_likelihood import Regression
+from pitotbench.records.errors import NoAnswerError
+from pitotbench.units import Array
+
+SEGMENTS = 10  # stretches of equal length, each predicted from the others
+_POINTS = 24  # over the flown range
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFit:
+    """One model of the table, fitted to data between two values of x = q_ci/q_ref."""
+
+    name: str
+    model: PredictionModel
+    flown: tuple[float, float]
+    white: OutputErrorFit
+    fit: CoveringFit
+
+
+@dataclass(frozen=True, slots=True)
+class Judgment:
+    """What speaks for a candidate: its greatest log-likelihood, AICc and BIC of the whitened residual, and the log
+    predictive density of every stretch given the others, (10,)."""
+
+    candidate: ModelFit
+    log_likelihood: float
+    aicc: float
+    bic: float
+    held_out: Array
+
+    @property
+    def unfitness(self) -> float:
+        """The mean of two estimates of −2 times the log density of new data: AICc and the held-out score."""
+        return 0.5 * self.aicc - float(np.sum(self.held_out))
+
+
+def judge_model(candidate: ModelFit, obs: Observations) -> Judgment:
+    """Judge a candidate; only differences between candidates of one log mean anything.
+
+    Raises NoAnswerError for a fit that turns back: more indicated pressure for less airspeed.
+    """
+    fit = candidate.fit
+    likeliest = fit.noise_of(max(fit.nodes, key=lambda node: node.weight).noise)
+    # The residuals are in airspeed; as densities of what was measured they are divided by the slope.
+    scale = _log_slopes(candidate, obs)
+    problem = _clean(candidate)
+    best = log_likelihood(problem, likeliest) - float(np.sum(scale))
+    free = fit.problem.regressors.shape[1] + len(fit.nodes[0].noise)
+    segment = _segments(fit.blocks)
+    return Judgment(
+        candidate,
+        best,
+        aicc(best, free, fit.blocks),
+        bic(best, free, fit.blocks),
+        held_out_log_density(problem, likeliest, _weak_prior(candidate), segment) - scale,
+    )
+
+
+def _clean(candidate: ModelFit) -> Regression:
+    """The problem with the instruments for regressors, as in `evidence`, and for the error parameters themselves,
+    not for corrections to those at which it was linearized."""
+    problem, free = candidate.fit.problem, candidate.model.error_count
+    k = candidate.fit.theta[:free]
+    return replace(
+        problem, response=problem.response + problem.instruments[:, :free] @ k, regressors=problem.instruments
+    )
+
+
+def _weak_prior(candidate: ModelFit) -> Array:
+    """A precision that keeps a curve within a few LEVELs where a left-out stretch is all that was flown there."""
+    free = candidate.model.error_count
+    low, high = candidate.flown
+    basis = candidate.model.error.basis(np.geomspace(low, high, _POINTS))
+    precision = np.diag(candidate.fit.problem.prior_precision)
+    precision[:free, :free] = basis.T @ basis * (free / _POINTS / LEVEL**2)
+    return precision
+
+
+def _segments(blocks: int) -> NDArray[np.intp]:
+    return np.arange(blocks) * SEGMENTS // blocks
+
+
+def _log_slopes(candidate: ModelFit, obs: Observations) -> Array:
+    """Sum over the blocks of each stretch of the log of the indicated pressure's slope over airspeed."""
+    own = candidate.model.count
+    slope = candidate.model.predict(candidate.fit.theta[:own], obs).slope
+    if not np.all(slope > 0.0):
+        raise NoAnswerError(
+            f"the fit of {candidate.name!r} turns back between the flown speeds: use a simpler model"
+        )
+    blocks = np.bincount(_segments(candidate.fit.blocks))
+    means = [float(np.mean(np.log(part))) for part in np.array_split(slope, SEGMENTS)]
+    return np.asarray(blocks * np.array(means))

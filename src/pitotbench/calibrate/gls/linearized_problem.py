@@ -1,0 +1,169 @@
+"""The covering estimator's problem at one point: block means, what moves them, and the family of their noise.
+
+The residual of block means is white sensor noise plus the gust along the flight path. The gust is a horizontal
+vector whose two components are first-order Gauss-Markov processes with the length scale of the Dryden spectrum
+(MIL-F-8785C; 533 m above 2,000 ft) under a wide prior; a turn sees first one component, then the other. Where the
+direction of the air velocity was measured, a second equation a block sees the component across the path.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from pitotbench.calibrate.model.crosswind import crosswind
+from pitotbench.calibrate.model.mean_wind import kernel_means
+from pitotbench.calibrate.model.nuisances import Nuisance
+from pitotbench.calibrate.model.prediction import PredictionModel
+from pitotbench.calibrate.rows.blocks import Blocks
+from pitotbench.calibrate.rows.observations import Observations
+from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
+from pitotbench.estimate.restricted_likelihood import LogPrior, NoiseOf, Regression
+from pitotbench.records.errors import NoAnswerError
+from pitotbench.units import Array
+
+GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
+GUST_LENGTH_FACTOR = 1.6  # standard deviation of the prior on it, as a factor
+GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
+WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
+WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation
+WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
+ACROSS_SCALE = 1.0  # m/s, half-normal prior on the white part across the path: 1° of direction at 60 m/s
+_LEAST_WHITE = 0.02  # m/s, where the search for the white level begins at least
+_WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
+_SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """What is fitted: the prediction, the nuisances beside its parameters, whether the wind drifts, and whether the
+    measured direction of the air velocity is used (`observations.air_heading`)."""
+
+    model: PredictionModel
+    nuisances: tuple[Nuisance, ...]
+    drifting: bool
+    crosswind: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Linearized:
+    """The problem linearized at one θ, as block means: the regression [m/s], the blocks' airspeeds and after them,
+    where the structure asks for it, their crosswinds; the family of its noise; the sensor's part of the noise along
+    the path [(m/s)²], (blocks,); and of a drifting wind each datum's correlation with the mean."""
+
+    regression: Regression
+    noise_of: NoiseOf
+    sensor: Array
+    kernel: Array | None
+
+
+def linearize(
+    structure: Structure, obs: Observations, blocks: Blocks, theta: Array, gust_variance: float = 0.0
+) -> Linearized:
+    """The problem at θ.
+
+    Gusts across the flight path lengthen the airspeed vector: by σ²/V on average, which is taken off.
+    Raises NoAnswerError where θ is outside the model's domain.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        prediction = structure.model.predict(theta, obs)
+    if not np.isfinite(np.sum(prediction.jacobian)) or not np.all(prediction.slope != 0.0):
+        raise NoAnswerError(
+            "the fit leaves the domain of the model (no airspeed explains some rows): "
+            "check the clock and the units, also of part of the log, or choose a model with fewer parameters"
+        )
+    response = blocks.mean((obs.impact_pressure - prediction.indicated) / prediction.slope)
+    columns = [nuisance.column(prediction, obs) for nuisance in structure.nuisances]
+    regressors = blocks.mean(np.column_stack([prediction.jacobian / prediction.slope[:, None], *columns]))
+    airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
+    sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
+    response -= gust_variance / airspeed
+    outputs = [(response, regressors)]
+    if structure.crosswind:
+        outputs.append(crosswind(structure.model, structure.nuisances, prediction, obs, blocks, theta))
+    precision = [0.0] * structure.model.count + [1.0 / n.deviation**2 for n in structure.nuisances]
+    regression = Regression(
+        np.concatenate([y for y, _ in outputs]),
+        np.concatenate([x for _, x in outputs]),
+        np.concatenate([smoothed(x, blocks) for _, x in outputs]),
+        np.array(precision),
+    )
+    # A residual falls by the wind component that it sees: these are its direction cosines.
+    first = structure.model.error_count
+    seen = np.stack([-x[:, first : first + 2] for _, x in outputs])
+    kernel = np.tile(kernel_means(blocks, WIND_TIME), len(outputs)) if structure.drifting else None
+    return Linearized(regression, _noise_family(structure, blocks, airspeed, seen, sensor), sensor, kernel)
+
+
+def smoothed(regressors: Array, blocks: Blocks) -> Array:
+    """Instruments: regressors (blocks, p) without their fast noise."""
+    return np.asarray(gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest"))
+
+
+def _sensor_noise(obs: Observations) -> float:
+    """White noise of the impact pressure [Pa], from its second differences (slow signals cancel)."""
+    second = np.diff(obs.impact_pressure, 2)
+    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0))
+
+
+def _noise_family(structure: Structure, blocks: Blocks, airspeed: Array, seen: Array, sensor: Array) -> NoiseOf:
+    """φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation [m/s]) (, white
+    deviation across the path [m/s])) to a covariance; `seen`: direction cosines, (outputs, blocks, 2)."""
+    at_edges = blocks.at_edges(airspeed)
+    slow = np.full(len(at_edges), WIND_TIME)
+
+    def noise_of(phi: Array) -> MarkovNoise:
+        deviation, length, white = np.exp(phi[:3])
+        winds = [MarkovProcess(deviation, length / at_edges, seen)]
+        if structure.drifting:
+            winds.append(MarkovProcess(float(np.exp(phi[3])), slow, seen))
+        variance = [sensor + white**2 + _WHITE_FLOOR]
+        if structure.crosswind:
+            variance.append(np.full_like(sensor, np.exp(2.0 * phi[-1]) + _WHITE_FLOOR))
+        return MarkovNoise(blocks.intervals, np.stack(variance), winds)
+
+    return noise_of
+
+
+def log_prior_of(structure: Structure) -> LogPrior:
+    """Half-normal levels (the φ terms turn densities of a level into densities of its logarithm), log-normal
+    length.
+
+    Beside a drifting wind the gust's level has no φ term (Jeffreys' prior for a scale): both explain short changes,
+    and a density that is flat in the level takes calm air for gusty at the drift's expense.
+    """
+    gust, white = (GUST_SCALE, 0.0 if structure.drifting else 1.0), (WHITE_SCALE, 1.0)
+    levels = {0: gust, 2: white}
+    if structure.drifting:
+        levels[3] = (WIND_SCALE, 1.0)
+    if structure.crosswind:
+        levels[noise_count(structure) - 1] = (ACROSS_SCALE, 1.0)
+
+    def log_prior(phi: Array) -> float:
+        half_normal = sum(
+            flat * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2 for i, (scale, flat) in levels.items()
+        )
+        length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(GUST_LENGTH_FACTOR)) ** 2
+        return float(half_normal + length)
+
+    return log_prior
+
+
+def noise_count(structure: Structure) -> int:
+    """How many parameters the noise has."""
+    return 3 + structure.drifting + structure.crosswind
+
+
+def first_guess(problem: Linearized, structure: Structure) -> Array:
+    """φ from the airspeed's residual of least squares: what neighbors share is gust, what is left beside the sensor
+    is white."""
+    data, blocks = problem.regression, len(problem.sensor)
+    response, regressors = data.response[:blocks], data.regressors[:blocks]
+    rest = response - regressors @ np.linalg.lstsq(regressors, response)[0]
+    total = max(float(np.mean(rest**2)), _WHITE_FLOOR)
+    once, twice = (max(float(np.mean(rest[k:] * rest[:-k])), 0.05 * total) for k in (1, 2))
+    gust = min(once**2 / twice, total)  # an exponential correlation, carried back to lag zero
+    white = max(total - gust - float(np.mean(problem.sensor)), _LEAST_WHITE**2)
+    start = [np.sqrt(gust), GUST_LENGTH, np.sqrt(white)]
+    start += [0.3 * WIND_SCALE] * structure.drifting + [0.3 * ACROSS_SCALE] * structure.crosswind
+    return np.log(start)

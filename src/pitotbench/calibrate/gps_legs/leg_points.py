@@ -1,0 +1,152 @@
+"""Fixed-speed points from a log: each group of steady legs or turn gives one airspeed, wind and correction.
+
+The indicated airspeed varies a little within a group. Every ground velocity is brought to the group's mean by what
+the indicated true airspeed was off it, along the flight path; then the methods' formulas apply as published.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pitotbench.calibrate.accuracy import Accuracies, accuracies_from
+from pitotbench.calibrate.gps_legs.leg_air import LegAir, leg_air
+from pitotbench.calibrate.gps_legs.leg_noise import LinearizedGroup, two_sigma
+from pitotbench.calibrate.gps_legs.legs import SteadyGroup, steady_groups
+from pitotbench.calibrate.gps_legs.methods import circle_fit, fixed_speed, horseshoe
+from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.calibrate.rows.observations import observe
+from pitotbench.calibrate.rows.steady_blocks import SECOND
+from pitotbench.records.errors import NoAnswerError
+from pitotbench.records.fixed_speed_point import FixedSpeedPoint
+from pitotbench.records.log import FlightLog
+from pitotbench.units import DEGREE, Array
+
+_METHODS = {3: "three_leg", 4: "four_leg"}
+_ROUNDS = 4  # the wind turns the flight path, the flight path turns what is taken off: settles at once
+_STEP = 0.01  # m/s, for the differences that say what an answer owes to each second of data
+_RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the card's tolerance on heading
+
+
+@dataclass(frozen=True, slots=True)
+class _Solved:
+    """A group, its velocities at one airspeed, the answer [V, W_N, W_E], its spread, the noise problem [m/s]."""
+
+    group: SteadyGroup
+    method: str
+    velocity: Array
+    answer: Array
+    spread: float | None
+    linearized: LinearizedGroup
+
+
+def fixed_speed_points(log: FlightLog, options: CalibrationOptions | None = None) -> tuple[FixedSpeedPoint, ...]:
+    """One point for each full turn and each group of legs on three or more tracks at one airspeed.
+
+    Of the options the row selection, the recovery factor, the error location and the stated accuracies (else the
+    header's) matter. The 2σ holds gusts, sensor noise and GPS noise as found in the log, and the accuracies.
+    Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or turns.
+    """
+    options = options or CalibrationOptions()
+    obs = observe(log, options)
+    solved = [_solve(group) for group in steady_groups(log, obs)]
+    if not solved:
+        raise NoAnswerError(
+            "no fixed-speed point in this log: no full turn, and no three steady legs at one airspeed and height; "
+            "fly four legs 90° apart, at least 5 s each, or a full turn at constant bank"
+        )
+    bounds = two_sigma([one.linearized for one in solved])
+    answers = [
+        pair for one, bound in zip(solved, bounds, strict=True) for pair in ((one, bound), *_horseshoe(one, bound))
+    ]
+    stated = options.accuracies or accuracies_from(log.header.get("accuracy", {}))
+    static_error = options.error_location == "static"
+    return tuple(_point(each, bound, leg_air(each.group, obs, static_error), stated) for each, bound in answers)
+
+
+def cross_check(log: FlightLog, options: CalibrationOptions | None = None) -> tuple[FixedSpeedPoint, ...]:
+    """The fixed-speed points to hold a curve against; none where the log has no legs or turns for them."""
+    try:
+        return fixed_speed_points(log, options)
+    except NoAnswerError:
+        return ()
+
+
+def _solve(group: SteadyGroup) -> _Solved:
+    blocks = group.blocks
+    airspeed = blocks.indicated_true_airspeed
+    off = airspeed - group.leg_means(airspeed).mean()
+    velocity, answer, spread = blocks.velocity, np.zeros(3), None
+    for _ in range(_ROUNDS):
+        velocity = blocks.velocity - off[:, None] * _direction(blocks.velocity, answer)
+        answer, spread = _answer(group, velocity)
+    along = _direction(velocity, answer)
+    rest = np.linalg.norm(velocity - answer[1:], axis=1) - answer[0]
+    if group.turning or group.legs > 4:
+        spread = float(rest.std(ddof=3))
+    gain = np.stack([(_answer(group, moved)[0] - answer) / _STEP for moved in _each_moved(velocity, along)])
+    method = "turn" if group.turning else _METHODS.get(group.legs, "many_leg")
+    problem = LinearizedGroup(blocks.time, rest, along, gain, float(answer[0]))
+    return _Solved(group, method, velocity, answer, spread, problem)
+
+
+def _horseshoe(one: _Solved, bound: Array) -> list[tuple[_Solved, Array]]:
+    """The horseshoe's answer beside that of three legs, where their tracks are nearly 90° apart.
+
+    What its formula is off, since they are not quite, is known from the three legs' answer and widens the bound.
+    """
+    if one.method != "three_leg":
+        return []
+    mean = one.group.leg_means(one.velocity)
+    track = np.arctan2(mean[:, 1], mean[:, 0])
+    for middle in range(3):
+        first, last = (other for other in range(3) if other != middle)
+        turns = [(track[other] - track[middle] + np.pi) % (2.0 * np.pi) - np.pi for other in (first, last)]
+        if turns[0] * turns[1] < 0.0 and max(abs(abs(turn) - 0.5 * np.pi) for turn in turns) < _RIGHT_ANGLE_OFF:
+            airspeed = horseshoe(np.linalg.norm(mean[[first, middle, last]], axis=1))
+            off = np.array([abs(airspeed - one.answer[0]), 0.0, 0.0])
+            return [(replace(one, method="horseshoe", answer=np.array([airspeed, *one.answer[1:]])), bound + off)]
+    return []
+
+
+def _each_moved(velocity: Array, along: Array) -> list[Array]:
+    """The ground velocities with one second after the other a step faster along its flight path."""
+    return [velocity + _STEP * (np.arange(len(velocity)) == row)[:, None] * along for row in range(len(velocity))]
+
+
+def _direction(velocity: Array, answer: Array) -> Array:
+    through_air = velocity - answer[1:]
+    return np.asarray(through_air / np.linalg.norm(through_air, axis=1, keepdims=True))
+
+
+def _answer(group: SteadyGroup, velocity: Array) -> tuple[Array, float | None]:
+    """Airspeed and wind [V, W_N, W_E] by the method that fits the group, and the spread of three-leg answers."""
+    if group.turning:
+        return circle_fit(velocity), None
+    mean = group.leg_means(velocity)
+    if group.legs > 4:
+        return circle_fit(mean), None
+    found = fixed_speed(np.linalg.norm(mean, axis=1), np.arctan2(mean[:, 1], mean[:, 0]))
+    toward = found.wind_from + np.pi
+    wind = found.wind_speed * np.array([np.cos(toward), np.sin(toward)])
+    return np.array([found.true_airspeed, *wind]), found.spread
+
+
+def _point(one: _Solved, bound: Array, here: LegAir, stated: Accuracies) -> FixedSpeedPoint:
+    true = float(one.answer[0])
+    calibrated = here.calibrated_airspeed(true)
+    slope = (here.calibrated_airspeed(true + _STEP) - calibrated) / _STEP
+    return FixedSpeedPoint(
+        method=one.method,
+        legs=one.group.legs,
+        seconds=len(one.group.blocks) * SECOND,
+        indicated_airspeed=here.indicated_airspeed,
+        calibrated_airspeed=calibrated,
+        correction=calibrated - here.indicated_airspeed,
+        two_sigma=float(np.hypot(slope * bound[0], here.stated_two_sigma(true, stated))),
+        true_airspeed=true,
+        true_airspeed_two_sigma=float(bound[0]),
+        spread=one.spread,
+        wind_north=float(one.answer[1]),
+        wind_east=float(one.answer[2]),
+        wind_two_sigma=float(np.hypot(bound[1:].max(), stated.velocity_mps)),
+    )

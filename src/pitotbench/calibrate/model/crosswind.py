@@ -1,0 +1,62 @@
+"""The second equation of the vector form: what blows across the measured direction of the air velocity.
+
+Ground velocity less wind has no component across the velocity through the air. Where attitude and flow angles tell
+the direction of the latter, the wind across it is measured without any airspeed: Vᵍ·c = W·c + gust·c, with c the
+horizontal unit vector to the right of the airplane's path through the air. Its noise is that of heading and vanes
+times the airspeed. It knows nothing of the error curve but helps to know the wind, which on few headings is
+confounded with the curve.
+"""
+
+import numpy as np
+
+from pitotbench.calibrate.model.nuisances import Nuisance, to_the_right
+from pitotbench.calibrate.model.prediction import Prediction, PredictionModel
+from pitotbench.calibrate.rows.blocks import Blocks
+from pitotbench.calibrate.rows.observations import Observations
+from pitotbench.units import Array
+
+DIRECTION_DEVIATION = 1.0  # degrees, standard deviation of a constant error of the direction
+_PER_DEGREE = np.pi / 180.0
+
+
+def direction_nuisances() -> tuple[Nuisance, ...]:
+    """Constant errors of the direction: of heading and sideslip vane, and of the angle of attack, which shows in
+    bank. They move the crosswind only."""
+    return (
+        Nuisance("direction_deg", DIRECTION_DEVIATION, _nothing, _by_direction),
+        Nuisance("direction_in_bank_deg", DIRECTION_DEVIATION, _nothing, _by_direction_in_bank),
+    )
+
+
+def crosswind(
+    model: PredictionModel,
+    nuisances: tuple[Nuisance, ...],
+    prediction: Prediction,
+    obs: Observations,
+    blocks: Blocks,
+    theta: Array,
+) -> tuple[Array, Array]:
+    """Response (blocks,) and regressors (blocks, p + m) [m/s] of the wind to the right, linearized at θ (p,)."""
+    right = to_the_right(obs)
+    first = model.error_count
+    wind = theta[first : first + 2]
+    ground = np.stack([obs.velocity_north, obs.velocity_east], axis=1)
+    regressors = np.zeros((len(obs), model.count + len(nuisances)))
+    regressors[:, first : first + 2] = right
+    for place, nuisance in enumerate(nuisances, start=model.count):
+        if nuisance.across is not None:
+            regressors[:, place] = nuisance.across(prediction, obs)
+    return blocks.mean(np.sum((ground - wind) * right, axis=1)), blocks.mean(regressors)
+
+
+def _nothing(prediction: Prediction, obs: Observations) -> Array:
+    return np.zeros(len(obs))
+
+
+def _by_direction(prediction: Prediction, obs: Observations) -> Array:
+    return _PER_DEGREE * prediction.true_airspeed
+
+
+def _by_direction_in_bank(prediction: Prediction, obs: Observations) -> Array:
+    assert obs.bank is not None
+    return _PER_DEGREE * prediction.true_airspeed * np.sin(obs.bank)

@@ -1,0 +1,54 @@
+"""From fitted parameters to the error curve over indicated airspeed, with its sensitivities."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.calibrate.model.prediction import PredictionModel
+from pitotbench.units import KNOT, Array, MetersPerSecond
+
+_STEPS_KT = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+_MOST_POINTS = 32
+_SLACK_KT = 1.5  # a round airspeed this far outside the data still counts as covered
+
+
+@dataclass(frozen=True, slots=True)
+class CurveMap:
+    """The curve as a function of the error parameters k, and its gradient, at fixed indicated airspeeds."""
+
+    model: PredictionModel
+    indicated_airspeed: MetersPerSecond
+
+    def basis(self) -> Array:
+        """The basis at the curve's airspeeds, (c, K)."""
+        pressure = air.impact_pressure(self.indicated_airspeed)
+        return self.model.error.basis(pressure / self.model.reference_pressure)
+
+    def normalized(self, k: Array) -> Array:
+        """Δp/q_c, (c,)."""
+        return np.asarray(self.basis() @ k)
+
+    def correction(self, k: Array) -> MetersPerSecond:
+        """Calibrated minus indicated airspeed [m/s], (c,)."""
+        pressure = air.impact_pressure(self.indicated_airspeed) / (1.0 - self.normalized(k))
+        return air.calibrated_airspeed(pressure) - self.indicated_airspeed
+
+    def correction_gradient(self, k: Array) -> Array:
+        """Derivative of the correction with respect to k, (c, K) [m/s]."""
+        rest = 1.0 - self.normalized(k)
+        pressure = air.impact_pressure(self.indicated_airspeed) / rest
+        return self.basis() * (air.calibrated_airspeed_slope(pressure) * pressure / rest)[:, None]
+
+
+def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
+    """Round indicated airspeeds [m/s] over the range of the data (its 0.1 to 99.9 percentiles)."""
+    low, high = np.quantile(indicated_airspeed, [0.001, 0.999]) / KNOT
+    for step in _STEPS_KT:
+        first = np.ceil((low - _SLACK_KT) / step) * step
+        points = np.arange(first, high + _SLACK_KT, step)
+        if len(points) <= _MOST_POINTS:
+            break
+    if len(points) < 2:
+        points = np.array([low, high])
+    return np.asarray(points * KNOT)

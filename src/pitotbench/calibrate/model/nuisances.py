@@ -1,0 +1,133 @@
+"""What is estimated beside the curve and the wind because it is not known exactly, each with its prior.
+
+Every nuisance is one number, zero on average, that changes the predicted airspeed in proportion. First order is
+enough: a temperature 3 K off moves the airspeed by 0.5 %, so what is neglected is 0.003 % of it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, Accuracies
+from pitotbench.calibrate.model.prediction import Prediction
+from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.calibrate.rows.observations import Observations
+from pitotbench.units import Array, Meters, MetersPerSecond
+
+# Wide priors of a linear wind: a change of 5 m/s in ten minutes or in 300 m is one standard deviation.
+_WIND_CHANGE = 5.0  # m/s
+_WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
+_LEAST_CLIMB = 60.0  # m: below so much height difference a shear has no meaning
+
+_AXES = ("north", "east")
+
+Column = Callable[[Prediction, Observations], MetersPerSecond]
+Change = Callable[[Observations], Array | float]
+
+
+@dataclass(frozen=True, slots=True)
+class Nuisance:
+    """One unknown: its name with unit, the standard deviation of its prior [that unit], and what one unit of it
+    adds to the predicted true airspeed, (n,) [m/s], and to the predicted wind across the path (None: nothing)."""
+
+    name: str
+    deviation: float
+    column: Column
+    across: Column | None = None
+
+
+def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisance, ...]:
+    """The nuisances of a log under the chosen options."""
+    stated = options.accuracies or Accuracies()
+    temperature = max(stated.temperature_k, WITHOUT_TEMPERATURE if obs.standard_day else 0.0)
+    probe_heated = 1.0 if obs.probe_heating > 0.0 else 0.0  # a probe of the air's own temperature has no recovery
+    known = (
+        Nuisance("temperature_k", 0.5 * temperature, _by_temperature),
+        Nuisance("recovery_factor", 0.5 * stated.recovery_factor * probe_heated, _by_recovery),
+        Nuisance("static_pressure_pa", 0.5 * stated.static_pressure_pa, _by_static_pressure),
+        Nuisance("impact_pressure_zero_pa", 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope),
+        *(Nuisance(f"velocity_{a}_mps", 0.5 * stated.velocity_mps, *_wind(i)) for i, a in enumerate(_AXES)),
+        Nuisance("latency_s", 0.5 * stated.latency_s, by_latency, _across_by_latency),
+    )
+    changing = _linear_wind(obs) if options.wind == "linear" else ()
+    return (*(n for n in known if n.deviation > 0.0), *changing)
+
+
+def along_track(prediction: Prediction) -> Array:
+    """What wind toward north and east add to the predicted airspeed, (n, 2) [-]: minus its direction cosines."""
+    return prediction.wind_columns[:, :2] / prediction.slope[:, None]
+
+
+def to_the_right(obs: Observations) -> Array:
+    """The horizontal unit vector to the right of the measured path through the air, north and east, (n, 2)."""
+    assert obs.air_heading is not None
+    return np.stack([-np.sin(obs.air_heading), np.cos(obs.air_heading)], axis=1)
+
+
+def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
+    """The wind's change with time and, where the log climbs, with height, toward north and east."""
+    middle = 0.5 * (obs.time[0] + obs.time[-1])
+    # Functions of the rows and not values: a latency is looked for in rows read again, of which there may be fewer.
+    changes: dict[str, Change] = {"per_600_s": lambda o: (o.time - middle) / _WIND_TIME}
+    if obs.altitude is not None and np.ptp(obs.altitude) > _LEAST_CLIMB:
+        mean = float(np.mean(obs.altitude))
+        changes["per_300_m"] = lambda o: (_altitude(o) - mean) / _WIND_HEIGHT
+    return tuple(
+        Nuisance(f"wind_{name}_mps_{unit}", _WIND_CHANGE, *_wind(axis, change))
+        for unit, change in changes.items()
+        for axis, name in enumerate(_AXES)
+    )
+
+
+def _wind(axis: int, change: Change = lambda obs: 1.0) -> tuple[Column, Column]:
+    """What a wind toward an axis (0 north, 1 east), times its change from row to row, adds along and across the
+    path."""
+    return (
+        lambda prediction, obs: along_track(prediction)[:, axis] * change(obs),
+        lambda prediction, obs: to_the_right(obs)[:, axis] * change(obs),
+    )
+
+
+def _altitude(obs: Observations) -> Meters:
+    assert obs.altitude is not None
+    return obs.altitude
+
+
+def _by_temperature(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    # V = M sqrt(γRT): the same ground velocity in warmer air is a smaller Mach number and impact pressure.
+    return -0.5 * prediction.true_airspeed / obs.probe_temperature
+
+
+def _by_recovery(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    # T = T_t/(1 + 0.2 r M²): more recovery means that the air is colder than thought.
+    heat = air.HEAT_RATIO * air.GAS_CONSTANT * obs.probe_temperature
+    return 0.1 * prediction.true_airspeed**3 / heat
+
+
+def _by_static_pressure(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    # The impact pressure of a Mach number is proportional to the static pressure.
+    return prediction.indicated / (obs.static_pressure * prediction.slope)
+
+
+def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    """What one second of GPS latency adds to the predicted airspeed [m/s]: the ground acceleration along it."""
+    return np.asarray(-np.sum(along_track(prediction) * _acceleration(obs), axis=1))
+
+
+def _across_by_latency(prediction: Prediction, obs: Observations) -> Array:
+    return np.asarray(-np.sum(to_the_right(obs) * _acceleration(obs), axis=1))
+
+
+def _acceleration(obs: Observations) -> Array:
+    """Of the ground velocity, north and east, (n, 2) [m/s²]."""
+    return np.stack([_rate(v, obs) for v in (obs.velocity_north, obs.velocity_east)], axis=1)
+
+
+def _rate(values: Array, obs: Observations) -> Array:
+    """Time derivative, zero beside pauses."""
+    rate = np.gradient(values, obs.time)
+    edge = np.flatnonzero(np.diff(obs.stretch))
+    rate[edge] = rate[edge + 1] = 0.0
+    return rate

@@ -1,0 +1,181 @@
+"""From a log to the rows and channels that the estimators use; bad or useless logs end here."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from pitotbench import air
+from pitotbench.calibrate.model.air_direction import air_direction
+from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.timeline import pauses, stretch_numbers
+from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
+
+_MINIMUM_SAMPLES = 30
+_MINIMUM_AIRSPEED = 20.0 * KNOT  # below it a pitot tube says little
+_FEWEST_FIXES = 4  # in a stretch between pauses
+_DENSE = 0.5  # share of fresh GPS rows above which velocity counts as sampled with the air data
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """The rows used. `probe_temperature` is total (`probe_heating` = 0.2 r) or of the air (`probe_heating` = 0).
+
+    `stretch` numbers the stretches between pauses; `fresh` marks new GPS samples; `held_*` are velocities as
+    logged and `velocity_*` those brought to the air data's time.
+    """
+
+    time: Seconds
+    impact_pressure: Pascal
+    static_pressure: Pascal
+    probe_temperature: Kelvin
+    velocity_north: MetersPerSecond
+    velocity_east: MetersPerSecond
+    velocity_down: MetersPerSecond
+    held_north: MetersPerSecond
+    held_east: MetersPerSecond
+    held_down: MetersPerSecond
+    altitude: Meters | None
+    stretch: NDArray[np.intp]
+    fresh: Booleans
+    used: Booleans
+    probe_heating: float
+    has_down: bool
+    standard_day: bool
+    air_heading: Array | None = None  # rad, of the velocity through the air; with `bank`, for the vector form only
+    bank: Array | None = None  # rad
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def every(self, step: int) -> "Observations":
+        """Every `step`-th row."""
+        return self.at(slice(None, None, step))
+
+    def at(self, rows: slice | NDArray[np.intp] | Booleans) -> "Observations":
+        """The chosen rows; `used` stays that of all."""
+        names = (f.name for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray) and f.name != "used")
+        chosen: dict[str, Any] = {name: getattr(self, name)[rows] for name in names}
+        return replace(self, **chosen)
+
+    def select(self, good: Booleans) -> "Observations":
+        """The good rows; `used` marks them only."""
+        used = self.used.copy()
+        used[np.flatnonzero(used)[~good]] = False
+        return replace(self.at(good), used=used)
+
+    def as_held(self) -> "Observations":
+        """The same rows with the velocity as logged: each fix held until the next (the paper's way)."""
+        return replace(
+            self,
+            velocity_north=self.held_north,
+            velocity_east=self.held_east,
+            velocity_down=self.held_down,
+        )
+
+
+def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) -> Observations:
+    """Choose rows and bring ground velocity to the times of the air data.
+
+    `margin` [s] leaves out the ends of each stretch, so that other latencies have the same rows.
+    Raises BadInputError where too few usable rows remain or a needed channel is missing.
+    """
+    fresh = log.fresh_fixes()
+    stretch = stretch_numbers(log.time, pauses(log.time))
+    down = log.velocity_down if log.velocity_down is not None and options.use_down else np.zeros(len(log))
+    held = np.stack([log.velocity_north, log.velocity_east, down])
+    velocity, between = _between_fixes(log.time, held, fresh, stretch, options.gps_latency, margin)
+    used = _usable_rows(log, options) & between
+    _require_rows(used, options)
+    temperature, heating, standard = _temperature(log, options)
+    direction = air_direction(log) if options.form == "vector" else None
+    return Observations(
+        time=log.time[used],
+        impact_pressure=log.impact_pressure[used],
+        static_pressure=log.static_pressure[used],
+        probe_temperature=temperature[used],
+        velocity_north=velocity[0, used],
+        velocity_east=velocity[1, used],
+        velocity_down=velocity[2, used],
+        held_north=held[0, used],
+        held_east=held[1, used],
+        held_down=held[2, used],
+        altitude=None if log.altitude is None else log.altitude[used],
+        stretch=stretch[used],
+        fresh=fresh[used],
+        used=used,
+        probe_heating=heating,
+        has_down=log.velocity_down is not None and options.use_down,
+        standard_day=standard,
+        air_heading=None if direction is None else np.arctan2(direction[1], direction[0])[used],
+        bank=None if direction is None or log.roll is None else log.roll[used],
+    )
+
+
+def observe_again(log: FlightLog, options: CalibrationOptions, before: Observations) -> Observations:
+    """The rows of `before`, read from its log with other options, as far as these have them: what was screened out
+    stays out. Raises as `observe` does."""
+    read = observe(log, options)
+    return read.select(before.used[read.used])
+
+
+def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
+    used = log.impact_pressure > float(air.impact_pressure(_MINIMUM_AIRSPEED))
+    if options.ground_speed_min > 0.0:
+        used &= np.hypot(log.velocity_north, log.velocity_east) >= options.ground_speed_min
+    if options.on_condition:
+        if log.on_condition is None:
+            raise BadInputError("the log has no on_condition column; leave out --on-condition or add the column")
+        used &= log.on_condition
+    if options.mach_max is not None:
+        used &= air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure) <= options.mach_max
+    return used
+
+
+def _require_rows(used: Booleans, options: CalibrationOptions) -> None:
+    if int(used.sum()) < _MINIMUM_SAMPLES:
+        raise BadInputError(
+            f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt"
+            f"{', on condition' if options.on_condition else ''}"
+            f"{', below the Mach limit' if options.mach_max is not None else ''}"
+            f"{', above the least ground speed' if options.ground_speed_min > 0.0 else ''}"
+            ", between GPS fixes that change); "
+            f"at least {_MINIMUM_SAMPLES} are needed: choose other rows or fly longer"
+        )
+
+
+def _between_fixes(
+    time: Seconds, held: Array, fresh: Booleans, stretch: NDArray[np.intp], latency: float, margin: float
+) -> tuple[Array, Booleans]:
+    """Held velocities (3, n) as smooth curves through their fixes, read `latency` seconds later than stamped, and
+    the rows that lie between fixes.
+
+    Cubic splines, each stretch for itself: a hold would lag by half a fix interval, and beyond the
+    last fix there is nothing to interpolate.
+    """
+    if fresh.mean() > _DENSE and latency == margin == 0.0:
+        return held, np.ones(len(time), dtype=np.bool_)
+    velocity, between = held.copy(), np.zeros(len(time), dtype=np.bool_)
+    for number in np.unique(stretch):
+        rows = stretch == number
+        fixes = rows & fresh
+        if int(fixes.sum()) < _FEWEST_FIXES:
+            continue
+        knots = time[fixes] - latency
+        rows &= time >= max(knots[0], knots[0] + latency + margin)
+        rows &= time <= min(knots[-1], knots[-1] + latency - margin)
+        velocity[:, rows] = CubicSpline(knots, held[:, fixes], axis=1)(time[rows])
+        between |= rows
+    return velocity, between
+
+
+def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, float, bool]:
+    if log.total_temperature is not None:
+        return log.total_temperature, 0.2 * options.recovery_factor, False
+    if log.air_temperature is not None:
+        return log.air_temperature, 0.0, False
+    return air.standard_temperature(air.pressure_altitude(log.static_pressure)), 0.0, True

@@ -1,0 +1,129 @@
+"""Rows that no airplane flew: spikes, dropouts, stuck samples, typing errors. They are found, left out and listed.
+
+A Student-t residual of four degrees of freedom (Lange, Little and Taylor 1989) weighs a row at z standard
+deviations by 5/(4 + z²). Rows that it would weigh below a tenth (|z| > 6.8) are left out; all others count fully,
+because means over a block are Gaussian enough and a bound needs plain likelihoods. z is taken twice: of a row
+against its two neighbors (spikes) and of the median of a second against all others (longer faults).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from pitotbench import air
+from pitotbench.calibrate.model.prediction import PredictionModel
+from pitotbench.calibrate.output_error import fit_output_error
+from pitotbench.calibrate.paper import airspeed_outputs
+from pitotbench.calibrate.rows.blocks import divide
+from pitotbench.calibrate.rows.observations import Observations
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.units import Array, Booleans
+
+_FREEDOM, _LEAST_WEIGHT = 4.0, 0.1
+_FARTHEST = float(np.sqrt((_FREEDOM + 1.0) / _LEAST_WEIGHT - _FREEDOM))  # standard deviations
+_LARGE, _LARGE_DEVIATIONS = 0.95, 1.96  # a quantile of a normal variable's size, in standard deviations
+_SECOND = 1.0  # s
+_AROUND = 31  # seconds around a fault whose median is the usual
+_LEAST_SHARE = 0.03  # of the airspeed, that a fault of seconds is off at least
+_LEAST_SPIKE = 0.05  # m/s: below so much, no row does harm
+_NOWHERE = 1e3  # m/s
+_ROUNDS = 8
+_MOST = 0.3  # share of rows beyond which there is no telling what is a fault
+
+
+@dataclass(frozen=True, slots=True)
+class Screened:
+    """The observations that count, and which rows of the log were left out, (k,)."""
+
+    observations: Observations
+    left_out: NDArray[np.intp]
+
+
+def screen(model: PredictionModel, obs: Observations, theta: Array | None) -> Screened:
+    """Leave faulty rows out. `theta` (p,): a fit of all rows, or None where there is none.
+
+    Raises BadInputError where more than 30 % of the rows would go.
+    """
+    if theta is not None and not _suspicious(model, obs, theta):
+        return Screened(obs, np.zeros(0, dtype=np.intp))
+    rows = np.flatnonzero(obs.used)
+    good = np.ones(len(obs), dtype=np.bool_)
+    for _ in range(_ROUNDS):
+        residual = _residual(model, obs, _median_fit(model, obs, good))
+        again = ~(_spikes(residual) | _long_faults(residual, obs, good))
+        if np.array_equal(again, good):
+            break
+        good = again
+    if good.mean() < 1.0 - _MOST:
+        raise BadInputError(
+            f"{100.0 * (1.0 - good.mean()):.0f} % of the rows disagree with the rest: a channel may be stuck, "
+            "mislabeled or in another unit; look at the columns, or leave the bad part out"
+        )
+    return Screened(obs.select(good), rows[~good])
+
+
+def _suspicious(model: PredictionModel, obs: Observations, theta: Array) -> bool:
+    residual = _residual(model, obs, theta)
+    every = np.ones(len(obs), dtype=np.bool_)
+    return bool(np.any(_spikes(residual)) or np.any(_long_faults(residual, obs, every, means=True)))
+
+
+def _residual(model: PredictionModel, obs: Observations, theta: Array) -> Array:
+    """Measured minus predicted indicated airspeed [m/s]; far off where the model knows no answer."""
+    with np.errstate(invalid="ignore"):
+        predicted = air.calibrated_airspeed(model.predict(theta, obs).indicated)
+    return np.nan_to_num(air.calibrated_airspeed(obs.impact_pressure) - predicted, nan=_NOWHERE)
+
+
+def _median_fit(model: PredictionModel, obs: Observations, good: Booleans) -> Array:
+    """Output error on the row of each good second that is nearest to its median residual: deaf to spikes."""
+    kept = obs.select(good)
+    theta = np.zeros(model.count)
+    for _ in range(2):
+        middle = kept.at(_middle_rows(_residual(model, kept, theta), divide(kept, _SECOND).index))
+        try:
+            theta = fit_output_error(airspeed_outputs(model, middle), theta).theta
+        except NoAnswerError:
+            return theta
+    return theta
+
+
+def _middle_rows(residual: Array, block: NDArray[np.intp]) -> NDArray[np.intp]:
+    order = np.lexsort((residual, block))
+    starts = np.flatnonzero(np.diff(block[order], prepend=-1))
+    counts = np.diff(starts, append=len(order))
+    return np.sort(order[starts + counts // 2])
+
+
+def _spikes(residual: Array) -> Booleans:
+    """Rows that stand out from both neighbors."""
+    second = np.abs(residual[1:-1] - 0.5 * (residual[:-2] + residual[2:]))
+    # Of coarsely rounded data most differences are zero: the larger ones set the scale.
+    common, large = np.quantile(second, [0.5, _LARGE])
+    scale = max(1.4826 * float(common), float(large) / _LARGE_DEVIATIONS)
+    high = second > max(_FARTHEST * scale, _LEAST_SPIKE)
+    # A spike's neighbors stand out half as much as the spike itself: only the largest of three is at fault.
+    tallest = high & (second >= np.concatenate([[0.0], second[:-1]])) & (second >= np.append(second[1:], 0.0))
+    return np.concatenate([[False], tallest, [False]])
+
+
+def _long_faults(residual: Array, obs: Observations, good: Booleans, means: bool = False) -> Booleans:
+    """Rows far from the good ones, and all rows of the seconds whose median (or mean) residual is.
+
+    Far also from what is usual around them: a model that cannot take the curve's shape is off slowly, faults not.
+    """
+    blocks = divide(obs, _SECOND)
+    level = blocks.mean(residual) if means else residual[_middle_rows(residual, blocks.index)]
+    usual = median_filter(level, _AROUND, mode="nearest")[blocks.index]
+    sudden = _LEAST_SHARE * air.calibrated_airspeed(obs.impact_pressure)
+    rows = _far(residual, residual[good]) & (np.abs(residual - usual) > sudden)
+    seconds = _far(level, level[np.unique(blocks.index[good])])[blocks.index]
+    return rows | (seconds & (np.abs(level[blocks.index] - usual) > sudden))
+
+
+def _far(values: Array, healthy: Array) -> Booleans:
+    center = float(np.median(healthy))
+    scale = 1.4826 * float(np.median(np.abs(healthy - center)))
+    return np.asarray(np.abs(values - center) > max(_FARTHEST * scale, _LEAST_SPIKE))

@@ -1,0 +1,100 @@
+"""A log as one-second means over uninterrupted runs: what steady legs and turns are looked for in."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench import air
+from pitotbench.calibrate.rows.observations import Observations
+from pitotbench.records.log import FlightLog
+from pitotbench.units import Array, Booleans, Kelvin, MetersPerSecond, Pascal, Seconds
+
+SECOND = 1.0  # s, length of a block: short against a gust, long against the sampling
+_WHOLE = 0.8  # share of a block's rows that must be there
+
+
+@dataclass(frozen=True, slots=True)
+class SteadyBlocks:
+    """Block means, (n,): middle of the block, ground velocity, indicated true airspeed, static pressure and probe
+    temperature; and the number of the piece of flight that a block belongs to."""
+
+    time: Seconds
+    north: MetersPerSecond
+    east: MetersPerSecond
+    indicated_true_airspeed: MetersPerSecond
+    static_pressure: Pascal
+    probe_temperature: Kelvin
+    piece: NDArray[np.intp]
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def velocity(self) -> Array:
+        """Ground velocity toward north and east [m/s], (n, 2)."""
+        return np.stack([self.north, self.east], axis=1)
+
+    @property
+    def track(self) -> Array:
+        """Ground track without jumps [rad]."""
+        return np.unwrap(np.arctan2(self.east, self.north))
+
+    def at(self, rows: Booleans) -> "SteadyBlocks":
+        """The chosen blocks."""
+        return SteadyBlocks(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+    def pieces(self) -> list["SteadyBlocks"]:
+        """The pieces apart, in order."""
+        return [self.at(self.piece == number) for number in np.unique(self.piece)]
+
+
+def labeled(log: FlightLog) -> bool:
+    """Whether the log says what was on condition."""
+    return log.on_condition is not None and bool(log.on_condition.any())
+
+
+def block_means(log: FlightLog, obs: Observations) -> SteadyBlocks:
+    """The log's rows as block means; on condition only, where the log says so. A run is a piece."""
+    run = _runs(log, obs)
+    mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
+    airspeed = mach * air.sound_speed(obs.probe_temperature / (1.0 + obs.probe_heating * mach**2))
+    north, east = obs.velocity_north, obs.velocity_east
+    channels = np.stack([north, east, airspeed, obs.static_pressure, obs.probe_temperature, np.hypot(north, east)])
+    rows_a_block = SECOND / float(np.median(np.diff(obs.time)))
+    parts = [
+        _means(obs.time[rows], channels[:, rows], rows_a_block, number)
+        for number in np.unique(run[run >= 0])
+        if (rows := run == number).any()
+    ]
+    table = np.concatenate(parts, axis=1) if parts else np.zeros((8, 0))
+    table[1:3] *= table[6] / np.hypot(*table[1:3])  # the mean of a turning vector is too short
+    time, north, east, airspeed, pressure, temperature, _, number = table
+    return SteadyBlocks(time, north, east, airspeed, pressure, temperature, number.astype(np.intp))
+
+
+def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
+    """The number of the run that each row is in; −1 where it is not on condition.
+
+    A run is a segment, less what was off condition inside; without segments, an uninterrupted stretch on condition.
+    """
+    changed = np.diff(obs.stretch) != 0
+    on = np.ones(len(obs), dtype=np.bool_)
+    if log.on_condition is not None and labeled(log):
+        on = log.on_condition[obs.used]
+    if log.segment is not None:
+        segment = log.segment[obs.used]
+        changed |= segment[1:] != segment[:-1]
+    else:
+        changed |= on[1:] != on[:-1]
+    return np.where(on, np.concatenate([[0], np.cumsum(changed)]), -1)
+
+
+def _means(time: Seconds, channels: Array, rows_a_block: float, number: int) -> Array:
+    """Time, means and the run's number, (c + 2, blocks), of one run; incomplete blocks are left out."""
+    # The blocks that have rows, not all up to the last: beside a wrong time stamp those would fill any memory.
+    block = np.floor((time - time[0]) / SECOND + 1e-6)
+    second, index, count = np.unique(block, return_inverse=True, return_counts=True)
+    whole = count >= _WHOLE * rows_a_block
+    means = np.stack([np.bincount(index, channel) for channel in channels])[:, whole] / count[whole]
+    return np.vstack([time[0] + (second[whole] + 0.5) * SECOND, means, np.full(int(whole.sum()), number)])

@@ -1,0 +1,3 @@
+"""The command line: one file a command, each with `add(parser)` and `run(options)`."""
+
+from pitotbench.cli.app import main as main

@@ -1,0 +1,142 @@
+"""`pitotbench calibrate`: the error curve and the wind of one log or of several."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pitotbench.records.errors import BadInputError
+
+if TYPE_CHECKING:
+    from pitotbench.calibrate.options import CalibrationOptions
+    from pitotbench.records.calibration import Calibration
+    from pitotbench.records.fixed_speed_point import FixedSpeedPoint
+    from pitotbench.records.log import FlightLog
+
+_CHOICES = ("model", "method", "form", "error_location", "mach_max", "wind")
+_NAMED_LATENCIES = ("checked", "estimated")
+
+
+def add_calibrate(parser: argparse.ArgumentParser) -> None:
+    """The flags of the command."""
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat)")
+    parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
+    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
+    parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
+    parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
+    parser.add_argument("--no-down", action="store_true", help="do not use the vertical GPS velocity")
+    parser.add_argument("--method", help="covering or paper (default: covering)")
+    parser.add_argument("--form", help="scalar, or vector: use attitude and flow angles too (default: scalar)")
+    parser.add_argument(
+        "--error-location",
+        help="impact (as published) or static (static source) (default: the mapping's, else impact)",
+    )
+    parser.add_argument("--wind", help="constant, linear (in time and height) or drifting (default: constant)")
+    parser.add_argument(
+        "--latency",
+        help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` (default)",
+    )
+    parser.add_argument("--accuracy", help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40")
+    parser.add_argument("--all-rows", action="store_true", help="keep faulty rows")
+    parser.add_argument(
+        "--separately", action="store_true", help="a curve for each of several logs, not one for all"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
+    parser.add_argument("--report", type=Path, help="also write a page (HTML)")
+    parser.set_defaults(run=run_calibrate)
+
+
+def run_calibrate(options: argparse.Namespace) -> int:
+    """Calibrate logs, print what was found; returns exit code 0."""
+    from pitotbench.bench import calibrate, calibrate_together, cross_check
+    from pitotbench.logbook import read_log
+    from pitotbench.logbook.outputs import PAGES, require_file
+    from pitotbench.show.fixed_speed_tables import points_json, print_points
+    from pitotbench.show.strict_json import json_text
+    from pitotbench.show.tables import calibration_json, print_calibration
+    from pitotbench.show.terminal import outside
+
+    choice = _choice(options)
+    if options.report is not None:
+        require_file(options.report, PAGES, _inputs(options))
+    logs = [(path, read_log(path, options.mapping)) for path in options.logs]
+    if options.separately or len(logs) == 1:
+        found = [calibrate(log, choice) for _, log in logs]
+    else:
+        found = list(calibrate_together([log for _, log in logs], choice))
+    results = [(path, log, result) for (path, log), result in zip(logs, found, strict=True)]
+    points = [cross_check(log, choice) for _, log in logs]
+    if options.report is not None:
+        _write_report(options.report, results, points)
+    if options.json:
+        pairs = zip(found, points, strict=True)
+        documents = [calibration_json(result) | {"fixed_speed": points_json(beside)} for result, beside in pairs]
+        sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
+        return 0
+    from rich.console import Console
+
+    console = Console(highlight=False, soft_wrap=True)
+    for (path, _, result), beside in zip(results, points, strict=True):
+        console.print(outside(path.name, "bold"))
+        print_calibration(result, console)
+        print_points(beside, console, result.curve)
+    return 0
+
+
+def _inputs(options: argparse.Namespace) -> list[Path]:
+    """The files that the command reads: logs, and a mapping that is a file."""
+    return [*options.logs, *([Path(options.mapping)] if options.mapping else [])]
+
+
+def _choice(options: argparse.Namespace) -> "CalibrationOptions":
+    """What the user states, before what the mapping advises, before the defaults."""
+    from pitotbench.calibrate.accuracy import parse_accuracies
+    from pitotbench.calibrate.options import AUTO, options_from
+    from pitotbench.logbook import find_mapping
+    from pitotbench.units import KNOT
+
+    advised = dict(find_mapping(options.mapping).calibrate) if options.mapping else {}
+    if options.model == AUTO or options.method == "paper":
+        advised.pop("form", None)  # advice for the covering fit of one model
+    stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}
+    if options.ground_speed_min_kt is not None:
+        stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
+    if options.no_down:
+        stated["use_down"] = False
+    if options.on_condition:
+        stated["on_condition"] = True
+    if options.all_rows:
+        stated["robust"] = False
+    if options.accuracy is not None:
+        stated["accuracies"] = parse_accuracies(options.accuracy)
+    if options.latency is not None:
+        stated |= _latency(options.latency)
+    return options_from({"latency": "checked", **advised, **stated})
+
+
+def _latency(text: str) -> dict[str, object]:
+    if text in _NAMED_LATENCIES:
+        return {"latency": text}
+    try:
+        return {"gps_latency": float(text), "latency": "checked"}
+    except ValueError as error:
+        raise BadInputError(f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}") from error
+
+
+def _write_report(
+    path: Path,
+    results: "Sequence[tuple[Path, FlightLog, Calibration]]",
+    points: "Sequence[Sequence[FixedSpeedPoint]]",
+) -> None:
+    from pitotbench.bench import write_text
+    from pitotbench.show.report import log_page
+    from pitotbench.show.section import log_section
+
+    sections = [
+        log_section(source.name, log, result, beside)
+        for (source, log, result), beside in zip(results, points, strict=True)
+    ]
+    title = "Pitot-static calibration: " + ", ".join(source.name for source, _, _ in results)
+    write_text(path, log_page(title, "from measured logs", sections))

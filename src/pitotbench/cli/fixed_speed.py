@@ -1,0 +1,96 @@
+"""`pitotbench fixed-speed`: the leg and turn methods, of a log or of legs typed on the command line."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pitotbench.records.errors import BadInputError
+
+if TYPE_CHECKING:
+    from pitotbench.calibrate.options import CalibrationOptions
+    from pitotbench.units import Array
+
+
+def add_fixed_speed(parser: argparse.ArgumentParser) -> None:
+    """The flags of the command."""
+    parser.add_argument("logs", nargs="*", type=Path, metavar="LOG", help="log files: legs and turns are found")
+    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    parser.add_argument("--accuracy", help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40")
+    parser.add_argument("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]")
+    parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
+    parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
+    parser.set_defaults(run=run_fixed_speed)
+
+
+def run_fixed_speed(options: argparse.Namespace) -> int:
+    """Print the answer; returns exit code 0. Raises BadInputError unless either logs or legs are given."""
+    typed = [options.ground_speed_kt, options.track_deg]
+    if options.logs and typed == [None, None]:
+        _of_logs(options)
+    elif not options.logs and None not in typed:
+        _of_legs(options)
+    else:
+        raise BadInputError("give either logs or both --ground-speed-kt and --track-deg")
+    return 0
+
+
+def _of_logs(options: argparse.Namespace) -> None:
+    from rich.console import Console
+
+    from pitotbench.bench import fixed_speed_points
+    from pitotbench.logbook import read_log
+    from pitotbench.show.fixed_speed_tables import points_json, print_points
+    from pitotbench.show.strict_json import json_text
+    from pitotbench.show.terminal import outside
+
+    choice = _choice(options)
+    found = [(path, fixed_speed_points(read_log(path, options.mapping), choice)) for path in options.logs]
+    if options.json:
+        documents = [{"fixed_speed": points_json(points)} for _, points in found]
+        sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
+        return
+    for path, points in found:
+        console = Console(highlight=False, soft_wrap=True)
+        console.print(outside(path.name, "bold"))
+        print_points(points, console)
+
+
+def _choice(options: argparse.Namespace) -> "CalibrationOptions":
+    """What the mapping advises, with the accuracies that the user states."""
+    from pitotbench.calibrate.accuracy import parse_accuracies
+    from pitotbench.calibrate.options import options_from
+    from pitotbench.logbook import find_mapping
+
+    advised = find_mapping(options.mapping).calibrate if options.mapping else {}
+    stated = {} if options.accuracy is None else {"accuracies": parse_accuracies(options.accuracy)}
+    return options_from({**advised, **stated})
+
+
+def _of_legs(options: argparse.Namespace) -> None:
+    from pitotbench.calibrate.gps_legs.methods import fixed_speed
+    from pitotbench.show.strict_json import json_text
+    from pitotbench.show.tables import fixed_speed_json
+    from pitotbench.units import DEGREE, KNOT
+
+    speeds = _numbers(options.ground_speed_kt, "--ground-speed-kt")
+    tracks = _numbers(options.track_deg, "--track-deg")
+    found = fixed_speed(speeds * KNOT, tracks * DEGREE)
+    answer = fixed_speed_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
+    if options.json:
+        sys.stdout.write(json_text(answer))
+        return
+    spread = "" if answer["spread_kt"] is None else f", spread {answer['spread_kt']:.4f} kt"
+    sys.stdout.write(f"true airspeed {answer['true_airspeed_kt']:.4f} kt{spread}\n")
+    sys.stdout.write(f"wind {answer['wind_speed_kt']:.2f} kt from {answer['wind_from_deg']:.2f}°\n")
+
+
+def _numbers(text: str, flag: str) -> "Array":
+    import numpy as np
+
+    try:
+        return np.array([float(part) for part in text.split(",")])
+    except ValueError as error:
+        raise BadInputError(
+            f"{flag} takes numbers with commas between them, such as 178,185,188; got {text!r}"
+        ) from error

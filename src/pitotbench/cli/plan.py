@@ -1,0 +1,114 @@
+"""`pitotbench plan`: flags to a request, a table and a page."""
+
+import argparse
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pitotbench.flags import add_wind, wind_of
+from pitotbench.records.errors import BadInputError
+
+if TYPE_CHECKING:
+    from pitotbench.bench.plan.plan_request import PlanRequest
+    from pitotbench.records.forecast import Plan
+
+_PAGE, _CASE = "plan.html", "plan.toml"
+
+
+def add_flags(parser: argparse.ArgumentParser) -> None:
+    """The flags of `pitotbench plan`."""
+    add = parser.add_argument
+    add("--das", default="20/1", help="data system: 20/1, 50/50, 100/100, any A/G in Hz (default: %(default)s)")
+    add("--turbulence", default="light", help="expected: none, light or moderate (default: %(default)s)")
+    add_wind(parser)
+    add("--speeds-kt", default="100,160", help="LOW,HIGH: where the curve is wanted [KIAS] (default: %(default)s)")
+    add("--minutes", type=float, help="minutes to spend on condition")
+    add("--want-kt", type=float, help="2σ wanted on the curve [kt]: how many minutes does it take?")
+    add("--box-nm", type=float, help="side of the square that the maneuver must stay in [nmi]")
+    add(
+        "--maneuver",
+        default="every",
+        help="a name, a comma list, all (the paper's five) or every (default: %(default)s)",
+    )
+    add("--aircraft", default="navajo", help="aircraft to fly (default: %(default)s)")
+    add("--draws", type=int, default=16, help="draws of gusts and sensor noise a maneuver (default: %(default)s)")
+    add(
+        "--search", type=int, default=40, help="flights to improve the best card, 0 for none (default: %(default)s)"
+    )
+    add("--json", action="store_true", help="print one JSON document")
+    add("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)")
+    parser.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Plan, print, and write the page and the case where asked for."""
+    from rich.console import Console
+
+    from pitotbench.bench.plan.recommend import make_plan
+    from pitotbench.logbook.outputs import require_folder
+    from pitotbench.show.plan_page import plan_json, print_plan
+    from pitotbench.show.strict_json import json_text
+    from pitotbench.show.terminal import printable
+
+    request = request_of(options)
+    if options.out is not None:
+        require_folder(options.out, (_PAGE, _CASE))
+    plan = make_plan(request, options.search)
+    if options.json:
+        sys.stdout.write(json_text(plan_json(plan)))
+    else:
+        print_plan(plan, Console(highlight=False, soft_wrap=True))
+    if options.out is not None:
+        for path in write_plan(request, plan, options.out):
+            print(printable(f"written: {path}"), file=sys.stderr)
+    return 0
+
+
+def request_of(options: argparse.Namespace) -> "PlanRequest":
+    """The request of the parsed flags. Raises BadInputError for a value that makes no sense."""
+    from pitotbench.bench.plan.plan_request import PlanRequest
+    from pitotbench.records.case import Case
+    from pitotbench.sense import data_system
+    from pitotbench.simulate.maneuvers import maneuvers_named
+    from pitotbench.units import KNOT, NAUTICAL_MILE
+
+    system = data_system(options.das)
+    base = Case(aircraft=options.aircraft, turbulence=options.turbulence, wind=wind_of(options), das=system)
+    return PlanRequest(
+        base=base,
+        system=system.label,
+        speeds=_speeds(options.speeds_kt),
+        minutes=options.minutes,
+        want=None if options.want_kt is None else options.want_kt * KNOT,
+        box=None if options.box_nm is None else options.box_nm * NAUTICAL_MILE,
+        maneuvers=maneuvers_named(options.maneuver),
+        draws=options.draws,
+    )
+
+
+def _speeds(text: str) -> tuple[float, float]:
+    from pitotbench.units import KNOT
+
+    try:
+        low, high = (float(part) * KNOT for part in text.split(","))
+    except ValueError as error:
+        raise BadInputError(f"--speeds-kt takes two numbers, LOW,HIGH, such as 100,160; got {text!r}") from error
+    return low, high
+
+
+def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]:
+    """Write plan.html and, where a maneuver fits, its case as plan.toml for `pitotbench fly`; returns the paths."""
+    from pitotbench.bench import write_text
+    from pitotbench.records.case_file import write_case
+    from pitotbench.show.plan_page import plan_page
+
+    folder.mkdir(parents=True, exist_ok=True)
+    page, case = folder / _PAGE, folder / _CASE
+    write_text(page, plan_page(plan))
+    chosen = plan.improved or plan.best
+    if chosen is None:
+        return [page]
+    flown = replace(request.case(chosen.maneuver, dict(chosen.card)), turbulence=request.base.turbulence)
+    write_text(case, write_case(flown))
+    return [page, case]

@@ -1,0 +1,110 @@
+"""The command `reconcile`: its flags, and what it prints. Slow packages load only where it runs."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pitotbench.records.errors import BadInputError
+
+if TYPE_CHECKING:
+    from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
+    from pitotbench.bench.reconcile.workflow import FullReconciliation
+
+
+def add_reconcile(parser: argparse.ArgumentParser) -> None:
+    """The flags of a reconciliation, shared by `pitotbench reconcile` and `scripts/reconcile.py`."""
+    parser.add_argument("log", type=Path, metavar="MEASURED", help="measured log (.csv, .parquet, .mat)")
+    parser.add_argument(
+        "--aircraft", default="navajo", help="aircraft model, or none: sensors alone (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--holdout", type=Path, metavar="LOG", help="another log, on which the gap is to shrink too"
+    )
+    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    parser.add_argument(
+        "--card", type=Path, metavar="CASE", help="case file that says what was flown (default: the log's header)"
+    )
+    parser.add_argument("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME")
+    parser.add_argument(
+        "--no-cache", action="store_true", help="fly the null flights of the card anew, and do not keep them"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.add_argument("--out", type=Path, help="folder for report.html, verdict.json, patch.toml and overlay.xml")
+    parser.set_defaults(run=run_reconcile)
+
+
+def run_reconcile(options: argparse.Namespace) -> int:
+    """Reconcile a log, print the verdict, write its report and its patch."""
+    from rich.console import Console
+
+    from pitotbench.bench.reconcile.outputs import install, keep
+    from pitotbench.show.strict_json import json_text
+    from pitotbench.show.verdict_text import account_json, print_account
+
+    _check_variant(options)
+    _check_folder(options)
+    outcome = _outcome(options)
+    document = account_json(outcome.account)
+    written = keep(outcome, document, options.out) if options.out is not None else []
+    if options.json:
+        sys.stdout.write(json_text(document))
+    else:
+        print_account(outcome.account, Console(highlight=False, soft_wrap=True))
+    for line in written:
+        _say(line)
+    if options.apply:
+        for line in install(outcome, options.apply):
+            _say(line)
+    return 0
+
+
+def _check_variant(options: argparse.Namespace) -> None:
+    """Refuse a name that cannot be applied before minutes are spent on the log."""
+    from pitotbench.simulate.modified import require_free
+
+    if options.apply is not None and options.aircraft == "none":
+        raise BadInputError("--apply keeps a patched aircraft, and --aircraft none has none: name the aircraft")
+    if options.apply is not None:
+        require_free(options.aircraft, options.apply)
+
+
+def _check_folder(options: argparse.Namespace) -> None:
+    """Refuse a folder that cannot be written, or that holds an input under the name of an output."""
+    from pitotbench.bench.reconcile.outputs import WRITTEN
+    from pitotbench.logbook.outputs import require_folder
+
+    if options.out is not None:
+        mapping = Path(options.mapping) if options.mapping else None
+        inputs = [options.log, options.holdout, options.card, mapping]
+        require_folder(options.out, WRITTEN, [path for path in inputs if path is not None])
+
+
+def _outcome(options: argparse.Namespace) -> "FullReconciliation":
+    from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
+    from pitotbench.logbook import read_log
+    from pitotbench.records.case_file import read_case
+
+    measured = NamedLog(options.log.name, read_log(options.log, options.mapping))
+    other = NamedLog(options.holdout.name, read_log(options.holdout, options.mapping)) if options.holdout else None
+    card = read_case(options.card) if options.card else None
+    refly = options.out is not None or options.json  # else nothing shows it
+    setting, keep = _setting(options.mapping), not options.no_cache
+    return reconcile_fully(measured, options.aircraft, other, card, _say, setting, refly, keep=keep)
+
+
+def _say(line: str) -> None:
+    from pitotbench.show.terminal import printable
+
+    print(printable(line), file=sys.stderr, flush=True)
+
+
+def _setting(mapping: str | None) -> "AnalysisSetting":
+    """What the mapping of a foreign log advises."""
+    from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
+    from pitotbench.logbook import find_mapping
+
+    advised = find_mapping(mapping).calibrate if mapping else {}
+    static = advised.get("error_location") == "static"
+    mach = advised.get("mach_max")
+    return AnalysisSetting(static_error=static, mach_max=mach if isinstance(mach, float) else 1.0)

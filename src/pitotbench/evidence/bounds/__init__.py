@@ -1,0 +1,1 @@
+"""Coverage of the bounds: over seeds, over truths outside the models, beside other methods."""

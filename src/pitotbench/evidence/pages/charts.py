@@ -1,0 +1,106 @@
+"""Charts drawn: bars with spread bars, lines with spread bars or bands."""
+
+from collections.abc import Sequence
+from itertools import cycle
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from pitotbench.evidence.pages.chart_data import Bars, Chart, Lines, LineSeries
+from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY, WIDE, Panel, drawn, panel
+from pitotbench.units import Array
+
+_COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GREY)
+_MARKS = "os^Dv<>"
+_MOST_MARKED = 20  # points of a line that still get marks
+_LEGEND = 2  # columns
+_DPI = 140
+_BARS = 0.82  # share of a group's place that bars fill
+
+
+def draw(chart: Chart) -> Panel:
+    """The chart as a panel of a page."""
+    return panel(chart.title, lambda axes: _put(axes, chart), chart.note, _size(chart), _LEGEND)
+
+
+def save(chart: Chart, path: Path) -> None:
+    """The chart as a PNG file."""
+    with drawn(lambda axes: _put(axes, chart), _size(chart), _LEGEND) as figure:
+        figure.savefig(
+            path, dpi=_DPI, bbox_inches="tight", metadata={"Software": None}, pil_kwargs={"optimize": True}
+        )
+
+
+def _size(chart: Chart) -> tuple[float, float]:
+    return (WIDE[1], WIDE[1]) if isinstance(chart, Lines) and chart.equal else WIDE
+
+
+def _put(axes: Axes, chart: Chart) -> None:
+    if isinstance(chart, Bars):
+        draw_bars(axes, chart)
+    else:
+        draw_lines(axes, chart)
+
+
+def draw_bars(axes: Axes, chart: Bars) -> None:
+    """Groups of bars; a whisker is ± one standard deviation over seeds."""
+    width, place = _BARS / len(chart.series), np.arange(len(chart.groups), dtype=np.float64)
+    for number, (series, color) in enumerate(zip(chart.series, cycle(_COLORS), strict=False)):
+        at = place + (number + 0.5) * width - 0.5 * _BARS
+        axes.bar(at, series.heights, 0.92 * width, color=color, label=series.label)
+        spreads = np.asarray(series.spreads, dtype=np.float64)
+        known = np.isfinite(spreads)
+        if known.any():
+            heights = np.asarray(series.heights, dtype=np.float64)
+            axes.errorbar(
+                at[known], heights[known], yerr=spreads[known], fmt="none", ecolor=INK, elinewidth=0.9, capsize=2.0
+            )
+    axes.set_xticks(place, [group.replace(" ", "\n", 1) for group in chart.groups])
+    axes.set_ylabel(chart.ylabel)
+    axes.grid(axis="x", visible=False)
+
+
+def draw_lines(axes: Axes, chart: Lines) -> None:
+    """Every series on common axes."""
+    for series, color, mark in zip(chart.series, cycle(_COLORS), cycle(_MARKS), strict=False):
+        _draw_series(axes, series, color, mark)
+    axes.set(xlabel=chart.xlabel, ylabel=chart.ylabel)
+    for axis, name, logarithmic in ((axes.xaxis, "x", chart.log_x), (axes.yaxis, "y", chart.log_y)):
+        if logarithmic:
+            axes.set(**{f"{name}scale": "log"})
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
+    if chart.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.margins(0.12)
+
+
+def _draw_series(axes: Axes, series: LineSeries, color: str, mark: str) -> None:
+    x, y = np.asarray(series.x, dtype=np.float64), np.asarray(series.y, dtype=np.float64)
+    if series.style == "steps":
+        axes.step(x, y, where="mid", color=color, label=series.label)
+    elif series.style == "marks":
+        axes.plot(x, y, mark, color=color, ms=4.5, label=series.label)
+    elif series.style == "dashed":
+        axes.plot(x, y, "--", color="black", lw=1.2, label=series.label)
+    elif series.style == "limit":
+        axes.plot(x, y, ":", color=GREY, lw=1.4, label=series.label)
+    elif series.style == "band":
+        spread = np.asarray(series.spreads, dtype=np.float64)
+        axes.fill_between(x, y - spread, y + spread, color=color, alpha=0.2, lw=0)
+        axes.plot(x, y, color=color, label=series.label)
+    else:
+        axes.plot(x, y, color=color, marker=mark if len(x) <= _MOST_MARKED else None, ms=3.5, label=series.label)
+        _whiskers(axes, x, y, series.spreads, color)
+
+
+def _whiskers(axes: Axes, x: Array, y: Array, spreads: Sequence[float] | None, color: str) -> None:
+    if spreads is None:
+        return
+    spread = np.asarray(spreads, dtype=np.float64)
+    known = np.isfinite(spread) & np.isfinite(y)
+    if known.any():
+        axes.errorbar(x[known], y[known], yerr=spread[known], fmt="none", ecolor=color, elinewidth=0.8, capsize=2.0)

@@ -1,0 +1,57 @@
+"""The study as a page and as a Markdown document with its pictures as files."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from pitotbench.evidence.pages.charts import draw, save
+from pitotbench.evidence.pages.study_parts import Part, StudyPage
+from pitotbench.show.markup import markdown_table, render
+
+
+def study_html(page: StudyPage) -> str:
+    """One self-contained page."""
+    groups = [
+        ("Claims", page.claims),
+        ("What the residual does not say", page.truth),
+        ("Open questions", page.questions),
+    ]
+    groups = [(name, parts) for name, parts in groups if parts]
+    shown = [
+        (name, [(part, [draw(chart) for chart in part.charts], [_cells(t) for t in part.tables]) for part in parts])
+        for name, parts in groups
+    ]
+    return render("study.html", page=page, groups=shown, summary=_cells(page.summary))
+
+
+def _cells(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
+    return [str(c) for c in table.columns], [[str(v) for v in row] for row in table.itertuples(index=False)]
+
+
+def write_document(page: StudyPage, folder: Path) -> Path:
+    """`study.md` in a folder and its pictures in `study/`; returns the document's path."""
+    pictures = folder / "study"
+    pictures.mkdir(parents=True, exist_ok=True)
+    blocks = [f"# {page.title}", page.subtitle, *page.short, markdown_table(*_cells(page.summary))]
+    for heading, parts in (
+        ("The claims, one by one", page.claims),
+        ("What the residual does not say", page.truth),
+        ("What the paper left open", page.questions),
+    ):
+        blocks += [f"## {heading}"] if parts else []
+        for part in parts:
+            blocks += _part(part, pictures)
+    blocks += ["## How it was done", *page.method]
+    target = folder / "study.md"
+    target.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
+    return target
+
+
+def _part(part: Part, pictures: Path) -> list[str]:
+    blocks = [f"### {part.heading}: {part.verdict}" if part.verdict else f"### {part.heading}"]
+    blocks += [f"**{label}:** {text}" if label else text for label, text in part.lines]
+    for chart in part.charts:
+        name = f"{chart.name}.png"
+        save(chart, pictures / name)
+        blocks.append(f"![{chart.title}](study/{name})\n*{f'{chart.title}. {chart.note}'.rstrip('. ')}*")
+    return blocks + [markdown_table(*_cells(table)) for table in part.tables]

@@ -1,0 +1,1 @@
+"""Ratios of CPU time that do not depend on the machine."""

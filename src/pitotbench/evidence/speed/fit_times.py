@@ -1,0 +1,67 @@
+"""How long a calibration takes, as a ratio to a plain SciPy fit of the same rows."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import process_time
+
+import numpy as np
+from scipy.optimize import least_squares
+from threadpoolctl import threadpool_limits
+
+from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.calibrate.model.prediction import PredictionModel
+from pitotbench.calibrate.paper import velocity_outputs_of
+from pitotbench.calibrate.rows.observations import observe
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.records.log import FlightLog
+from pitotbench.units import Array
+
+_REPEATS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class FitTimes:
+    """CPU seconds (the least of several): SciPy's fit, ours by method, and one residual with its Jacobian."""
+
+    rows: int
+    scipy: float
+    vector: float
+    covering: float
+    evaluation: float
+
+
+def fit_times(log: FlightLog) -> FitTimes:
+    """Time fits of a log with attitude and flow angles: three outputs, five parameters (Inverse+ and wind).
+
+    SciPy's side is `least_squares` with the analytic Jacobian and method `lm`, alone: no bound, no reading.
+    """
+    obs = observe(log, CalibrationOptions())
+    outputs = velocity_outputs_of(PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE), obs, log)
+    start = np.zeros(5)
+
+    def flat_residual(theta: Array) -> Array:
+        return outputs(theta)[0].ravel()
+
+    def flat_jacobian(theta: Array) -> Array:
+        return -outputs(theta)[1].reshape(-1, len(theta))
+
+    paper = CalibrationOptions(method="paper", form="vector")
+    with threadpool_limits(limits=1):
+        return FitTimes(
+            rows=len(obs),
+            scipy=_least(
+                lambda: least_squares(flat_residual, start, jac=flat_jacobian, method="lm", x_scale="jac")
+            ),
+            vector=_least(lambda: calibrate(log, paper)),
+            covering=_least(lambda: calibrate(log)),
+            evaluation=_least(lambda: outputs(start)),
+        )
+
+
+def _least(work: Callable[[], object]) -> float:
+    times = []
+    for _ in range(_REPEATS):
+        begin = process_time()
+        work()
+        times.append(process_time() - begin)
+    return min(times)

@@ -1,0 +1,49 @@
+"""From numbers by seed to charts with spread bars."""
+
+from collections.abc import Callable, Sequence
+
+import pandas as pd
+
+from pitotbench.evidence.pages.chart_data import Bars, BarSeries, Lines, LineSeries
+from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER
+from pitotbench.evidence.study.study_tables import Spread
+
+Number = Callable[[str, str], pd.Series]  # maneuver and kind to numbers by seed
+
+
+def maneuver_bars(
+    name: str,
+    title: str,
+    note: str,
+    ylabel: str,
+    kinds: Sequence[tuple[str, str]],
+    number: Number,
+    maneuvers: Sequence[str] = PAPER_ORDER,
+) -> Bars:
+    """A group a maneuver, a bar a kind (key, label); `number(maneuver, key)` gives the values by seed."""
+    series = []
+    for key, label in kinds:
+        found = [Spread.of(number(maneuver, key)) for maneuver in maneuvers]
+        series.append(BarSeries(label, [s.mean for s in found], [s.deviation for s in found]))
+    return Bars(title, note, ylabel, [NAMES[m] for m in maneuvers], series, name)
+
+
+def maneuver_lines(
+    name: str,
+    title: str,
+    note: str,
+    xlabel: str,
+    ylabel: str,
+    levels: Sequence[float],
+    number: Callable[[str, float], pd.Series],
+    maneuvers: Sequence[str] = PAPER_ORDER,
+    log_x: bool = False,
+    log_y: bool = False,
+) -> Lines:
+    """A line a maneuver over levels; `number(maneuver, level)` gives the values by seed."""
+    series = []
+    for maneuver in maneuvers:
+        found = [Spread.of(number(maneuver, level)) for level in levels]
+        y, spread = [s.mean for s in found], [s.deviation for s in found]
+        series.append(LineSeries(NAMES[maneuver], levels, y, spread))
+    return Lines(title, note, xlabel, ylabel, series, name, log_x, log_y)

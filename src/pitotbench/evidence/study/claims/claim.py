@@ -1,0 +1,41 @@
+"""What a claim is, and what an answer to it holds."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import pandas as pd
+
+from pitotbench.evidence.pages.chart_data import Chart
+from pitotbench.evidence.study.study_tables import StudyTables
+
+Verdict = Literal["reproduced", "in part", "not reproduced"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """The answer to a claim: our number with its spread over seeds, the verdict, why; tables and pictures."""
+
+    verdict: Verdict
+    ours: str
+    why: str
+    charts: tuple[Chart, ...] = ()
+    tables: tuple[pd.DataFrame, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A statement of Martos, Kiszely and Foster (2011), in short; `criterion` says how the verdict is reached."""
+
+    number: str
+    words: str
+    where: str
+    criterion: str
+    answer: Callable[[StudyTables], Finding]
+
+
+def verdict(*held: bool) -> Verdict:
+    """All parts of a claim hold, some do, none does."""
+    if all(held):
+        return "reproduced"
+    return "in part" if any(held) else "not reproduced"

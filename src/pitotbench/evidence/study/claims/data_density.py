@@ -1,0 +1,134 @@
+"""C9 and C10: how many samples, and how evenly spread."""
+
+import numpy as np
+import pandas as pd
+
+from pitotbench.evidence.pages.chart_data import Bars, BarSeries, Lines, LineSeries
+from pitotbench.evidence.study.claims.claim import Claim, Finding, verdict
+from pitotbench.evidence.study.expected_noise import airspeed_noise
+from pitotbench.evidence.study.settings import SYSTEMS
+from pitotbench.evidence.study.study_tables import Spread, StudyTables, percent_above, ratio, signed
+
+CARDS = (
+    ("four_leg", "standard", "4-Leg, four speeds"),
+    ("four_leg", "six speeds", "4-Leg, six speeds"),
+    ("step_decrease", "standard", "Step Decrease, 10 s steps"),
+    ("step_decrease", "long steps", "Step Decrease, 20 s steps"),
+)
+_THIRD = (0.25, 0.42)
+
+
+def _density(evidence: StudyTables) -> Lines:
+    table = evidence.density
+    series = []
+    for maneuver, variant, label in CARDS:
+        rows = table[(table.maneuver == maneuver) & (table.variant == variant) & (table.setting == "smooth")]
+        series.append(LineSeries(label, rows.airspeed_kt.tolist(), rows.seconds.tolist(), style="steps"))
+    note = f"Seed {evidence.seeds[0]}; turns included. Times 50 Hz gives samples."
+    return Lines(
+        "Fig 5: data density", note, "calibrated airspeed [kt]", "time in each 2.5 kt [s]", series, "fig5-density"
+    )
+
+
+def _bars(evidence: StudyTables) -> Bars:
+    series = []
+    for das in SYSTEMS:
+        found = [Spread.of(evidence.residual(m, variant=variant, das=das)) for m, variant, _ in CARDS]
+        series.append(BarSeries(f"{das} Hz", [s.mean for s in found], [s.deviation for s in found]))
+    labels = [label.replace(", ", "\n") for _, _, label in CARDS]
+    return Bars("Fig 6: effect of data density", "Smooth air, a good pilot, Inverse+.", "2σ of the residual [kt]",
+                labels, series, "fig6-density")  # fmt: skip
+
+
+def _denser(evidence: StudyTables) -> Finding:
+    six = percent_above(evidence.residual("four_leg", variant="six speeds"), evidence.residual("four_leg"))
+    steps = percent_above(
+        evidence.residual("step_decrease", variant="long steps"), evidence.residual("step_decrease")
+    )
+    return Finding(
+        verdict(_smaller(six), _larger(steps)),
+        f"six speeds {six.text(1)} %, longer steps {steps.text(1)} %",
+        "The residual is the scatter of one sample and does not know how many there are. What can move it is where "
+        "the time is spent, since the same pascals are more knots at low speed: the injected noise alone, at the "
+        f"speeds flown and without any fit, makes {_predicted(evidence, 0)} % and {_predicted(evidence, 2)} %. "
+        f"What the samples buy is the bound on the curve: {_bounds(evidence, 0)} and {_bounds(evidence, 2)}.",
+        (_density(evidence), _bars(evidence)),
+        (pd.DataFrame([_row(evidence, *card) for card in CARDS]),),
+    )
+
+
+def _row(evidence: StudyTables, maneuver: str, variant: str, label: str) -> dict[str, object]:
+    bound = evidence.fit("two_sigma_kt", maneuver, variant=variant, method="covering")
+    return {
+        "card": label,
+        "minutes": Spread.of(evidence.flight("minutes", maneuver, variant=variant)).text(1),
+        "samples": f"{Spread.of(evidence.fit('samples', maneuver, variant=variant)).mean:,.0f}",
+        "residual 2σ [kt]": Spread.of(evidence.residual(maneuver, variant=variant)).text(3),
+        "of the pressure noise alone [kt]": f"{expected_noise(evidence, maneuver, variant):.3f}",
+        "covering 2σ of the curve [kt]": Spread.of(bound).text(4),
+    }
+
+
+def _predicted(evidence: StudyTables, usual: int) -> str:
+    """By how many percent the injected noise alone changes from a card to the next of the table."""
+    before, after = (expected_noise(evidence, *card[:2]) for card in CARDS[usual : usual + 2])
+    return signed(100.0 * (after / before - 1.0))
+
+
+def _bounds(evidence: StudyTables, usual: int) -> str:
+    """The covering 2σ [kt] of a card and of the next of the table."""
+    found = [
+        Spread.of(evidence.fit("two_sigma_kt", maneuver, variant=variant, method="covering")).mean
+        for maneuver, variant, _ in CARDS[usual : usual + 2]
+    ]
+    return f"{CARDS[usual][2].split(',')[0]} {found[0]:.4f} to {found[1]:.4f} kt"
+
+
+def _smaller(change: Spread) -> bool:
+    return change.mean < 0.0 and (np.isnan(change.error) or change.mean + 2.0 * change.error < 0.0)
+
+
+def _larger(change: Spread) -> bool:
+    return change.mean > 0.0 and (np.isnan(change.error) or change.mean - 2.0 * change.error > 0.0)
+
+
+def expected_noise(evidence: StudyTables, maneuver: str, variant: str) -> float:
+    """2σ [kt] of white pressure noise at the airspeeds of the density table, which is of one seed."""
+    table = evidence.density
+    rows = table[(table.maneuver == maneuver) & (table.variant == variant) & (table.setting == "smooth")]
+    return airspeed_noise(rows.airspeed_kt.to_numpy(), rows.seconds.to_numpy())
+
+
+def _fewer(evidence: StudyTables) -> Finding:
+    share = ratio(evidence.fit("samples", "step_decrease"), evidence.fit("samples", "four_leg"))
+    on = ratio(
+        evidence.fit("samples", "step_decrease", on_condition=True),
+        evidence.fit("samples", "four_leg", on_condition=True),
+    )
+    change = percent_above(evidence.residual("step_decrease"), evidence.residual("four_leg"))
+    bound = ratio(
+        evidence.fit("two_sigma_kt", "step_decrease", method="covering"),
+        evidence.fit("two_sigma_kt", "four_leg", method="covering"),
+    )
+    return Finding(
+        verdict(_THIRD[0] <= share.mean <= _THIRD[1], change.mean < 0.0),
+        f"{share.text(2)} of the samples of 4-Leg ({on.text(1)} times as many on condition), 2σ {change.text(1)} %",
+        "This is about the residual, the scatter of one sample. The covering 2σ of the curve, which does depend on "
+        f"how many there are and on where they lie, is {bound.text(1)} times that of 4-Leg in smooth air.",
+    )
+
+
+DENSER = Claim(
+    "C9",
+    "4-Leg with six speeds: 2σ modestly smaller; Step Decrease with longer power steps: slightly larger",
+    "Figs 5, 6",
+    "the sign of each change, by more than two standard errors (in part: one of the two)",
+    _denser,
+)
+FEWER = Claim(
+    "C10",
+    "Step Decrease has about a third of the samples of 4-Leg and still the smaller 2σ",
+    "Fig 6",
+    f"a ratio of {_THIRD[0]:g} to {_THIRD[1]:g}, and the smaller 2σ (in part: one of the two)",
+    _fewer,
+)

@@ -1,0 +1,62 @@
+"""One look at a flight: how it is sensed and fitted."""
+
+from dataclasses import dataclass, replace
+
+from pitotbench.calibrate import CalibrationOptions
+from pitotbench.evidence.study.changes import CHANGES
+from pitotbench.records.case import DataSystem
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.sense import data_system, record
+
+PAPER = CalibrationOptions(method="paper", robust=False)  # as published: every row counts
+COVERING = CalibrationOptions()
+_SIMULATED = 100.0  # Hz
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """A data system, the options of the fit, and what was changed before sensing.
+
+    `change` names an entry of `CHANGES`, `level` its size; `noise` multiplies that of the impact pressure,
+    `gps_noise` that of the velocity; `given_down` records velocity down whatever the system.
+    """
+
+    das: str = "50/50"
+    options: CalibrationOptions = PAPER
+    change: str = "none"
+    level: float = 0.0
+    noise: float = 1.0
+    gps_noise: float = 1.0
+    given_down: bool = False
+
+    @property
+    def sensing(self) -> tuple[str, str, float, float, float, bool]:
+        """What decides the log: looks that agree in it share one."""
+        return self.das, self.change, self.level, self.noise, self.gps_noise, self.given_down
+
+
+def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
+    """The flight as a look changes it, and its log; twice the simulator's rate is allowed.
+
+    Raises BadInputError for rates that cannot be, UnknownNameError for an unknown change.
+    """
+    system = _system(look.das)
+    changed = CHANGES[look.change](flight, look.level)
+    if system.air_rate > _SIMULATED:
+        changed = CHANGES["twice the rate"](changed, 0.0)
+    noisy = replace(
+        system,
+        impact_pressure_noise=look.noise * system.impact_pressure_noise,
+        velocity_noise=look.gps_noise * system.velocity_noise,
+    )
+    return changed, record(changed, noisy, flight.case.sensor_seed, True if look.given_down else None)
+
+
+def _system(das: str) -> DataSystem:
+    """The data system of rates up to 200 Hz, with the noise of the same kind of system at 100 Hz."""
+    air, gps = (float(part) for part in das.split("/"))
+    if air <= _SIMULATED:
+        return data_system(das)
+    known = data_system(f"{_SIMULATED:g}/{min(gps, _SIMULATED):g}")
+    return replace(known, air_rate=air, gps_rate=gps)

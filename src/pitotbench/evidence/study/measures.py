@@ -1,0 +1,120 @@
+"""The numbers that are kept of one fit and of one flight."""
+
+import numpy as np
+
+from pitotbench import bench
+from pitotbench.evidence.study.changes import TURNING
+from pitotbench.evidence.study.looks import Look
+from pitotbench.evidence.study.workload import workload
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.units import FOOT, KNOT, Array
+
+Row = dict[str, object]
+DENSITY_EDGES = np.arange(90.0, 172.5, 2.5)  # kt
+BLOCK = 5.0  # s, about the memory of a gust: residuals averaged over it count as independent
+_SPLIT = 130.0 * KNOT  # where Step Decrease changes its heading
+
+
+def look_row(look: Look) -> Row:
+    """How a fit was made, as the columns that evidence is chosen by."""
+    options = look.options
+    return {
+        "das": look.das,
+        "model": options.model,
+        "method": options.method,
+        "form": options.form,
+        "wind": options.wind,
+        "down": options.use_down,
+        "on_condition": options.on_condition,
+        "change": look.change,
+        "level": look.level,
+        "noise": look.noise,
+        "gps_noise": look.gps_noise,
+        "given_down": look.given_down,
+    }
+
+
+def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | None]:
+    """Fit a log and hold it against the truth of its flight; `failed` says why there are no numbers."""
+    try:
+        result = bench.calibrate(log, look.options)
+    except (NoAnswerError, BadInputError) as error:
+        return {**look_row(look), "failed": str(error)}, None
+    score = bench.score(result, flight)
+    row: Row = {
+        **look_row(look),
+        "failed": "",
+        "samples": score.samples,
+        "residual_two_sigma_kt": score.residual_two_sigma / KNOT,
+        "smooth_two_sigma_kt": 2.0 * float(np.std(result.residuals.airspeed)) / KNOT,
+        "two_sigma_kt": score.two_sigma / KNOT,
+        "rms_error_kt": score.curve_rms_error / KNOT,
+        "coverage": score.curve_coverage,
+        **_error_parts(result, flight),
+        **_criteria(result),
+    }
+    return row, result
+
+
+def _error_parts(result: Calibration, flight: Flight) -> Row:
+    """Mean error of the curve, its lower half minus its upper half, and the error of the wind [kt]."""
+    curve, inside = result.curve, bench.scored(result.curve)
+    truth = bench.true_correction(flight.case.pressure_error, curve.indicated_airspeed)
+    error, low = curve.correction - truth, curve.indicated_airspeed < _SPLIT
+    wind = bench.wind_toward(flight.case.wind)
+    tilt = float(np.mean(error[inside & low]) - np.mean(error[inside & ~low])) if (inside & low).any() else 0.0
+    return {
+        "mean_error_kt": float(np.mean(error[inside])) / KNOT,
+        "tilt_kt": tilt / KNOT,
+        "wind_north_error_kt": (result.wind.north.value - float(wind[0])) / KNOT,
+        "wind_east_error_kt": (result.wind.east.value - float(wind[1])) / KNOT,
+    }
+
+
+def _criteria(result: Calibration) -> Row:
+    """Schwarz's criterion (1978) from all residuals as if white, and from means over blocks of `BLOCK`."""
+    count = len(result.parameters) + 2
+    time, airspeed = result.residuals.time, result.residuals.airspeed
+    block = np.floor((time - time[0]) / BLOCK).astype(np.intp)
+    _, member, size = np.unique(block, return_inverse=True, return_counts=True)
+    means = np.bincount(member, airspeed) / size
+    return {"white_criterion": _schwarz(airspeed, count), "block_criterion": _schwarz(means, count)}
+
+
+def _schwarz(values: Array, count: int) -> float:
+    return float(len(values) * np.log(np.mean(values**2)) + count * np.log(len(values)))
+
+
+def flight_row(flight: Flight) -> Row:
+    """Times, wander and workload of a flight."""
+    effort = workload(flight)
+    return {
+        "minutes": flight.duration / 60.0,
+        "on_condition_minutes": float(np.mean(flight.on_condition)) * flight.duration / 60.0,
+        "vertical_speed_fpm": float(np.std(flight["velocity_down"])) / FOOT * 60.0,
+        "altitude_ft": float(np.std(flight["altitude"])) / FOOT,
+        "turning_percent": 100.0 * float(np.mean(np.abs(flight["roll"]) > TURNING)),
+        "slowing_kt_a_second": _slowing(flight) / KNOT,
+        "reversals_a_minute": sum(effort.reversals.values()),
+        **{f"reversals_{control}": rate for control, rate in effort.reversals.items()},
+        "duty_percent": 100.0 * effort.duty,
+        "out_of_tolerance_percent": 100.0 * effort.out_of_tolerance,
+    }
+
+
+def _slowing(flight: Flight) -> float:
+    """How fast ground speed falls at its fastest [m/s²], on condition: a twentieth of the samples falls faster."""
+    speed = np.hypot(flight["velocity_north"], flight["velocity_east"])
+    rate = np.gradient(speed, flight["time"])[flight.on_condition]
+    return -float(np.percentile(rate, 5.0)) if len(rate) else 0.0
+
+
+def density_rows(flight: Flight) -> list[Row]:
+    """Seconds of a flight in each bin of calibrated airspeed."""
+    counts, _ = np.histogram(flight["calibrated_airspeed"] / KNOT, DENSITY_EDGES)
+    seconds = counts * flight.duration / len(flight)
+    middle = 0.5 * (DENSITY_EDGES[1:] + DENSITY_EDGES[:-1])
+    return [{"airspeed_kt": float(v), "seconds": float(s)} for v, s in zip(middle, seconds, strict=True)]

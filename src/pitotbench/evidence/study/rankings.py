@@ -1,0 +1,125 @@
+"""Both rankings: the published residual, and the truth that only a simulator knows."""
+
+import numpy as np
+import pandas as pd
+
+from pitotbench.evidence.pages.chart_data import Chart, Lines, LineSeries
+from pitotbench.evidence.study.charting import maneuver_bars
+from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER, named
+from pitotbench.evidence.study.settings import BOTH_WAYS
+from pitotbench.evidence.study.study_tables import Spread, StudyTables, rank_agreement, signed
+from pitotbench.evidence.study.sweeps.sweep import Reply, rms
+
+_FEWEST = 9  # seeds: a correlation of fewer says nothing
+_SHOWN = ("step_decrease", "rapid_decel", "race_track", "four_leg", BOTH_WAYS)
+
+
+def _column(evidence: StudyTables, column: str, maneuver: str, das: str) -> pd.Series:
+    return evidence.fit(column, maneuver, setting="light", method="covering", das=das)
+
+
+def _order(values: dict[str, float]) -> str:
+    return " < ".join(NAMES[m] for m in sorted(values, key=lambda m: values[m]))
+
+
+def both_rankings(evidence: StudyTables, das: str = "50/50") -> Reply:
+    """The maneuvers by residual, by true error and by covering 2σ, in light turbulence; and where they disagree."""
+    error = {m: rms(_column(evidence, "rms_error_kt", m, das)) for m in PAPER_ORDER}
+    bound = {m: Spread.of(_column(evidence, "two_sigma_kt", m, das)).mean for m in PAPER_ORDER}
+    residual = {m: Spread.of(evidence.residual(m, setting="light", das=das)).mean for m in PAPER_ORDER}
+    smooth = {m: Spread.of(evidence.residual(m, das=das)).mean for m in PAPER_ORDER}
+    tau = rank_agreement(np.array(list(residual.values())), np.array(list(error.values())))
+    cost = ", ".join(f"{NAMES[m]} {error[m] * np.sqrt(_minutes(evidence, m)):.2f}" for m in PAPER_ORDER)
+    return Reply(
+        f"By residual, smooth air: {_order(smooth)}. By residual, light turbulence: {_order(residual)}. By true "
+        f"error of the curve: {_order(error)}; by covering 2σ: {_order(bound)}. The residual's order and the "
+        f"true one agree at Kendall's τ {signed(tau)}. The maneuver with the smallest published 2σ, Step "
+        f"Decrease, has a curve {error['step_decrease'] / error['four_leg']:.1f} times as wrong as 4-Leg's, in "
+        f"{_minutes(evidence, 'step_decrease') / _minutes(evidence, 'four_leg'):.2f} of the time. True error times "
+        f"the square root of the minutes, which is fair to short maneuvers: {cost} kt √min.",
+        (_bars(evidence, das), _pairs(evidence, das)),
+        (_numbers(evidence, das),),
+    )
+
+
+def _numbers(evidence: StudyTables, das: str) -> pd.DataFrame:
+    rows: dict[str, dict[str, object]] = {}
+    for m in PAPER_ORDER:
+        published = rms(evidence.fit("rms_error_kt", m, setting="light", das=das))
+        rows[m] = {
+            "minutes": f"{_minutes(evidence, m):.1f}",
+            "residual 2σ [kt]": Spread.of(evidence.residual(m, setting="light", das=das)).text(2),
+            "true rms error of the curve [kt]": f"{rms(_column(evidence, 'rms_error_kt', m, das)):.3f}",
+            "paper's method, true rms error [kt]": f"{published:.3f}",
+            "covering 2σ of the curve [kt]": Spread.of(_column(evidence, "two_sigma_kt", m, das)).text(3),
+            "curve inside the 2σ [%]": f"{100.0 * Spread.of(_column(evidence, 'coverage', m, das)).mean:.0f}",
+        }
+    return named(rows)
+
+
+def _minutes(evidence: StudyTables, maneuver: str) -> float:
+    return Spread.of(evidence.flight("minutes", maneuver, "light")).mean
+
+
+def _bars(evidence: StudyTables, das: str) -> Chart:
+    columns = {"residual": "residual_two_sigma_kt", "bound": "two_sigma_kt", "error": "rms_error_kt"}
+    kinds = [
+        ("residual", "2σ of the residual"),
+        ("bound", "covering 2σ of the curve"),
+        ("error", "true rms error of the curve"),
+    ]
+    return maneuver_bars(
+        "rankings", "What is published, and what is known", f"Light turbulence, {das} Hz, Inverse+.",
+        "2σ or rms [kt]", kinds,
+        lambda m, kind: _column(evidence, columns[kind], m, das),
+    )  # fmt: skip
+
+
+def _pairs(evidence: StudyTables, das: str) -> Chart:
+    """Residual against true error, one mark a flight: two clouds that do not line up."""
+    series = []
+    for m in PAPER_ORDER:
+        x = evidence.residual(m, setting="light", das=das)
+        y = _column(evidence, "rms_error_kt", m, das)
+        series.append(LineSeries(NAMES[m], x.tolist(), y.reindex(x.index).tolist(), style="marks"))
+    return Lines("A small residual is not a small error", "One mark a flight.", "2σ of the residual [kt]",
+                 "true rms error of the curve [kt]", series, "residual-against-error")  # fmt: skip
+
+
+_ERRORS = ("wind_north_error_kt", "tilt_kt")
+_LABELS = ("correlation [-]", "wind along the track, rms error [kt]", "slope of the curve, rms error [kt]")
+
+
+def _confounded(evidence: StudyTables, maneuver: str, das: str) -> tuple[str, str, str]:
+    """The correlation of the errors of wind and slope over seeds, and the rms of either [kt]."""
+    wind, tilt = (_column(evidence, column, maneuver, das) for column in _ERRORS)
+    alike = signed(wind.corr(tilt), 2) if len(wind.dropna()) > _FEWEST else "few seeds"
+    return alike, f"{rms(wind):.2f}", f"{rms(tilt):.2f}"
+
+
+def _cloud(evidence: StudyTables, maneuver: str, das: str) -> LineSeries:
+    wind, tilt = (_column(evidence, column, maneuver, das).tolist() for column in _ERRORS)
+    return LineSeries(NAMES[maneuver], wind, tilt, style="marks")
+
+
+def confounding(evidence: StudyTables, das: str = "50/50") -> Reply:
+    """How the wind along the track and the slope of the curve stand in for one another."""
+    found = {m: _confounded(evidence, m, das) for m in _SHOWN}
+    series = [_cloud(evidence, m, das) for m in _SHOWN]
+    rows = [{"maneuver": NAMES[m], **dict(zip(_LABELS, found[m], strict=True))} for m in _SHOWN]
+    title, note = "Wind and curve confounded", f"One mark a flight; light turbulence, {das} Hz."
+    axes = "error of the wind along the track [kt]", "error, slow minus fast half [kt]"
+    step, leg, both = found["step_decrease"], found["four_leg"], found[BOTH_WAYS]
+    residual = [
+        Spread.of(evidence.residual(m, setting="light", das=das)).mean for m in ("step_decrease", BOTH_WAYS)
+    ]
+    return Reply(
+        "Step Decrease flies 160 to 130 kt toward north and 130 to 100 kt toward south. A knot more wind and a "
+        "curve that is a knot lower on one side and higher on the other give the same data, and only the turn "
+        f"tells them apart. Over seeds the errors of its wind and of its slope are {step[1]} and {step[2]} kt "
+        f"rms (correlation {step[0]}); those of 4-Leg {leg[1]} and {leg[2]} kt ({leg[0]}). The experiment: the "
+        f"same power steps with every speed on both headings, {both[1]} and {both[2]} kt, with a "
+        f"residual of {residual[1]:.2f} kt where Step Decrease has {residual[0]:.2f} kt.",
+        (Lines(title, note, *axes, series, "confounding"),),
+        (pd.DataFrame(rows),),
+    )

@@ -1,0 +1,129 @@
+"""All numbers of a study, and how claims choose from them."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from pitotbench.evidence.study.measured_sorties import Measured
+from pitotbench.units import Array
+
+# What a fit is unless a claim asks otherwise: the paper's method on all data of a standard card in smooth air.
+USUAL: Mapping[str, object] = {
+    "setting": "smooth",
+    "variant": "standard",
+    "das": "50/50",
+    "model": "inverse+",
+    "method": "paper",
+    "form": "scalar",
+    "wind": "constant",
+    "down": True,
+    "on_condition": False,
+    "change": "none",
+    "level": 0.0,
+    "noise": 1.0,
+    "gps_noise": 1.0,
+    "given_down": False,
+}
+TABLES = ("fits", "flights", "density", "tracks", "curves")
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """A number over seeds: mean, standard deviation over seeds (NaN for one), how many seeds."""
+
+    mean: float
+    deviation: float
+    count: int
+
+    @classmethod
+    def of(cls, values: Iterable[float]) -> "Spread":
+        """The spread of finite values."""
+        array = np.array([v for v in values if np.isfinite(v)], dtype=np.float64)
+        deviation = float(np.std(array, ddof=1)) if len(array) > 1 else float("nan")
+        return cls(float(np.mean(array)) if len(array) else float("nan"), deviation, len(array))
+
+    @property
+    def error(self) -> float:
+        """Standard error of the mean; NaN for one seed."""
+        return self.deviation / float(np.sqrt(max(self.count, 1)))
+
+    def text(self, digits: int = 2, unit: str = "") -> str:
+        """Mean ± standard deviation over seeds."""
+        spread = "" if np.isnan(self.deviation) else f" ± {self.deviation:.{digits}f}"
+        return f"{self.mean:.{digits}f}{spread}{unit}".replace("-", "−")
+
+
+@dataclass(frozen=True, slots=True)
+class StudyTables:
+    """One row a fit, a flight, a bin of airspeed, a point of a track or of a curve; units in the column names."""
+
+    fits: pd.DataFrame
+    flights: pd.DataFrame
+    density: pd.DataFrame
+    tracks: pd.DataFrame
+    curves: pd.DataFrame
+
+    by_look: Mapping[tuple[object, ...], pd.DataFrame]  # the fits of a maneuver and look, by seed
+
+    @classmethod
+    def of(cls, measured: Sequence[Measured]) -> "StudyTables":
+        """The tables of everything that was measured."""
+        return cls.of_tables({n: pd.DataFrame([r for m in measured for r in getattr(m, n)]) for n in TABLES})
+
+    @classmethod
+    def of_tables(cls, tables: Mapping[str, pd.DataFrame]) -> "StudyTables":
+        """The same from its tables, by name (`TABLES`)."""
+        fits = tables["fits"]
+        # Looked up thousands of times: filtering the table each time takes longer than the fits.
+        groups = fits.groupby(["maneuver", *USUAL], sort=False)
+        return cls(**tables, by_look={key: group.set_index("seed").sort_index() for key, group in groups})
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """The seeds flown."""
+        return tuple(sorted(int(seed) for seed in self.flights["seed"].unique()))
+
+    def fit(self, column: str, maneuver: str, **how: object) -> pd.Series:
+        """A column of the fits of a maneuver by seed; `how` says what is not as in `USUAL`."""
+        unknown = set(how) - set(USUAL)
+        if unknown:
+            raise KeyError(f"fits are chosen by {', '.join(USUAL)}; not by {', '.join(sorted(unknown))}")
+        found = self.by_look.get((maneuver, *{**USUAL, **how}.values()))
+        return pd.Series(dtype=float) if found is None else found[column].astype(float)
+
+    def residual(self, maneuver: str, **how: object) -> pd.Series:
+        """2σ of the residual [kt] by seed."""
+        return self.fit("residual_two_sigma_kt", maneuver, **how)
+
+    def flight(self, column: str, maneuver: str, setting: str = "smooth", variant: str = "standard") -> pd.Series:
+        """A column of the flights of a maneuver by seed."""
+        table = self.flights
+        chosen = table[(table.maneuver == maneuver) & (table.setting == setting) & (table.variant == variant)]
+        return chosen.set_index("seed")[column].astype(float).sort_index()
+
+
+def signed(value: float, digits: int = 1) -> str:
+    """A number with its sign, as it is printed in a sentence."""
+    return f"{value:+.{digits}f}".replace("-", "−")
+
+
+def ratio(one: pd.Series, other: pd.Series) -> Spread:
+    """One over the other, seed by seed: the same flight, so that what both share cancels."""
+    both = pd.concat([one, other], axis=1, keys=["one", "other"]).dropna()
+    return Spread.of((both["one"] / both["other"]).to_numpy())
+
+
+def percent_above(one: pd.Series, other: pd.Series) -> Spread:
+    """By how many percent one is above the other, seed by seed."""
+    found = ratio(one, other)
+    return Spread(100.0 * (found.mean - 1.0), 100.0 * found.deviation, found.count)
+
+
+def rank_agreement(one: Array, other: Array) -> float:
+    """Kendall's τ (1938) of two orders: 1 the same, −1 reversed; ties count as neither."""
+    first, second = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
+    upper = np.triu_indices(len(first), 1)
+    signs = np.sign(np.subtract.outer(first, first)) * np.sign(np.subtract.outer(second, second))
+    return float(np.mean(signs[upper]))

@@ -1,0 +1,201 @@
+"""The card flown again: a measured log beside logs of the simulator, segment by segment of the same card.
+
+The autopilot flies the simulator to the same targets, so a missing effect shows in what it takes to hold them
+(power, pitch) and in what nobody holds (deceleration, times). Both sides are logs of the same data system, and both
+pass through the same functions. Tolerances: 40 % of those that a flight simulator must meet against flight (14 CFR
+Part 60, Appendix A, Attachment 2: 3 kt, 1.5° pitch, 2° bank, 3° heading), the share that is asked of one simulator
+against another.
+"""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.records.gap import Feature, FlownAgain, History, Tolerance
+from pitotbench.records.log import FlightLog
+from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY, Array, Seconds
+
+SHARE = 0.4  # of the tolerances against flight
+LIMITS = {"indicated airspeed": 3.0, "pitch": 1.5, "bank": 2.0, "heading": 3.0}  # kt, °
+QUIET = 2.0 * DEGREE  # bank below which it is no turn
+SMOOTHED = 1.0  # s over which gusts and sensor noise are averaged on both sides
+BEGINNING = 20.0  # s of a segment in which its deceleration is told
+SHORTEST = 5.0  # s of a segment that has features
+
+
+def _airspeed(log: FlightLog) -> Array:
+    return air.calibrated_airspeed(log.impact_pressure) / KNOT
+
+
+QUANTITIES: dict[str, tuple[str, Callable[[FlightLog], Array | None]]] = {
+    "indicated airspeed": ("kt", _airspeed),
+    "pitch": ("°", lambda log: None if log.pitch is None else log.pitch / DEGREE),
+    "bank": ("°", lambda log: None if log.roll is None else log.roll / DEGREE),
+    "heading": ("°", lambda log: None if log.heading is None else np.unwrap(log.heading) / DEGREE),
+    "manifold pressure": (
+        "inHg",
+        lambda log: None if log.manifold_pressure_left is None else log.manifold_pressure_left / INCH_OF_MERCURY,
+    ),
+}
+
+
+def compare_cards(measured: FlightLog, simulated: Sequence[FlightLog], patched: Sequence[FlightLog]) -> FlownAgain:
+    """Features, tolerances and histories of a measured log beside flights of the simulator without and with the
+    patch; at least two of each, which differ by gusts and noise alone.
+
+    Nothing but a reason where the logs have no segments in common.
+    """
+    flights = (*simulated, *patched)
+    labels = _common(measured, flights)
+    if not labels:
+        return FlownAgain(skipped="the log names no segments that the simulator's flight of the card has as well")
+    features = [f for label in labels for f in _features(label, measured, simulated, patched)]
+    histories = [h for label in labels for h in _histories(label, measured, simulated[0], patched[0])]
+    limits = [_tolerance(name, labels, measured, simulated, patched) for name in LIMITS]
+    return FlownAgain(tuple(features), tuple(t for t in limits if t is not None), tuple(histories))
+
+
+def _common(measured: FlightLog, flights: Sequence[FlightLog]) -> list[str]:
+    """Segments of the measured log, in order, that every flight has."""
+    known = [set(_runs(log)) for log in flights]
+    return [label for label in _runs(measured) if all(label in each for each in known)]
+
+
+def _runs(log: FlightLog) -> dict[str, slice]:
+    """The rows of every segment by its label, which is numbered where it comes again."""
+    if log.segment is None:
+        return {}
+    edges = np.flatnonzero(log.segment[1:] != log.segment[:-1]) + 1
+    bounds = [0, *edges.tolist(), len(log)]
+    found: dict[str, slice] = {}
+    for begin, end in pairwise(bounds):
+        label, number = str(log.segment[begin]), 2
+        name = label
+        while name in found:
+            name, number = f"{label} ({number})", number + 1
+        if end - begin > 1:
+            found[name] = slice(begin, end)
+    return found
+
+
+def _part(log: FlightLog, label: str) -> FlightLog:
+    return log.select(np.arange(len(log))[_runs(log)[label]])
+
+
+def _features(
+    label: str, measured: FlightLog, simulated: Sequence[FlightLog], patched: Sequence[FlightLog]
+) -> list[Feature]:
+    """What sums up one segment; its deviation is that of flights of one airplane around their mean."""
+    seen = features_of(_part(measured, label))
+    before = [features_of(_part(log, label)) for log in simulated]
+    after = [features_of(_part(log, label)) for log in patched]
+    found = []
+    for (name, unit), value in seen.items():
+        sides = [
+            np.array([each[name, unit] for each in group if (name, unit) in each]) for group in (before, after)
+        ]
+        if all(len(side) > 1 for side in sides):
+            freedom = sum(len(side) - 1 for side in sides)
+            chance = np.sqrt(sum(float(np.sum((side - side.mean()) ** 2)) for side in sides) / freedom)
+            spread = float(chance * np.sqrt(1.0 + 1.0 / len(sides[0])))
+            found.append(Feature(label, name, unit, value, float(sides[0].mean()), float(sides[1].mean()), spread))
+    return found
+
+
+def features_of(part: FlightLog) -> dict[tuple[str, str], float]:
+    """What sums up one segment of a card: (name, unit) to value."""
+    time = part.time - part.time[0]
+    if time[-1] < SHORTEST:
+        return {}
+    speed = _airspeed(part)
+    found = {("duration", "s"): float(time[-1])}
+    found["airspeed", "kt"] = float(speed.mean())
+    early = time < BEGINNING
+    found["change of airspeed", "kt/s"] = float(np.polyfit(time[early], speed[early], 1)[0])
+    for name in ("pitch", "manifold pressure"):
+        values = QUANTITIES[name][1](part)
+        if values is not None:
+            found[name, QUANTITIES[name][0]] = float(values.mean())
+    return found | _turn(part, time)
+
+
+def _turn(part: FlightLog, time: Seconds) -> dict[tuple[str, str], float]:
+    """Bank and turn rate of a turn; bank for turn rate is what they say together."""
+    if part.roll is None or part.heading is None or abs(float(np.mean(part.roll))) < QUIET:
+        return {}
+    rate = float(np.polyfit(time, np.unwrap(part.heading), 1)[0])
+    bank = float(np.mean(part.roll))
+    ground = float(np.mean(np.hypot(part.velocity_north, part.velocity_east)))
+    needed = float(np.arctan(rate * ground / STANDARD_GRAVITY))
+    return {
+        ("bank", "°"): bank / DEGREE,
+        ("turn rate", "°/s"): rate / DEGREE,
+        ("bank beyond that of the turn rate", "°"): (bank - needed) / DEGREE,
+    }
+
+
+def _tolerance(
+    name: str,
+    labels: Sequence[str],
+    measured: FlightLog,
+    simulated: Sequence[FlightLog],
+    patched: Sequence[FlightLog],
+) -> Tolerance | None:
+    unit, half = QUANTITIES[name][0], SHARE * LIMITS[name]
+    shares = [
+        [_within(name, half, labels, measured, log) for log in simulated],
+        [_within(name, half, labels, measured, log) for log in patched],
+        [_within(name, half, labels, patched[0], log) for log in patched[1:]],
+    ]
+    if any(share is None for group in shares for share in group):
+        return None
+    before, after, chance = (float(np.mean([s for s in group if s is not None])) for group in shares)
+    return Tolerance(name, unit, half, before, after, chance)
+
+
+def _within(name: str, half: float, labels: Sequence[str], one: FlightLog, other: FlightLog) -> float | None:
+    """Share of the common time of all segments in which two logs differ by less than a half width."""
+    inside, total = 0, 0
+    for label in labels:
+        pair = _pair(name, _part(one, label), _part(other, label))
+        if pair is None:
+            return None
+        difference = pair[1] - pair[2]
+        difference = (difference + 180.0) % 360.0 - 180.0 if name == "heading" else difference
+        inside, total = inside + int(np.sum(np.abs(difference) <= half)), total + len(difference)
+    return inside / total
+
+
+def _pair(name: str, one: FlightLog, other: FlightLog) -> tuple[Seconds, Array, Array] | None:
+    """A quantity of two logs of one segment on the time that both have, smoothed alike."""
+    first, second = QUANTITIES[name][1](one), QUANTITIES[name][1](other)
+    if first is None or second is None:
+        return None
+    since, then = one.time - one.time[0], other.time - other.time[0]
+    inside = since <= then[-1]
+    return since[inside], _smooth(since, first)[inside], np.interp(since[inside], then, _smooth(then, second))
+
+
+def _smooth(time: Seconds, values: Array) -> Array:
+    count = max(1, round(SMOOTHED / float(np.median(np.diff(time))))) if len(time) > 1 else 1
+    weights = np.ones(count)
+    total: Array = np.convolve(np.ones(len(values)), weights, "same")
+    return np.asarray(np.convolve(values, weights, "same")[: len(values)] / total[: len(values)])
+
+
+def _histories(label: str, measured: FlightLog, simulated: FlightLog, patched: FlightLog) -> list[History]:
+    """Measured, simulated and patched over one segment."""
+    parts = [_part(log, label) for log in (measured, simulated, patched)]
+    found = []
+    for name, (unit, _) in QUANTITIES.items():
+        before, after = _pair(name, parts[0], parts[1]), _pair(name, parts[0], parts[2])
+        if before is not None and after is not None:
+            count = min(len(before[0]), len(after[0]))
+            offset = parts[0].time[0] - measured.time[0]
+            sides = (before[1][:count], before[2][:count], after[2][:count])
+            if name == "heading":
+                sides = (sides[0], *(s + 360.0 * np.round((sides[0][0] - s[0]) / 360.0) for s in sides[1:]))
+            found.append(History(name, unit, before[0][:count] + offset, *sides))
+    return found

@@ -1,0 +1,1 @@
+"""From evidence to a verdict: weigh, name, close, patch, advise."""

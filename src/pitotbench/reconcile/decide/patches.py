@@ -1,0 +1,64 @@
+"""Add: what was named, as data that a case file takes, each number with its bound and where it came from."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from pitotbench.effects import EFFECTS
+from pitotbench.records.verdict import Candidate
+
+DIGITS = 5
+Shapes = Mapping[str, Mapping[str, float]]  # by effect: the time of an event, and the like
+
+
+@dataclass(frozen=True, slots=True)
+class Patch:
+    """Effects with sizes, as entries of a case file; `text` is TOML with bounds and provenance as comments."""
+
+    entries: tuple[tuple[str, dict[str, float]], ...]
+    text: str
+
+
+def patch_of_effects(
+    effects: Sequence[Candidate],
+    source: str,
+    date: str,
+    shapes: Shapes | None = None,
+    others: Sequence[Sequence[Candidate]] = (),
+) -> Patch:
+    """The patch for some effects. `source` names the log, `date` says when it was made; `shapes` are those that
+    were fitted; `others` hold, for each effect, those that the log does not tell from it: they stand in comments,
+    to be put in its place.
+
+    Sizes outside the plausible range are brought to its edge, and shapes left out keep what is typical.
+    """
+    entries, lines = [], [f"# found in {source}", f"# {date}"]
+    for number, effect in enumerate(effects):
+        sizes = _sizes(effect) | _shapes(effect.name, shapes or {})
+        entries.append((effect.name, sizes))
+        lines += ["", *_entry(effect, sizes)]
+        for other in others[number] if number < len(others) else ():
+            told = _entry(other, _sizes(other))
+            lines += ["", "# the log does not tell it from:", *(f"# {line}".rstrip() for line in told)]
+    return Patch(tuple(entries), "\n".join(lines) + "\n")
+
+
+def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
+    bounds = {size.name: size.two_sigma for size in effect.sizes}
+    lines = ["[[effects]]", f'name = "{effect.name}"', "", "[effects.parameters]"]
+    for name, value in sizes.items():
+        lines.append(f"{name} = {value!r}" + (f"  # ± {bounds[name]:.2g} (2σ)" if name in bounds else ""))
+    return lines
+
+
+def _sizes(effect: Candidate) -> dict[str, float]:
+    limits = {p.name: (p.low, p.high) for p in EFFECTS[effect.name].parameters}
+    held = {s.name: min(max(s.value, limits[s.name][0]), limits[s.name][1]) for s in effect.sizes}
+    return {name: _rounded(value) for name, value in held.items()}
+
+
+def _shapes(name: str, shapes: Shapes) -> dict[str, float]:
+    return {key: _rounded(value) for key, value in shapes.get(name, {}).items()}
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,143 @@
+"""Step 0: what can be seen in a log without a model. Repeats, gaps, clock, steps, ceilings.
+
+A recording fault that is found here is named here, and taken out of the comparison: samples that only repeat are no
+samples, rows at the ceiling say nothing.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.channels import numbers_from
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.log import FlightLog
+from pitotbench.records.verdict import Candidate, Check
+from pitotbench.timeline import gaps, interval
+from pitotbench.units import Array, Booleans
+
+AIR_DATA = numbers_from("air")
+FEWEST_REPEATS = 5  # rows on which all air data repeat at once before it is called a fault
+UNLIKELY = 6.0  # σ beyond the repeats that independent channels show together by chance
+REGULAR = 0.7  # share of equal run lengths from which repeats are a hold, not losses
+COARSE = 3.0  # steps a noise deviation below which rounding shows
+CEILING_ROWS = 10
+CERTAIN = 99.0  # score of what is counted, not estimated
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What the checks say: sentences, effects found by counting, rows whose air data are new and below the
+    ceiling."""
+
+    checks: tuple[Check, ...]
+    effects: tuple[Candidate, ...]
+    fresh: Booleans
+    usable: Booleans
+
+
+def check_log(log: FlightLog) -> Found:
+    """Look at a log."""
+    repeated = _repeats(log)
+    hold, held = _hold(log, repeated)
+    step, stepped = _steps(log, repeated)
+    ceiling, capped, usable = _ceiling(log, repeated)
+    return Found(
+        (_clock(log), _gaps(log), hold, step, ceiling, _gps(log)),
+        (*held, *stepped, *capped),
+        ~repeated,
+        usable,
+    )
+
+
+def _known(name: str, *sizes: tuple[str, float, float]) -> Candidate:
+    return Candidate(name, tuple(Estimate(*size) for size in sizes), CERTAIN, 1.0, True)
+
+
+def _repeats(log: FlightLog) -> Booleans:
+    """Rows on which every air-data channel is what it was a row before: no noisy sensor does that by chance."""
+    present = [getattr(log, name) for name in AIR_DATA if getattr(log, name) is not None]
+    each = np.array([np.diff(values) == 0.0 for values in present])
+    same = np.all(each, axis=0)
+    by_chance = float(np.prod(np.mean(each, axis=1))) * len(same)
+    repeated: Booleans = np.concatenate([[False], same])
+    surplus = FEWEST_REPEATS + UNLIKELY * float(np.sqrt(by_chance))
+    return repeated if repeated.sum() - by_chance > surplus else np.zeros_like(repeated)
+
+
+def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...]]:
+    if not repeated.any():
+        return Check("repeated samples", "passed", "air data are new on every row"), ()
+    period = interval(log.time)
+    lengths = np.diff(np.flatnonzero(~repeated))
+    usual = float(np.median(lengths))
+    if usual > 1 and np.mean(np.abs(lengths - usual) <= 1) > REGULAR:
+        held = float(np.mean(lengths)) * period
+        why = f"air data are renewed every {held:.3g} s and held between"
+        return Check("repeated samples", "failed", why), (_known("sample_and_hold", ("period_s", held, period)),)
+    share = float(np.mean(repeated))
+    spread = 2.0 * float(np.sqrt(share * max(1.0, float(lengths[lengths > 1].mean()) - 1.0) / len(log)))
+    why = f"{100.0 * share:.1f} % of the rows repeat the air data of the row before: lost samples, filled in"
+    return Check("repeated samples", "failed", why), (_known("dropped_samples", ("fraction", share, spread)),)
+
+
+def _steps(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...]]:
+    """The pressures' smallest step against their noise, told from second differences."""
+    steps = [_step(getattr(log, name)[~repeated]) for name in ("impact_pressure", "static_pressure")]
+    noise = [_noise(getattr(log, name)[~repeated]) for name in ("impact_pressure", "static_pressure")]
+    coarse = [step > max(0.5, COARSE * level / 2.0) for step, level in zip(steps, noise, strict=True)]
+    told = " and ".join(f"{step:.3g}" for step in steps)
+    if not any(coarse):
+        return Check("quantization", "passed", f"pressures come in steps of {told} Pa, below their noise"), ()
+    worst = max(steps)
+    why = f"pressures come in steps of {told} Pa, above their noise of {noise[0]:.2g} and {noise[1]:.2g} Pa"
+    return Check("quantization", "failed", why), (_known("quantization", ("step_pa", worst, 0.02 * worst)),)
+
+
+def _step(values: Array) -> float:
+    levels = np.unique(values)
+    return float(np.median(np.diff(levels))) if len(levels) > 2 else 0.0
+
+
+def _noise(values: Array) -> float:
+    """Deviation of the noise, from second differences, not counting the rounding."""
+    second = values[2:] - 2.0 * values[1:-1] + values[:-2]
+    return float(np.sqrt(max(0.0, float(np.mean(second**2)) / 6.0 - _step(values) ** 2 / 12.0)))
+
+
+def _ceiling(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...], Booleans]:
+    top = float(log.impact_pressure.max())
+    capped: NDArray[np.bool_] = log.impact_pressure >= top
+    if (capped & ~repeated).sum() < CEILING_ROWS or _step(log.impact_pressure) > 5.0:
+        return (
+            Check("saturation", "passed", "impact pressure does not stand at a ceiling"),
+            (),
+            ~np.zeros_like(capped),
+        )
+    why = f"impact pressure stands at {top:.1f} Pa on {int(capped.sum())} rows"
+    return Check("saturation", "failed", why), (_known("saturation", ("ceiling_pa", top, 1.0)),), ~capped
+
+
+def _clock(log: FlightLog) -> Check:
+    step = np.diff(log.time)
+    usual = float(np.median(step))
+    odd = float(np.mean(np.abs(step - usual) > 0.2 * usual))
+    if odd > 0.01:
+        return Check("clock", "failed", f"{100.0 * odd:.1f} % of the time steps are not the usual {usual:.4g} s")
+    return Check("clock", "passed", f"rows every {usual:.4g} s")
+
+
+def _gaps(log: FlightLog) -> Check:
+    after = gaps(log.time)
+    if len(after):
+        lasted = float(np.sum(log.time[after] - log.time[after - 1]))
+        return Check("gaps", "passed", f"{len(after)} gaps in the recording, {lasted:.1f} s in all")
+    return Check("gaps", "passed", "no gap in the recording")
+
+
+def _gps(log: FlightLog) -> Check:
+    fresh = log.fresh_fixes()
+    if fresh.all():
+        return Check("GPS", "passed", "velocity is new on every row")
+    period = interval(log.time[fresh])
+    return Check("GPS", "passed", f"velocity is renewed every {period:.3g} s and interpolated between")

@@ -1,0 +1,1 @@
+"""What residuals look like without any effect, learned from flights of the same card."""

@@ -1,0 +1,62 @@
+"""A track without noise and without gusts, on which the effects act: what they change there is their signature.
+
+A signature made of noisy signals would carry their noise, which the residuals carry as well, and the two would
+correlate: a lag of the very noise that is being explained looks like a lag of the airplane. So impact pressure is
+rebuilt from the ground velocity and the wind, and all else is smoothed by local parabolas (Savitzky and Golay
+1964).
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from pitotbench import air
+from pitotbench.reconcile.residuals.predicted_channels import air_velocity, true_airspeed_along
+from pitotbench.reconcile.residuals.replay import outside_temperature
+from pitotbench.reconcile.residuals.track import GPS_CHANNELS, Track, mach_number
+from pitotbench.units import Array
+
+WINDOW = 3.0  # s, of the local parabolas
+# s, for the GPS: over 3 s its noise, which the residuals carry too, made a latency of 0.30 s come out as 0.24 s.
+GPS_WINDOW = 4.5
+SLOW_WINDOW = 20.0  # s, of what pressure height says beyond the vertical speed's integral
+KEPT = ("throttle_left", "throttle_right", "mass")  # steps are real there
+
+
+def clean_track(track: Track, wind: Array) -> Track:
+    """The smoothed track; wind is toward north, east, down [m/s], (3,)."""
+    changing = {name: values for name, values in track.channels.items() if name not in KEPT}
+    smooth = track.replaced({name: _smoothed(track, values, WINDOW) for name, values in changing.items()})
+    smooth = smooth.replaced({"static_pressure": _static_pressure(track, smooth)})
+    smooth = smooth.replaced(_impact_pressure(smooth, wind))
+    return smooth.replaced({n: _smoothed(track, track[n], GPS_WINDOW) for n in GPS_CHANNELS if n in track})
+
+
+def _static_pressure(track: Track, smooth: Track) -> Array:
+    """Static pressure whose quick changes are those of the vertical speed, not of its own noise."""
+    down = smooth["velocity_down"] if "velocity_down" in smooth else air_velocity(smooth)[2]
+    climbed = -np.cumsum(down) * track.row_period
+    height = air.pressure_altitude(track["static_pressure"])
+    return air.standard_pressure(climbed + _smoothed(track, height - climbed, SLOW_WINDOW))
+
+
+def _smoothed(track: Track, values: Array, window: float) -> Array:
+    length = 2 * round(0.5 * window / track.row_period) + 1
+    out = values.copy()
+    for begin, end in zip(track.start[:-1], track.start[1:], strict=True):
+        if end - begin > length:
+            out[begin:end] = savgol_filter(values[begin:end], length, 2)
+    return out
+
+
+def _impact_pressure(track: Track, wind: Array) -> Mapping[str, Array]:
+    """Impact pressure of the flight through the air as ground velocity and wind give it."""
+    through = np.stack(air_velocity(track), axis=1)
+    along = through / true_airspeed_along(track)[:, None]
+    names = ("velocity_north", "velocity_east", "velocity_down")
+    over = np.stack([track[n] if n in track else through[:, i] + wind[i] for i, n in enumerate(names)], axis=1)
+    speed = np.sum(along * (over - wind), axis=1)
+    pressure = track["static_pressure"]
+    warmth = outside_temperature(track, mach_number(track))
+    return {"impact_pressure": air.impact_pressure_from_true_airspeed(np.maximum(speed, 1.0), pressure, warmth)}

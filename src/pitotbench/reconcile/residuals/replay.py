@@ -1,0 +1,132 @@
+"""From a track to the motion that the force meter is moved along, and how its answer shifts with the measured
+state."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench import air
+from pitotbench.reconcile.residuals.track import Track, mach_number
+from pitotbench.records.motion import Motion, Reaction
+from pitotbench.units import Array, Kelvin
+
+React = Callable[[Motion], Reaction]
+
+# What a wrong sensor shifts the model's state by, and the step for its difference quotient.
+VARIED: Mapping[str, float] = {
+    "temperature_offset": 2.0,
+    "mach": 0.002,
+    "static_pressure": 300.0,
+    "angle_of_attack": 0.005,
+    "sideslip": 0.005,
+}
+FINE, COARSE = 0.1, 1.0  # s between states: for the answer, for how it changes
+NEEDED = (
+    *("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "elevator", "aileron", "rudder"),
+    *("throttle_left", "throttle_right", "mass", "angle_of_attack", "sideslip", "specific_force_x"),
+)
+REACTION_NAMES = tuple(Reaction.__dataclass_fields__)
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """A model's answer along a track: `rows` of the track, (m,), ten a second; `values` (m, 12) in the order of a
+    Reaction's fields; `slopes` by what is varied, each (m, 12)."""
+
+    rows: NDArray[np.intp]
+    motion: Motion
+    values: Array
+    slopes: Mapping[str, Array]
+
+    def shifted(self, motion: Motion) -> Array:
+        """The model's answer at another measured state, to first order, (m, 12)."""
+        values = self.values.copy()
+        for name, slope in self.slopes.items():
+            moved = np.broadcast_to(getattr(motion, name) - getattr(self.motion, name), len(values))
+            values += slope * moved[:, None]
+        return values
+
+
+def can_replay(track: Track) -> bool:
+    """Whether a track holds all that the force meter needs."""
+    return all(name in track for name in NEEDED)
+
+
+def replay_rows(track: Track, step: float) -> NDArray[np.intp]:
+    """Rows at which the model is asked: every `step` [s], both ends of every stretch."""
+    every = max(1, round(step / track.row_period))
+    parts = [
+        np.append(np.arange(a, b - 1, every), b - 1) for a, b in zip(track.start[:-1], track.start[1:], strict=True)
+    ]
+    return np.concatenate(parts)
+
+
+def motion_of(track: Track, rows: NDArray[np.intp]) -> Motion:
+    """The measured motion at rows of a track: states as means over a step around each, throttles over the step that
+    follows, in which the engines answer to them."""
+    names = [n for n in Motion.__dataclass_fields__ if n in track and n != "static_pressure"]
+    mach = mach_number(track)
+    warm = outside_temperature(track, mach) - air.standard_temperature(
+        air.pressure_altitude(track["static_pressure"])
+    )
+    every = int(np.median(np.diff(rows)))
+    around, after = _means(rows, every, len(track.time), 0.5), _means(rows, every, len(track.time), 0.0)
+    return Motion(
+        time=track.time[rows],
+        static_pressure=around(track["static_pressure"]),
+        mach=around(mach),
+        temperature_offset=float(np.mean(warm)),
+        **{name: (after if name.startswith("throttle") else around)(track[name]) for name in names},
+    )
+
+
+def _means(rows: NDArray[np.intp], every: int, length: int, back: float) -> Callable[[Array], Array]:
+    """Means over `every` row steps by the trapezoidal rule, of which a share `back` lies before each row."""
+    first = -round(back * every)
+    weights = np.ones(every + 1)
+    weights[[0, -1]] = 0.5
+    if every % 2 and back:  # centered between rows: half a weight more at either end
+        weights = np.ones(every)
+        first = -(every // 2)
+    around = np.clip(rows[:, None] + first + np.arange(len(weights)), 0, length - 1)
+    return lambda values: np.asarray(values[around] @ weights / weights.sum())
+
+
+def outside_temperature(track: Track, mach: Array) -> Kelvin:
+    """Air temperature [K] of a track: measured, or that of a standard day."""
+    if "air_temperature" in track:
+        return track["air_temperature"]
+    if "total_temperature" in track:
+        return air.air_temperature(track["total_temperature"], mach)
+    return air.standard_temperature(air.pressure_altitude(track["static_pressure"]))
+
+
+def replay_motion(track: Track, react: React) -> Replay:
+    """Move the model along a track: once for its answer, and five times in coarse steps for the slopes."""
+    rows = replay_rows(track, FINE)
+    motion = motion_of(track, rows)
+    return Replay(rows, motion, answer(react, motion), _slopes(track, rows, react))
+
+
+def _slopes(track: Track, rows: NDArray[np.intp], react: React) -> dict[str, Array]:
+    coarse = replay_rows(track, COARSE)
+    motion = motion_of(track, coarse)
+    before = answer(react, motion)
+    slopes = {}
+    for name, step in VARIED.items():
+        varied = replace(motion, **{name: getattr(motion, name) + step})
+        slopes[name] = spread(rows, coarse, (answer(react, varied) - before) / step)
+    return slopes
+
+
+def spread(rows: NDArray[np.intp], coarse: NDArray[np.intp], values: Array) -> Array:
+    """Values at coarse rows, (k, 12), linearly in between at all rows, (m, 12)."""
+    return np.stack([np.interp(rows, coarse, column) for column in values.T], axis=1)
+
+
+def answer(react: React, motion: Motion) -> Array:
+    """A model's answer as one array, (m, 12)."""
+    reaction = react(motion)
+    return np.stack([getattr(reaction, name) for name in REACTION_NAMES], axis=1)

@@ -1,0 +1,1 @@
+"""What each effect would do to the residuals of this flight."""

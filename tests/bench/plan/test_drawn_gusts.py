@@ -1,0 +1,70 @@
+"""Drawn gusts have the spectra of MIL-F-8785C and change nothing but what the air data see."""
+
+import numpy as np
+import pytest
+
+from pitotbench.bench.plan.drawn_gusts import _dryden, gust_deviation, stirred
+from pitotbench.records.case import Case
+from pitotbench.units import FOOT
+
+RATE, STEP = 0.15, 0.2  # V/L [1/s], s
+
+
+@pytest.fixture(scope="module")
+def gusts():
+    time = np.arange(60_000) * STEP
+    return _dryden(time, np.full(len(time), RATE), np.random.default_rng(1))
+
+
+def correlation(gust, lag):
+    n = round(lag / STEP)
+    return float(np.mean(gust[n:] * gust[:-n]))
+
+
+def test_both_gusts_have_unit_variance(gusts):
+    for gust in gusts:
+        assert np.var(gust) == pytest.approx(1.0, rel=0.05)
+
+
+@pytest.mark.parametrize("lag", [2.0, 6.0, 12.0])
+def test_correlations_are_drydens(gusts, lag):
+    """Longitudinal exp(−a τ), lateral (1 − a τ/2) exp(−a τ): Hoblit (1988), eqs. for f and g."""
+    along, across = gusts
+    decay = np.exp(-RATE * lag)
+    assert correlation(along, lag) == pytest.approx(decay, abs=0.05)
+    assert correlation(across, lag) == pytest.approx((1.0 - 0.5 * RATE * lag) * decay, abs=0.05)
+
+
+def test_steps_of_any_length_keep_the_variance():
+    time = np.cumsum(np.random.default_rng(2).exponential(5.0, 20_000))
+    for gust in _dryden(time, np.full(len(time), RATE), np.random.default_rng(3)):
+        assert np.var(gust) == pytest.approx(1.0, rel=0.05)
+
+
+@pytest.mark.parametrize("turbulence", ["light", "moderate"])
+def test_level_is_that_of_the_simulator(turbulence, light_flights):
+    """The level by the standard's figure, against the simulator's own turbulence at the same height."""
+    from pitotbench import bench
+
+    case = Case(maneuver="circle", turbulence=turbulence)
+    flight = light_flights["circle"] if turbulence == "light" else bench.fly(case)
+    mean = bench.wind_toward(case.wind)
+    parts = [flight[f"wind_{axis}"] - w for axis, w in zip(("north", "east"), mean, strict=False)]
+    assert np.sqrt(np.mean(np.square(parts))) == pytest.approx(gust_deviation(case), rel=0.25)
+
+
+def test_still_air_has_no_gusts_and_high_air_fewer():
+    assert gust_deviation(Case(turbulence="none")) == 0.0
+    low, high = (gust_deviation(Case(turbulence="moderate", altitude=h * FOOT)) for h in (3000.0, 9000.0))
+    assert low > high > 0.0
+
+
+def test_stirring_moves_the_airspeed_and_nothing_else(smooth_flights):
+    flight = smooth_flights["circle"]
+    rough = stirred(flight, "moderate", 3)
+    moved = {name for name in flight.channels if not np.array_equal(flight[name], rough[name])}
+    assert moved == {"true_airspeed", "total_pressure"}
+    change = rough["true_airspeed"] - flight["true_airspeed"]
+    assert np.std(change) == pytest.approx(gust_deviation(rough.case), rel=0.35)
+    assert np.array_equal(rough["total_pressure"], stirred(flight, "moderate", 3)["total_pressure"])
+    assert np.array_equal(stirred(flight, "none", 3)["total_pressure"], flight["total_pressure"])

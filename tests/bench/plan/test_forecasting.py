@@ -1,0 +1,134 @@
+"""Forecasts: identities of the bound, the ranking they give, and flights that they foretell."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pitotbench import bench
+from pitotbench.bench.plan.card_search import best_card, free_numbers
+from pitotbench.bench.plan.forecasting import forecast, known_noise_two_sigma, smooth_flight
+from pitotbench.bench.plan.plan_request import PlanRequest
+from pitotbench.bench.plan.recommend import make_plan
+from pitotbench.calibrate import CalibrationOptions
+from pitotbench.calibrate.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.records.case import Case
+from pitotbench.records.case_file import read_case, write_case
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.simulate import MANEUVERS
+from pitotbench.units import KNOT
+
+REQUEST = PlanRequest(Case(), draws=4, maneuvers=("step_decrease", "decel_circle"))
+THETA = np.array([-0.06, 0.006, 0.06, -3.9, 6.7])
+SPEEDS = np.arange(100.0, 161.0, 10.0) * KNOT
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return make_plan(REQUEST)
+
+
+def known(flight, level):
+    log = bench.sense(flight, "20/1")
+    return expected_two_sigma(log, CalibrationOptions(), THETA, ExpectedNoise(level, 400.0, 1e-4), SPEEDS)
+
+
+def test_a_bound_is_proportional_to_the_gusts(smooth_flights):
+    flight = smooth_flights["decel_circle"]
+    assert known(flight, 2.0) == pytest.approx(2.0 * known(flight, 1.0), rel=0.02)
+
+
+def test_one_heading_gives_no_forecast(smooth_flights):
+    flight = smooth_flights["step_decrease"]
+    log = bench.sense(flight, "20/1")
+    north = np.cos(flight["heading"]) > 0.99
+    one = log.select(np.flatnonzero(log.time < flight["time"][np.flatnonzero(~north)[0]]))
+    with pytest.raises(NoAnswerError, match="wind is not observable"):
+        expected_two_sigma(one, CalibrationOptions(), THETA, ExpectedNoise(0.2), SPEEDS)
+
+
+def test_not_knowing_the_noise_widens_the_bound(plan):
+    for each in plan.forecasts:
+        assert 1.0 < each.widening < 1.7
+
+
+def test_the_decelerating_circle_halves_the_bound_of_step_decrease(plan):
+    circle, step = plan.forecasts
+    assert (circle.maneuver, step.maneuver) == ("decel_circle", "step_decrease")
+    assert circle.minutes <= step.minutes * 1.01
+    assert circle.mean < 0.5 * step.mean
+    assert plan.best is circle
+    assert plan.gentle is step
+
+
+def test_a_forecast_foretells_the_bound_of_flights():
+    """Three flights in the simulator's turbulence against the forecast: the check of docs/plan.md, in small."""
+    expected = forecast(replace(REQUEST, draws=10), "decel_circle").mean
+    case = Case(maneuver="decel_circle")
+    flights = [bench.fly(replace(case, truth_seed=seed, sensor_seed=seed)) for seed in (1, 2, 3)]
+    flown = [bench.score(bench.calibrate(bench.sense(f, "20/1")), f).two_sigma for f in flights]
+    assert expected == pytest.approx(np.mean(flown), rel=0.2)
+
+
+def test_information_adds_up(plan):
+    each = plan.forecasts[0]
+    assert each.mean_in(4.0 * each.minutes) == pytest.approx(0.5 * each.mean)
+    assert each.within(4.5 * each.minutes) == pytest.approx(0.5 * each.mean)
+    assert each.within(0.5 * each.minutes) == each.mean
+    assert each.times_for(0.5 * each.mean) == 4
+    assert each.times_for(2.0 * each.mean) == 1
+
+
+def test_box_and_minutes_exclude(plan):
+    small = replace(REQUEST, maneuvers=("step_decrease",), draws=2, box=1852.0)
+    assert make_plan(small).best is None
+    assert make_plan(replace(small, box=None, minutes=1.0)).best is None
+
+
+def test_what_cannot_be_flown_is_said():
+    crawling = replace(REQUEST, speeds=(45.0 * KNOT, 160.0 * KNOT), maneuvers=("decel_circle",))
+    with pytest.raises(NoAnswerError, match="no maneuver can be flown"):
+        make_plan(crawling)
+
+
+def test_speeds_of_a_card_keep_their_places():
+    case = replace(REQUEST, speeds=(90.0 * KNOT, 150.0 * KNOT)).case("decel_circle")
+    assert case.card["speeds_kt"] == [150.0, 120.0, 90.0]
+
+
+@pytest.mark.parametrize("name", MANEUVERS)
+def test_free_numbers_lie_inside_their_bounds(name):
+    for number in free_numbers(name):
+        value = getattr(MANEUVERS[name].card, number.entry)
+        assert number.low <= (value if number.place is None else value[number.place]) <= number.high
+
+
+def test_a_card_is_shortened_to_the_minutes():
+    """Rapid Decel takes 4.8 min; asked for 4.2, the search must find another dwell, and a better one per minute."""
+    request = replace(REQUEST, draws=2)
+    found = best_card(request, "rapid_decel", 4.2, flights=10)
+    before, after = (smooth_flight(request.case("rapid_decel", dict(card))) for card in ({}, found.card))
+    assert set(found.card) == {"dwell_s"}
+    assert after.duration / 60.0 <= 4.3
+    work = [np.mean(known_noise_two_sigma(request, f)) * np.sqrt(f.duration) for f in (before, after)]
+    assert work[1] < 1.02 * work[0]
+
+
+def test_a_case_of_a_card_reads_back(plan):
+    case = REQUEST.case("decel_circle", {"bank_deg": 40.0})
+    assert read_case(write_case(case)) == case
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"speeds": (100.0 * KNOT, 110.0 * KNOT)}, "20 kt apart"),
+        ({"minutes": -1.0}, "--minutes"),
+        ({"want": 0.0}, "--want-kt"),
+        ({"draws": 1}, "--draws"),
+        ({"base": Case(turbulence="severe")}, "none, light, moderate"),
+    ],
+)
+def test_questions_that_make_no_sense(changes, says):
+    with pytest.raises(BadInputError, match=says):
+        replace(REQUEST, **changes)

@@ -1,0 +1,57 @@
+"""`pitotbench plan`: the table, the document and the page say the same; the case that is written flies."""
+
+import json
+
+import pytest
+
+from pitotbench.cli.app import BAD_INPUT, DONE, main
+from pitotbench.records.case_file import read_case
+
+FEW = ["plan", "--maneuver", "figure_eight,step_both_ways", "--draws", "2", "--search", "0"]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plan")
+    code = main([*FEW, "--want-kt", "0.2", "--minutes", "12", "--box-nm", "12", "--out", str(folder)])
+    return code, folder
+
+
+def test_a_page_and_a_case_are_written(written):
+    code, folder = written
+    assert code == DONE
+    page = (folder / "plan.html").read_text(encoding="utf-8")
+    for text in ("Pareto front", "time recorded [min]", "mean 2σ of the curve [kt]", "north [nmi]", "figure_eight"):
+        assert text in page
+    assert "http" not in page.replace("http://www.w3.org", "")
+    assert read_case(folder / "plan.toml").maneuver == "figure_eight"
+    assert read_case(folder / "plan.toml").turbulence == "light"
+
+
+def test_the_document_has_units_and_the_ranking(capsys):
+    assert main([*FEW, "--json", "--want-kt", "0.1"]) == DONE
+    document = json.loads(capsys.readouterr().out)
+    assert document["best"] == "figure_eight"
+    assert document["best_without_steep_turns"] == "step_both_ways"
+    first, second = document["forecasts"]
+    assert first["minutes_for_want"] == first["flights_for_want"] * first["minutes"]
+    assert first["minutes_for_want"] < second["minutes_for_want"]
+    assert 0.1 < first["two_sigma_kt"] < 0.3
+    assert len(first["curve"]) == 13
+
+
+@pytest.mark.parametrize(
+    ("flags", "says"),
+    [
+        (["--das", "fast"], "unknown data system"),
+        (["--speeds-kt", "100"], "LOW,HIGH"),
+        (["--maneuver", "looping"], "unknown maneuver"),
+        (["--wind-kt", "-3"], "0 to 100 kt"),
+        (["--turbulence", "severe"], "turbulence"),
+    ],
+)
+def test_bad_flags_are_one_line(flags, says, capsys):
+    assert main(["plan", *flags]) == BAD_INPUT
+    error = capsys.readouterr().err
+    assert says in error
+    assert error.count("\n") == 1

@@ -1,0 +1,38 @@
+"""Real logs: nobody hid anything, so the report must say what it sees and how sure it is."""
+
+from pathlib import Path
+
+import pytest
+
+from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
+from pitotbench.cli.reconcile import _setting
+from pitotbench.logbook import read_log
+from pitotbench.show.gap_page import account_page
+from pitotbench.show.gap_words import sentences
+
+DATA = Path(__file__).parents[4] / "shared" / "data" / "jmoss"
+
+
+def jmoss() -> Path:
+    """The log where it is kept, beside the checkout or in the place that the team shares."""
+    for folder in (DATA, *(parent / "work" / "shared" / "data" / "jmoss" for parent in Path(__file__).parents)):
+        if (folder / "CLASS55.csv").is_file():
+            return folder / "CLASS55.csv"
+    pytest.skip("the JMOSS logs are not on this machine")
+
+
+def test_a_measured_log_without_an_aircraft_is_judged_with_its_doubt():
+    path = jmoss()
+    log = read_log(path, "jmoss")
+    account = reconcile_fully(NamedLog(path.name, log), "none", setting=_setting("jmoss")).account
+    verdict = account.rounds[0].verdict
+    late = {c.name: c for c in verdict.candidates}
+    print(verdict.kind, [(c.name, c.score, [(s.value, s.two_sigma) for s in c.sizes]) for c in late.values()])
+    assert account.null_flights == 0
+    assert verdict.kind in ("unknown", "one_of", "named")  # something is there; which is told with its doubt
+    assert any("no aircraft model" in note for note in verdict.notes)
+    assert "no card" in account.flown.skipped
+    told = " ".join(sentences(account))
+    assert ("believed" in told) or ("nothing in the table" in told)
+    page = account_page(account)
+    assert "Skipped" in page

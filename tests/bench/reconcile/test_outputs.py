@@ -1,0 +1,93 @@
+"""Add: the folder of a reconciliation, and the patched aircraft that flies by its name."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pitotbench.bench.reconcile.outputs import install, keep
+from pitotbench.cli.app import main
+from pitotbench.logbook import read_log
+from pitotbench.reconcile.decide.patches import patch_of_effects
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.verdict import Candidate, Closure
+from pitotbench.simulate.hangar import find_aircraft
+from pitotbench.units import INCH_OF_MERCURY
+
+POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.3, 0.02),), 40.0, 1.0, True)
+LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.4, 0.02),), 40.0, 1.0, True)
+
+
+def outcome(*effects: Candidate, kind: str = "named"):
+    """As much of an outcome as adding needs."""
+    verdict = SimpleNamespace(kind=kind, effects=effects, closure=Closure(100.0, 11.0, 10.0))
+    account = SimpleNamespace(log="flight.csv", aircraft="navajo", rounds=(SimpleNamespace(verdict=verdict),))
+    made = patch_of_effects(effects, "flight.csv", "2026-01-01")
+    return SimpleNamespace(found=SimpleNamespace(verdict=verdict), account=account, patch=made)
+
+
+def test_an_applied_patch_flies_in_a_campaign_with_its_drag(tmp_path, monkeypatch, smooth_flights):
+    monkeypatch.chdir(tmp_path)
+    lines = install(outcome(POD, LAG), "test")
+    assert "pitot_lag" in lines[1]
+    told = (tmp_path / "aircraft" / "navajo+test" / "variant.toml").read_text()
+    assert "flight.csv" in told
+    assert "two_sigma" in told
+    options = ["--maneuver", "circle", "--das", "20/1", "--turbulence", "none", "--jobs", "1", "--out", "out"]
+    assert main(["campaign", "--aircraft", "navajo+test", *options]) == 0
+    assert len(pd.read_parquet("out/results.parquet")) == 1
+    log = read_log(next(f for f in (tmp_path / "out").rglob("*.parquet") if f.name != "results.parquet"))
+    power = np.mean(log.manifold_pressure_left) - np.mean(smooth_flights["circle"]["manifold_pressure_left"])
+    assert power > 1.0 * INCH_OF_MERCURY  # the pod is paid for
+
+
+def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    install(outcome(POD), "test")
+    before = (tmp_path / "aircraft" / "navajo+test" / "navajo+test.xml").read_bytes()
+    with pytest.raises(BadInputError, match="there already"):
+        install(outcome(POD), "test")
+    code = main(["reconcile", "nowhere.csv", "--apply", "test"])  # refused before the log is read
+    assert code == 2
+    assert "there already" in capsys.readouterr().err
+    assert (tmp_path / "aircraft" / "navajo+test" / "navajo+test.xml").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (outcome(LAG), "case file"),
+        (outcome(kind="no_gap"), "no significant gap"),
+        (outcome(kind="unknown"), "unknown"),
+    ],
+)
+def test_what_cannot_be_applied_is_refused_with_a_reason(made, message, tmp_path):
+    with pytest.raises(BadInputError, match=message):
+        install(made, "test", tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_bad_names_are_refused_before_the_log_is_read(capsys):
+    assert main(["reconcile", "nowhere.csv", "--apply", "../pod"]) == 2
+    assert "use letters" in capsys.readouterr().err
+    assert main(["reconcile", "nowhere.csv", "--aircraft", "none", "--apply", "pod"]) == 2
+    assert "name the aircraft" in capsys.readouterr().err
+
+
+def test_the_folder_holds_verdict_patch_report_and_overlay(tmp_path, monkeypatch):
+    monkeypatch.setattr("pitotbench.bench.reconcile.outputs.account_page", lambda account: "<html></html>")
+    keep(outcome(POD), {"verdict": "named"}, tmp_path)
+    assert sorted(f.name for f in tmp_path.iterdir()) == [
+        "overlay.xml",
+        "patch.toml",
+        "report.html",
+        "verdict.json",
+    ]
+    keep(outcome(LAG), {"verdict": "named"}, tmp_path)  # an earlier overlay does not outlive its patch
+    assert not (tmp_path / "overlay.xml").exists()
+
+
+def test_the_aircraft_of_the_hangar_is_untouched():
+    assert "belly" not in (find_aircraft("navajo") / "navajo.xml").read_text()

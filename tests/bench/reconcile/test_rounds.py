@@ -1,0 +1,48 @@
+"""Look again: with what was named in the model nothing is left, and without it the gap is still there."""
+
+from dataclasses import replace
+
+import pytest
+
+from pitotbench import Case, fly, sense
+from pitotbench.bench.reconcile.reconciliation import reconcile
+from pitotbench.bench.reconcile.reflight import wind_of
+from pitotbench.bench.reconcile.rounds import look_until_quiet
+from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
+from pitotbench.records.case import EffectSpec
+from pitotbench.units import DEGREE, KNOT
+
+
+@pytest.fixture(scope="module")
+def late():
+    """A flight whose GPS is late."""
+    case = Case(maneuver="rapid_decel", truth_seed=31, effects=(EffectSpec("gps_latency", {"latency_s": 0.3}),))
+    return sense(fly(case), "20/20")
+
+
+def test_a_second_look_with_the_latency_in_the_model_is_quiet(late):
+    outcome = reconcile_fully(NamedLog("late.csv", late), "none", refly=False)
+    rounds = outcome.account.rounds
+    assert [r.verdict.kind for r in rounds] == ["named", "no_gap"]
+    assert rounds[0].added == ("gps_latency",)
+    worst = [max(abs(place.significance) for place in r.verdict.located) for r in rounds]
+    assert (
+        worst[1] < 3.5 < 5.0 < worst[0]
+    )  # the largest of a hundred normal numbers is beyond 3.5 in one log of twenty
+    assert outcome.account.waterfall[0].left == pytest.approx(rounds[0].verdict.closure.after)
+    assert outcome.account.flown.skipped
+
+
+def test_a_wrong_patch_is_not_quiet(late):
+    found = reconcile(late, "none")
+    size = found.verdict.effects[0].sizes[0]
+    wrong = replace(found.verdict.effects[0], sizes=(replace(size, value=-size.value),))
+    wrong_way = replace(found, verdict=replace(found.verdict, effects=(wrong,)))
+    rounds, _, _ = look_until_quiet(late, "none", wrong_way)
+    assert rounds[1].verdict.kind != "no_gap"
+
+
+def test_the_wind_of_a_log_is_that_of_the_case(late):
+    wind = wind_of(late)
+    assert wind.speed / KNOT == pytest.approx(15.0, abs=1.5)
+    assert wind.from_direction / DEGREE == pytest.approx(300.0, abs=6.0)

@@ -1,0 +1,84 @@
+"""Campaigns: the contract's columns, the same results however they are run, and what a failure leaves behind."""
+
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+
+from pitotbench.bench.campaign.runner import CampaignRequest, run_campaign
+from pitotbench.bench.campaign.tasks import plan_tasks
+from pitotbench.records.errors import BadInputError, NoAnswerError
+
+COLUMNS = [
+    "maneuver", "das", "model", "seed", "turbulence", "minutes", "samples", "residual_two_sigma_kt", "two_sigma_kt",
+    "curve_rms_error_kt", "wind_error_kt", "curve_coverage", "on_condition_share",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    out = tmp_path_factory.mktemp("campaign") / "one"
+    request = CampaignRequest("rapid_decel", "20/1,50/50", "inverse+,bias", seeds=2, out=out, jobs=1)
+    return request, run_campaign(request)
+
+
+def test_results_have_the_columns_of_the_contract(small):
+    _, result = small
+    stored = pd.read_parquet(result.folder / "results.parquet")
+    assert list(stored.columns)[: len(COLUMNS)] == COLUMNS
+    assert len(stored) == 2 * 2 * 2
+    assert stored.notna().all().all()
+
+
+def test_folder_holds_logs_cases_and_a_page(small):
+    _, result = small
+    assert len(list((result.folder / "logs").glob("*.parquet"))) == 4
+    assert len(list((result.folder / "cases").glob("*.toml"))) == 2
+    page = (result.folder / "report.html").read_text(encoding="utf-8")
+    assert page.count("<svg") >= 3
+    assert "http://" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
+        "http://creativecommons.org", ""
+    )
+    assert "<script" not in page
+    assert "src=" not in page
+
+
+@pytest.mark.parametrize("jobs", [2])
+def test_processes_change_nothing(small, tmp_path, jobs):
+    request, result = small
+    again = run_campaign(replace(request, out=tmp_path / "two", jobs=jobs))
+    pd.testing.assert_frame_equal(result.table, again.table, check_exact=True)
+
+
+def test_a_cluster_changes_nothing(small, tmp_path):
+    distributed = pytest.importorskip("distributed", reason="dask.distributed is an extra")
+    request, result = small
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
+        again = run_campaign(replace(request, out=tmp_path / "dask", scheduler=cluster.scheduler_address))
+    pd.testing.assert_frame_equal(result.table, again.table, check_exact=True)
+
+
+def test_a_scheduler_that_does_not_answer_is_bad_input(tmp_path):
+    with pytest.raises(BadInputError, match="scheduler"):
+        run_campaign(CampaignRequest("circle", "20/1", out=tmp_path / "x", scheduler="tcp://127.0.0.1:1"))
+    assert not (tmp_path / "x").exists()
+
+
+def test_the_earlier_results_stay_where_a_new_campaign_fails(small, tmp_path):
+    request, _ = small
+    out = tmp_path / "keep"
+    first = run_campaign(replace(request, out=out, seeds=1, systems="20/1"))
+    impossible = replace(request.base, card={"speeds_kt": [400.0]})
+    with pytest.raises((NoAnswerError, BadInputError)):
+        run_campaign(CampaignRequest("circle", "20/1", base=impossible, out=out, jobs=1))
+    pd.testing.assert_frame_equal(pd.read_parquet(out / "results.parquet"), first.table)
+    assert [p.name for p in tmp_path.iterdir()] == ["keep"]
+
+
+def test_one_task_is_one_flight(small):
+    request, _ = small
+    tasks = plan_tasks(request.base, "all", "all", "all", 3, request.options, "")
+    assert len(tasks) == 5 * 3
+    assert len({(t.case.maneuver, t.case.truth_seed) for t in tasks}) == 15

@@ -1,0 +1,77 @@
+"""Real flights: what is kept of them, workload, the fixed-speed points; and the plan that asks for them."""
+
+import numpy as np
+import pytest
+
+from pitotbench import bench
+from pitotbench.evidence.study.curve_points import fixed_speed_rows
+from pitotbench.evidence.study.looks import PAPER, Look
+from pitotbench.evidence.study.measured_sorties import measure_sortie
+from pitotbench.evidence.study.measures import flight_row
+from pitotbench.evidence.study.settings import BOTH_WAYS, SETTINGS, Sortie
+from pitotbench.evidence.study.sorties import EXPLAINED, plan_sorties
+from pitotbench.evidence.study.workload import FELT, reversals, workload
+from pitotbench.records.case import Case
+from pitotbench.simulate.maneuvers import PAPER_MANEUVERS
+from pitotbench.units import KNOT
+
+
+def test_a_control_reverses_twice_a_period_if_it_is_felt():
+    phase = np.linspace(0.0, 20.0 * np.pi, 2001)
+    assert reversals(2.0 * FELT * np.sin(phase)) == pytest.approx(20, abs=1)
+    assert reversals(0.4 * FELT * np.sin(phase)) == 0
+    assert reversals(np.linspace(0.0, 1.0, 100)) == 0
+
+
+def test_a_person_works_more_than_the_autopilot(smooth_flights):
+    person = workload(bench.fly(Case(maneuver="rapid_decel", turbulence="none", pilot="busy")))
+    autopilot = workload(smooth_flights["rapid_decel"])
+    assert sum(person.reversals.values()) > 2.0 * sum(autopilot.reversals.values())
+    assert person.duty > autopilot.duty
+
+
+def test_density_and_times_are_the_flight(light_flights):
+    row = flight_row(light_flights["rapid_decel"])
+    assert row["minutes"] == pytest.approx(light_flights["rapid_decel"].duration / 60.0)
+    assert 0.0 < row["on_condition_minutes"] < row["minutes"]
+
+
+def test_a_sortie_gives_what_the_bench_gives():
+    case = Case(maneuver="rapid_decel", turbulence="none")
+    measured = measure_sortie(Sortie("smooth", case, (Look("20/1"),), track=True))
+    log = bench.sense(bench.fly(case), "20/1")
+    expected = bench.calibrate(log, PAPER).residual_two_sigma / KNOT
+    assert measured.fits[0]["residual_two_sigma_kt"] == pytest.approx(expected)
+    assert len(measured.tracks) > 100
+    assert sum(row["seconds"] for row in measured.density) == pytest.approx(60.0 * measured.flights[0]["minutes"])
+
+
+def test_a_case_that_cannot_be_flown_is_named():
+    measured = measure_sortie(Sortie("smooth", Case(maneuver="circle", card={"speeds_kt": [400.0]}), ()))
+    assert not measured.flights
+    assert "circle" in measured.failures[0]
+
+
+def test_fixed_speed_points_lie_on_the_truth(smooth_flights):
+    flight = smooth_flights["four_leg"]
+    points = fixed_speed_rows(bench.sense(flight, "50/50"))
+    assert [round(p["airspeed_kt"], -1) for p in points] == [160.0, 140.0, 120.0, 100.0]
+    speed = np.array([p["airspeed_kt"] for p in points]) * KNOT
+    truth = bench.true_correction(flight.case.pressure_error, speed) / KNOT
+    np.testing.assert_allclose([p["correction_kt"] for p in points], truth, atol=0.1)
+
+
+def test_fixed_speed_needs_four_legs(smooth_flights):
+    assert fixed_speed_rows(bench.sense(smooth_flights["rapid_decel"], "50/50")) == []
+
+
+@pytest.mark.parametrize("seeds", [1, 6])
+def test_the_plan_explains_a_fifth_of_the_seeds(seeds):
+    flown = plan_sorties(seeds)
+    for name, setting in SETTINGS.items():
+        expected = -(-seeds // EXPLAINED) if setting.rare else seeds
+        found = {s.case.truth_seed for s in flown if s.setting == name and s.variant == "standard"}
+        assert found == set(range(1, expected + 1)), name
+    keys = [(s.setting, s.variant, s.case.maneuver, s.case.truth_seed) for s in flown]
+    assert len(keys) == len(set(keys))
+    assert {s.case.maneuver for s in flown} == {*PAPER_MANEUVERS, BOTH_WAYS}

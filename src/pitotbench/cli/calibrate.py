@@ -31,7 +31,8 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--form", help="scalar, or vector: use attitude and flow angles too (default: scalar)")
     parser.add_argument(
         "--error-location",
-        help="impact (as published) or static (static source) (default: the mapping's, else impact)",
+        help="auto (by GPS height where the log has it), static, total or impact (as published) (default: the "
+        "mapping's, else auto)",
     )
     parser.add_argument("--wind", help="constant, linear (in time and height) or drifting (default: constant)")
     parser.add_argument(

@@ -8,6 +8,7 @@ from scipy.signal import lfilter
 from pitotbench.records.case import DataSystem
 from pitotbench.records.flight import Flight
 from pitotbench.sense.sensor import noise_stream
+from pitotbench.timeline import gaps, interval, stretches
 from pitotbench.units import Array, Meters, Seconds
 
 
@@ -25,14 +26,11 @@ def slow_error(time: Seconds, deviation: float, memory: float, stream: np.random
 
     Recorded time may have gaps: the process goes on while nobody records.
     """
-    step = np.diff(time)
     new = stream.standard_normal(len(time))
-    usual = float(np.median(step))
-    breaks = np.flatnonzero(step > 1.5 * usual)
     parts, last = [], 0.0
-    for number, part in enumerate(np.split(new, breaks + 1)):
-        gap = np.inf if number == 0 else float(step[breaks[number - 1]])
-        parts.append(_run(part, last, gap, usual, memory))
+    for rows in stretches(time, gaps(time)):
+        gap = np.inf if rows.start == 0 else float(time[rows.start] - time[rows.start - 1])
+        parts.append(_run(new[rows], last, gap, interval(time), memory))
         last = float(parts[-1][-1])
     return np.asarray(deviation * np.concatenate(parts))
 

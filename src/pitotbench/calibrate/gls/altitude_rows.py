@@ -158,8 +158,8 @@ def altitude_guess(rows: AltitudeRows) -> Array:
 @dataclass(frozen=True, slots=True)
 class _CarriedHeight:
     """Height at every row of the log [m], NaN where unknown, interpolated or the integral of the vertical velocity;
-    the stretch of every row; which rows are fixes, the usual seconds between them, and the receiver's height at them less
-    that integral [m] (None without vertical velocity)."""
+    the stretch of every row; which rows are fixes, the usual seconds between them, and the receiver's height at
+    them less that integral [m] (None without vertical velocity)."""
 
     height: Meters
     part: NDArray[np.intp]

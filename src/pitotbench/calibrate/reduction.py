@@ -29,6 +29,7 @@ from pitotbench.records.log import FlightLog
 _ILL_CONDITIONED = 1e6
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref above which the reference pressure is raised to the data
 _LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
+_DISAGREE = 0.001  # probability of so much disagreement by chance, below which it is said
 _MOST_NAMED, _MOST_LISTED = 5, 1000  # rows left out: in a warning, in the diagnostics
 
 
@@ -154,6 +155,8 @@ def _cover(
 def _altitude_found(located: Located) -> dict[str, Any]:
     """What the altitude equation adds to the diagnostics."""
     found: dict[str, Any] = {}
+    if located.chance is not None:
+        found["height_agreement"] = located.chance
     if located.static_probability is not None:
         found["static_probability"] = located.static_probability
     rows = located.structure.altitude
@@ -196,6 +199,13 @@ def _warnings(
         times = ", ".join(f"{t:.2f}" for t in log.time[left_out[:_MOST_NAMED]])
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""
         warnings.append(f"{len(left_out)} rows disagree with all others and are left out, at {times}{more} s")
+    agreement = found.get("height_agreement", 1.0)
+    if agreement < _DISAGREE:
+        warnings.append(
+            "the wind triangle and the height disagree about the curve (by chance in "
+            f"{100.0 * agreement:.2g} % of cases): the model may not follow the curve (try --model auto, or a "
+            "narrower range of speeds), or temperature or height may be off by more than stated"
+        )
     latency_bound = found.get("latency_two_sigma_s")  # None also where the log says nothing about the latency
     if latency_bound is not None and abs(found["latency_left_s"]) > latency_bound:
         warnings.append(latency_warning(found["latency_s"], latency_bound))

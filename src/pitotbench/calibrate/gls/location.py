@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import chdtrc
 
 from pitotbench.calibrate.gls.altitude_rows import (
     NOISE_COUNT,
@@ -37,6 +38,7 @@ from pitotbench.units import Array
 STATIC, TOTAL, IMPACT = "static", "total", "impact"
 _SURE = 1e-3  # probability of the less likely place below which it has no say
 _CERTAIN = 500.0  # log odds beyond which there is nothing to compute
+_LEAST_GAINED = 1e-6  # share of a variance below which the altitude says nothing in a direction
 _FAR_OFF = 40.0  # log odds by which noises on a coarse net decide
 _NOISIER = ((1.0, 1.0, 1.0), (2.0, 1.0, 1.0), (2.0, 0.5, 2.0), (4.0, 1.0, 1.0), (4.0, 0.5, 4.0))
 _BENCH = "pitotbench flight log"  # begins the `format` of a synthetic log's header
@@ -45,13 +47,15 @@ _BENCH = "pitotbench flight log"  # begins the `format` of a synthetic log's hea
 @dataclass(frozen=True, slots=True)
 class Located:
     """Where the error sits, the probability that it is the static source's (None where it was stated or assumed),
-    the structure with its fit, and the answer: a mixture where two places are likely."""
+    the structure with its fit, the answer (a mixture where two places are likely), and how likely chance lets wind
+    triangle and altitude equation differ as much about the curve as they do (None where only one speaks of it)."""
 
     location: str
     static_probability: float | None
     structure: Structure
     fit: CoveringFit
     answer: Posterior
+    chance: float | None = None
 
 
 def assumed_location(header: Mapping[str, object]) -> str:
@@ -92,11 +96,11 @@ def _with_height(
 ) -> Located:
     """The triangle on coarse blocks, then what the altitude rows add to it; the likely places are fitted."""
     near = approach(bare, obs, start)
-    joint, gain = _with_rows(near, bare, rows)
+    joint, gain, chance = _with_rows(near, bare, rows)
     moved = _at(bare, True, rows)
     if stated is not None:
         fit = settle(moved, obs, joint)
-        return Located(stated, None, moved, fit, posterior_of(fit))
+        return Located(stated, None, moved, fit, posterior_of(fit), chance)
     odds = gain - _evidence_without_curve(rows, joint.noise[-NOISE_COUNT:], gain)
     probability = float(1.0 / (1.0 + np.exp(-np.clip(odds, -_CERTAIN, _CERTAIN))))
     elsewhere = IMPACT if assumed == IMPACT else TOTAL
@@ -105,11 +109,12 @@ def _with_height(
     fits = {name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > _SURE}
     best = max(fits, key=lambda name: shares[name])
     answer = _mixed([(shares[name], posterior_of(fit)) for name, fit in fits.items()])
-    return Located(best, probability, tried[best][0], fits[best], answer)
+    return Located(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
 
 
-def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float]:
-    """Where the altitude rows move the answer of the triangle, and the logarithm of how likely it makes them.
+def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float, float]:
+    """Where the altitude rows move the answer of the triangle, the logarithm of how likely it makes them, and the
+    probability of so large a move by chance.
 
     What the triangle knows of the curve is their prior: k = k0 + L z with LLᵀ its covariance, z standard normal.
     """
@@ -121,10 +126,15 @@ def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[App
     seen = plain.regressors[:, :free] @ root
     problem = Regression(plain.response, seen, seen, np.ones(free))
     noise, log_evidence = _tried(problem, rows)
-    z = solve(problem, altitude_noise(rows, noise))[0]
+    z, left = solve(problem, altitude_noise(rows, noise))
+    # Before the altitude is seen, the estimate of z varies by what the altitude takes off its variance of one.
+    gained, axes = np.linalg.eigh(np.eye(free) - left)
+    moved_along = gained > _LEAST_GAINED
+    distance = float(np.sum((axes.T @ z)[moved_along] ** 2 / gained[moved_along]))
+    chance = float(chdtrc(int(moved_along.sum()), distance))
     own = bare.model.count
     step = near.covariance[:own, :free] @ np.linalg.solve(root.T, z)
-    return Approach(near.theta + step, np.concatenate([near.noise, noise]), near.covariance), log_evidence
+    return Approach(near.theta + step, np.concatenate([near.noise, noise]), near.covariance), log_evidence, chance
 
 
 def _evidence_without_curve(rows: AltitudeRows, noise: Array, gain: float) -> float:

@@ -167,10 +167,10 @@ def test_models_are_weighed_with_the_height_too():
     assert np.mean(np.abs(_error_kt(joint)) <= joint.curve.two_sigma / KNOT) > 0.9
 
 
-def test_a_height_that_contradicts_the_triangle_warns():
-    """A height that follows the airspeed makes another curve of the static pressure than the triangle finds."""
+def test_a_static_pressure_that_contradicts_the_triangle_warns():
+    """Where the static pressure has an error that the impact pressure does not share, no one curve fits both."""
     log = fixture.fly("circle", 300)
     assert not any("disagree" in warning for warning in calibrate(log, STATIC).warnings)
-    wrong = log.altitude + 0.2 * (log.impact_pressure.mean() - log.impact_pressure) / 10.0
-    warnings = calibrate(replace(log, altitude=wrong, velocity_down=None), STATIC).warnings
+    wrong = log.static_pressure + 0.05 * log.impact_pressure
+    warnings = calibrate(replace(log, static_pressure=wrong), STATIC).warnings
     assert any("the height disagree" in warning for warning in warnings)

@@ -27,6 +27,8 @@ from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.estimate.restricted_likelihood import (
+    LogPrior,
+    NoiseOf,
     Regression,
     mode_and_evidence,
     restricted_log_likelihood,
@@ -47,8 +49,9 @@ _BENCH = "pitotbench flight log"  # begins the `format` of a synthetic log's hea
 @dataclass(frozen=True, slots=True)
 class Located:
     """Where the error sits, the probability that it is the static source's (None where it was stated or assumed),
-    the structure with its fit, the answer (a mixture where two places are likely), and how likely chance lets wind
-    triangle and altitude equation differ as much about the curve as they do (None where only one speaks of it)."""
+    the structure with its fit, the answer (a mixture where two places are likely), and the probability that wind
+    triangle and altitude equation differ by so much about the curve by chance (None where only one speaks of it, or
+    where no vertical velocity carries the height)."""
 
     location: str
     static_probability: float | None
@@ -112,9 +115,9 @@ def _with_height(
     return Located(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
 
 
-def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float, float]:
+def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float, float | None]:
     """Where the altitude rows move the answer of the triangle, the logarithm of how likely it makes them, and the
-    probability of so large a move by chance.
+    probability of so large a move by chance (None without vertical velocity).
 
     What the triangle knows of the curve is their prior: k = k0 + L z with LLᵀ its covariance, z standard normal.
     """
@@ -127,14 +130,22 @@ def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[App
     problem = Regression(plain.response, seen, seen, np.ones(free))
     noise, log_evidence = _tried(problem, rows)
     z, left = solve(problem, altitude_noise(rows, noise))
-    # Before the altitude is seen, the estimate of z varies by what the altitude takes off its variance of one.
-    gained, axes = np.linalg.eigh(np.eye(free) - left)
-    moved_along = gained > _LEAST_GAINED
-    distance = float(np.sum((axes.T @ z)[moved_along] ** 2 / gained[moved_along]))
-    chance = float(chdtrc(int(moved_along.sum()), distance))
+    # Without vertical velocity the plain noise makes the number too small: it would cry wolf.
+    chance = None if rows.tie is None else _chance(z, left)
     own = bare.model.count
     step = near.covariance[:own, :free] @ np.linalg.solve(root.T, z)
     return Approach(near.theta + step, np.concatenate([near.noise, noise]), near.covariance), log_evidence, chance
+
+
+def _chance(z: Array, left: Array) -> float:
+    """Probability of so large an estimate z of a standard normal vector, of which the covariance `left` remains.
+
+    Before anything is seen, such an estimate varies by what it takes off the variance of one.
+    """
+    gained, axes = np.linalg.eigh(np.eye(len(z)) - left)
+    moved = gained > _LEAST_GAINED
+    distance = float(np.sum((axes.T @ z)[moved] ** 2 / gained[moved]))
+    return float(chdtrc(int(moved.sum()), distance))
 
 
 def _evidence_without_curve(rows: AltitudeRows, noise: Array, gain: float) -> float:
@@ -154,12 +165,12 @@ def _evidence_without_curve(rows: AltitudeRows, noise: Array, gain: float) -> fl
 
 def _tried(problem: Regression, rows: AltitudeRows) -> tuple[Array, float]:
     """The most likely noise of a problem of altitude rows alone, and the evidence."""
-    return mode_and_evidence(
-        problem,
-        lambda phi: altitude_noise(rows, phi),
-        lambda phi: altitude_log_prior(rows, phi),
-        altitude_guess(rows),
-    )
+    return mode_and_evidence(problem, *_noise_and_prior(rows), altitude_guess(rows))
+
+
+def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
+    """The family of the altitude rows' noise, and the prior of its parameters."""
+    return lambda phi: altitude_noise(rows, phi), lambda phi: altitude_log_prior(rows, phi)
 
 
 def _mixed(answers: list[tuple[float, Posterior]]) -> Posterior:

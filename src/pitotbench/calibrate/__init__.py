@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cache
-
-from threadpoolctl import ThreadpoolController
+from typing import TYPE_CHECKING
 
 from pitotbench.calibrate.accuracy import Accuracies as Accuracies
 from pitotbench.calibrate.accuracy import accuracies_from as accuracies_from
@@ -19,6 +18,9 @@ from pitotbench.calibrate.result import assemble
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
 
 def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
@@ -56,6 +58,11 @@ def calibrate_together(
 
 
 @cache
-def _threads() -> ThreadpoolController:
-    """Looked up once: finding the loaded libraries takes longer than a fit."""
+def _threads() -> "ThreadpoolController":
+    """Looked up once: finding the loaded libraries takes longer than a fit.
+
+    The BLAS of NumPy and that of SciPy must be loaded by then: `estimate.markov_noise` loads both on import.
+    """
+    from threadpoolctl import ThreadpoolController
+
     return ThreadpoolController()

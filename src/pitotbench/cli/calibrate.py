@@ -18,8 +18,8 @@ _CHOICES = ("model", "method", "form", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
 
 
-def add_calibrate(parser: argparse.ArgumentParser) -> None:
-    """The flags of the command."""
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench calibrate`."""
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat)")
     parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
     parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
@@ -45,11 +45,10 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
-    parser.set_defaults(run=run_calibrate)
 
 
-def run_calibrate(options: argparse.Namespace) -> int:
-    """Calibrate logs, print what was found; returns exit code 0."""
+def run(options: argparse.Namespace) -> int:
+    """Calibrate the logs and print the answers; returns exit code 0."""
     from pitotbench.bench import calibrate, calibrate_together, cross_check
     from pitotbench.logbook import read_log
     from pitotbench.logbook.outputs import PAGES, require_file

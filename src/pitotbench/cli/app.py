@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run_alone(name: str, description: str | None) -> int:
-    """Run one command of the table as a script of its own and return its exit code."""
+    """Run one command of the table without naming it on the command line; returns its exit code."""
     module = next(command.module for command in COMMANDS if command.name == name)
     parser = CommandParser(description=description, formatter_class=RawDescriptionHelpFormatter, module=module)
     return guarded(parser.parse_args())
@@ -70,7 +70,7 @@ def guarded(options: Namespace) -> int:
 
 
 def _explain(error: BaseException) -> tuple[int, str]:
-    """The exit code of an error, and the words for it."""
+    """The exit code of an error, and the line that explains it."""
     from numpy.linalg import LinAlgError  # only here: NumPy takes longer to load than the rest
 
     text = " ".join(str(error).split()) or type(error).__name__
@@ -93,7 +93,7 @@ def _explain(error: BaseException) -> tuple[int, str]:
 
 
 def _go_silently() -> int:
-    """Whoever read the output has closed it (`| head -1`): there is no one to complain to."""
+    """Stop without a word: the reader has closed the pipe (`| head -1`)."""
     with suppress(OSError, ValueError):  # a standard output that is no file, as under test
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return UNFORESEEN

@@ -115,7 +115,7 @@ def _folder(options: argparse.Namespace) -> Path:
 
     out: Path = options.out or Path("out", _folder_name(options.maneuver, options.das))
     if not out.name:
-        raise BadInputError("--out: a campaign replaces its folder as a whole; name a folder of its own")
+        raise BadInputError("--out: a campaign replaces its folder as a whole; name a folder for its results alone")
     require_folder(out)
     return out
 

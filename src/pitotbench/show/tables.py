@@ -1,9 +1,8 @@
 """Tables for the terminal, for pages and for programs; units in every heading."""
 
 from html import escape as escape_html
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
 from rich.box import SIMPLE_HEAVY
 from rich.console import Console
 from rich.markup import escape
@@ -13,6 +12,9 @@ from pitotbench.records.calibration import Calibration, Estimate
 from pitotbench.show.model_probabilities import choice_html, print_choice, probabilities_of
 from pitotbench.show.terminal import outside
 from pitotbench.units import DEGREE, FOOT, KNOT
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 CAMPAIGN_COLUMNS: dict[str, tuple[str, str]] = {
     "maneuver": ("maneuver", ""),
@@ -37,13 +39,13 @@ _ALTITUDE_HEADINGS = ("altitude\ncorr. [ft]", "2σ\n[ft]")
 _STYLES = (".0f", "+.2f", ".2f", ".2f", ".2f", "+.4f", ".4f")
 
 
-def campaign_table(results: pd.DataFrame) -> pd.DataFrame:
+def campaign_table(results: "pd.DataFrame") -> "pd.DataFrame":
     """The mean over seeds of a campaign's results, one row a maneuver, data system and model."""
     keys = ["maneuver", "das", "model"]
     return results.groupby(keys, sort=False).mean(numeric_only=True).reset_index()
 
 
-def print_campaign(results: pd.DataFrame, console: Console) -> None:
+def print_campaign(results: "pd.DataFrame", console: Console) -> None:
     """Print the campaign's table."""
     table = Table(header_style="bold", pad_edge=False, box=SIMPLE_HEAVY)
     for heading, style in CAMPAIGN_COLUMNS.values():
@@ -53,7 +55,7 @@ def print_campaign(results: pd.DataFrame, console: Console) -> None:
     console.print(table)
 
 
-def campaign_html(results: pd.DataFrame) -> str:
+def campaign_html(results: "pd.DataFrame") -> str:
     """The same table as HTML."""
     head = "".join(f"<th>{heading.replace(chr(10), '<br>')}</th>" for heading, _ in CAMPAIGN_COLUMNS.values())
     body = ""

@@ -11,7 +11,7 @@ from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, accuracies_from
 from pitotbench.calibrate.gls.altitude_rows import NOISE_COUNT, AltitudeRows
 from pitotbench.calibrate.gls.latency import estimate_latency, latency_warning, with_latency
 from pitotbench.calibrate.gls.linearized_problem import Structure
-from pitotbench.calibrate.gls.location import IMPACT, Located, fit_located
+from pitotbench.calibrate.gls.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.model.crosswind import direction_nuisances
 from pitotbench.calibrate.model.nuisances import Nuisance, nuisances_of
@@ -124,7 +124,7 @@ def _white_fit(
 
 def _cover(
     log: FlightLog, options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
-) -> tuple[CalibrationOptions, Observations, Located, dict[str, Any]]:
+) -> tuple[CalibrationOptions, Observations, ErrorPlace, dict[str, Any]]:
     """The covering fit; where the latency is to be estimated, of the log read again with it."""
     structure = _structure(model, options, obs)
     located = fit_located(log, options, structure, obs, white.theta)
@@ -152,7 +152,7 @@ def _cover(
     return options, obs, located, found
 
 
-def _altitude_found(located: Located) -> dict[str, Any]:
+def _altitude_found(located: ErrorPlace) -> dict[str, Any]:
     """What the altitude equation adds to the diagnostics."""
     found: dict[str, Any] = {}
     if located.chance is not None:

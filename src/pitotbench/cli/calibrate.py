@@ -130,7 +130,7 @@ def _write_report(
     results: "Sequence[tuple[Path, FlightLog, Calibration]]",
     points: "Sequence[Sequence[FixedSpeedPoint]]",
 ) -> None:
-    from pitotbench.bench import write_text
+    from pitotbench.logbook import write_text
     from pitotbench.show.report import log_page
     from pitotbench.show.section import log_section
 

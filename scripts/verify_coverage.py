@@ -21,11 +21,7 @@ def main() -> None:
     parser.add_argument(
         "--flights", type=Path, help="folder where flights are kept for the next campaign (40 MB a seed)"
     )
-    parser.add_argument(
-        "--rows",
-        type=Path,
-        help="Parquet file of scored rows: a campaign cut short goes on (delete it with a change)",
-    )
+    parser.add_argument("--rows", type=Path, help="Parquet file of rows scored before (delete it with a change)")
     parser.add_argument(
         "--scoring",
         default=",".join(SCORINGS),

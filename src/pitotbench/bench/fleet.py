@@ -1,4 +1,4 @@
-"""The one way to run many flights: in this process, in spawned processes, or on a cluster.
+"""Run many flights, the one way: in this process, in spawned processes, or on a cluster.
 
 A task is whatever is done with one flight. Results come in the order of the tasks, whatever the order in which they
 end, and they are the same bit for bit however many processes share the work.
@@ -30,8 +30,8 @@ _EXPECTED = (BadInputError, NoAnswerError, UnknownNameError)
 class Failure:
     """Why a task gave no result, in words.
 
-    `kind` is what `require_all` raises for it; `trace` holds the traceback of an error
-    that no rule of the domain foresees.
+    `kind` is what `require_all` raises for it. `trace` is the traceback of an error that no rule of the domain
+    foresees.
     """
 
     reason: str
@@ -136,15 +136,21 @@ def progress(label: str, total: int) -> Iterator[Step]:
         yield lambda: None
         return
     from rich.console import Console  # slow to load, and needed on a terminal alone
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-    from rich.progress import TimeRemainingColumn as Remaining
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
-        Remaining(),
+        TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         line = bar.add_task(label, total=total)

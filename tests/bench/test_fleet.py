@@ -2,9 +2,11 @@
 
 import os
 import time
+from pathlib import Path
 
 import pytest
 
+from pitotbench.bench import fleet
 from pitotbench.bench.fleet import Failure, open_fleet, require_all, run_tasks
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
@@ -80,10 +82,16 @@ def test_an_interrupt_does_not_wait_for_the_tasks_that_have_not_begun():
     def interrupt():
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt), open_fleet(2) as fleet:
-        fleet.perform(later, [0.0] + [2.0] * 40, interrupt)
+    with pytest.raises(KeyboardInterrupt), open_fleet(2) as two:
+        two.perform(later, [0.0] + [2.0] * 40, interrupt)
     assert time.monotonic() - begun < 30.0  # all of them take 40 s
 
 
 def test_no_tasks_give_no_results():
     assert run_tasks(half, []) == []
+
+
+def test_no_other_file_of_the_package_starts_processes():
+    package = Path(fleet.__file__).parents[1]
+    texts = {file.name: file.read_text(encoding="utf-8") for file in package.rglob("*.py")}
+    assert {name for name, text in texts.items() if "ProcessPoolExecutor" in text} == {"fleet.py"}

@@ -169,7 +169,8 @@ def test_models_are_weighed_with_the_height_too():
         inside.append(np.abs(_error_kt(joint)) <= joint.curve.two_sigma / KNOT)
     alone = calibrate(fixture.without_height(log), options)
     assert np.mean(joint.curve.two_sigma) < 0.85 * np.mean(alone.curve.two_sigma)
-    assert np.mean(np.concatenate(inside)) >= 0.8  # 95 % less twice the scatter of four flights
+    # The points of one flight are right or wrong together, so that four flights scatter as four trials do.
+    assert np.mean(np.concatenate(inside)) >= 0.95 - 2.0 * np.sqrt(0.95 * 0.05 / len(inside))
 
 
 def test_a_static_pressure_that_contradicts_the_triangle_warns():

@@ -155,7 +155,7 @@ def _latency(text: str) -> dict[str, object]:
 
 
 def _write_report(path: Path, reduced: list[_Reduced]) -> None:
-    from pitotbench.bench import write_text
+    from pitotbench.logbook import write_text
     from pitotbench.show.report import log_page
     from pitotbench.show.section import log_section
 

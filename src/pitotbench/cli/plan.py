@@ -98,7 +98,7 @@ def _speeds(text: str) -> tuple[float, float]:
 
 def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]:
     """Write plan.html and, where a maneuver fits, its case as plan.toml for `pitotbench fly`; returns the paths."""
-    from pitotbench.bench import write_text
+    from pitotbench.logbook import write_text
     from pitotbench.records.case_file import write_case
     from pitotbench.show.plan_page import plan_page
 

@@ -6,6 +6,16 @@ from pitotbench.logbook.mapping import shipped as shipped_mappings
 from pitotbench.logbook.quantities import QUANTITIES as QUANTITIES
 from pitotbench.logbook.reading import read_log as read_log
 from pitotbench.logbook.table import atomic as atomic
+from pitotbench.logbook.table import write_text as write_text
 from pitotbench.logbook.writing import write_log as write_log
 
-__all__ = ["FORMATS", "QUANTITIES", "atomic", "find_mapping", "read_log", "shipped_mappings", "write_log"]
+__all__ = [
+    "FORMATS",
+    "QUANTITIES",
+    "atomic",
+    "find_mapping",
+    "read_log",
+    "shipped_mappings",
+    "write_log",
+    "write_text",
+]

@@ -102,3 +102,9 @@ def atomic(path: Path) -> Iterator[Path]:
         ) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all. Raises BadInputError as `atomic` does."""
+    with atomic(path) as scratch:
+        scratch.write_text(text, encoding="utf-8")

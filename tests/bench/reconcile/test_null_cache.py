@@ -5,15 +5,15 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from pitotbench import Case, FlightLog, logbook
+from pitotbench.bench.fleet import run_tasks
 from pitotbench.bench.reconcile import reconciliation, workflow
 from pitotbench.bench.reconcile.reconciliation import (
     MOST_KEPT,
@@ -42,28 +42,12 @@ LOG = FlightLog(
 )
 
 
-class Inline:
-    """As much of an executor as the conductor needs, in this process."""
-
-    def __init__(self, *_: object) -> None:
-        pass
-
-    def __enter__(self) -> "Inline":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def map(self, work: Callable[[int], Any], numbers: range) -> Iterator[Any]:
-        return map(work, numbers)
-
-
 @pytest.fixture
 def flown(monkeypatch, tmp_path) -> list[AnalysisSetting]:
     """An empty cache, and flights that cost nothing: the setting in which each was laid out."""
     found: list[AnalysisSetting] = []
     monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(reconciliation, "ProcessPoolExecutor", Inline)
+    monkeypatch.setattr(reconciliation, "run_tasks", partial(run_tasks, jobs=1))
     monkeypatch.setattr(reconciliation, "_null_study", lambda card, setting, number: found.append(setting))
     monkeypatch.setattr(reconciliation, "learn", lambda studies: replace(KNOWN, flights=len(studies)))
     return found

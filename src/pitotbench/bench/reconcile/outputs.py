@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pitotbench.bench import write_text
 from pitotbench.bench.reconcile.workflow import FullReconciliation, entries
 from pitotbench.effects import EFFECTS
+from pitotbench.logbook import write_text
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.verdict import SURE

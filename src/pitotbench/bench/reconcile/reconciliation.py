@@ -3,18 +3,18 @@ learned."""
 
 import os
 from collections.abc import Callable, Mapping
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
 from importlib.metadata import version
-from multiprocessing import get_context
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.effects import Overlay
 from pitotbench.logbook import atomic
 from pitotbench.reconcile.decide.judgment import hold_out, judge, with_hold_out
@@ -176,12 +176,13 @@ def knowledge(
     if kept is not None:
         return kept
     say(f"first use of this card: {flights} flights without an effect ({card.maneuver}, {card.das.label})")
-    studies: list[Layout] = []
-    with ProcessPoolExecutor(min(flights, os.cpu_count() or 1), get_context("spawn")) as pool:
-        for number, layout in enumerate(pool.map(partial(_null_study, card, setting), range(flights)), start=1):
-            say(f"null flight {number} of {flights}")
-            studies.append(layout)
-    known = learn(studies)
+    done = count(1)
+    studies = run_tasks(
+        partial(_null_study, card, setting),
+        range(flights),
+        step=lambda: say(f"null flight {next(done)} of {flights}"),
+    )
+    known = learn(require_all(studies))
     if keep:
         _keep(place, known, say)
     return known

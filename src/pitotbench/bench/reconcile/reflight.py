@@ -2,12 +2,11 @@
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from math import atan2, hypot, pi
-from multiprocessing import get_context
 
 from pitotbench.bench import fly
+from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.reconcile.card_comparison import compare_cards
 from pitotbench.reconcile.residuals.layout import mean_wind
 from pitotbench.reconcile.residuals.track import track_of
@@ -34,8 +33,7 @@ def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) 
     cases = [replace(base, truth_seed=SEED + i, sensor_seed=SEED + i) for i in range(FLIGHTS)]
     patched = [replace(case, effects=tuple(effects)) for case in cases] if effects else []
     try:
-        with ProcessPoolExecutor(min(os.cpu_count() or 1, FLIGHTS), get_context("spawn")) as pool:
-            logs = list(pool.map(_flown, [*cases, *patched]))
+        logs = require_all(run_tasks(_flown, [*cases, *patched], min(os.cpu_count() or 1, FLIGHTS)))
     except BadInputError as error:
         return FlownAgain(skipped=f"the card cannot be flown: {error}")
     return compare_cards(log, logs[:FLIGHTS], logs[FLIGHTS:] or logs[:FLIGHTS])

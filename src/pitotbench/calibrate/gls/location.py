@@ -21,7 +21,7 @@ from pitotbench.calibrate.gls.altitude_rows import (
     altitude_regression,
     altitude_rows,
 )
-from pitotbench.calibrate.gls.covering_fit import Approach, CoveringFit, approach, fit_covering, place_error
+from pitotbench.calibrate.gls.covering_fit import Approach, CoveringFit, approach, fit_covering, settle
 from pitotbench.calibrate.gls.linearized_problem import Structure
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.options import AUTO, CalibrationOptions
@@ -102,14 +102,14 @@ def _with_height(
     joint, gain, chance = _with_rows(near, bare, rows)
     moved = _at(bare, True, rows)
     if stated is not None:
-        fit = place_error(moved, obs, joint)
+        fit = settle(moved, obs, joint)
         return ErrorPlace(stated, None, moved, fit, posterior_of(fit), chance)
     odds = gain - _evidence_without_curve(rows, joint.noise[-NOISE_COUNT:], gain)
     probability = float(1.0 / (1.0 + np.exp(-np.clip(odds, -_CERTAIN, _CERTAIN))))
     elsewhere = IMPACT if assumed == IMPACT else TOTAL
     shares = {STATIC: probability, elsewhere: 1.0 - probability}
     tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False), near)}
-    fits = {name: place_error(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > _SURE}
+    fits = {name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > _SURE}
     best = max(fits, key=lambda name: shares[name])
     answer = _mixed([(shares[name], posterior_of(fit)) for name, fit in fits.items()])
     return ErrorPlace(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)

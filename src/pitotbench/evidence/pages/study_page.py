@@ -6,6 +6,7 @@ import pandas as pd
 
 from pitotbench.evidence.pages.charts import draw, save
 from pitotbench.evidence.pages.study_parts import Part, StudyPage
+from pitotbench.logbook import write_text
 from pitotbench.show.markup import markdown_table, render
 
 
@@ -43,7 +44,7 @@ def write_document(page: StudyPage, folder: Path) -> Path:
             blocks += _part(part, pictures)
     blocks += ["## How it was done", *page.method]
     target = folder / "study.md"
-    target.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")
+    write_text(target, "\n\n".join(blocks) + "\n")
     return target
 
 

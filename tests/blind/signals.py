@@ -67,7 +67,7 @@ def measured(card: Case) -> dict[str, float]:
         moved = residual_change(effect, layout.scene, typical(effect))
         found[effect.name] = 0.0 if moved is None else strength(layout, noise, moved)
     for name, fault in FAULTS.items():
-        other = layout.scene.residuals(track_of(fault(log, 1.0)))
+        other = layout.scene.residuals_of(track_of(fault(log, 1.0)))
         found[name] = strength(layout, noise, other.values - layout.residuals.values)
     return found
 

@@ -20,8 +20,8 @@ from pitotbench.bench.reconcile.null_learning import null_distribution_of
 from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, reconcile_log
 from pitotbench.cli.app import main
 from pitotbench.reconcile.null_flights.distribution_text import read_distribution, text_of
-from pitotbench.reconcile.null_flights.measures import Measure
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, ScoreScale
+from pitotbench.reconcile.null_flights.null_measure import Measure
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.hangar import PACKAGE

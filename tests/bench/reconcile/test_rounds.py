@@ -6,7 +6,7 @@ import pytest
 
 from pitotbench import Case, fly, sense
 from pitotbench.bench.reconcile.reconciliation import reconcile_log
-from pitotbench.bench.reconcile.reflight import wind_of
+from pitotbench.bench.reconcile.reflight import wind_of_log
 from pitotbench.bench.reconcile.rounds import look_until_quiet
 from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
 from pitotbench.records.case import EffectSpec
@@ -43,6 +43,6 @@ def test_a_wrong_patch_is_not_quiet(late):
 
 
 def test_the_wind_of_a_log_is_that_of_the_case(late):
-    wind = wind_of(late)
+    wind = wind_of_log(late)
     assert wind.speed / KNOT == pytest.approx(15.0, abs=1.5)
     assert wind.from_direction / DEGREE == pytest.approx(300.0, abs=6.0)

@@ -9,7 +9,7 @@ from multiprocessing import get_context
 
 from pitotbench.bench import fly
 from pitotbench.reconcile.card_comparison import compare_cards
-from pitotbench.reconcile.residuals.layout import mean_wind
+from pitotbench.reconcile.residuals.layout import mean_wind_of
 from pitotbench.reconcile.residuals.track import track_of
 from pitotbench.records.case import Case, EffectSpec, Wind
 from pitotbench.records.errors import BadInputError
@@ -32,7 +32,7 @@ def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) 
         return FlownAgain(
             skipped="the log has no column `segment`: its parts cannot be matched to those of the card"
         )
-    base = replace(card, wind=wind_of(log), effects=())
+    base = replace(card, wind=wind_of_log(log), effects=())
     cases = [replace(base, truth_seed=SEED + i, sensor_seed=SEED + i) for i in range(FLIGHTS)]
     patched = [replace(case, effects=tuple(effects)) for case in cases] if effects else []
     try:
@@ -47,7 +47,7 @@ def _flown(case: Case) -> FlightLog:
     return record(fly(case), case.das, case.sensor_seed)
 
 
-def wind_of(log: FlightLog) -> Wind:
+def wind_of_log(log: FlightLog) -> Wind:
     """Return the mean wind of a log: ground velocity less velocity through the air."""
-    north, east, _ = mean_wind(track_of(log))
+    north, east, _ = mean_wind_of(track_of(log))
     return Wind(hypot(north, east), (atan2(-east, -north)) % (2.0 * pi), 0.0)

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import Field, TypeAdapter
 
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
-from pitotbench.reconcile.null_flights.measures import Measure
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, ScoreScale
+from pitotbench.reconcile.null_flights.null_measure import Measure
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
-from pitotbench.reconcile.null_flights.measures import Measure, measures_over
+from pitotbench.reconcile.null_flights.null_measure import Measure, measures_over
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.residuals.layout_noise import noise_residuals
 from pitotbench.reconcile.residuals.whitening import autocovariance

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from pitotbench.reconcile.decide.locate import Cell
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
-from pitotbench.reconcile.null_flights.measures import Measure
+from pitotbench.reconcile.null_flights.null_measure import Measure
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 
 

@@ -182,11 +182,11 @@ def _wind(scene: Scene) -> Columns:
     for i, (name, deviation) in enumerate(zip(("north", "east", "down"), WIND_DEVIATION, strict=True)):
         toward = np.zeros((len(scene.grid), 3))
         toward[:, i] = 1.0
-        columns[f"wind {name}"] = _Column(wind_change(toward, scene), deviation)
+        columns[f"wind {name}"] = _Column(residuals_of_wind(toward, scene), deviation)
     return _that_act(columns)
 
 
-def wind_change(wind: Array, scene: Scene) -> Array:
+def residuals_of_wind(wind: Array, scene: Scene) -> Array:
     """Return the change of the residuals, (n, c), by a wind toward north, east, down [m/s], (n, 3)."""
     return _turned_into(scene, wind, "airspeed", ("along", "across", "down"))
 

@@ -83,9 +83,9 @@ def lay_out(
         if aircraft is not None and can_replay(track)
         else None
     )
-    scene = set_scene(track, mean_wind(track), replay, aircraft)
+    scene = set_scene(track, mean_wind_of(track), replay, aircraft)
     setting = replace(setting, pressure_step=_coarse_step(checked))
-    residuals = scene.residuals(track)
+    residuals = scene.residuals_of(track)
     loose = (
         slack(scene.grid, replay, residuals.names) + _unusable(log, checked, track, scene.grid, setting)[:, None]
     )
@@ -105,8 +105,8 @@ def without_error_curve(track: Track, setting: AnalysisSetting) -> Track:
     large curve would otherwise look like drag.
     """
     for _ in range(CURVE_ROUNDS):
-        scene = set_scene(track, mean_wind(track), None, None)
-        values = scene.residuals(track).values
+        scene = set_scene(track, mean_wind_of(track), None, None)
+        values = scene.residuals_of(track).values
         free = free_parameters_of(scene, setting, np.zeros((len(scene.grid), 0)))
         usable = ~_too_fast(track, scene.grid, setting)
         sizes = fit_free_parameters(values, free, np.broadcast_to(usable[:, None], values.shape)).sizes
@@ -114,7 +114,7 @@ def without_error_curve(track: Track, setting: AnalysisSetting) -> Track:
     return track
 
 
-def mean_wind(track: Track) -> Array:
+def mean_wind_of(track: Track) -> Array:
     """Return ground velocity less air velocity on average, toward north, east, down [m/s], (3,)."""
     through, wind = air_velocity(track), np.zeros(3)
     for i, name in enumerate(("velocity_north", "velocity_east", "velocity_down")):

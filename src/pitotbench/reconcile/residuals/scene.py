@@ -65,13 +65,13 @@ class Scene:
         """The model's answer along the measured track; None without a model."""
         return None if self.force_model is None else self.force_model.replay
 
-    def residuals(self, track: Track) -> ChannelResiduals:
+    def residuals_of(self, track: Track) -> ChannelResiduals:
         """Return the residual channels of a track, with the grid, frame and model of this scene."""
         return channel_residuals(track, self.grid, self.frame, self.replay)
 
     def change_by(self, track: Track) -> Array:
         """Return the residuals of a track less those of the clean track, (n, c)."""
-        return self.residuals(track).values - self.base.values
+        return self.residuals_of(track).values - self.base.values
 
     def blank(self) -> Array:
         """Return zeros of the shape of the residuals, (n, c), to be filled for single channels."""

@@ -10,7 +10,7 @@ from pitotbench.reconcile.decide.normal_equations import equations_from, inner_p
 from pitotbench.reconcile.decide.scoring import merit
 from pitotbench.reconcile.residuals.clean import clean_track
 from pitotbench.reconcile.residuals.free_parameters import FreeParameters, free_parameters_of
-from pitotbench.reconcile.residuals.layout import Layout, mean_wind
+from pitotbench.reconcile.residuals.layout import Layout, mean_wind_of
 from pitotbench.reconcile.residuals.scene import Scene
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.reconcile.signatures.hypotheses import FITTED, searched_shapes
@@ -56,8 +56,8 @@ def without_sensor_effect(layout: Layout, original: Layout, name: str, sizes: Ma
     applied = effect.apply(Signals(old.clean.time, old.clean.channels), sizes)
     undone = {n: 2.0 * v - applied[n] for n, v in old.clean.channels.items() if applied[n] is not v}
     track = layout.track.replaced({n: layout.track[n] + undone[n] - old.clean[n] for n in undone})
-    clean = clean_track(track, mean_wind(track))
-    new = replace(old, clean=clean, base=old.residuals(clean))
+    clean = clean_track(track, mean_wind_of(track))
+    new = replace(old, clean=clean, base=old.residuals_of(clean))
     return _in_scene(layout, new, free_parameters_of(new, layout.setting, layout.shapes))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.catalog import Catalog
 from pitotbench.effects import AircraftEffect, AirEffect, Baseline, Effect, Overlay, SensorEffect, Signals
-from pitotbench.reconcile.residuals.free_parameters import wind_change
+from pitotbench.reconcile.residuals.free_parameters import residuals_of_wind
 from pitotbench.reconcile.residuals.predicted_channels import channel_residuals
 from pitotbench.reconcile.residuals.replay import COARSE, answer, replay_rows, spread
 from pitotbench.reconcile.residuals.scene import Scene
@@ -99,7 +99,7 @@ def _air_change(effect: AirEffect, scene: Scene, sizes: Mapping[str, float]) -> 
     if effect.wind is not None:
         wind = effect.wind(Signals(scene.clean.time, scene.clean.channels), sizes)
         at_instants = np.stack([scene.grid.smooth(np.asarray(part)) for part in wind], axis=1)
-        return wind_change(at_instants, scene)
+        return residuals_of_wind(at_instants, scene)
     baseline = NO_AIRCRAFT if scene.force_model is None else scene.force_model.aircraft.baseline
     warmer = effect.overlay(sizes, baseline).temperature_offset
     return _warmed(scene, warmer) if warmer else None

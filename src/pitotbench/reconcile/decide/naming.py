@@ -44,8 +44,8 @@ class Naming:
 
 
 @dataclass(frozen=True, slots=True)
-class _Weighed:
-    """A layout and its normal equations."""
+class _Renewed:
+    """A layout with renewed signatures, and its normal equations."""
 
     layout: Layout
     equations: NormalEquations
@@ -54,13 +54,13 @@ class _Weighed:
 def name_effects(layout: Layout, null: NullDistribution) -> Naming:
     """Name the effects that a log shows, given the noise and the thresholds of its null flights."""
     noise = scaled_to(null.noise, layout)
-    weighed = _with_renewed_signatures(placed_in_time(layout, noise), noise)
-    layout, equations = weighed.layout, weighed.equations
+    renewed = _with_renewed_signatures(placed_in_time(layout, noise), noise)
+    layout, equations = renewed.layout, renewed.equations
     explanations = Explanations(equations, layout.signatures, null)
     chosen = explanations.choose()
     columns = joined(explanations.columns, chosen)
-    located = _located(weighed, null, ())
-    remaining = _located(weighed, null, columns)
+    located = _located(renewed, null, ())
+    remaining = _located(renewed, null, columns)
     alternatives = tuple(explanations.equivalents(chosen, i) for i in range(len(chosen)))
     kind = _kind(explanations, chosen, located, remaining)
     if kind == "named" and any(alternatives):
@@ -70,7 +70,7 @@ def name_effects(layout: Layout, null: NullDistribution) -> Naming:
     return Naming(kind, chosen, alternatives, candidates, located, remaining, layout, equations, fit)
 
 
-def _with_renewed_signatures(original: Layout, noise: NoiseModel) -> _Weighed:
+def _with_renewed_signatures(original: Layout, noise: NoiseModel) -> _Renewed:
     """Renew the signatures of the best explanations at their fitted sizes, and form the equations anew.
 
     A large effect on the sensors is subtracted from the clean track first.
@@ -86,7 +86,7 @@ def _with_renewed_signatures(original: Layout, noise: NoiseModel) -> _Weighed:
         if renewed is layout:
             break
         layout, equations = renewed, whitened_equations(renewed, noise)
-    return _Weighed(layout, equations)
+    return _Renewed(layout, equations)
 
 
 def _fitted_sizes(
@@ -102,10 +102,10 @@ def _fitted_sizes(
     return sizes
 
 
-def _located(weighed: _Weighed, null: NullDistribution, given: Sequence[int]) -> tuple[Located, ...]:
+def _located(renewed: _Renewed, null: NullDistribution, given: Sequence[int]) -> tuple[Located, ...]:
     """The most significant place in every channel, in σ beyond the mean of null flights."""
-    places = weighed.layout.places
-    values = weighed.equations.scores([i for i, _ in places], given)
+    places = renewed.layout.places
+    values = renewed.equations.scores([i for i, _ in places], given)
     best: dict[str, Located] = {}
     for (_, cell), value in zip(places, values, strict=True):
         score = null.scores.of_cell(cell, float(value))

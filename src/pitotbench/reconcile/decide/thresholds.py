@@ -21,7 +21,7 @@ class Thresholds:
     ceiling_step: float = 5.0  # Pa; with coarser steps many rows share the maximum without a ceiling
     clock_odd_step: float = 0.2  # of the median time step; time stamps are rounded by less
     clock_odd_share: float = 0.01  # of the time steps; more of them mean another clock
-    counted_score: float = 99.0  # the score of a counted fault: larger than any fitted one
+    counted_score: float = 99.0  # σ; stands for certainty, because a count has no noise
 
     # Null flights: the scores that an effect has to exceed.
     null_flights_fewest: int = 4  # flights; the spread of fewer says nothing

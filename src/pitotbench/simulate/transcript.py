@@ -1,4 +1,4 @@
-"""JSBSim's messages, collected: a refusal is only as clear as what it quotes."""
+"""Collect JSBSim's messages, so that an error of the bench can quote them."""
 
 from typing import Any
 
@@ -6,9 +6,9 @@ import jsbsim
 
 
 class Transcript(jsbsim.FGLogger):
-    """Collects JSBSim's messages, which otherwise go to the console and past the caller.
+    """Collect JSBSim's messages, which otherwise go to the console and not to the caller.
 
-    JSBSim has one logger a thread: with several plants in a thread the one loaded last hears them all.
+    JSBSim has one logger a thread. With several plants in a thread, the one loaded last gets the messages of all.
     """
 
     def __init__(self) -> None:
@@ -36,5 +36,5 @@ class Transcript(jsbsim.FGLogger):
         self._parts.clear()
 
     def said(self) -> str:
-        """The last messages, as the tail of an error message."""
+        """Return the last three messages as the end of an error message."""
         return f" JSBSim says: {' | '.join(self.lines[-3:])}" if self.lines else ""

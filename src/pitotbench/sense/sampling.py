@@ -22,7 +22,7 @@ _CLOCK_DECIMALS = 6  # the log's clock resolves a microsecond
 
 @dataclass(frozen=True, slots=True)
 class Instants:
-    """Instants of a flight, (n,): `below` is the sample at or before each, `weight` the share of the next sample."""
+    """Instants of a flight, (n,): `below` is the sample at or before each, `weight` the share of the next one."""
 
     below: Indices
     weight: Array

@@ -31,7 +31,7 @@ TRIM_OFFSET = AircraftEffect(
     acts_on="aircraft",
     parameters=PARAMETERS,
     source="rigging tolerances of maintenance manuals, 1 to 2° of tab or tail setting (estimate: 0.015 in pitch)",
-    what="The airplane is rigged or trimmed otherwise: surfaces stand elsewhere in straight flight.",
+    what="Rigging or trim differs: the surfaces have other positions in straight flight.",
     shows_in=RANGE_OF_AIRSPEED,
     build=_build,
 )

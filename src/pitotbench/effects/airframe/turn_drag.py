@@ -1,4 +1,4 @@
-"""Drag that only a bank brings: surfaces deflected, skidding, a person's hands in the turn."""
+"""Drag that appears only in a bank: deflected surfaces, a skid, the pilot's control movements in the turn."""
 
 from collections.abc import Mapping
 

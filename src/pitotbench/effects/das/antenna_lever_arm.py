@@ -1,4 +1,4 @@
-"""The GPS antenna is not at the center of gravity: its velocity holds what rotation adds."""
+"""A GPS antenna that is not at the center of gravity: rotation adds to its velocity."""
 
 from collections.abc import Mapping
 
@@ -33,7 +33,7 @@ ANTENNA_LEVER_ARM = SensorEffect(
         Parameter("down_m", -1.0, -5.0, 5.0, "antenna below it"),
     ),
     source="rigid-body kinematics, v = v_cg + ω × r (Stevens and Lewis 2003, Aircraft Control and Simulation)",
-    what="GPS velocity is that of the antenna, which swings about the center of gravity.",
+    what="GPS velocity is that of the antenna, which moves around the center of gravity.",
     shows_in=TURNING,
     changes=("velocity_north", "velocity_east"),
     also=("velocity_down",),

@@ -1,4 +1,4 @@
-"""The temperature probe: it recovers less than the whole ram rise, or reads too warm."""
+"""Errors of the temperature probe: it measures less than the whole ram rise, or reads too warm."""
 
 from collections.abc import Mapping
 
@@ -26,9 +26,9 @@ RECOVERY_DEFICIT = SensorEffect(
     name="recovery_deficit",
     family="das",
     acts_on="sensors",
-    parameters=(Parameter("deficit", 0.2, -0.2, 1.0, "one less the recovery factor, against what is assumed"),),
+    parameters=(Parameter("deficit", 0.2, -0.2, 1.0, "one minus the recovery factor, against full recovery"),),
     source=SOURCE,
-    what="The temperature probe feels only part of the ram rise.",
+    what="The temperature probe measures only part of the ram rise.",
     shows_in=TEMPERATURE,
     changes=("total_temperature",),
     needs=("impact_pressure", "static_pressure"),

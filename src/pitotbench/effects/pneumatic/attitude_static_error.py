@@ -1,4 +1,4 @@
-"""The static source feels the direction of the flow: errors that go with angle of attack or sideslip."""
+"""A static source that depends on the direction of the flow: errors with angle of attack or sideslip."""
 
 from collections.abc import Mapping
 
@@ -27,7 +27,7 @@ ALPHA_STATIC_ERROR = SensorEffect(
     acts_on="sensors",
     parameters=(Parameter("slope_per_rad", 0.15, -1.0, 1.0, "static error over impact pressure a radian"),),
     source=SOURCE,
-    what="The static pressure errs with angle of attack, so that turns and heavy weights read otherwise.",
+    what="The static-pressure error depends on angle of attack, so it changes in turns and with weight.",
     shows_in=RANGE_OF_AIRSPEED,
     changes=PRESSURES,
     needs=("angle_of_attack",),
@@ -43,7 +43,7 @@ SIDESLIP_STATIC_ERROR = SensorEffect(
         Parameter("curvature_per_rad2", -1.5, -10.0, 10.0, "the same a square radian: what two joined ports leave"),
     ),
     source=SOURCE,
-    what="The static pressure errs in sideslip.",
+    what="The static pressure has an error in sideslip.",
     shows_in=SIDESLIP,
     changes=PRESSURES,
     needs=("sideslip",),

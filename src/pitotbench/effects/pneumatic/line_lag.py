@@ -1,4 +1,4 @@
-"""The pressure of a long thin line follows late: first order, one time constant a line."""
+"""Lag of a long thin pressure line: first order, one time constant for each line."""
 
 from collections.abc import Mapping
 

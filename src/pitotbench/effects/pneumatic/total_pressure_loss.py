@@ -1,4 +1,4 @@
-"""The pitot tube does not bring the whole total pressure: a burr, or a flow from the side."""
+"""A pitot tube that loses total pressure: a burr at its mouth, or inclined flow."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""A transducer's zero that moves: with time since the recording began, or with temperature."""
+"""A transducer whose zero drifts: with time since the start of the recording, or with temperature."""
 
 from collections.abc import Mapping
 

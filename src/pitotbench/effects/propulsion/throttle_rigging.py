@@ -1,4 +1,4 @@
-"""Levers that stand together while the throttles do not."""
+"""Throttles that differ while their levers stand together."""
 
 from collections.abc import Mapping
 
@@ -27,7 +27,7 @@ THROTTLE_RIGGING = AircraftEffect(
         Parameter("right", -0.02, -0.2, 0.2, "right throttle more open"),
     ),
     source="cable rigging: lever stagger of some 2 % of travel (estimate)",
-    what="The engines do not pull alike with the levers together.",
+    what="The engines give different power with the levers together.",
     shows_in=POWER,
     build=_build,
 )

@@ -71,7 +71,7 @@ class Hands:
         self._plant.set(name, value)
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Let time pass [s]; `deviation(quantity)` is the reading minus the target [SI]. No correction is needed."""
+        """Let time pass [s]; `deviation(quantity)` is the reading minus the target [SI]. Nothing is corrected."""
 
 
 class Person(Hands):

@@ -204,7 +204,7 @@ def _derivatives(function: LogPrior, place: Array, here: float) -> tuple[Array, 
 
 
 def _principal_axes(curvature: Array) -> Array:
-    """Return the principal axes of the posterior around its mode, one standard deviation long, as columns (d, d)."""
+    """Return the principal axes of the posterior at its mode, one standard deviation long, as columns (d, d)."""
     # The limits keep a flat direction from putting nodes at absurd noise levels.
     values, vectors = np.linalg.eigh(curvature)
     deviations = np.clip(1.0 / np.sqrt(np.maximum(values, 1e-6)), _NARROWEST, _WIDEST)

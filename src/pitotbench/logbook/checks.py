@@ -197,8 +197,8 @@ def check_speeds(draft: Draft) -> None:
     ground = float(np.median(ground_speed[flying]))
     ratio = airspeed / ground
     words = (
-        """Warn where airspeed and ground speed differ by more than a wind; raise BadInputError where by much more."""
-        f"explains; check unit and zero of {draft.columns['impact_pressure']!r} and "
+            f"the median airspeed is {airspeed:.0f} m/s and the median ground speed {ground:.0f} m/s, which wind "
+        f"seldom explains; check unit and zero of {draft.columns['impact_pressure']!r} and "
         f"{draft.columns['velocity_north']!r}"
     )
     if abs(airspeed - ground) > 30.0 and not 1.0 / _WRONG_RATIO < ratio < _WRONG_RATIO:

@@ -39,7 +39,7 @@ class SplineModel:
         return f"natural cubic in ln x through {places}"
 
     def basis(self, x: Array) -> Array:
-        """Return the cardinal functions at x, (n,), as an array (n, k): 1 at the function's knot, 0 at the others."""
+        """Return the cardinal functions at x, (n,), as an array (n, k): each is 1 at its knot, 0 at the others."""
         place, inside = self._places(x)
         spline = _cardinal(self.knots)
         values = spline(inside)

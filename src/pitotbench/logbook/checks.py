@@ -197,7 +197,7 @@ def check_speeds(draft: Draft) -> None:
     ground = float(np.median(ground_speed[flying]))
     ratio = airspeed / ground
     words = (
-            f"the median airspeed is {airspeed:.0f} m/s and the median ground speed {ground:.0f} m/s, which wind "
+        f"the median airspeed is {airspeed:.0f} m/s and the median ground speed {ground:.0f} m/s, which wind "
         f"seldom explains; check unit and zero of {draft.columns['impact_pressure']!r} and "
         f"{draft.columns['velocity_north']!r}"
     )

@@ -198,7 +198,7 @@ def check_speeds(draft: Draft) -> None:
     ratio = airspeed / ground
     words = (
         f"the median airspeed is {airspeed:.0f} m/s and the median ground speed {ground:.0f} m/s, which wind "
-        f"seldom explains; check unit and zero of {draft.columns['impact_pressure']!r} and "
+        f"seldom explains; check units and zero of {draft.columns['impact_pressure']!r} and "
         f"{draft.columns['velocity_north']!r}"
     )
     if abs(airspeed - ground) > 30.0 and not 1.0 / _WRONG_RATIO < ratio < _WRONG_RATIO:

@@ -71,7 +71,8 @@ class Channel:
         return [s for s, u in SUFFIXES.items() if self.unit and u.dimension == SUFFIXES[self.unit].dimension]
 
 
-# What several channels share.
+# Entries that several channels share. The upper limits allow for fast jets and for short peaks; the lower ones
+# exclude a sensor that is switched off, and the most common wrong units.
 _VELOCITY = Channel("mps", "gps", 0.0, 700.0, "velocity_noise", "velocity_resolution", essential=True)
 _RATE = Channel("radps", "inertial", 0.0, 10.0, "rate_noise", 1e-4)
 _SPECIFIC_FORCE = Channel("mps2", "inertial", 0.0, 100.0, "acceleration_noise", 1e-3)

@@ -45,6 +45,7 @@ def delayed(signals: Signals, values: Array, delay: Array | float, angle: bool =
     The first value of a stretch is held where the delay reaches before it. `angle` marks values in radians that
     start again at a full turn.
     """
+    # An angle is unwrapped first: halfway between 359° and 1° lies 0°, not 180°.
     smooth = np.unwrap(values) if angle else values
     late = np.broadcast_to(np.asarray(delay, dtype=np.float64), values.shape)
     out = np.empty_like(smooth)
@@ -81,6 +82,7 @@ def first_order_varying(signals: Signals, values: Array, lag: Array) -> Array:
     """Return the values, (n,), behind a first-order lag that changes from sample to sample [s, above 0], (n,)."""
     out = np.empty_like(values)
     for part in signals.stretches():
+        # The same formula as in `first_order`, with the lag of each step; a filter of constant taps cannot do it.
         u, ratio = values[part], np.diff(signals.time[part]) / lag[part][1:]
         pole, share = np.exp(-ratio), -np.expm1(-ratio) / ratio
         driven = ((share - pole) * u[:-1] + (1.0 - share) * u[1:]).tolist()

@@ -24,6 +24,7 @@ def held_out_log_density(
     Parameters: problem; noise; prior_precision Π of the coefficients around zero, (p, p), zeros for no prior;
     segment, the number of the stretch of each datum, (n,), counted from 0.
     """
+    # P is never formed: its rows of a stretch come from products with unit vectors.
     X, y = problem.regressors, problem.response
     weighed = noise.weigh(np.column_stack([X, y]))
     inner = np.linalg.inv(X.T @ weighed[:, :-1] + prior_precision)

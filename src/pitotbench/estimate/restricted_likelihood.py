@@ -67,6 +67,8 @@ def restricted_log_likelihood(problem: Regression, noise: MarkovNoise) -> float:
     """
     data = np.concatenate([problem.regressors, problem.response[:, None]], axis=1)
     products = data.T @ noise.weigh(data)
+    # A prior is like one more datum for its coefficient: it adds to the diagonal. Scaling to a unit diagonal keeps
+    # the factor accurate for coefficients of very different units.
     products.flat[: -1 : len(products) + 1] += problem.prior_precision
     scale = np.sqrt(np.diag(products))
     # The last pivot of the factor is the root of the residual sum of squares of the response.
@@ -132,6 +134,7 @@ def _nodes(
             for noise, phi in zip(noises, places, strict=True)
         ]
     )
+    # Relative to the largest height: the exponential of a log-likelihood of thousands would overflow.
     weights = design.weights * np.exp(heights - heights.max())
     volume = float(np.linalg.slogdet(axes)[1]) + 0.5 * len(mode) * np.log(2.0 * np.pi)
     masses = np.log(design.weights) + heights + volume

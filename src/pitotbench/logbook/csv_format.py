@@ -75,6 +75,7 @@ def _check_promise(promised: object, found: int) -> list[str]:
 
 
 def _delimiter(first_line: bytes) -> str:
+    # The most frequent of the three in the line of names; a name may itself hold one of the others.
     return max(",;\t", key=lambda mark: first_line.count(mark.encode()))
 
 

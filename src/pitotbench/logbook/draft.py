@@ -106,6 +106,7 @@ def _require(draft: Draft, strangers: list[str]) -> None:
         missing.append(" or ".join(QUANTITIES[name].column for name in _EITHER))
     if not missing:
         return
+    # The cutoff is strict: a wrong guess here sends the user to the wrong column.
     near = {m: get_close_matches(m.split(" or ")[0], strangers, n=1, cutoff=0.7) for m in missing}
     hints = "".join(f" Is {found[0]!r} meant for {wanted}?" for wanted, found in near.items() if found)
     raise BadInputError(

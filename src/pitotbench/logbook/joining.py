@@ -111,6 +111,7 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     """
     time = _time(base)
     clocks = [_time(table) for table, _ in others]
+    # Only the time that all tables cover: beyond it, interpolation would repeat the last value.
     start = max([time[0], *(clock[0] for clock in clocks)])
     end = min([time[-1], *(clock[-1] for clock in clocks)])
     inside = (time >= start) & (time <= end)
@@ -121,6 +122,7 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     for (table, join), clock in zip(others, clocks, strict=True):
         warnings += table.warnings
         for name, column in zip(table.names, table.columns, strict=True):
+            # The clock of another file has served; the joined table has the clock of the base.
             if not name.startswith("time_"):
                 names.append(name)
                 columns.append(_at(time[inside], clock, name, column, join))

@@ -22,6 +22,7 @@ def read_mat(path: Path) -> Table:
     of different lengths.
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
+    # MATLAB users often save one struct with a field a channel instead of many variables.
     structs = [v for v in variables.values() if isinstance(v, dict)]
     if len(structs) == 1:
         variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}

@@ -56,6 +56,7 @@ def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pas
     `normalized` is f as a function of q_ci [Pa]. Raises PressureErrorRangeError where no solution is found.
     """
     q_c = np.asarray(impact_pressure, dtype=np.float64)
+    # Two starting points for the secant: no error, and one step of the fixed-point iteration from there.
     old = q_c.copy()
     gap_old = q_c * (1.0 - normalized(old)) - old
     new = old + gap_old

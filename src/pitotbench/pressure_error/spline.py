@@ -40,6 +40,7 @@ class SplineModel:
 
     def basis(self, x: Array) -> Array:
         """Return the cardinal functions at x, (n,), as an array (n, k): each is 1 at its knot, 0 at the others."""
+        # Outside the knots the curve continues with the slope at the last knot; inside, `beyond` is zero.
         place, inside = self._places(x)
         spline = _cardinal(self.knots)
         values = spline(inside)

@@ -58,6 +58,7 @@ def read_case(source: Path | str) -> Case:
 
 
 def _text(source: Path | str) -> tuple[str, str]:
+    # A path has no line break and hardly ever an equals sign; TOML text has one of them, unless it is empty.
     if isinstance(source, str) and ("\n" in source or "=" in source or not source):
         return "case", source
     path = Path(source)
@@ -184,6 +185,7 @@ def _in_unit(name: str, value: float | tuple[float, ...], suffix: str) -> tuple[
 
     They are in SI where no number in that unit reads back to exactly the same value.
     """
+    # A case must read back bit for bit, also where 100 kt in m/s has no exact decimal in knots.
     values = value if isinstance(value, tuple) else (value,)
     written = [_exact(v, CASE_SUFFIXES[suffix].factor) for v in values]
     if any(w is None for w in written):

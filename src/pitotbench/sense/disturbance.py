@@ -25,6 +25,7 @@ def values_at_probes(flight: Flight, das: DataSystem, at: Callable[[Array], Arra
     """
     if _FELT + PROBES[0] in flight.channels:
         return {name: at(flight[_FELT + name]) for name in PROBES}
+    # The pressure error comes first; the effects then act on the indicated pressures.
     static, temperature = at(flight["static_pressure"]), at(flight["air_temperature"])
     impact = at(flight["total_pressure"]) - static
     mach = air.mach_from_impact_pressure(impact, static)

@@ -66,7 +66,9 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
         for _ in range(round(RUN_IN / TENTH) if starts[k] and (engines_run or k == 0) else 0):
             _place(plant, states[k], servos, wanted[k], writers)
             plant.advance(round(TENTH / plant.time_step))
-        for _ in range(1 if engines_run else 2):  # once more for what reads the lift of the state before
+        # Functions that read the lift use that of the call before. With the engines stopped, nothing else has made
+        # such a call in this state.
+        for _ in range(1 if engines_run else 2):
             _place(plant, states[k], servos, wanted[k], writers)
         rows[k] = [read() for read in reads]
         rows[k, :3] /= mass[0]() * mass[1]

@@ -76,6 +76,7 @@ def ballast_overlay(aircraft: str, ballast: float) -> Overlay:
     if not ballast:
         return Overlay()
     place = read_baseline(find_aircraft(aircraft)).center_of_gravity
+    # Times one: an expression must be XML, and a bare number is not.
     return Overlay(masses=(MassPoint(product(float(ballast) / POUND, 1.0), place),))
 
 

@@ -269,6 +269,7 @@ class Plant:
     def _start_engines(self) -> None:
         """Turn the engines with starter and magnetos until both run. Raises SimulationError where they do not."""
         # Setting `set-running` alone is simpler, but fails in a quarter of the heights and speeds.
+        # Gear up and mixture rich: the aircraft starts in the air, and JSBSim's defaults are those of a parked one.
         self.set("gear/gear-cmd-norm", 0.0)
         self.set("gear/gear-pos-norm", 0.0)
         for path in ("fcs/mixture-cmd-norm", "fcs/mixture-cmd-norm[1]"):
@@ -289,6 +290,7 @@ class Plant:
         while True:
             speed = (self.get("calibrated_airspeed") - airspeed) / KNOT
             height = (self.get("altitude") - altitude) / FOOT
+            # Tighter than any card, so that a maneuver does not begin with the autopilot's transient.
             turned = degrees((self.get("heading") - heading + pi) % (2.0 * pi) - pi)
             if abs(speed) < 0.5 and abs(height) < 15.0 and abs(turned) < 1.0:
                 return

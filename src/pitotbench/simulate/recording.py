@@ -45,6 +45,7 @@ class Recorder:
             self._end = first + count
 
     def _flush(self) -> None:
+        # The product with the factors transposes the rows: one pass gives contiguous channels in SI.
         block = np.empty((len(self._channels), self._end))
         np.multiply(self._rows[: self._end].T, self._factors, out=block)
         finite = np.isfinite(block).all(axis=1)

@@ -40,6 +40,7 @@ def fly(case: Case, progress: Progress | None = None) -> Flight:
     plant = Plant.load(case.aircraft, overlay=overlay + ballast_overlay(case.aircraft, case.ballast))
     load_fuel(plant, case.fuel)
     plant.start(case.altitude, card.speeds[0], air=air)
+    # Truth seed: the same one drives the pilot and, through the air, the turbulence.
     targets = Targets(card.speeds[0], 0.0, case.altitude)
     cockpit = Cockpit(plant, card, targets, pilot(plant, case.truth_seed))
     recorder, marks = Recorder(plant), Marks()

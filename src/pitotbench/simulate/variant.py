@@ -29,7 +29,8 @@ def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> P
     _insert(tree.getroot(), overlay)
     ET.indent(tree)
     shelf.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(dir=shelf, prefix=".") as scratch:  # whole or not at all
+    # The copy is made in a hidden folder and renamed: an error leaves no incomplete variant.
+    with TemporaryDirectory(dir=shelf, prefix=".") as scratch:
         copy = Path(shutil.copytree(original, Path(scratch) / name))
         (copy / f"{original.name}.xml").unlink()
         tree.write(copy / f"{name}.xml", encoding="unicode")

@@ -23,6 +23,7 @@ PARAMETERS = (
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     north, east, at, width = (size(NAME, p.name) for p in PARAMETERS)
+    # The step is a ramp of the given width, held at 0 before it and at 1 after it. JSBSim's winds are in ft/s.
     share = clipped(quotient(difference(ELAPSED, at), width))
     winds = tuple(
         WindTerm(toward, product(path, 1.0 / FOOT, share)) for toward, path in (("north", north), ("east", east))

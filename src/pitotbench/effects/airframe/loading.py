@@ -19,6 +19,8 @@ def _mass(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
 
 def _center_of_gravity(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     x, y, z = baseline.center_of_gravity
+    # Ballast is added aft and the same ballast is taken away at the center of gravity: the mass stays, the moment
+    # changes. The file's inches are the unit of the arm.
     moved = product(_AFT, 12.0 / (FOOT * ARM), "inertia/weight-lbs")
     masses = (MassPoint(moved, (x + ARM, y, z)), MassPoint(product(-1.0, moved), (x, y, z)))
     return Overlay(sizes=((_AFT, sizes["aft_m"]),), masses=masses)

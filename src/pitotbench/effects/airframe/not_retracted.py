@@ -12,6 +12,7 @@ LEVERS = ("fcs/gear-lever-norm", "gear/gear-cmd-norm")  # the aircraft's lever w
 
 
 def _flap(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+    # Times one: an expression must be XML, and the bare path of a property is not.
     held = PropertySetting("fcs/flap-cmd-norm", product(_FLAP, 1.0))
     return Overlay(sizes=((_FLAP, sizes["extension"]),), settings=(held,))
 

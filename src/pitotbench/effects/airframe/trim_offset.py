@@ -17,6 +17,7 @@ _LENGTHS = {"PITCH": "metrics/cbarw-ft", "ROLL": "metrics/bw-ft", "YAW": "metric
 
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+    # Moment = dynamic pressure × wing area × reference length × coefficient, as in the aircraft's file.
     paths = [size(NAME, p.name) for p in PARAMETERS]
     moments = [
         AxisFunction(axis, product("aero/qbar-psf", "metrics/Sw-sqft", length, path))

@@ -15,6 +15,7 @@ ATTITUDE = ("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate")
 def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
     roll, pitch, heading, p, q, r = (signals[name] for name in ATTITUDE)
     x, y, z = sizes["forward_m"], sizes["right_m"], sizes["down_m"]
+    # ω × r in body axes; the log's velocity is in earth axes.
     swing = np.stack([q * z - r * y, r * x - p * z, p * y - q * x])
     added = body_to_earth(swing, roll, pitch, heading)
     names = ("velocity_north", "velocity_east", "velocity_down")

@@ -11,6 +11,8 @@ from pitotbench.effects.signals import Signals
 
 
 def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    # Bursts begin at random, so often that the share of lost rows comes out right. The first row of a stretch is
+    # never lost: the recorder has no earlier value to repeat.
     draw = np.random.default_rng(int(sizes["seed"]))
     start, lost = sizes["fraction"] / sizes["burst_rows"], np.zeros(len(signals), dtype=np.bool_)
     begun = np.flatnonzero(draw.random(len(signals)) < start)

@@ -9,6 +9,7 @@ from pitotbench.effects.excitation import RANGE_OF_AIRSPEED
 from pitotbench.effects.signals import Signals
 
 
+# Acts after the noise: an amplifier at its limit gives a constant, not noise around it.
 def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
     return signals.with_channels(impact_pressure=np.minimum(signals["impact_pressure"], sizes["ceiling_pa"]))
 

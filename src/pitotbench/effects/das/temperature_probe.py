@@ -13,6 +13,7 @@ SOURCE = "Trenkle and Reinhardt 1973, AGARDograph 160 vol. 2: recovery 0.6 to 0.
 
 
 def _recovery(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    # Noise can make the impact pressure slightly negative at rest, where the Mach number is zero.
     mach = air.mach_from_impact_pressure(signals["impact_pressure"].clip(min=0.0), signals["static_pressure"])
     static = air.air_temperature(signals["total_temperature"], mach)
     return signals.with_channels(total_temperature=air.total_temperature(static, mach, 1.0 - sizes["deficit"]))

@@ -40,7 +40,7 @@ SIDESLIP_STATIC_ERROR = SensorEffect(
     acts_on="sensors",
     parameters=(
         Parameter("slope_per_rad", 0.10, -2.0, 2.0, "static error over impact pressure a radian: one port only"),
-        Parameter("curvature_per_rad2", -1.5, -10.0, 10.0, "the same a square radian: what two joined ports leave"),
+        Parameter("curvature_per_rad2", -1.5, -10.0, 10.0, "the same a square radian: two joined ports keep it"),
     ),
     source=SOURCE,
     what="The static pressure has an error in sideslip.",

@@ -25,6 +25,7 @@ def power_index(signals: Signals) -> Array:
 
 def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
     speed = np.maximum(air.calibrated_airspeed(signals["impact_pressure"].clip(min=0.0)), SLOWEST)
+    # Thrust is power over speed, and the slipstream's pressure is proportional to thrust.
     return displaced(signals, sizes["pressure_pa"] * power_index(signals) * REFERENCE_SPEED / speed)
 
 

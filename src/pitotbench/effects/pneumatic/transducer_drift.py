@@ -16,6 +16,7 @@ def _with_time(signals: Signals, sizes: Mapping[str, float]) -> Signals:
 
 
 def _with_temperature(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    # The drift counts from the first sample: a zero is usually taken before the flight.
     warmer = signals["total_temperature"] - signals["total_temperature"][0]
     return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["shift_pa_per_k"] * warmer)
 

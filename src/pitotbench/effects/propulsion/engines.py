@@ -8,6 +8,7 @@ def left_and_right(effect: str, baseline: Baseline) -> tuple[int, int]:
     """Return JSBSim's numbers of the left and the right engine. Raises BadInputError unless there are two."""
     if len(baseline.engines) != 2:
         raise BadInputError(f"effect {effect!r} needs a twin; {baseline.aircraft!r} has {len(baseline.engines)}")
+    # The second coordinate of a structural location is positive to the right.
     left, right = sorted(range(2), key=lambda i: baseline.engines[i].location[1])
     return left, right
 

@@ -14,6 +14,7 @@ _PATHS = {"left": "ap/throttle-bias-left-norm", "right": "ap/throttle-bias-right
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     require_declared(NAME, baseline, *_PATHS.values())
+    # Times one: an expression must be XML, and the bare path of a property is not.
     settings = tuple(PropertySetting(path, product(size(NAME, side), 1.0)) for side, path in _PATHS.items())
     return Overlay(sizes=tuple((size(NAME, key), value) for key, value in sizes.items()), settings=settings)
 

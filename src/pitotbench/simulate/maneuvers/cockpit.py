@@ -47,6 +47,8 @@ class Cockpit:
         self.recorded = False
         self._judged: tuple[str, ...] = ()
         self._reads = [plant.getter(name) for name in INSTRUMENTS]
+        # The first look needs an airspeed and finds a jump of the inertial speed from zero; the second assignment
+        # removes that jump.
         self.airspeed = plant.get("calibrated_airspeed")
         self._inertial = 0.0
         self.look()

@@ -103,6 +103,7 @@ def sweep(cockpit: Cockpit, angle: float, bank: float, lead: bool = False) -> Ti
     With `lead`, stop early by the angle that the roll-out needs.
     Raises SimulationError where it takes far longer than the turn rate of the bank says.
     """
+    # The turn is measured by adding small changes of heading: it may be more than a full circle.
     rate = STANDARD_GRAVITY * tan(abs(bank)) / cockpit.true_airspeed
     swept = 0.0
     for _ in range(round((2.0 * angle / rate + ROLL_OUT_LIMIT) / TICK)):

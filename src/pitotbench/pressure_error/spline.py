@@ -31,10 +31,12 @@ class SplineModel:
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
+        """The names of the parameters, k1, k2 …: one for each knot."""
         return tuple(f"k{number}" for number in range(1, len(self.knots) + 1))
 
     @property
     def formula(self) -> str:
+        """The model in words, with the place of every parameter's knot."""
         places = ", ".join(f"{k} at {x:.2f}" for k, x in zip(self.parameter_names, self.knots, strict=True))
         return f"natural cubic in ln x through {places}"
 

@@ -21,7 +21,9 @@ SEVERITY = Catalog("turbulence", TURBULENCE_SEVERITY)
 class Settable(Protocol):
     """Anything whose properties can be set by their names in the property table, such as a `Plant`."""
 
-    def set(self, name: str, value: float) -> None: ...
+    def set(self, name: str, value: float) -> None:
+        """Set a property [SI] by its name in the table."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -168,7 +168,7 @@ class _Servo:
         return cls(plant.writer(command), read, factor, slope)
 
     def move(self, position: float) -> None:
-        """Change the command by what the present position lacks."""
+        """Move the control to a position [SI]: change the command by the difference from the present position."""
         self.command += (position / self.factor - self.read()) / self.slope
         self.write(self.command)
 

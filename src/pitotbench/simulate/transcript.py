@@ -17,19 +17,24 @@ class Transcript(jsbsim.FGLogger):
         self._parts: list[str] = []
         self._level = 0
 
+    # JSBSim calls the next five methods for each message: level, place, parts, colors, and the end.
     def set_level(self, level: Any) -> None:
+        """Note the level of the message that begins."""
         self._level = int(level)
 
     def file_location(self, filename: str, line: int) -> None:
+        """Add the file and the line of which the message speaks."""
         self._parts.append(f"{filename}:{line}: ")
 
     def message(self, message: str) -> None:
+        """Add a part of the message."""
         self._parts.append(message)
 
     def format(self, format: Any) -> None:
-        pass  # colors mean nothing in an error message
+        """Ignore colors, which mean nothing in an error message."""
 
     def flush(self) -> None:
+        """End the message and keep it if it is a warning or an error."""
         text = " ".join("".join(self._parts).split())
         if text and int(jsbsim.LogLevel.WARN) <= self._level <= int(jsbsim.LogLevel.FATAL):
             self.lines.append(text)

@@ -11,7 +11,7 @@ from pitotbench.units import KNOT
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CloverleafCard(Card):
-    """Ours, after the cloverleaf that flight-test handbooks fly at one speed: legs on three headings that cross
+    """Ours: the cloverleaf that flight-test handbooks fly at one speed, with legs on three headings that cross
     over one place, each followed by a turn of 240° to the right; then the same at a lower speed. ±2 KCAS, ±5°
     and ±50 ft on the legs.
 

@@ -24,7 +24,7 @@ LEVEL_OFF = 10.0  # m below or above the target height: a climb or descent ends 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnosticCard(Card):
-    """Ours. At the first speed: a climb and a descent at constant airspeed (they separate a slow static line from a
+    """Ours: at the first speed a climb and a descent at constant airspeed (they separate a slow static line from a
     slow pitot line, and height from time), steady-heading sideslips to both sides (sideslip error, rudder), a turn
     to the reciprocal (GPS against air data), and power to idle and back on one heading (lag against latency, drag
     against power).

@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from pitotbench.records.frozen import check_lengths, freeze
-from pitotbench.units import Array, Booleans, MetersPerSecond, Seconds
+from pitotbench.units import Array, Booleans, Meters, MetersPerSecond, Seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +41,13 @@ class ErrorCurve:
     white_two_sigma: MetersPerSecond
     normalized_pressure_error: Array  # Δp/q_c
     normalized_two_sigma: Array
+    altitude_correction: Meters | None = (
+        None  # true minus indicated pressure altitude, where the static source errs
+    )
+    altitude_two_sigma: Meters | None = None
 
     def __post_init__(self) -> None:
-        arrays = [(f.name, getattr(self, f.name)) for f in fields(self)]
+        arrays = [(f.name, array) for f in fields(self) if (array := getattr(self, f.name)) is not None]
         check_lengths("ErrorCurve", arrays, len(self.indicated_airspeed))
         for name, array in arrays:
             object.__setattr__(self, name, freeze(array))
@@ -85,7 +89,8 @@ class Calibration:
 
     `residual_two_sigma` [m/s] is the paper's 2σ (of the residual, as calibrated airspeed): not a bound on the
     curve. `condition_number` is that of the scaled, whitened normal problem. `diagnostics` holds plain numbers
-    by name (iterations, effective samples, noise levels ...).
+    by name (iterations, effective samples, noise levels ...). `error_location`: where the pressure error sits,
+    stated, assumed or found (`static`, `total` or `impact`).
     """
 
     model: str
@@ -103,3 +108,4 @@ class Calibration:
     warnings: tuple[str, ...] = ()
     shares: tuple[Share, ...] = ()
     diagnostics: dict[str, Any] | None = None
+    error_location: str = "impact"

@@ -11,6 +11,7 @@ from typing import Any
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 TURBULENCE_SEVERITY = {"none": 0, "light": 1, "moderate": 2}  # Milspec severity index (MIL-F-8785C)
+ERROR_LOCATIONS = ("impact", "static", "total")
 PILOTS = ("none", "good", "busy")
 
 
@@ -34,6 +35,8 @@ class PressureErrorSpec:
     The default is plausible for a light twin: +0.3 kt at 100, −0.8 kt at 126 and −1.7 kt at 160 KIAS. Its size is
     such that a Bias fit has about twice the residual of the other models, as in Martos et al. 2011, Fig 9.
     With `model = "table"`, `airspeed` [m/s, indicated] and `values` [-] are the points of the curve.
+    `location` says which pressure has the error: `impact` (the impact pressure alone, as in the source), `static`
+    (the static pressure reads Δp too high) or `total` (the total pressure reads Δp too low).
     """
 
     model: str = "inverse+"
@@ -41,6 +44,7 @@ class PressureErrorSpec:
     reference_pressure: float = field(default=1630.28, metadata={"suffix": "pa"})
     airspeed: tuple[float, ...] = field(default=(), metadata={"suffix": "kt"})
     values: tuple[float, ...] = ()
+    location: str = "impact"
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +52,8 @@ class DataSystem:
     """A data system (DAS): its rates [Hz] and the properties of its sensors.
 
     Each `…_noise` is the standard deviation of the white noise of a sample. A resolution of 0 means no rounding. A
-    latency [s] is the time from an event to its stamp.
+    latency [s] is the time from an event to its stamp. `altitude_drift` is the standard deviation of the slow part
+    of a receiver's height error, a first-order Gauss-Markov process of correlation time `altitude_drift_time`.
     """
 
     air_rate: float = field(default=50.0, metadata={"suffix": "hz"})
@@ -63,6 +68,8 @@ class DataSystem:
     velocity_noise: float = field(default=0.05, metadata={"suffix": "mps"})
     velocity_resolution: float = field(default=0.001, metadata={"suffix": "mps"})
     altitude_noise: float = field(default=1.5, metadata={"suffix": "m"})
+    altitude_drift: float = field(default=0.0, metadata={"suffix": "m"})
+    altitude_drift_time: float = field(default=90.0, metadata={"suffix": "s"})
     attitude_noise: float = field(default=0.002, metadata={"suffix": "rad"})
     rate_noise: float = field(default=0.002, metadata={"suffix": "radps"})
     acceleration_noise: float = field(default=0.03, metadata={"suffix": "mps2"})

@@ -7,7 +7,6 @@ import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
-from scipy.interpolate import CubicSpline
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
@@ -94,6 +93,8 @@ def _text(value: float | None, style: str) -> str:
 
 def _off(point: FixedSpeedPoint, curve: ErrorCurve) -> float | None:
     """Correction less the curve's [kt]; None more than one step beyond the curve's ends."""
+    from scipy.interpolate import CubicSpline
+
     speed, place = curve.indicated_airspeed, point.indicated_airspeed
     if len(speed) < 2 or not 2.0 * speed[0] - speed[1] <= place <= 2.0 * speed[-1] - speed[-2]:
         return None

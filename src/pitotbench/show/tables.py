@@ -1,9 +1,8 @@
 """Tables for the terminal, for pages and for programs; units in every heading."""
 
 from html import escape as escape_html
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import pandas as pd
 from rich.box import SIMPLE_HEAVY
 from rich.console import Console
 from rich.markup import escape
@@ -12,7 +11,10 @@ from rich.table import Table
 from pitotbench.records.calibration import Calibration, Estimate
 from pitotbench.show.model_probabilities import choice_html, print_choice, probabilities_of
 from pitotbench.show.terminal import outside
-from pitotbench.units import DEGREE, KNOT
+from pitotbench.units import DEGREE, FOOT, KNOT
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 CAMPAIGN_COLUMNS: dict[str, tuple[str, str]] = {
     "maneuver": ("maneuver", ""),
@@ -32,16 +34,18 @@ _HEADINGS = (
     "indicated\n[kt]", "correction\n[kt]", "2σ\n[kt]", "2σ, whole\ncurve [kt]", "white 2σ\n[kt]", "Δp/q_c\n[-]",
     "2σ\n[-]",
 )  # fmt: skip
+_PLACES = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
+_ALTITUDE_HEADINGS = ("altitude\ncorr. [ft]", "2σ\n[ft]")
 _STYLES = (".0f", "+.2f", ".2f", ".2f", ".2f", "+.4f", ".4f")
 
 
-def campaign_table(results: pd.DataFrame) -> pd.DataFrame:
+def campaign_table(results: "pd.DataFrame") -> "pd.DataFrame":
     """The mean over seeds of a campaign's results, one row a maneuver, data system and model."""
     keys = ["maneuver", "das", "model"]
     return results.groupby(keys, sort=False).mean(numeric_only=True).reset_index()
 
 
-def print_campaign(results: pd.DataFrame, console: Console) -> None:
+def print_campaign(results: "pd.DataFrame", console: Console) -> None:
     """Print the campaign's table."""
     table = Table(header_style="bold", pad_edge=False, box=SIMPLE_HEAVY)
     for heading, style in CAMPAIGN_COLUMNS.values():
@@ -51,7 +55,7 @@ def print_campaign(results: pd.DataFrame, console: Console) -> None:
     console.print(table)
 
 
-def campaign_html(results: pd.DataFrame) -> str:
+def campaign_html(results: "pd.DataFrame") -> str:
     """The same table as HTML."""
     head = "".join(f"<th>{heading.replace(chr(10), '<br>')}</th>" for heading, _ in CAMPAIGN_COLUMNS.values())
     body = ""
@@ -74,8 +78,15 @@ def print_calibration(result: Calibration, console: Console) -> None:
     )
     for heading in _HEADINGS:
         table.add_column(escape(heading), justify="right")
-    for row in _curve_rows(result):
-        table.add_row(*(format(value, style) for value, style in zip(row, _STYLES, strict=True)))
+    altitudes = _altitudes(result)
+    if altitudes[0]:
+        for heading in _ALTITUDE_HEADINGS:
+            table.add_column(escape(heading), justify="right")
+    for row, altitude in zip(_curve_rows(result), altitudes, strict=True):
+        cells = [format(value, style) for value, style in zip(row, _STYLES, strict=True)]
+        table.add_row(
+            *cells, *(format(value, "+.0f" if i == 0 else ".0f") for i, value in enumerate(altitude.values()))
+        )
     console.print(table)
     for parameter in result.parameters:
         console.print(f"{parameter.name} = {parameter.value:+.5f} ± {parameter.two_sigma:.5f} (2σ)")
@@ -89,6 +100,7 @@ def print_calibration(result: Calibration, console: Console) -> None:
         f"condition number {result.condition_number:.1e}; {result.reason}",
         markup=False,
     )
+    console.print(f"the error sits in: {_PLACES[result.error_location]}")
     console.print(f"x = q_ci / {result.reference_pressure:.2f} Pa; curve of {len(curve.correction)} points")
     for warning in result.warnings:
         console.print(outside(f"warning: {warning}", "yellow"))
@@ -150,6 +162,15 @@ def _curve_rows(result: Calibration) -> list[tuple[float, ...]]:
     return [tuple(float(v) for v in row) for row in zip(*columns, strict=True)]
 
 
+def _altitudes(result: Calibration) -> list[dict[str, float]]:
+    """What the error does to the altitude at each point of the curve; nothing where the static source is right."""
+    curve = result.curve
+    if curve.altitude_correction is None or curve.altitude_two_sigma is None:
+        return [{} for _ in curve.indicated_airspeed]
+    pairs = zip(curve.altitude_correction / FOOT, curve.altitude_two_sigma / FOOT, strict=True)
+    return [{"altitude_correction_ft": float(value), "two_sigma_ft": float(bound)} for value, bound in pairs]
+
+
 def _winds(result: Calibration) -> list[Estimate]:
     return [part for part in (result.wind.north, result.wind.east, result.wind.down) if part is not None]
 
@@ -177,7 +198,11 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
             "east_two_sigma_kt": result.wind.east.two_sigma / KNOT,
             "down_two_sigma_kt": down.two_sigma / KNOT if down else None,
         },
-        "curve": [dict(zip(names, row, strict=True)) for row in _curve_rows(result)],
+        "curve": [
+            dict(zip(names, row, strict=True)) | altitude
+            for row, altitude in zip(_curve_rows(result), _altitudes(result), strict=True)
+        ],
+        "error_location": result.error_location,
         "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
         "samples": result.samples,
         "converged": result.converged,

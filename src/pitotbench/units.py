@@ -1,7 +1,7 @@
-"""Unit factors. Inside the bench everything is SI and radians; these serve the edges only.
+"""Unit factors and suffixes. Inside the bench everything is SI and radians; units are converted at the edges only.
 
-The annotations name the unit of an array in a signature; they are documentation that a reader can trust,
-not a run-time check. The suffix table is closed: a column or flag ends in one of these or is refused.
+Annotations such as `Pascal` name the unit of an array in a signature. They are documentation, not a run-time check.
+A column or flag must end in a suffix of the table `SUFFIXES`.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ STANDARD_GRAVITY = 9.80665  # m/s²
 
 @dataclass(frozen=True, slots=True)
 class Suffix:
-    """A unit suffix: SI value = (written value + offset) * factor."""
+    """A unit suffix. SI value = (written value + offset) * factor."""
 
     dimension: str
     factor: float
@@ -71,7 +71,7 @@ SUFFIXES: dict[str, Suffix] = {
 
 
 def to_si(value: Array | float, suffix: str) -> Array:
-    """Convert a written value to SI.
+    """Convert a written value to SI. For example, `to_si(100.0, "kt")` is 51.44 m/s.
 
     Parameters: value, any shape [unit of `suffix`]; suffix, a key of `SUFFIXES`.
     Raises KeyError for an unknown suffix.
@@ -81,6 +81,6 @@ def to_si(value: Array | float, suffix: str) -> Array:
 
 
 def from_si(value: Array | float, suffix: str) -> Array:
-    """Convert an SI value to the unit of `suffix`; the inverse of `to_si`."""
+    """Convert an SI value to the unit of `suffix`; the inverse of `to_si`. Raises KeyError as `to_si` does."""
     unit = SUFFIXES[suffix]
     return np.asarray(value, dtype=np.float64) / unit.factor - unit.offset

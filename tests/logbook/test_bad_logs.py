@@ -88,11 +88,11 @@ ERRORS: dict[str, tuple[Callable[[Table], Table], str]] = {
     "knots of feet": (scale("velocity_north_mps", 100.0), r"velocity_north_mps.*not those of an airplane"),
     "millibar said to be pascal": (
         scale("impact_pressure_pa", 0.01),
-        r"air data say about \d+ m/s.*units and zero",
+        r"the median airspeed is \d+ m/s.*units and zero",
     ),
     "feet per second said to be meters": (
         lambda t: {**t, **{f"velocity_{k}_mps": t[f"velocity_{k}_mps"] * 3.28084 for k in ("north", "east")}},
-        r"the air data say about",
+        r"the median airspeed is",
     ),
     "negative impact pressure": (scale("impact_pressure_pa", -1.0), r"negative in 600 of 600 rows.*swap them"),
     "stuck pitot": (scale("impact_pressure_pa", 0.0), r"stuck at 0 Pa in every row"),

@@ -138,7 +138,7 @@ def test_files_that_are_not_there(tmp_path):
     (tmp_path / "08_air.csv").write_bytes(path.read_bytes())
     with pytest.raises(BadInputError, match=r"several files .*07_air.csv, 08_air.csv"):
         read_log(tmp_path, mapping=mapping)
-    with pytest.raises(BadInputError, match=r"needs '08_gps.csv' beside"):
+    with pytest.raises(BadInputError, match=r"needs '08_gps.csv' in the folder"):
         read_log(tmp_path / "08_air.csv", mapping=mapping)
 
 

@@ -1,4 +1,4 @@
-"""FlightLog to and from files: CSV, Parquet and .mat, units by column suffix, foreign logs by a mapping."""
+"""Read and write flight logs: CSV, Parquet and .mat, with units as column suffixes; foreign logs by a mapping."""
 
 from pitotbench.logbook.formats import FORMATS as FORMATS
 from pitotbench.logbook.mapping import find_mapping as find_mapping

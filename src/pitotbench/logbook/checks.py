@@ -1,6 +1,6 @@
-"""What can be wrong with the rows of a log. Each check drops rows with a warning, or raises BadInputError.
+"""Check the rows of a log. Each check drops rows with a warning, or raises BadInputError.
 
-Rows are counted from 1, the first below the line of column names.
+Rows are counted from 1, which is the first row below the line of column names.
 """
 
 import numpy as np
@@ -14,19 +14,22 @@ from pitotbench.logbook.stuck import check_stuck
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import from_si, to_si
 
-_FEW = 0.01  # share of rows that may be dropped for holding no number
+_FEW = 0.01  # share of rows without a number that may be dropped
 _MOST = 0.5  # share of rows that may be dropped for a negative impact pressure
 _BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
 _FLYING = 5.0  # m/s over ground, above which airspeed and ground speed are compared
-_LONGEST_STEP = 10.0  # s, usual time between rows: 0.1 Hz is ten times slower than the slowest receiver
+_LONGEST_STEP = 10.0  # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
 _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
 _LONGEST_GAP = 86400.0  # s, between two rows of one log: the blocks of a log are counted by the second
-_SPEED_RATIO = 1.6  # airspeed over ground speed, or its inverse: a knot is 1.94 times a meter per second
-_WRONG_RATIO = 2.5
+_SPEED_RATIO = 1.6  # airspeed over ground speed, or its inverse: knots taken for meters per second give 1.94
+_WRONG_RATIO = 2.5  # beyond it, no wind explains the ratio
 
 
 def check_numbers(draft: Draft) -> None:
-    """Drop the few rows where a needed channel is not a number; leave out other channels that often are not."""
+    """Drop the few rows in which a channel is not a number.
+
+    A channel with many such rows is ignored where it is optional; else the log is refused with BadInputError.
+    """
     for quantity in draft.numeric():
         bad = ~np.isfinite(draft.channels[quantity.name])
         if not bad.any():
@@ -45,7 +48,7 @@ def check_numbers(draft: Draft) -> None:
 
 
 def check_time(draft: Draft) -> None:
-    """Time must increase. A few repeated stamps are dropped; a clock that runs back is an error."""
+    """Drop a few rows with a repeated time stamp. Raise BadInputError for many, and for time that runs back."""
     if len(draft.rows) < 2:
         raise BadInputError(f"the log holds {len(draft.rows)} rows; at least 2 are needed")
     column, time = draft.columns["time"], draft.channels["time"]
@@ -70,7 +73,10 @@ def check_time(draft: Draft) -> None:
 
 
 def check_clock(draft: Draft) -> None:
-    """Rows that come too rarely or too often mean a clock in another unit; a jump of days, a clock that was set."""
+    """Raise BadInputError for rows much too far apart or too close, and for a jump of more than a day.
+
+    The first means a clock in another unit, the second a clock that was set during the log.
+    """
     column, time = draft.columns["time"], draft.channels["time"]
     steps = np.diff(time)
     usual, longest = float(np.median(steps)), int(np.argmax(steps))
@@ -87,7 +93,7 @@ def check_clock(draft: Draft) -> None:
 
 
 def _better_clock(draft: Draft, usual: float) -> str:
-    """The unit of time in which the rows would come at the rate of a usual log, as a hint."""
+    """Return as a hint the unit of time in which the rows would come at the rate of a flight log."""
     written = float(from_si(usual, draft.suffixes["time"]))
     for suffix in QUANTITIES["time"].suffixes:
         if _SHORTEST_STEP <= float(to_si(written, suffix)) <= 1.0:
@@ -96,7 +102,10 @@ def _better_clock(draft: Draft, usual: float) -> str:
 
 
 def check_units(draft: Draft) -> None:
-    """A channel whose usual size no airplane shows is in another unit than its column says, or dead."""
+    """Find channels outside their plausible range: in another unit than the column says, or from a dead sensor.
+
+    Raises BadInputError for an essential channel; any other is ignored with a warning.
+    """
     for quantity in draft.numeric():
         size = np.abs(draft.channels[quantity.name])
         typical, high = float(np.median(size)), float(np.quantile(size, 0.95))
@@ -111,6 +120,7 @@ def check_units(draft: Draft) -> None:
 def _implausible(draft: Draft, quantity: Channel, typical: float) -> str:
     suffix = draft.suffixes[quantity.name]
     written = float(from_si(typical, suffix)) if suffix else typical
+    # The hint lists the units in which the same numbers would be plausible.
     fits = [
         s for s in quantity.suffixes if quantity.low <= float(to_si(written, s)) <= quantity.high and s != suffix
     ]
@@ -122,7 +132,7 @@ def _implausible(draft: Draft, quantity: Channel, typical: float) -> str:
 
 
 def check_spikes(draft: Draft) -> None:
-    """Drop rows in which a needed channel shows, for a moment, what no airplane can: a glitch of the recorder."""
+    """Drop rows in which an essential channel has an impossible value: a glitch of the recorder."""
     for quantity in draft.numeric():
         if not quantity.essential or quantity.name == "time":
             continue
@@ -139,7 +149,7 @@ def check_spikes(draft: Draft) -> None:
 
 
 def form_impact_pressure(draft: Draft) -> None:
-    """Impact pressure from total and static pressure, where the log does not hold it."""
+    """Compute the impact pressure from total and static pressure where the log does not hold it."""
     total = draft.channels.pop("total_pressure", None)
     if total is None:
         return
@@ -152,7 +162,10 @@ def form_impact_pressure(draft: Draft) -> None:
 
 
 def check_impact_pressure(draft: Draft) -> None:
-    """Drop rows of negative impact pressure; most of them negative means swapped lines or sign."""
+    """Drop rows of negative impact pressure. Raise BadInputError for a stuck sensor, and where most are negative.
+
+    Mostly negative values mean that total and static are exchanged, or that the sign is.
+    """
     impact, column = draft.channels["impact_pressure"], draft.columns["impact_pressure"]
     if np.ptp(impact) == 0.0:
         raise BadInputError(f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row")
@@ -171,20 +184,22 @@ def check_impact_pressure(draft: Draft) -> None:
 
 
 def check_speeds(draft: Draft) -> None:
-    """Airspeed and ground speed differ by the wind only: another factor is another unit."""
+    """Warn where airspeed and ground speed differ by more than a wind; raise BadInputError where by far more."""
     ground_speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
     flying = ground_speed > _FLYING
     if not flying.any():
         return
     c = {name: values[flying] for name, values in draft.channels.items()}
     mach = air.mach_from_impact_pressure(c["impact_pressure"], c["static_pressure"])
+    # The standard temperature is good enough here: 30 K move the airspeed by 5 %, a wrong unit by 94 %.
     standard = air.standard_temperature(air.pressure_altitude(c["static_pressure"]))
     airspeed = float(np.median(mach * air.sound_speed(standard)))
     ground = float(np.median(ground_speed[flying]))
     ratio = airspeed / ground
     words = (
-        f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s: wind alone seldom does that; check "
-        f"units and zero of {draft.columns['impact_pressure']!r} and {draft.columns['velocity_north']!r}"
+        f"the median airspeed is {airspeed:.0f} m/s and the median ground speed {ground:.0f} m/s, which wind "
+        f"seldom explains; check units and zero of {draft.columns['impact_pressure']!r} and "
+        f"{draft.columns['velocity_north']!r}"
     )
     if abs(airspeed - ground) > 30.0 and not 1.0 / _WRONG_RATIO < ratio < _WRONG_RATIO:
         raise BadInputError(words)
@@ -192,6 +207,8 @@ def check_speeds(draft: Draft) -> None:
         draft.warnings.append(words)
 
 
+# The order matters: fixes are held before blanks count as missing numbers, the clock is right before units are
+# judged, and the impact pressure exists before it is checked.
 CHECKS = (
     hold_fixes,
     check_numbers,

@@ -1,4 +1,4 @@
-"""CSV: `#` lines with a TOML header, a line of column names, one line a row."""
+"""Read and write CSV logs: `#` lines with a TOML header, a line of column names, one line a row."""
 
 from collections.abc import Mapping
 from io import BytesIO
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 _EMPTY = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"]
-_ROWS = "rows"  # header entry: how many rows were written; more than are found means a cut file
+_ROWS = "rows"  # header entry: the number of rows written; a file with fewer is cut off
 
 
 def read_csv(path: Path) -> Table:
-    """The table of a CSV file with commas, semicolons or tabs.
+    """Read the table of a CSV file with commas, semicolons or tabs.
 
-    Raises BadInputError for a file that is empty, no text, or has rows of another length than its first line;
-    a last line that breaks off is dropped with a warning.
+    A last line that breaks off is dropped with a warning. Raises BadInputError for a file that is empty or is not
+    text, and for any other row whose length differs from the first line.
     """
     data = path.read_bytes()
     _require_text(data)
@@ -49,7 +49,8 @@ def _require_text(data: bytes) -> None:
 
 
 def _split(data: bytes) -> tuple[int, list[str]]:
-    """Where the table begins, and the comment lines above it."""
+    """Return the position at which the table begins, and the comment lines above it."""
+    # Spreadsheets begin a UTF-8 file with a byte-order mark of three bytes.
     position, comments = (3 if data.startswith(b"\xef\xbb\xbf") else 0), []
     while data[position : position + 1] in (b"#", b"\r", b"\n"):
         end = data.find(b"\n", position)
@@ -66,7 +67,7 @@ def _only(comments: list[str]) -> str:
 
 
 def _check_promise(promised: object, found: int) -> list[str]:
-    """Fewer rows than the header states mean a cut file."""
+    """Return a warning where the file has fewer rows than its header states."""
     if not isinstance(promised, int) or isinstance(promised, bool):
         return [f"the header's `{_ROWS}` is not a number of rows: it is not used"]
     if found < promised:
@@ -75,6 +76,7 @@ def _check_promise(promised: object, found: int) -> list[str]:
 
 
 def _delimiter(first_line: bytes) -> str:
+    # The most frequent of the three in the line of names; a name may itself hold one of the others.
     return max(",;\t", key=lambda mark: first_line.count(mark.encode()))
 
 
@@ -98,7 +100,7 @@ def _parse(data: bytes, above: int, delimiter: str, ragged: list[Any]) -> "pa.Ta
 
 
 def _check_ragged(ragged: list[Any], rows: int) -> list[str]:
-    """A broken last line is a cut file: usable without it. Any other line is an error."""
+    """Return a warning for a last line that breaks off. Raise BadInputError for any other line of wrong length."""
     if not ragged:
         return []
     row = ragged[0]
@@ -107,13 +109,13 @@ def _check_ragged(ragged: list[Any], rows: int) -> list[str]:
         commas = " (decimal commas? write decimal points)" if row.actual_columns == 2 * row.expected_columns else ""
         raise BadInputError(
             f"row {number} has {row.actual_columns} columns, the first line names {row.expected_columns}{commas}; "
-            "mend or remove that row"
+            "correct or remove that row"
         )
     return [f"row {number} breaks off after {row.actual_columns} of {row.expected_columns} columns: dropped"]
 
 
 def to_column(column: "pa.ChunkedArray") -> Column:
-    """An Arrow column as an array: floats with NaN for empty cells, booleans, or objects."""
+    """Return an Arrow column as an array: floats with NaN for empty cells, booleans, or objects."""
     import pyarrow as pa
 
     if pa.types.is_null(column.type):
@@ -125,7 +127,7 @@ def to_column(column: "pa.ChunkedArray") -> Column:
 
 
 def write_csv(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
-    """Write columns below a TOML header; numbers with the fewest digits that read back equal."""
+    """Write columns below a TOML header. Numbers have the fewest digits that read back to the same value."""
     import pyarrow as pa
     from pyarrow import csv
 

@@ -1,4 +1,4 @@
-"""A file to a FlightLog: recognized, converted to SI, checked."""
+"""Read a file as a FlightLog: recognize its columns, convert them to SI, check them."""
 
 from pathlib import Path
 
@@ -14,11 +14,13 @@ from pitotbench.records.log import FlightLog
 
 
 def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
-    """Read a flight log.
+    """Read a flight log from a file.
 
-    `mapping` names a shipped mapping or a TOML file, for logs with other column names. What was dropped or looks
-    odd, with its rows, is in `log.header["warnings"]`. Raises BadInputError, its message beginning with the file,
-    for a log that cannot be used; UnknownNameError for a mapping that is not shipped.
+    `mapping` names a shipped mapping or a TOML file, for logs with other column names. `log.header["warnings"]`
+    lists, with row numbers, what was dropped and what looks wrong.
+
+    Raises BadInputError for a log that cannot be used (the message begins with the file), UnknownNameError for a
+    mapping that is not shipped.
     """
     source = Path(path)
     named = None if mapping is None else find_mapping(mapping)
@@ -30,7 +32,7 @@ def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
 
 
 def log_of(table: Table) -> FlightLog:
-    """The checked log of a table. Raises BadInputError where it cannot be used."""
+    """Return the checked log of a table. Raises BadInputError where it cannot be used."""
     draft = draft_of(table)
     for check in CHECKS:
         check(draft)
@@ -38,7 +40,7 @@ def log_of(table: Table) -> FlightLog:
     warnings = [*earlier_warnings(header), *draft.warnings]
     header.pop(WARNINGS, None)
     if warnings:
-        header[WARNINGS] = list(dict.fromkeys(warnings))
+        header[WARNINGS] = list(dict.fromkeys(warnings))  # each once: a log written and read again repeats them
     return FlightLog(**draft.channels, header=header)
 
 

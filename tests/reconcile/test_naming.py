@@ -15,7 +15,7 @@ from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import cause_of, lay_out, own_noise
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
-from pitotbench.show.verdict_text import verdict_json
+from pitotbench.show.verdict_json import verdict_json
 
 
 @pytest.fixture(scope="module")

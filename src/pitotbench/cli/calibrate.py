@@ -53,9 +53,10 @@ def run_calibrate(options: argparse.Namespace) -> int:
     from pitotbench.bench import calibrate, calibrate_together, cross_check
     from pitotbench.logbook import read_log
     from pitotbench.logbook.outputs import PAGES, require_file
+    from pitotbench.show.calibration_json import calibration_json
+    from pitotbench.show.calibration_text import print_calibration
     from pitotbench.show.fixed_speed_tables import points_json, print_points
     from pitotbench.show.strict_json import json_text
-    from pitotbench.show.tables import calibration_json, print_calibration
     from pitotbench.show.terminal import outside
 
     choice = _choice(options)
@@ -131,12 +132,12 @@ def _write_report(
     points: "Sequence[Sequence[FixedSpeedPoint]]",
 ) -> None:
     from pitotbench.bench import write_text
+    from pitotbench.show.draw_section import log_section
     from pitotbench.show.report import log_page
-    from pitotbench.show.section import log_section
 
     sections = [
         log_section(source.name, log, result, beside)
         for (source, log, result), beside in zip(results, points, strict=True)
     ]
     title = "Pitot-static calibration: " + ", ".join(source.name for source, _, _ in results)
-    write_text(path, log_page(title, "from measured logs", sections))
+    write_text(path, log_page(title, sections))

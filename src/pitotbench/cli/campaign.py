@@ -16,7 +16,7 @@ from pitotbench.logbook import FORMATS
 from pitotbench.logbook.outputs import require_folder
 from pitotbench.records.case import PILOTS, TURBULENCE_SEVERITY, Case
 from pitotbench.records.errors import BadInputError
-from pitotbench.show.tables import print_campaign
+from pitotbench.show.campaign_table import print_campaign
 from pitotbench.show.terminal import outside
 
 _TABLE_WIDTH = 140  # columns: the campaign's table never folds

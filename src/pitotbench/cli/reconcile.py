@@ -40,7 +40,8 @@ def run_reconcile(options: argparse.Namespace) -> int:
 
     from pitotbench.bench.reconcile.outputs import install, keep
     from pitotbench.show.strict_json import json_text
-    from pitotbench.show.verdict_text import account_json, print_account
+    from pitotbench.show.verdict_json import account_json
+    from pitotbench.show.verdict_text import print_account
 
     _check_variant(options)
     _check_folder(options)

@@ -77,7 +77,7 @@ def waterfall_panel(account: Account) -> Panel:
         axes.grid(axis="y", visible=False)
 
     sums = f"{closed.before:,.0f} before, {closed.after:,.0f} after, {closed.noise:,.0f} noise"
-    note = f"Sums of squares in units of the noise: {sums}."
+    note = f"Sums of squares over noise variance: {sums}."
     return panel("The gap, effect by effect", draw, note, size=(4.6, 1.1 + 0.42 * len(remaining)))
 
 

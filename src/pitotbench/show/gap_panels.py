@@ -95,12 +95,9 @@ def draw_closures(axes: Axes, closures: Sequence[tuple[str, Closure]]) -> None:
         )
         after = max(closed.after - closed.noise, 0.0)
         axes.barh(i + 0.2, after, color=GREEN, height=0.36, label="_" if i else "with the patch")
-        axes.text(
-            after,
-            i + 0.2,
-            f"  {100.0 * closed.share:.1f} % closed (G = {closed.share:.3f})",
-            va="center",
-            fontsize=8,
+        closed_share = f"{100.0 * closed.share:.1f} % closed (G = {closed.share:.3f})"
+        axes.annotate(
+            closed_share, (after, i + 0.2), (4.0, 0.0), textcoords="offset points", va="center", fontsize=8
         )
     axes.set_yticks(range(len(closures)), [name for name, _ in closures])
     axes.invert_yaxis()

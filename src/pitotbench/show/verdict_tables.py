@@ -5,7 +5,7 @@ from pitotbench.records.gap import Account, Feature, Tolerance
 from pitotbench.records.verdict import Candidate, Check, Detectable, Located, Verdict
 from pitotbench.show.columns import Column
 from pitotbench.show.gap_words import effect_words
-from pitotbench.show.quantity_words import size_words, words
+from pitotbench.show.quantity_words import size_words, with_unit, words
 
 KIND_WORDS = {
     "named": "named",
@@ -41,7 +41,7 @@ DETECTABLE_COLUMNS: tuple[Column[Detectable], ...] = (
 
 TOLERANCE_COLUMNS: tuple[Column[Tolerance], ...] = (
     Column("quantity", lambda t: t.quantity, key="quantity"),
-    Column("tolerance", lambda t: f"±{t.half_width:g} {t.unit}"),
+    Column("tolerance", lambda t: f"±{with_unit(f'{t.half_width:g}', t.unit)}"),
     Column("", lambda t: t.half_width, key="half_width"),
     Column("", lambda t: t.unit, key="unit"),
     Column("before", lambda t: t.before, "%", ".0%", "before"),

@@ -5,9 +5,9 @@ from rich.console import Console
 from pitotbench.records.gap import Account
 from pitotbench.records.verdict import Verdict
 from pitotbench.show.columns import print_table
-from pitotbench.show.gap_words import sentences
+from pitotbench.show.gap_words import effect_words, sentences
 from pitotbench.show.terminal import outside
-from pitotbench.show.verdict_tables import KIND_WORDS, PLACE_COLUMNS, TOLERANCE_COLUMNS, round_columns
+from pitotbench.show.verdict_tables import KIND_WORDS, PLACE_COLUMNS, TOLERANCE_COLUMNS
 
 _PLACES = 6
 
@@ -20,10 +20,10 @@ def print_account(account: Account, console: Console) -> None:
         console.print(outside(sentence), soft_wrap=True)
     console.print()
     print_table(PLACE_COLUMNS, verdict.located[:_PLACES], console, "where the gap is, in standard deviations")
-    if len(account.rounds) > 1:
-        console.print()
-        title = "passes over the log, each with the effects of the passes before in the model"
-        print_table(round_columns(account), range(len(account.rounds)), console, title)
+    for number, each in enumerate(account.rounds[1:], start=2):
+        added = f": {'; '.join(effect_words(e) for e in each.verdict.effects)}" if each.added else ""
+        line = f"pass {number}, with the effects of the passes before in the model: {KIND_WORDS[each.verdict.kind]}"
+        console.print(outside(line + added), soft_wrap=True)
     for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
         if flown.tolerances:
             console.print()
@@ -33,7 +33,8 @@ def print_account(account: Account, console: Console) -> None:
 
 
 def _print_remarks(verdict: Verdict, console: Console) -> None:
-    failed = [f"check {check.name}: {check.why}" for check in verdict.checks if check.status == "failed"]
+    failed = [f"failed check, {check.name}: {check.why}" for check in verdict.checks if check.status == "failed"]
     next_flights = [f"next: {line}" for line in verdict.advice]
+    console.print()
     for line in [*failed, *next_flights, *(f"note: {line}" for line in verdict.notes)]:
         console.print(outside(line), soft_wrap=True)

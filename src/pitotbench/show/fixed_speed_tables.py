@@ -41,16 +41,16 @@ POINT_COLUMNS: tuple[Column[FixedSpeedPoint], ...] = (
 
 def print_points(points: Sequence[FixedSpeedPoint], console: Console, curve: ErrorCurve | None = None) -> None:
     """Print the points, one a row; with a curve, also the difference of each from it. Nothing for no points."""
-    beside = [] if curve is None else [curve_difference(curve)]
-    print_table([*POINT_COLUMNS, *beside], points, console, "fixed-speed methods")
+    if points and curve is not None:
+        console.print()  # the curve stands above
+    print_table(point_columns(curve), points, console, "fixed-speed methods")
 
 
 def points_html(points: Sequence[FixedSpeedPoint], curve: ErrorCurve | None = None) -> str:
     """The same table, folded away, as HTML; empty for no points."""
     if not points:
         return ""
-    beside = [] if curve is None else [curve_difference(curve)]
-    table = html_table([*POINT_COLUMNS, *beside], points)
+    table = html_table(point_columns(curve), points)
     return f"<details><summary>Fixed-speed methods in numbers</summary>{table}</details>"
 
 
@@ -59,9 +59,11 @@ def points_json(points: Sequence[FixedSpeedPoint]) -> list[dict[str, Any]]:
     return json_rows(POINT_COLUMNS, points)
 
 
-def curve_difference(curve: ErrorCurve) -> Column[FixedSpeedPoint]:
-    """The column of a point's correction minus that of the curve at the point's airspeed."""
-    return Column("point − curve", lambda point: _off(point, curve), "kt", "+.2f")
+def point_columns(curve: ErrorCurve | None) -> list[Column[FixedSpeedPoint]]:
+    """The columns of the points; with a curve, also the point's correction minus that of the curve."""
+    if curve is None:
+        return list(POINT_COLUMNS)
+    return [*POINT_COLUMNS, Column("point − curve", lambda point: _off(point, curve), "kt", "+.2f")]
 
 
 def legs_json(true_airspeed: float, spread: float | None, wind_speed: float, wind_from: float) -> dict[str, Any]:

@@ -96,7 +96,7 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
     line = (low / high) ** _LINE  # the axis is logarithmic: a line down is a ratio
     lowest: list[tuple[bool, float, float]] = []  # side, minutes and height of the names written so far
     for each in sorted(shown, key=lambda f: -f.mean):
-        right = any(_is_beside(other, each) for other in shown)
+        right = any(_is_close_on_the_left(other, each) for other in shown)
         near = [h for side, m, h in lowest if side == right and abs(log(m / each.minutes)) < _NAME_WIDTH]
         height = min([each.mean / KNOT, *(line * h for h in near)])
         lowest.append((right, each.minutes, height))
@@ -112,7 +112,7 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
         )
 
 
-def _is_beside(other: Forecast, each: Forecast) -> bool:
+def _is_close_on_the_left(other: Forecast, each: Forecast) -> bool:
     """Whether another dot lies close to the left."""
     right, above = log(each.minutes / other.minutes), log(each.mean / other.mean)
     return 0.0 < right < _NAME_WIDTH and abs(above) < _CLOSE

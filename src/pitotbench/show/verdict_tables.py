@@ -76,7 +76,7 @@ def noticed(features: tuple[Feature, ...]) -> list[Feature]:
 
 
 def candidate_columns(verdict: Verdict) -> list[Column[Candidate]]:
-    """The columns of a verdict's candidates; the last one says what the verdict made of each."""
+    """The columns of a verdict's candidates; the last one says which of them the verdict names."""
     named = {effect.name for effect in verdict.effects}
     alternatives = {name for names in verdict.alternatives for name in names}
 

@@ -95,7 +95,7 @@ def coverage_picture(cells: pd.DataFrame, path: Path) -> None:
 
 
 def coverage_page(cells: pd.DataFrame, provenance: str) -> str:
-    """The Markdown page: what was flown, the map, every cell in numbers."""
+    """The Markdown page: the flights, the picture, and every cell in numbers."""
     first = cells[cells.scoring == cells.scoring.iloc[0]]
     groups = cells.groupby("scoring", sort=False)
     return _PAGE.format(

@@ -82,8 +82,8 @@ def _named(account: Account) -> list[str]:
     for number, each in enumerate(account.rounds):
         known = {candidate.name: candidate for candidate in each.verdict.candidates}
         for effect, others in zip(each.verdict.effects, each.verdict.alternatives, strict=True):
-            beside = [_sized(known[name]) if name in known else words(name) for name in others]
-            like = f" or {' or '.join(beside)}" if beside else ""
+            rivals = [_sized(known[name]) if name in known else words(name) for name in others]
+            like = f" or {' or '.join(rivals)}" if rivals else ""
             named.append(_sized(effect) + like + (f" (pass {number + 1})" if number else ""))
     return named if any(each.added for each in account.rounds) else []
 

@@ -82,9 +82,11 @@ def test_a_stated_accuracy_is_named_with_its_part_of_both_bounds(result):
     assert "±0.76 kt to the wind" in text
 
 
-@pytest.mark.parametrize(("header", "origin"), [({}, "From measured logs"), ({"case": {}}, "From simulated logs")])
+@pytest.mark.parametrize(("header", "origin"), [({}, "measured log"), ({"case": {}}, "simulated log")])
 def test_a_page_says_whether_its_log_was_measured(log, result, header, origin):
-    assert origin in log_page("A log", [log_section("a.csv", replace(log, header=header), result)])
+    section = log_section("a.csv", replace(log, header=header), result)
+    assert f"<p>From a {origin}</p>" in log_page("A log", [section])
+    assert f"<p>From {origin}s</p>" in log_page("Two logs", [section, section])
 
 
 def test_a_card_is_written_for_a_pilot():

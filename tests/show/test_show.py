@@ -110,7 +110,7 @@ def test_answer_gives_curve_and_wind_with_their_bounds(result):
 def test_log_page_is_whole_and_self_contained(log, result):
     page = log_page("A log", [log_section("a & b.csv", log, result)])
     assert "a &amp; b.csv" in page
-    assert "From measured logs" in page
+    assert "From a measured log" in page
     assert "<svg" in page
     assert not re.search(r'(src|href)="https?:', page)
 

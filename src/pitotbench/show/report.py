@@ -60,9 +60,10 @@ def campaign_page(
 
 def log_page(title: str, sections: Sequence[Section]) -> str:
     """The HTML of calibrated logs; the line below the title says whether they were measured or simulated."""
-    origins = dict.fromkeys(section.group for section in sections)
+    origins = " and ".join(dict.fromkeys(section.group for section in sections))
+    subtitle = f"From {origins}" if len(sections) > 1 else f"From a {origins.removesuffix('s')}"
     notes = remarks(pd.DataFrame(), [section.answer for section in sections])
-    return _page(title=title, subtitle=f"From {' and '.join(origins)}", sections=sections, notes=notes)
+    return _page(title=title, subtitle=subtitle, sections=sections, notes=notes)
 
 
 def _flown(results: pd.DataFrame) -> str:

@@ -7,8 +7,6 @@ import argparse
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
-
 from pitotbench.catalog import Catalog
 from pitotbench.evidence.examples import STORIES, work_out, write_examples
 

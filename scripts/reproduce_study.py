@@ -6,21 +6,9 @@
 Writes report.html and the numbers as Parquet to out/study; with --docs study.md and its pictures too.
 """
 
-import argparse
 import sys
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
-
-from pitotbench.cli.app import OneLineParser, guarded
-from pitotbench.evidence.study.command import add_flags
-
-
-def main() -> int:
-    parser = OneLineParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_flags(parser)
-    return guarded(parser.parse_args())
-
+from this_checkout import run_command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_command("study", __doc__))

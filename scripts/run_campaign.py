@@ -6,20 +6,9 @@
 See --help for wind, turbulence, pilot, seeds, processes and the output folder.
 """
 
-import argparse
 import sys
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "src"))  # this checkout's bench, installed or not
-
-from pitotbench.cli.app import OneLineParser, add_campaign, guarded
-
-
-def main() -> int:
-    parser = OneLineParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_campaign(parser)
-    return guarded(parser.parse_args())
-
+from this_checkout import run_command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run_command("campaign", __doc__))

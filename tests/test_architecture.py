@@ -1,30 +1,119 @@
-"""The house: contracts of the imports, and files that say what they are."""
+"""The shape of the project: what may import what, how fast it loads, and names that mean one thing."""
 
+import argparse
+import ast
+import json
 import subprocess
 import sys
+from collections import defaultdict
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+import pitotbench
+from pitotbench.cli.app import command_line
+from pitotbench.cli.commands import COMMANDS
+
 ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "pitotbench"
+SLOW = {"numpy", "scipy", "pandas", "pyarrow", "matplotlib", "jsbsim", "rich", "pydantic", "jinja2"}
+MOST_FILE_NAMES_TWICE, MOST_PUBLIC_NAMES_TWICE = 6, 8
 
 
-@pytest.mark.parametrize("room", ["calibrate", "reconcile"])
-def test_a_judge_loads_without_the_truth(room):
-    """Importing it must not bring in the records of truth, the simulator or the sensors."""
-    code = (
-        "import sys, types\n"
-        "package = types.ModuleType('pitotbench'); package.__path__ = [sys.argv[1]]\n"
-        "sys.modules['pitotbench'] = package\n"  # without the public page, which names everything
-        f"import pitotbench.{room}\n"
-        "bad = [m for m in sys.modules if m.startswith(('pitotbench.simulate', 'pitotbench.sense',"
-        " 'pitotbench.records.flight', 'pitotbench.records.case', 'jsbsim', 'matplotlib'))]\n"
-        "sys.exit(','.join(bad) or 0)"
+def loaded_after(code):
+    """The modules that a fresh Python has loaded after some code, which may end in SystemExit."""
+    ending = "import json, sys; print(json.dumps(sorted(sys.modules)), file=sys.stderr)"
+    wrapped = f"try:\n    {code}\nexcept SystemExit:\n    pass\n{ending}"
+    done = subprocess.run([sys.executable, "-c", wrapped], capture_output=True, text=True, check=True)
+    return set(json.loads(done.stderr.splitlines()[-1]))
+
+
+@pytest.mark.parametrize("package", ["calibrate", "reconcile"])
+def test_calibrator_and_reconciler_load_without_the_truth(package):
+    """Importing all of one must bring in neither the records of truth, nor the simulator, nor the sensors."""
+    path = f"pitotbench.{package}"
+    loaded = loaded_after(
+        f"import pkgutil, importlib; package = importlib.import_module({path!r}); "
+        f"[importlib.import_module(m.name) for m in pkgutil.walk_packages(package.__path__, {path + '.'!r})]"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(ROOT / "src" / "pitotbench")], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    hidden = ("simulate", "sense", "records.flight", "records.case")
+    truth = tuple(f"pitotbench.{name}" for name in hidden)
+    assert len([name for name in loaded if name.startswith(f"{path}.")]) > 10
+    assert [name for name in loaded if name.startswith((*truth, "jsbsim", "matplotlib"))] == []
+
+
+def command(*arguments):
+    """Code that runs the command line with these arguments."""
+    return f"from pitotbench.cli import main; main({list(arguments)})"
+
+
+# The help of `campaign` lists the maneuvers, whose table needs NumPy.
+QUICK = [[], *([each.name] for each in COMMANDS if each.name != "campaign")]
+
+
+@pytest.mark.parametrize(
+    "code", ["import pitotbench", command("--version"), *(command(*quick, "--help") for quick in QUICK)]
+)
+def test_import_help_and_version_load_no_slow_package(code):
+    loaded = loaded_after(code)
+    assert "pitotbench" in loaded
+    assert SLOW & loaded == set()
+
+
+def test_the_help_of_a_campaign_loads_no_slow_package_but_numpy():
+    assert SLOW & loaded_after(command("campaign", "--help")) == {"numpy"}
+
+
+def test_a_command_loads_no_module_of_another():
+    modules = {command.module for command in COMMANDS}
+    for each in COMMANDS:
+        assert modules & loaded_after(command(each.name, "--help")) == {each.module}
+
+
+@pytest.mark.parametrize("name", pitotbench.__all__)
+def test_every_public_name_resolves_and_says_what_it_is(name):
+    value = getattr(pitotbench, name)
+    assert name in dir(pitotbench)
+    if name != "__version__":
+        assert value.__name__ == name
+        # A data class without a docstring gets its signature as one.
+        assert value.__doc__
+        assert not value.__doc__.startswith(f"{name}(")
+
+
+def test_type_checkers_and_python_take_a_public_name_from_the_same_module():
+    tree = ast.parse((SOURCE / "__init__.py").read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    stated = {node.names[0].name: node.module for node in block.body}
+    assert stated == {name: f"pitotbench.{module}" for name, module in pitotbench._MODULES.items()}
+
+
+def test_a_public_function_outlives_the_import_of_a_package_of_its_name():
+    for name in ("calibrate", "reconcile", "sense"):
+        import_module(f"pitotbench.{name}")
+        assert callable(getattr(pitotbench, name))
+
+
+def test_a_name_that_is_not_public_is_no_attribute():
+    with pytest.raises(AttributeError, match="pitotbench"):
+        _ = pitotbench.no_such_name
+
+
+@pytest.mark.parametrize("row", COMMANDS, ids=lambda row: row.name)
+def test_every_command_has_a_summary_flags_with_help_and_a_run_function(row):
+    module = import_module(row.module)
+    parser = argparse.ArgumentParser()
+    module.add(parser)
+    assert row.summary
+    assert [action.dest for action in parser._actions if not action.help] == []
+    assert len(parser._actions) > 1
+    assert callable(module.run)
+
+
+def test_the_command_line_lists_every_command_of_the_table():
+    text = command_line().format_help()
+    assert all(row.name in text and row.summary in text for row in COMMANDS)
 
 
 def test_scripts_are_short():
@@ -35,3 +124,22 @@ def test_scripts_are_short():
 @pytest.mark.parametrize("name", ["utils", "helpers", "common", "misc"])
 def test_no_file_says_nothing(name):
     assert not list((ROOT / "src").rglob(f"{name}.py"))
+
+
+def test_few_file_names_stand_in_more_than_one_package():
+    folders = defaultdict(set)
+    for file in SOURCE.rglob("*.py"):
+        folders[file.name].add(file.parent.relative_to(SOURCE).as_posix())
+    twice = {name: sorted(where) for name, where in folders.items() if len(where) > 1 and name != "__init__.py"}
+    assert len(twice) <= MOST_FILE_NAMES_TWICE, twice
+
+
+def test_few_public_names_are_defined_in_more_than_one_package():
+    """A reader who looks for a class or function finds one. `fly`, `add` and `run` of the families count too."""
+    folders = defaultdict(set)
+    for file in SOURCE.rglob("*.py"):
+        for node in ast.parse(file.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_"):
+                folders[node.name].add(file.parent.relative_to(SOURCE).as_posix())
+    twice = {name: sorted(where) for name, where in folders.items() if len(where) > 1}
+    assert len(twice) <= MOST_PUBLIC_NAMES_TWICE, twice

@@ -80,6 +80,7 @@ def fly(
         heading=heading.copy(),
         angle_of_attack=np.zeros(n),
         sideslip=np.zeros(n),
+        header={"format": "pitotbench flight log 1"},  # synthetic: the error corrupts the impact pressure alone
     )
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from pitotbench.bench.campaign.tasks import plan_tasks as campaign_plan
 from pitotbench.calibrate import CalibrationOptions
-from pitotbench.cli.app import _parser
+from pitotbench.cli.app import command_line
 from pitotbench.cli.plan import request_of as plan_request
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError
@@ -14,7 +14,7 @@ from pitotbench.simulate.maneuvers import maneuvers_named
 
 def test_a_word_for_several_maneuvers_means_the_same_everywhere():
     """`all` is the paper's five, `every` the whole table, for campaigns and plans alike."""
-    parse = _parser().parse_args
+    parse = command_line().parse_args
     for word, flown in (("all", PAPER_MANEUVERS), ("every", tuple(MANEUVERS)), ("circle,circle", ("circle",))):
         assert maneuvers_named(word) == flown
         assert plan_request(parse(["plan", "--maneuver", word])).maneuvers == flown

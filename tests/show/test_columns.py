@@ -1,6 +1,7 @@
 """One description of a table's columns: the terminal, HTML, Markdown and JSON show the same, and nothing is cut."""
 
 import re
+from dataclasses import replace
 from io import StringIO
 
 import numpy as np
@@ -72,7 +73,7 @@ def test_an_optional_column_without_a_value_is_not_shown():
     columns = [Column("x", lambda r: r["x"]), Column("y", lambda r: r["y"], "ft", ".1f", "y", optional=True)]
     assert "y" not in "".join(terminal_lines(columns, rows)[0])
     assert "y" not in markdown_table(columns, rows)
-    assert json_rows(columns, rows) == [{"y": None}]
+    assert json_rows(columns, rows) == [{}]
     assert "[ft]" in markdown_table(columns, [{"x": 1, "y": 2.0}])
 
 
@@ -137,3 +138,17 @@ def test_the_curve_in_numbers_fits_80_columns_and_gives_calibrated_airspeed():
     assert max(map(len, lines)) <= 80
     assert re.match(r" *160 +161\.60 +\+1\.60 ", lines[-1])
     assert json_rows(CURVE_COLUMNS, curve_points(curve))[1]["calibrated_airspeed_kt"] == pytest.approx(161.6)
+
+
+def test_the_altitude_correction_is_in_feet_and_only_where_the_static_source_errs():
+    speed = np.array([100.0, 160.0]) * KNOT
+    curve = ErrorCurve(speed, *[0.01 * speed] * 4, *[np.array([-0.0123, 0.0123])] * 2)
+    static = replace(
+        curve, altitude_correction=np.array([3.048, -6.096]), altitude_two_sigma=np.array([3.048, 3.048])
+    )
+    rows = json_rows(CURVE_COLUMNS, curve_points(static))
+    assert [row["altitude_correction_ft"] for row in rows] == pytest.approx([10.0, -20.0])
+    assert [row["two_sigma_ft"] for row in rows] == pytest.approx([10.0, 10.0])
+    assert terminal_lines(CURVE_COLUMNS, curve_points(static))[0][-1].split()[-2:] == ["-20", "10"]
+    assert "two_sigma_ft" not in json_rows(CURVE_COLUMNS, curve_points(curve))[0]
+    assert "[ft]" not in "".join(terminal_lines(CURVE_COLUMNS, curve_points(curve))[0])

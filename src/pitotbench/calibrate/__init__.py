@@ -1,24 +1,24 @@
-"""FlightLog to Calibration. Nothing in this room can reach the truth of a simulated flight."""
+"""FlightLog to Calibration. Nothing in this package can reach the truth of a simulated flight.
+
+The estimators load with the first calibration, so that options and the arithmetic of legs do not wait for SciPy.
+"""
 
 from collections.abc import Sequence
 from functools import cache
-
-from threadpoolctl import ThreadpoolController
+from typing import TYPE_CHECKING
 
 from pitotbench.calibrate.accuracy import Accuracies as Accuracies
 from pitotbench.calibrate.accuracy import accuracies_from as accuracies_from
-from pitotbench.calibrate.averaging.model_average import calibrate_auto
 from pitotbench.calibrate.gps_legs.methods import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibrate.gps_legs.methods import fixed_speed as fixed_speed
-from pitotbench.calibrate.joint_fit import reduce_together
-from pitotbench.calibrate.observability import require_useful
 from pitotbench.calibrate.options import AUTO
 from pitotbench.calibrate.options import CalibrationOptions as CalibrationOptions
-from pitotbench.calibrate.reduction import reduce_log
-from pitotbench.calibrate.result import assemble
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
 
 def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
@@ -28,8 +28,13 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     Raises BadInputError for a log that cannot be used, NoAnswerError for one that does not determine the answer.
     Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for the methods.
     """
-    # One thread: faster on arrays of this size, and the same digits on any number of cores.
+    from pitotbench.calibrate.averaging.model_average import calibrate_auto
+    from pitotbench.calibrate.observability import require_useful
+    from pitotbench.calibrate.reduction import reduce_log
+    from pitotbench.calibrate.result import assemble
+
     chosen = options or CalibrationOptions()
+    # One thread: faster on arrays of this size, and the same digits on any number of cores.
     with _threads().limit(limits=1):
         calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
     require_useful(calibration)
@@ -43,6 +48,10 @@ def calibrate_together(
 
     Raises as `calibrate` does; a warning says where the logs disagree about the curve.
     """
+    from pitotbench.calibrate.joint_fit import reduce_together
+    from pitotbench.calibrate.observability import require_useful
+    from pitotbench.calibrate.result import assemble
+
     chosen = options or CalibrationOptions()
     if chosen.model == AUTO:
         raise BadInputError("several logs have a curve in common only of one model: name it, or use --separately")
@@ -56,6 +65,11 @@ def calibrate_together(
 
 
 @cache
-def _threads() -> ThreadpoolController:
-    """Looked up once: finding the loaded libraries takes longer than a fit."""
+def _threads() -> "ThreadpoolController":
+    """Looked up once: finding the loaded libraries takes longer than a fit.
+
+    The BLAS of NumPy and that of SciPy must be loaded by then. The estimators load both on import.
+    """
+    from threadpoolctl import ThreadpoolController
+
     return ThreadpoolController()

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from pitotbench import air
 from pitotbench.calibrate.accuracy import Accuracies
@@ -109,7 +109,8 @@ def _disagreement(single: Sequence[Reduction]) -> tuple[str, ...]:
     common = np.linalg.solve(weights.sum(axis=0), np.einsum("lij,lj->i", weights, means))
     offset = means - common
     statistic = float(np.einsum("li,lij,lj->", offset, weights, offset))
-    chance = float(chi2.sf(statistic, free * (len(single) - 1))) if len(single) > 1 else 1.0
+    statistic = max(statistic, 0.0)  # rounding may bring that of equal curves below zero
+    chance = float(chdtrc(free * (len(single) - 1), statistic)) if len(single) > 1 else 1.0
     if chance >= _DISAGREE:
         return ()
     return (

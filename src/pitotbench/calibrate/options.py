@@ -12,7 +12,7 @@ from pitotbench.records.errors import BadInputError
 AUTO = "auto"  # every model of the table, weighted
 METHODS = ("covering", "paper")
 FORMS = ("scalar", "vector")
-ERROR_LOCATIONS = ("impact", "static")
+ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
 WINDS = ("constant", "linear", "drifting")
 LATENCIES = ("given", "checked", "estimated")
 
@@ -26,8 +26,9 @@ class CalibrationOptions:
     form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector` (method `paper`: ground
     velocity predicted from airspeed, attitude and flow angles; method `covering`: the wind across the measured
     direction of the air velocity beside the scalar equation). error_location: `impact` (the paper: the error
-    corrupts the impact pressure alone) or `static` (the error is the static source's and moves the static pressure
-    too).
+    corrupts the impact pressure alone), `total` (the total source's: to this estimator the same), `static` (the
+    error is the static source's and moves the static pressure too; it then shows against GPS height as well), or
+    `auto`: by evidence where the log has its height, else static for logs that are not synthetic.
     mach_max: rows above it are left out; ground_speed_min: rows below it [m/s] (a log that begins on the ground,
     where the air data have an unknown zero). wind_down: estimate a vertical wind. recovery_factor: of the
     temperature probe. wind: `constant`; `linear` in time, and in height where the log climbs; `drifting`, a slow
@@ -41,7 +42,7 @@ class CalibrationOptions:
     model: str = "inverse+"
     method: str = "covering"
     form: str = "scalar"
-    error_location: str = "impact"
+    error_location: str = AUTO
     use_down: bool = True
     on_condition: bool = False
     mach_max: float | None = None

@@ -8,15 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, accuracies_from
-from pitotbench.calibrate.gls.covering_fit import CoveringFit, fit_covering
+from pitotbench.calibrate.gls.altitude_rows import NOISE_COUNT, AltitudeRows
 from pitotbench.calibrate.gls.latency import estimate_latency, latency_warning, with_latency
 from pitotbench.calibrate.gls.linearized_problem import Structure
+from pitotbench.calibrate.gls.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.model.crosswind import direction_nuisances
 from pitotbench.calibrate.model.nuisances import Nuisance, nuisances_of
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.observability import require_observable
-from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.paper import fit_scalar, fit_vector
 from pitotbench.calibrate.rows.observations import Observations, observe, observe_again
@@ -28,6 +29,7 @@ from pitotbench.records.log import FlightLog
 _ILL_CONDITIONED = 1e6
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref above which the reference pressure is raised to the data
 _LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
+_DISAGREE = 0.001  # probability of so much disagreement by chance, below which it is said
 _MOST_NAMED, _MOST_LISTED = 5, 1000  # rows left out: in a warning, in the diagnostics
 
 
@@ -43,6 +45,8 @@ class Reduction:
     nuisances: tuple[Nuisance, ...]
     diagnostics: dict[str, Any]
     warnings: tuple[str, ...]
+    error_location: str = IMPACT
+    altitude: AltitudeRows | None = None
 
 
 def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None) -> Reduction:
@@ -56,12 +60,18 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     obs, white, left_out = _screened(model, obs, log, options)
     found: dict[str, Any] = {"rows_left_out": [int(row) for row in left_out[:_MOST_LISTED]]}
     nuisances: tuple[Nuisance, ...] = ()
-    answer = posterior_of(white)
+    answer, location, altitude = posterior_of(white), _stated_location(options), None
     if options.method == "covering":
-        options, obs, nuisances, fit, noticed = _cover(log, options, model, obs, white)
-        answer, found = posterior_of(fit), found | noticed
+        options, obs, located, noticed = _cover(log, options, model, obs, white)
+        model, answer, found = located.structure.model, located.answer, found | noticed
+        nuisances, location, altitude = located.structure.nuisances, located.location, located.structure.altitude
     warnings = _warnings(log, obs, white, left_out, found)
-    return Reduction(options, model, obs, white, answer, nuisances, found, warnings)
+    return Reduction(options, model, obs, white, answer, nuisances, found, warnings, location, altitude)
+
+
+def _stated_location(options: CalibrationOptions) -> str:
+    """Where the error sits for a fit that does not ask the log: as published, unless it is stated."""
+    return IMPACT if options.error_location == AUTO else options.error_location
 
 
 def model_of(
@@ -114,13 +124,13 @@ def _white_fit(
 
 def _cover(
     log: FlightLog, options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
-) -> tuple[CalibrationOptions, Observations, tuple[Nuisance, ...], CoveringFit, dict[str, Any]]:
+) -> tuple[CalibrationOptions, Observations, ErrorPlace, dict[str, Any]]:
     """The covering fit; where the latency is to be estimated, of the log read again with it."""
     structure = _structure(model, options, obs)
-    fit = fit_covering(structure, obs, white.theta)
+    located = fit_located(log, options, structure, obs, white.theta)
     found: dict[str, Any] = {}
     if options.latency != "given":
-        latency = estimate_latency(log, options, obs, structure, fit)
+        latency = estimate_latency(log, options, obs, located.structure, located.fit)
         found = {
             "latency_s": latency.value,
             "latency_two_sigma_s": latency.two_sigma if np.isfinite(latency.two_sigma) else None,
@@ -130,14 +140,35 @@ def _cover(
             options = with_latency(options, latency)
             obs = observe_again(log, options, obs)
             structure = _structure(model, options, obs)
-            fit = fit_covering(structure, obs, white.theta)
+            located = fit_located(log, options, structure, obs, white.theta)
+    fit = located.fit
     found |= {
         "gust_deviation_mps": fit.gust_deviation,
         "gust_length_m": fit.gust_length,
         "wind_deviation_mps": fit.wind_deviation,
         "blocks": fit.blocks,
+        **_altitude_found(located),
     }
-    return options, obs, structure.nuisances, fit, found
+    return options, obs, located, found
+
+
+def _altitude_found(located: ErrorPlace) -> dict[str, Any]:
+    """What the altitude equation adds to the diagnostics."""
+    found: dict[str, Any] = {}
+    if located.chance is not None:
+        found["height_agreement"] = located.chance
+    if located.static_probability is not None:
+        found["static_probability"] = located.static_probability
+    rows = located.structure.altitude
+    if rows is not None:
+        level, memory, third = np.exp(max(located.fit.nodes, key=lambda node: node.weight).noise[-NOISE_COUNT:])
+        found |= {
+            "height_deviation_m": float(level),
+            "height_memory_s": float(memory),
+            "height_white_m" if rows.tie is None else "height_walk_m_per_root_s": float(third),
+            "altitude_rows": len(rows),
+        }
+    return found
 
 
 def _structure(model: PredictionModel, options: CalibrationOptions, obs: Observations) -> Structure:
@@ -168,6 +199,13 @@ def _warnings(
         times = ", ".join(f"{t:.2f}" for t in log.time[left_out[:_MOST_NAMED]])
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""
         warnings.append(f"{len(left_out)} rows disagree with all others and are left out, at {times}{more} s")
+    agreement = found.get("height_agreement", 1.0)
+    if agreement < _DISAGREE:
+        warnings.append(
+            "the wind triangle and the height disagree about the curve (by chance in "
+            f"{100.0 * agreement:.2g} % of cases): the model may not follow the curve (try --model auto, or a "
+            "narrower range of speeds), or temperature or height may be off by more than stated"
+        )
     latency_bound = found.get("latency_two_sigma_s")  # None also where the log says nothing about the latency
     if latency_bound is not None and abs(found["latency_left_s"]) > latency_bound:
         warnings.append(latency_warning(found["latency_s"], latency_bound))

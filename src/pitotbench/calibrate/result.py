@@ -1,6 +1,7 @@
 """Assemble a Calibration from either fit."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -29,7 +30,9 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         parameters=_parameters(model, answer),
         reference_pressure=model.reference_pressure,
         wind=_wind(model, answer),
-        curve=_curve(CurveMap(model, airspeeds), white, answer),
+        curve=with_altitude(
+            _curve(CurveMap(model, airspeeds), white, answer), CurveMap(model, airspeeds), answer, obs
+        ),
         residual_two_sigma=_published_two_sigma(reduction.options, model, obs, white),
         samples=len(obs),
         converged=True,
@@ -39,6 +42,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         warnings=reduction.warnings,
         shares=_shares(CurveMap(model, airspeeds), answer, reduction.nuisances),
         diagnostics={"iterations": white.iterations, **reduction.diagnostics},
+        error_location=reduction.error_location,
     )
 
 
@@ -82,6 +86,19 @@ def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior) -> ErrorCu
         white_two_sigma=2.0 * np.sqrt(white_variance),
         normalized_pressure_error=curve.normalized(k),
         normalized_two_sigma=answer.two_sigma(basis),
+    )
+
+
+def with_altitude(curve: ErrorCurve, of: CurveMap, answer: Posterior, obs: Observations) -> ErrorCurve:
+    """The curve with what the error does to the altitude, where it is the static source's: at the middle of the
+    log's static pressures."""
+    if not of.model.static_error:
+        return curve
+    pressure = float(np.median(obs.static_pressure))
+    k = answer.mean[: of.model.error_count]
+    gradient = _widened(of.altitude_gradient(k, pressure), answer)
+    return replace(
+        curve, altitude_correction=of.altitude(k, pressure), altitude_two_sigma=answer.two_sigma(gradient)
     )
 
 

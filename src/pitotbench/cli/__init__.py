@@ -1,3 +1,3 @@
-"""The command line: one file a command, each with `add(parser)` and `run(options)`."""
+"""The command line: one file a command, each with `add(parser)` and `run(options)`; the table is in `commands`."""
 
 from pitotbench.cli.app import main as main

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,8 +18,8 @@ _CHOICES = ("model", "method", "form", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
 
 
-def add_calibrate(parser: argparse.ArgumentParser) -> None:
-    """The flags of the command."""
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench calibrate`."""
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat)")
     parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
     parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
@@ -31,7 +31,8 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--form", help="scalar, or vector: use attitude and flow angles too (default: scalar)")
     parser.add_argument(
         "--error-location",
-        help="impact (as published) or static (static source) (default: the mapping's, else impact)",
+        help="auto (by GPS height where the log has it), static, total or impact (as published) (default: the "
+        "mapping's, else auto)",
     )
     parser.add_argument("--wind", help="constant, linear (in time and height) or drifting (default: constant)")
     parser.add_argument(
@@ -45,45 +46,72 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
-    parser.set_defaults(run=run_calibrate)
 
 
-def run_calibrate(options: argparse.Namespace) -> int:
-    """Calibrate logs, print what was found; returns exit code 0."""
-    from pitotbench.bench import calibrate, calibrate_together, cross_check
-    from pitotbench.logbook import read_log
+@dataclass(frozen=True, slots=True)
+class _Reduced:
+    """A log, what was found from it, and its fixed-speed points."""
+
+    path: Path
+    log: "FlightLog"
+    calibration: "Calibration"
+    points: "tuple[FixedSpeedPoint, ...]"
+
+
+def run(options: argparse.Namespace) -> int:
+    """Calibrate the logs and print the answers; returns exit code 0."""
     from pitotbench.logbook.outputs import PAGES, require_file
-    from pitotbench.show.calibration_json import calibration_json
-    from pitotbench.show.calibration_text import print_calibration
-    from pitotbench.show.fixed_speed_tables import points_json, print_points
-    from pitotbench.show.strict_json import json_text
-    from pitotbench.show.terminal import outside
 
-    choice = _choice(options)
     if options.report is not None:
         require_file(options.report, PAGES, _inputs(options))
-    logs = [(path, read_log(path, options.mapping)) for path in options.logs]
-    if options.separately or len(logs) == 1:
-        found = [calibrate(log, choice) for _, log in logs]
-    else:
-        found = list(calibrate_together([log for _, log in logs], choice))
-    results = [(path, log, result) for (path, log), result in zip(logs, found, strict=True)]
-    points = [cross_check(log, choice) for _, log in logs]
+    reduced = _reduced(options)
     if options.report is not None:
-        _write_report(options.report, results, points)
+        _write_report(options.report, reduced)
     if options.json:
-        pairs = zip(found, points, strict=True)
-        documents = [calibration_json(result) | {"fixed_speed": points_json(beside)} for result, beside in pairs]
-        sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
-        return 0
+        _print_json(reduced)
+    else:
+        _print_tables(reduced)
+    return 0
+
+
+def _reduced(options: argparse.Namespace) -> list[_Reduced]:
+    """Each log with its calibration: a curve for each where asked for, else one for all."""
+    from pitotbench.bench import calibrate, calibrate_together, cross_check
+    from pitotbench.logbook import read_log
+
+    choice = _choice(options)
+    logs = [read_log(path, options.mapping) for path in options.logs]
+    if options.separately or len(logs) == 1:
+        found = [calibrate(log, choice) for log in logs]
+    else:
+        found = list(calibrate_together(logs, choice))
+    return [
+        _Reduced(path, log, calibration, tuple(cross_check(log, choice)))
+        for path, log, calibration in zip(options.logs, logs, found, strict=True)
+    ]
+
+
+def _print_json(reduced: list[_Reduced]) -> None:
+    from pitotbench.show.calibration_json import calibration_json
+    from pitotbench.show.fixed_speed_tables import points_json
+    from pitotbench.show.strict_json import json_text
+
+    documents = [calibration_json(each.calibration) | {"fixed_speed": points_json(each.points)} for each in reduced]
+    sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
+
+
+def _print_tables(reduced: list[_Reduced]) -> None:
     from rich.console import Console
 
+    from pitotbench.show.calibration_text import print_calibration
+    from pitotbench.show.fixed_speed_tables import print_points
+    from pitotbench.show.terminal import outside
+
     console = Console(highlight=False, soft_wrap=True)
-    for (path, _, result), beside in zip(results, points, strict=True):
-        console.print(outside(path.name, "bold"))
-        print_calibration(result, console)
-        print_points(beside, console, result.curve)
-    return 0
+    for each in reduced:
+        console.print(outside(each.path.name, "bold"))
+        print_calibration(each.calibration, console)
+        print_points(each.points, console, each.calibration.curve)
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
@@ -92,7 +120,7 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
 
 
 def _choice(options: argparse.Namespace) -> "CalibrationOptions":
-    """What the user states, before what the mapping advises, before the defaults."""
+    """The options: a flag comes before the advice of the mapping, and that before the default."""
     from pitotbench.calibrate.accuracy import parse_accuracies
     from pitotbench.calibrate.options import AUTO, options_from
     from pitotbench.logbook import find_mapping
@@ -126,18 +154,11 @@ def _latency(text: str) -> dict[str, object]:
         raise BadInputError(f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}") from error
 
 
-def _write_report(
-    path: Path,
-    results: "Sequence[tuple[Path, FlightLog, Calibration]]",
-    points: "Sequence[Sequence[FixedSpeedPoint]]",
-) -> None:
+def _write_report(path: Path, reduced: list[_Reduced]) -> None:
     from pitotbench.bench import write_text
     from pitotbench.show.draw_section import log_section
     from pitotbench.show.report import log_page
 
-    sections = [
-        log_section(source.name, log, result, beside)
-        for (source, log, result), beside in zip(results, points, strict=True)
-    ]
-    title = "Pitot-static calibration: " + ", ".join(source.name for source, _, _ in results)
+    sections = [log_section(each.path.name, each.log, each.calibration, each.points) for each in reduced]
+    title = "Pitot-static calibration: " + ", ".join(each.path.name for each in reduced)
     write_text(path, log_page(title, sections))

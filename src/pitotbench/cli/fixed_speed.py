@@ -12,18 +12,17 @@ if TYPE_CHECKING:
     from pitotbench.units import Array
 
 
-def add_fixed_speed(parser: argparse.ArgumentParser) -> None:
-    """The flags of the command."""
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench fixed-speed`."""
     parser.add_argument("logs", nargs="*", type=Path, metavar="LOG", help="log files: legs and turns are found")
     parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
     parser.add_argument("--accuracy", help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40")
     parser.add_argument("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]")
     parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
     parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
-    parser.set_defaults(run=run_fixed_speed)
 
 
-def run_fixed_speed(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """Print the answer; returns exit code 0. Raises BadInputError unless either logs or legs are given."""
     typed = [options.ground_speed_kt, options.track_deg]
     if options.logs and typed == [None, None]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.flags import add_wind, wind_of
+from pitotbench.cli.shared_flags import add_wind, stated_wind
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -16,29 +16,28 @@ if TYPE_CHECKING:
 _PAGE, _CASE = "plan.html", "plan.toml"
 
 
-def add_flags(parser: argparse.ArgumentParser) -> None:
-    """The flags of `pitotbench plan`."""
-    add = parser.add_argument
-    add("--das", default="20/1", help="data system: 20/1, 50/50, 100/100, any A/G in Hz (default: %(default)s)")
-    add("--turbulence", default="light", help="expected: none, light or moderate (default: %(default)s)")
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench plan`."""
+    flag = parser.add_argument
+    flag("--das", default="20/1", help="data system: 20/1, 50/50, 100/100, any A/G in Hz (default: %(default)s)")
+    flag("--turbulence", default="light", help="expected: none, light or moderate (default: %(default)s)")
     add_wind(parser)
-    add("--speeds-kt", default="100,160", help="LOW,HIGH: where the curve is wanted [KIAS] (default: %(default)s)")
-    add("--minutes", type=float, help="minutes to spend on condition")
-    add("--want-kt", type=float, help="2σ wanted on the curve [kt]: how many minutes does it take?")
-    add("--box-nm", type=float, help="side of the square that the maneuver must stay in [nmi]")
-    add(
+    flag("--speeds-kt", default="100,160", help="LOW,HIGH: where the curve is wanted [KIAS] (default: %(default)s)")
+    flag("--minutes", type=float, help="minutes to spend on condition")
+    flag("--want-kt", type=float, help="2σ wanted on the curve [kt]: how many minutes does it take?")
+    flag("--box-nm", type=float, help="side of the square that the maneuver must stay in [nmi]")
+    flag(
         "--maneuver",
         default="every",
         help="a name, a comma list, all (the paper's five) or every (default: %(default)s)",
     )
-    add("--aircraft", default="navajo", help="aircraft to fly (default: %(default)s)")
-    add("--draws", type=int, default=16, help="draws of gusts and sensor noise a maneuver (default: %(default)s)")
-    add(
+    flag("--aircraft", default="navajo", help="aircraft to fly (default: %(default)s)")
+    flag("--draws", type=int, default=16, help="draws of gusts and sensor noise a maneuver (default: %(default)s)")
+    flag(
         "--search", type=int, default=40, help="flights to improve the best card, 0 for none (default: %(default)s)"
     )
-    add("--json", action="store_true", help="print one JSON document")
-    add("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)")
-    parser.set_defaults(run=run)
+    flag("--json", action="store_true", help="print one JSON document")
+    flag("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -75,7 +74,7 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
     from pitotbench.units import KNOT, NAUTICAL_MILE
 
     system = data_system(options.das)
-    base = Case(aircraft=options.aircraft, turbulence=options.turbulence, wind=wind_of(options), das=system)
+    base = Case(aircraft=options.aircraft, turbulence=options.turbulence, wind=stated_wind(options), das=system)
     return PlanRequest(
         base=base,
         system=system.label,

@@ -1,4 +1,4 @@
-"""The command `reconcile`: its flags, and what it prints. Slow packages load only where it runs."""
+"""`pitotbench reconcile`: the verdict on a measured log, printed, with its report and its patch."""
 
 import argparse
 import sys
@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from pitotbench.bench.reconcile.workflow import FullReconciliation
 
 
-def add_reconcile(parser: argparse.ArgumentParser) -> None:
-    """The flags of a reconciliation, shared by `pitotbench reconcile` and `scripts/reconcile.py`."""
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench reconcile`."""
     parser.add_argument("log", type=Path, metavar="MEASURED", help="measured log (.csv, .parquet, .mat)")
     parser.add_argument(
         "--aircraft", default="navajo", help="aircraft model, or none: sensors alone (default: %(default)s)"
@@ -31,10 +31,9 @@ def add_reconcile(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--out", type=Path, help="folder for report.html, verdict.json, patch.toml and overlay.xml")
-    parser.set_defaults(run=run_reconcile)
 
 
-def run_reconcile(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """Reconcile a log, print the verdict, write its report and its patch."""
     from rich.console import Console
 

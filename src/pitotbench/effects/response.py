@@ -4,8 +4,6 @@ sample late. A stretch begins settled; a pause in the recording begins a new str
 from itertools import accumulate
 
 import numpy as np
-from scipy.linalg import expm
-from scipy.signal import lfilter
 
 from pitotbench.effects.signals import Signals
 from pitotbench.units import Array
@@ -44,6 +42,8 @@ def delayed(signals: Signals, values: Array, delay: Array | float, angle: bool =
 
 def _ramp_invariant(frequency: float, damping: float, interval: float) -> tuple[Array, Array]:
     """Numerator and denominator in 1/z of 1/(s²/ω² + 2ζ s/ω + 1) for an input linear between samples."""
+    from scipy.linalg import expm
+
     a = np.array([[0.0, 1.0], [-(frequency**2), -2.0 * damping * frequency]])
     b = np.array([0.0, frequency**2])
     block = np.zeros((4, 4))  # the state, the input, its slope a sample
@@ -58,6 +58,8 @@ def _ramp_invariant(frequency: float, damping: float, interval: float) -> tuple[
 
 
 def _by_stretch(signals: Signals, values: Array, numerator: Array, denominator: Array) -> Array:
+    from scipy.signal import lfilter  # slow to load: not with the table of effects
+
     out = np.empty_like(values)
     for part in signals.stretches():
         start = values[part][0]

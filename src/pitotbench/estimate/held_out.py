@@ -9,7 +9,7 @@ neighborhood, 1983). Unlike restricted likelihoods, such densities compare model
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.estimate.markov_noise import MarkovNoise
+from pitotbench.estimate.joint_noise import Noise
 from pitotbench.estimate.restricted_likelihood import Regression
 from pitotbench.units import Array
 
@@ -17,7 +17,7 @@ _LOG_TWO_PI = float(np.log(2.0 * np.pi))
 
 
 def held_out_log_density(
-    problem: Regression, noise: MarkovNoise, prior_precision: Array, segment: NDArray[np.intp]
+    problem: Regression, noise: Noise, prior_precision: Array, segment: NDArray[np.intp]
 ) -> Array:
     """Log predictive density of every stretch given the others, (stretches,).
 
@@ -47,7 +47,7 @@ def _log_density(precision: Array, projected: Array) -> float:
     return log_root - 0.5 * float(half @ half) - 0.5 * len(projected) * _LOG_TWO_PI
 
 
-def log_likelihood(problem: Regression, noise: MarkovNoise) -> float:
+def log_likelihood(problem: Regression, noise: Noise) -> float:
     """The greatest log-likelihood over the coefficients, for one noise; what is known of a coefficient counts."""
     X, y = problem.regressors, problem.response
     weighed = noise.weigh(np.column_stack([X, y]))

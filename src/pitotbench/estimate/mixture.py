@@ -14,6 +14,7 @@ from pitotbench.units import Array
 
 TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
 _DRAWS, _DRAW_SEED = 600, 20111  # a node; the factor is then good to about 1 %
+_FULL = 5  # dimensions up to which the design has all corners
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
 
@@ -31,13 +32,23 @@ def composite_design(dimensions: int) -> Nodes:
         return Nodes(np.zeros((1, 0)), np.ones(1))
     radius = _STAR * np.sqrt(dimensions)
     star = np.concatenate([np.eye(dimensions), -np.eye(dimensions)]) * radius
-    corners = np.array(list(product((-1.0, 1.0), repeat=dimensions))) * _STAR
+    corners = _corners(dimensions) * _STAR
     outer = np.concatenate([star, corners]) if dimensions > 1 else star
     # Such that Σ w exp(−|z|²/2) = 1 and Σ w exp(−|z|²/2) |z|² = d: exact moments for a Gaussian posterior.
     center = 1.0 - 1.0 / _STAR**2
     each = np.exp(0.5 * radius**2) / (len(outer) * _STAR**2)
     weights = np.concatenate([[center], np.full(len(outer), each)])
     return Nodes(np.concatenate([np.zeros((1, dimensions)), outer]), weights)
+
+
+def _corners(dimensions: int) -> Array:
+    """All corners of a cube up to five dimensions; beyond, sixteen of them, chosen such that neither a sum nor a
+    product of two coordinates is preferred (a fraction of resolution IV: Box, Hunter and Hunter 1978)."""
+    if dimensions <= _FULL:
+        return np.array(list(product((-1.0, 1.0), repeat=dimensions)))
+    base = np.array(list(product((-1.0, 1.0), repeat=4)))
+    a, b, c, d = base.T
+    return np.stack([a, b, c, d, a * b * c, b * c * d, a * c * d, a * b * d], axis=1)[:, :dimensions]
 
 
 def half_width(weights: Array, means: Array, deviations: Array, share: float = TWO_SIGMA_SHARE) -> Array:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench.estimate.markov_noise import MarkovNoise
+from pitotbench.estimate.joint_noise import JointNoise, JointNoiseOf, Noise
 from pitotbench.estimate.mixture import composite_design
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
@@ -26,7 +26,7 @@ _UNDETERMINED = (
     "or choose a model with fewer parameters"
 )
 
-NoiseOf = Callable[[Array], MarkovNoise]
+NoiseOf = Callable[[Array], Noise]
 LogPrior = Callable[[Array], float]
 
 
@@ -57,13 +57,16 @@ class NoiseNode:
     covariance: Array
 
 
-def restricted_log_likelihood(problem: Regression, noise: MarkovNoise) -> float:
+def restricted_log_likelihood(problem: Regression, noise: Noise) -> float:
     """The restricted log-likelihood of the residuals (Harville 1974), up to a constant.
 
     Raises numpy.linalg.LinAlgError where the data do not determine β.
     """
-    data = np.concatenate([problem.regressors, problem.response[:, None]], axis=1)
-    products = data.T @ noise.weigh(data)
+    if isinstance(noise, JointNoise):
+        products = noise.products()
+    else:
+        data = np.concatenate([problem.regressors, problem.response[:, None]], axis=1)
+        products = data.T @ noise.weigh(data)
     products.flat[: -1 : len(products) + 1] += problem.prior_precision
     scale = np.sqrt(np.diag(products))
     # The last row of the factor is the response explained by the regressors and what is left of it.
@@ -72,14 +75,14 @@ def restricted_log_likelihood(problem: Regression, noise: MarkovNoise) -> float:
     return float(-0.5 * (noise.log_determinant + log_normal + pivots[-1] ** 2))
 
 
-def solve(problem: Regression, noise: MarkovNoise) -> tuple[Array, Array]:
+def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
     """β and its covariance given the noise: instrumental generalized least squares.
 
     With instruments equal to regressors this is ordinary generalized least squares.
     Raises NoAnswerError where the data do not determine β.
     """
     p = problem.regressors.shape[1]
-    weighed = noise.weigh(problem.instruments)
+    weighed = noise.weighed_instruments() if isinstance(noise, JointNoise) else noise.weigh(problem.instruments)
     prior = np.diag(problem.prior_precision)
     normal = weighed.T @ problem.regressors + prior
     spread = weighed.T @ problem.instruments + prior
@@ -101,6 +104,17 @@ def most_likely_noise(problem: Regression, noise_of: NoiseOf, log_prior: LogPrio
     return _climb(_log_posterior(problem, noise_of, log_prior), start, _ROUGHLY)[0]
 
 
+def mode_and_evidence(
+    problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
+) -> tuple[Array, float]:
+    """The mode of φ, roughly, and the logarithm of the restricted likelihood integrated over φ by Laplace's method
+    (Tierney and Kadane 1986), up to a constant that problems of the same rows share."""
+    mode, curvature = _climb(_log_posterior(problem, noise_of, log_prior), start, _ROUGHLY, _first_set(noise_of))
+    height = restricted_log_likelihood(problem, noise_of(mode)) + log_prior(mode)
+    values = np.clip(np.linalg.eigvalsh(curvature), _WIDEST**-2, _NARROWEST**-2)
+    return mode, float(height - 0.5 * np.sum(np.log(values)) + 0.5 * len(mode) * np.log(2.0 * np.pi))
+
+
 def noise_posterior(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> tuple[NoiseNode, ...]:
@@ -108,7 +122,7 @@ def noise_posterior(
 
     Raises NoAnswerError where no mode is found, or the data determine no β beside it.
     """
-    mode, curvature = _climb(_log_posterior(problem, noise_of, log_prior), start, _SETTLED)
+    mode, curvature = _climb(_log_posterior(problem, noise_of, log_prior), start, _SETTLED, _first_set(noise_of))
     try:
         return _nodes(problem, noise_of, log_prior, mode, curvature)
     except np.linalg.LinAlgError as error:
@@ -120,7 +134,7 @@ def _nodes(
 ) -> tuple[NoiseNode, ...]:
     """The nodes around a mode."""
     design = composite_design(len(mode))
-    axes = _principal_axes(curvature)
+    axes = _axes_by_set(curvature, _first_set(noise_of))
     places = mode + design.points @ axes.T
     noises = [noise_of(phi) for phi in places]
     heights = np.array(
@@ -149,10 +163,11 @@ def _log_posterior(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) 
     return log_posterior
 
 
-def _climb(function: LogPrior, start: Array, enough: float) -> tuple[Array, Array]:
+def _climb(function: LogPrior, start: Array, enough: float, count: int | None = None) -> tuple[Array, Array]:
     """The maximum of a smooth function of few variables, and minus its second derivatives there.
 
-    Ends with a step that adds less than `enough`.
+    Ends with a step that adds less than `enough`. Second derivatives between the first `count` variables and the
+    rest are taken for zero.
 
     Newton's method on differences: the second derivatives are wanted anyway, and a quasi-Newton search takes twice
     the evaluations to learn them. Raises NoAnswerError where it does not settle.
@@ -160,7 +175,7 @@ def _climb(function: LogPrior, start: Array, enough: float) -> tuple[Array, Arra
     place, here = start, function(start)
     for _ in range(_STEPS):
         with np.errstate(invalid="ignore"):
-            slope, curvature = _derivatives(function, place, here)
+            slope, curvature = _derivatives(function, place, here, count)
         if not np.all(np.isfinite(curvature)):
             raise NoAnswerError(_UNDETERMINED)
         values, vectors = np.linalg.eigh(curvature)
@@ -185,7 +200,7 @@ def _uphill(function: LogPrior, place: Array, here: float, step: Array) -> tuple
     return place, here
 
 
-def _derivatives(function: LogPrior, place: Array, here: float) -> tuple[Array, Array]:
+def _derivatives(function: LogPrior, place: Array, here: float, count: int | None) -> tuple[Array, Array]:
     """Central first derivatives (d,) and minus the second derivatives (d, d)."""
     d, h = len(place), _DIFFERENCE
     step = np.eye(d) * h
@@ -193,11 +208,27 @@ def _derivatives(function: LogPrior, place: Array, here: float) -> tuple[Array, 
     behind = np.array([function(place - step[i]) for i in range(d)])
     curvature = np.diag((2.0 * here - ahead - behind) / h**2)
     for i in range(d):
-        for j in range(i):
+        for j in range(count if count is not None and i >= count else 0, i):
             both = function(place + step[i] + step[j])
             mixed = (both - ahead[i] - ahead[j] + here) / h**2
             curvature[i, j] = curvature[j, i] = -mixed
     return (ahead - behind) / (2.0 * h), curvature
+
+
+def _first_set(noise_of: NoiseOf) -> int | None:
+    """How many parameters the first of two sets of rows has; None where there is one set."""
+    return noise_of.count if isinstance(noise_of, JointNoiseOf) else None
+
+
+def _axes_by_set(curvature: Array, count: int | None) -> Array:
+    """Principal axes of the first `count` parameters and of the rest, each set for itself: two sets of rows share
+    little but the coefficients, and then each set's noise is factored once for many nodes."""
+    if count is None:
+        return _principal_axes(curvature)
+    axes = np.zeros_like(curvature)
+    for own in (slice(None, count), slice(count, None)):
+        axes[own, own] = _principal_axes(curvature[own, own])
+    return axes
 
 
 def _principal_axes(curvature: Array) -> Array:

@@ -3,16 +3,17 @@
 from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyarrow as pa
-from pyarrow import csv
 
 from pitotbench.logbook.header import parse_header
 from pitotbench.logbook.table import Column, Table
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.toml_text import write_toml
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 _EMPTY = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"]
 _ROWS = "rows"  # header entry: how many rows were written; more than are found means a cut file
@@ -78,6 +79,9 @@ def _delimiter(first_line: bytes) -> str:
 
 
 def _parse(data: bytes, above: int, delimiter: str, ragged: list[Any]) -> "pa.Table":
+    import pyarrow as pa
+    from pyarrow import csv
+
     def note(row: Any) -> str:
         ragged.append(row)
         return "skip"
@@ -110,6 +114,8 @@ def _check_ragged(ragged: list[Any], rows: int) -> list[str]:
 
 def to_column(column: "pa.ChunkedArray") -> Column:
     """An Arrow column as an array: floats with NaN for empty cells, booleans, or objects."""
+    import pyarrow as pa
+
     if pa.types.is_null(column.type):
         return np.full(len(column), np.nan)
     if pa.types.is_dictionary(column.type):
@@ -120,6 +126,9 @@ def to_column(column: "pa.ChunkedArray") -> Column:
 
 def write_csv(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
     """Write columns below a TOML header; numbers with the fewest digits that read back equal."""
+    import pyarrow as pa
+    from pyarrow import csv
+
     table = pa.table({name: pa.array(values) for name, values in columns.items()})
     above = write_toml({_ROWS: table.num_rows, **header})
     with path.open("wb") as file:

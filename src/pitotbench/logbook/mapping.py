@@ -23,34 +23,13 @@ import tomllib
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Any
-
-from pydantic import BaseModel, ConfigDict, ValidationError
+from typing import TYPE_CHECKING, Any
 
 from pitotbench.catalog import Catalog
 from pitotbench.records.errors import BadInputError
 
-
-class _Target(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=False)
-    name: str
-    factor: float = 1.0
-    offset: float = 0.0
-
-
-class _File(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-    file: str = "*"
-    join: str = "last"
-    columns: dict[str, str | _Target]
-
-
-class _Document(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-    title: str = ""
-    columns: dict[str, str | _Target] = {}
-    files: list[_File] = []
-    calibrate: dict[str, str | float | bool | dict[str, float]] = {}
+if TYPE_CHECKING:
+    from pitotbench.logbook.mapping_document import Target
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,14 +86,18 @@ def find_mapping(name: str | Path) -> Mapping:
 
 def parse_mapping(name: str, text: str) -> Mapping:
     """A mapping from TOML text. Raises BadInputError that lists all problems."""
+    from pydantic import ValidationError
+
+    from pitotbench.logbook.mapping_document import Document, File
+
     try:
-        document = _Document.model_validate(_table(name, text))
+        document = Document.model_validate(_table(name, text))
     except ValidationError as error:
         lines = [f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}" for e in error.errors()]
         raise BadInputError(f"mapping {name}: " + "; ".join(lines)) from error
     if bool(document.columns) == bool(document.files):
         raise BadInputError(f"mapping {name}: give either [columns] or [[files]]")
-    files = document.files or [_File(columns=document.columns)]
+    files = document.files or [File(columns=document.columns)]
     for file in files:
         if file.join not in JOINS:
             raise BadInputError(f"mapping {name}: unknown join {file.join!r}. Known: {', '.join(JOINS)}")
@@ -135,6 +118,8 @@ def _reason(error: OSError | UnicodeDecodeError) -> str:
     return "not UTF-8 text" if isinstance(error, UnicodeDecodeError) else str(error.strerror or error)
 
 
-def _renamed(columns: dict[str, Any]) -> tuple[Renamed, ...]:
-    targets = {k: v if isinstance(v, _Target) else _Target(name=v) for k, v in columns.items()}
-    return tuple(Renamed(theirs, t.name, t.factor, t.offset) for theirs, t in targets.items())
+def _renamed(columns: "dict[str, str | Target]") -> tuple[Renamed, ...]:
+    return tuple(
+        Renamed(theirs, ours) if isinstance(ours, str) else Renamed(theirs, ours.name, ours.factor, ours.offset)
+        for theirs, ours in columns.items()
+    )

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import loadmat, savemat
 
 from pitotbench.logbook.header import parse_header
 from pitotbench.logbook.table import Column, Table
@@ -36,6 +35,8 @@ def read_mat(path: Path) -> Table:
 
 
 def _load(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat
+
     try:
         found: dict[str, Any] = loadmat(path, simplify_cells=True)
         return found
@@ -54,5 +55,7 @@ def _vector(name: str, value: object) -> Column:
 
 def write_mat(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
     """Write one column vector a variable, and the header as text."""
+    from scipy.io import savemat
+
     variables = {_HEADER: write_toml(header), **columns}
     savemat(path, variables, appendmat=False, do_compression=True, oned_as="column")

@@ -4,9 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-from pyarrow import parquet
-
 from pitotbench.logbook.csv_format import to_column
 from pitotbench.logbook.header import parse_header
 from pitotbench.logbook.table import Column, Table
@@ -18,6 +15,9 @@ _KEY = b"pitotbench"
 
 def read_parquet(path: Path) -> Table:
     """The table of a Parquet file. Raises BadInputError for a file that is none, or cut off."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
     try:
         found = parquet.ParquetFile(path, memory_map=False).read()
         names = tuple(found.column_names)
@@ -30,6 +30,9 @@ def read_parquet(path: Path) -> Table:
 
 def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
     """Write columns with a TOML header."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
     table = pa.table({name: pa.array(values) for name, values in columns.items()})
     metadata = {_KEY: write_toml(header).encode()}
     parquet.write_table(table.replace_schema_metadata(metadata), path, compression="zstd")

@@ -6,11 +6,14 @@ Its parameters are the values of Δp/q_c at the knots (the cardinal basis: de Bo
 
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from pitotbench.units import Array
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 _LEAST = 1e-3  # of the first knot: where x is held, so that a bad iterate has a logarithm
 
@@ -68,7 +71,9 @@ def spline_between(low: float, high: float, count: int) -> SplineModel:
 
 
 @cache
-def _cardinal(knots: tuple[float, ...]) -> CubicSpline:
+def _cardinal(knots: tuple[float, ...]) -> "CubicSpline":
+    from scipy.interpolate import CubicSpline  # slow to load: the other models do without it
+
     return CubicSpline(np.log(knots), np.eye(len(knots)), bc_type="natural")
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from pitotbench.records.frozen import check_lengths, freeze
-from pitotbench.units import Array, Booleans, MetersPerSecond, Seconds
+from pitotbench.units import Array, Booleans, Meters, MetersPerSecond, Seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +42,12 @@ class ErrorCurve:
     white_two_sigma: MetersPerSecond
     normalized_pressure_error: Array  # Δp/q_c
     normalized_two_sigma: Array
+    # True minus indicated pressure altitude; None where the static source is taken to be right.
+    altitude_correction: Meters | None = None
+    altitude_two_sigma: Meters | None = None
 
     def __post_init__(self) -> None:
-        arrays = [(f.name, getattr(self, f.name)) for f in fields(self)]
+        arrays = [(f.name, array) for f in fields(self) if (array := getattr(self, f.name)) is not None]
         check_lengths("ErrorCurve", arrays, len(self.indicated_airspeed))
         for name, array in arrays:
             object.__setattr__(self, name, freeze(array))
@@ -90,7 +93,8 @@ class Calibration:
     `residual_two_sigma` [m/s] is the 2σ of the residual as calibrated airspeed, the figure of Martos, Kiszely
     and Foster (2011). It is no bound on the curve. `reason` says why the iteration stopped. `condition_number`
     is that of the scaled, whitened normal problem. `diagnostics` holds plain numbers by name (iterations,
-    effective samples, noise levels ...).
+    effective samples, noise levels ...). `error_location` is the place of the pressure error, stated, assumed or
+    estimated: `static`, `total` or `impact`.
     """
 
     model: str
@@ -108,3 +112,4 @@ class Calibration:
     warnings: tuple[str, ...] = ()
     shares: tuple[Share, ...] = ()
     diagnostics: dict[str, Any] | None = None
+    error_location: str = "impact"

@@ -11,6 +11,7 @@ from typing import Any
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 TURBULENCE_SEVERITY = {"none": 0, "light": 1, "moderate": 2}  # Milspec severity index (MIL-F-8785C)
+ERROR_LOCATIONS = ("impact", "static", "total")
 PILOTS = ("none", "good", "busy")
 
 
@@ -31,6 +32,8 @@ class PressureErrorSpec:
     The default is a plausible light twin: +0.3 kt at 100, −0.8 kt at 126 and −1.7 kt at 160 KIAS. Its size is
     chosen so that a Bias fit leaves about twice the residual of the others, as in Martos et al. 2011, Fig 9.
     With `model = "table"`, `airspeed` [m/s, indicated] and `values` [-] hold the curve instead.
+    `location`: `impact` (as the source injects it: the impact pressure alone is corrupted), `static` (the static
+    pressure reads Δp too high) or `total` (the total pressure reads Δp too low).
     """
 
     model: str = "inverse+"
@@ -38,6 +41,7 @@ class PressureErrorSpec:
     reference_pressure: float = field(default=1630.28, metadata={"suffix": "pa"})
     airspeed: tuple[float, ...] = field(default=(), metadata={"suffix": "kt"})
     values: tuple[float, ...] = ()
+    location: str = "impact"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +49,8 @@ class DataSystem:
     """A data system (DAS): rates [Hz] and per-channel sensor properties.
 
     Standard deviations are of white noise per sample; a resolution of 0 means no quantization; latencies [s]
-    say how long after the event a sample is stamped.
+    say how long after the event a sample is stamped. `altitude_drift` is the standard deviation of the slow part of
+    a receiver's height error, a first-order Gauss-Markov process with the correlation time `altitude_drift_time`.
     """
 
     air_rate: float = field(default=50.0, metadata={"suffix": "hz"})
@@ -60,6 +65,8 @@ class DataSystem:
     velocity_noise: float = field(default=0.05, metadata={"suffix": "mps"})
     velocity_resolution: float = field(default=0.001, metadata={"suffix": "mps"})
     altitude_noise: float = field(default=1.5, metadata={"suffix": "m"})
+    altitude_drift: float = field(default=0.0, metadata={"suffix": "m"})
+    altitude_drift_time: float = field(default=90.0, metadata={"suffix": "s"})
     attitude_noise: float = field(default=0.002, metadata={"suffix": "rad"})
     rate_noise: float = field(default=0.002, metadata={"suffix": "radps"})
     acceleration_noise: float = field(default=0.03, metadata={"suffix": "mps2"})

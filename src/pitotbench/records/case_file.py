@@ -11,8 +11,6 @@ from dataclasses import Field, fields, is_dataclass
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
-from pydantic import TypeAdapter, ValidationError
-
 from pitotbench.catalog import explain
 from pitotbench.records.case import Case
 from pitotbench.records.case_rules import Place, broken_rules
@@ -73,6 +71,8 @@ def _text(source: Path | str) -> tuple[str, str]:
 
 def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -> Case | None:
     """Check types with pydantic. Through JSON, whose strict mode takes tables and lists but no '15' for 15."""
+    from pydantic import TypeAdapter, ValidationError
+
     try:
         return TypeAdapter(Case).validate_json(json.dumps(tree), strict=True)
     except ValidationError as error:

@@ -6,21 +6,25 @@ from math import isfinite
 from typing import Any
 
 from pitotbench.catalog import explain
-from pitotbench.records.case import PILOTS, TURBULENCE_SEVERITY
+from pitotbench.records.case import ERROR_LOCATIONS, PILOTS, TURBULENCE_SEVERITY
 
 Place = tuple[str, ...]
 
 # Field path (a regular expression), what holds for its value, and the rule in words.
 _RULES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
-    (r"das\.(air|gps)_rate|das\.\w+_range|das\.recovery_factor", lambda v: v > 0, "must be above 0"),
+    (r"das\.(air|gps)_rate|das\.\w+_(range|time)|das\.recovery_factor", lambda v: v > 0, "must be above 0"),
     (r"pressure_error\.reference_pressure", lambda v: v > 0, "must be above 0"),
-    (r"das\.\w+_(noise|resolution|latency)|wind\.speed", lambda v: v >= 0, "must not be negative"),
+    (r"das\.\w+_(noise|resolution|latency|drift)|wind\.speed", lambda v: v >= 0, "must not be negative"),
     (r"(truth|sensor)_seed", lambda v: v >= 0, "must not be negative"),
     (r"fuel", lambda v: 0 < v <= 1, "must be above 0 and at most 1, the whole of the fuel that the aircraft loads"),
     (r"ballast", lambda v: abs(v) <= 1000.0, "must be within -1000 and 1000 kg"),
     (r"das\.air_rate", lambda v: v <= 100.0, "must not exceed the simulator's 100 Hz"),
 )
-_NAMES = {"turbulence": list(TURBULENCE_SEVERITY), "pilot": list(PILOTS)}
+_NAMES = {
+    "turbulence": list(TURBULENCE_SEVERITY),
+    "pilot": list(PILOTS),
+    "pressure_error.location": list(ERROR_LOCATIONS),
+}
 
 
 def broken_rules(tree: Any, written: Callable[[Place], str]) -> Iterator[str]:

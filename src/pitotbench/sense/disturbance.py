@@ -27,9 +27,12 @@ def felt(flight: Flight, das: DataSystem, at: Callable[[Array], Array]) -> dict[
     static, temperature = at(flight["static_pressure"]), at(flight["air_temperature"])
     impact = at(flight["total_pressure"]) - static
     mach = air.mach_from_impact_pressure(impact, static)
+    error = flight.case.pressure_error
+    indicated = indicated_impact_pressure(impact, known_curve(error))
+    # Where the total pressure is right, p_i − p = q_c − q_ci; an error of the total source leaves p_i alone.
     return {
-        "static_pressure": static,
-        "impact_pressure": indicated_impact_pressure(impact, known_curve(flight.case.pressure_error)),
+        "static_pressure": static + (impact - indicated) if error.location == "static" else static,
+        "impact_pressure": indicated,
         "total_temperature": air.total_temperature(temperature, mach, das.recovery_factor),
     }
 

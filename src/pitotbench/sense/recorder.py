@@ -13,6 +13,7 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sense.das import has_velocity_down, require_rates
 from pitotbench.sense.disturbance import PROBES, disturbed, felt, spoiled, weighed
+from pitotbench.sense.receiver import with_height_error
 from pitotbench.sense.sampling import Instants, Schedule, flight_rate, schedule
 from pitotbench.sense.sensor import (
     PLAIN,
@@ -38,7 +39,7 @@ def record(flight: Flight, das: DataSystem, sensor_seed: int, velocity_down: boo
     Raises BadInputError where the rates do not fit the flight or the pressure error cannot be applied.
     """
     require_rates(das, flight_rate(flight["time"]))
-    flight = disturbed(weighed(flight), das)
+    flight = with_height_error(disturbed(weighed(flight), das), das, sensor_seed)
     when = schedule(flight["time"], das.air_rate, das.gps_rate, das.air_latency, das.gps_latency)
     down = has_velocity_down(das) if velocity_down is None else velocity_down
     plain = [c for c in PLAIN if c.name in flight.channels and (down or c.name != "velocity_down")]

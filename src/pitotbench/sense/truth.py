@@ -3,8 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-from pyarrow import parquet
 
 from pitotbench.logbook import QUANTITIES, atomic
 from pitotbench.records.case_file import read_case, write_case
@@ -26,6 +24,9 @@ def write_truth(flight: Flight, log_path: Path | str) -> Path:
 
     Columns carry the prefix `true_` and, where a log has the quantity, its unit. Whole or not at all.
     """
+    import pyarrow as pa
+    from pyarrow import parquet
+
     columns = {_column(name): values for name, values in flight.channels.items()}
     table = pa.table({**columns, "segment": flight.segment, "on_condition": flight.on_condition})
     target = truth_path(log_path)
@@ -37,6 +38,9 @@ def write_truth(flight: Flight, log_path: Path | str) -> Path:
 
 def read_truth(path: Path | str) -> Flight:
     """The flight of a truth file. Raises BadInputError for a file that is none."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
     try:
         table = parquet.ParquetFile(Path(path)).read()
     except (pa.ArrowInvalid, OSError) as error:

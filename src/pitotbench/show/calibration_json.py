@@ -17,6 +17,7 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
         "parameters": [_estimate(parameter) for parameter in result.parameters],
         "wind": _wind(result.wind),
         "curve": json_rows(CURVE_COLUMNS, curve_points(result.curve)),
+        "error_location": result.error_location,
         "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
         "samples": result.samples,
         "converged": result.converged,

@@ -13,6 +13,8 @@ from pitotbench.show.short_answer import short_answer_of
 from pitotbench.show.terminal import outside
 from pitotbench.units import KNOT
 
+_LOCATIONS = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
+
 
 def print_calibration(result: Calibration, console: Console) -> None:
     """Print one calibration: the short answer, the curve, the models weighed, the fit, and the warnings."""
@@ -26,7 +28,8 @@ def print_calibration(result: Calibration, console: Console) -> None:
     print_table(CURVE_COLUMNS, curve_points(result.curve), console, title)
     console.print()
     print_choice(result, console)
-    for line in [*parameter_lines(result), *wind_lines(result), *share_lines(result), *fit_lines(result)]:
+    fit = [*parameter_lines(result), *location_lines(result), *wind_lines(result)]
+    for line in [*fit, *share_lines(result), *fit_lines(result)]:
         console.print(outside(line))
     for warning in result.warnings:
         console.print(outside(f"warning: {warning}", "yellow"))
@@ -34,7 +37,7 @@ def print_calibration(result: Calibration, console: Console) -> None:
 
 def calibration_html(result: Calibration) -> str:
     """The curve in numbers, the fit behind it and the models weighed, as HTML."""
-    lines = [*parameter_lines(result), *share_lines(result), *fit_lines(result)]
+    lines = [*parameter_lines(result), *location_lines(result), *share_lines(result), *fit_lines(result)]
     return (
         "<details open><summary>The curve in numbers</summary>"
         f"{html_table(CURVE_COLUMNS, curve_points(result.curve))}</details>\n"
@@ -47,6 +50,11 @@ def parameter_lines(result: Calibration) -> list[str]:
     """The parameters of the pressure-error model with their bounds, and the variable of the model."""
     values = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
     return [f"parameters (± is 2σ): {values}; x = q_ci / {result.reference_pressure:.2f} Pa"]
+
+
+def location_lines(result: Calibration) -> list[str]:
+    """The place of the pressure error, which decides what it does to the altitude."""
+    return [f"place of the error: {_LOCATIONS[result.error_location]}"]
 
 
 def wind_lines(result: Calibration) -> list[str]:

@@ -1,12 +1,13 @@
 """The table of a campaign: one row a maneuver, data system and model."""
 
 from operator import itemgetter
-from typing import Any
-
-import pandas as pd
-from rich.console import Console
+from typing import TYPE_CHECKING, Any
 
 from pitotbench.show.columns import Column, frame_rows, html_table, print_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from rich.console import Console
 
 
 def _column(name: str, heading: str, unit: str = "", style: str = "") -> Column[dict[str, Any]]:
@@ -27,17 +28,17 @@ CAMPAIGN_COLUMNS = (
 )
 
 
-def campaign_table(results: pd.DataFrame) -> pd.DataFrame:
+def campaign_table(results: "pd.DataFrame") -> "pd.DataFrame":
     """The mean over seeds of a campaign's results, one row a maneuver, data system and model."""
     keys = ["maneuver", "das", "model"]
     return results.groupby(keys, sort=False).mean(numeric_only=True).reset_index()
 
 
-def print_campaign(results: pd.DataFrame, console: Console) -> None:
+def print_campaign(results: "pd.DataFrame", console: "Console") -> None:
     """Print the campaign's table."""
     print_table(CAMPAIGN_COLUMNS, frame_rows(campaign_table(results)), console)
 
 
-def campaign_html(results: pd.DataFrame) -> str:
+def campaign_html(results: "pd.DataFrame") -> str:
     """The campaign's table as HTML."""
     return html_table(CAMPAIGN_COLUMNS, frame_rows(campaign_table(results)))

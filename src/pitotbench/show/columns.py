@@ -27,7 +27,7 @@ class Column(Generic[Row]):
     takes a row and returns a number, a text, a truth value, or None where the row has none. `style` is the format
     specification of the number; `.0%` shows a share in percent, for a column with the unit `%`. A column without a
     style holds text and is aligned left. `key` is the name in JSON; a column without a key is not in JSON.
-    `optional`: the column is shown only where a row has a value.
+    `optional`: the column is in the table, and in JSON, only where a row has a value.
     """
 
     heading: str
@@ -108,7 +108,8 @@ def markdown_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:
 
 def json_rows(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> list[dict[str, Any]]:
     """The rows as plain data, by the keys of the columns."""
-    keyed = [column for column in columns if column.key]
+    rows = list(rows)
+    keyed = [column for column in columns if column.key and not _empty(column, rows)]
     return [{column.key: column.value(row) for column in keyed} for row in rows]
 
 
@@ -137,7 +138,12 @@ def _styled(value: object, style: str) -> str:
 
 
 def _shown(columns: Sequence[Column[Row]], rows: Sequence[Row]) -> list[Column[Row]]:
-    return [c for c in columns if c.heading and not (c.optional and all(c.value(row) is None for row in rows))]
+    return [column for column in columns if column.heading and not _empty(column, rows)]
+
+
+def _empty(column: Column[Row], rows: Sequence[Row]) -> bool:
+    """Whether the column is optional and no row has a value."""
+    return column.optional and all(column.value(row) is None for row in rows)
 
 
 def _width_needed(column: Column[Row], texts: Iterable[str]) -> int:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.show.columns import Column
-from pitotbench.units import KNOT, Array
+from pitotbench.units import FOOT, KNOT, Array, Meters
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +21,10 @@ class CurvePoint:
     def knots(self, speeds: Array) -> float:
         """The speed [kt] at this point of an array of speeds [m/s]."""
         return float(speeds[self.number] / KNOT)
+
+    def feet(self, heights: Meters | None) -> float | None:
+        """The height [ft] at this point of an array of heights [m]; None where the curve has none."""
+        return None if heights is None else float(heights[self.number] / FOOT)
 
 
 CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
@@ -45,6 +49,14 @@ CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
     ),
     Column(
         "±2σ of Δp/q_c", lambda p: p.at(p.curve.normalized_two_sigma), style=".4f", key="normalized_two_sigma"
+    ),
+    Column(
+        "altitude correction", lambda p: p.feet(p.curve.altitude_correction),
+        "ft", "+.0f", "altitude_correction_ft", optional=True,
+    ),
+    Column(
+        "±2σ of altitude", lambda p: p.feet(p.curve.altitude_two_sigma),
+        "ft", ".0f", "two_sigma_ft", optional=True,
     ),
 )  # fmt: skip
 

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from scipy.interpolate import CubicSpline
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
@@ -79,6 +78,8 @@ def legs_json(true_airspeed: float, spread: float | None, wind_speed: float, win
 
 def _off(point: FixedSpeedPoint, curve: ErrorCurve) -> float | None:
     """The difference [kt]; None more than one step beyond the curve's ends."""
+    from scipy.interpolate import CubicSpline  # slow to import, and not needed for typed legs
+
     speed, place = curve.indicated_airspeed, point.indicated_airspeed
     if len(speed) < 2 or not 2.0 * speed[0] - speed[1] <= place <= 2.0 * speed[-1] - speed[-2]:
         return None

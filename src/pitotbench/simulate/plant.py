@@ -6,9 +6,7 @@ from contextlib import ExitStack
 from math import degrees, isfinite, pi
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
-
-import jsbsim
+from typing import TYPE_CHECKING, Any
 
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.effects import Overlay
@@ -16,9 +14,11 @@ from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.atmosphere import Air, blow, stir
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.properties import PROPERTIES, Property, check_table, parse_catalog
-from pitotbench.simulate.transcript import Transcript
 from pitotbench.simulate.variant import ROOT, write_variant
 from pitotbench.units import DEGREE, FOOT, KNOT
+
+if TYPE_CHECKING:
+    from pitotbench.simulate.transcript import Transcript
 
 LATITUDE = 35.4  # deg: Tullahoma, Tennessee, where the paper's aircraft flew
 LONGITUDE = -86.2  # deg
@@ -50,7 +50,7 @@ class Plant:
     JSBSim (its own units). Each call that meets a failure raises SimulationError.
     """
 
-    def __init__(self, fdm: Any, aircraft: str, transcript: Transcript) -> None:
+    def __init__(self, fdm: Any, aircraft: str, transcript: "Transcript") -> None:
         self.aircraft = aircraft
         self.fdm = fdm
         self.time_step = float(fdm.get_delta_t())
@@ -80,6 +80,10 @@ class Plant:
 
     @classmethod
     def _load(cls, aircraft: str, folder: Path, rate: float) -> "Plant":
+        import jsbsim  # loads with the first aircraft, not with the table of maneuvers
+
+        from pitotbench.simulate.transcript import Transcript
+
         transcript = Transcript()
         jsbsim.set_logger(transcript)
         jsbsim.FGJSBBase().debug_lvl = 0  # type: ignore[no-untyped-call]

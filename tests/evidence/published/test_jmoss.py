@@ -21,10 +21,24 @@ BALLOON_ERROR = (0.034, 0.040)
 OPTIONS = CalibrationOptions(model="quadratic", mach_max=0.93, error_location="static")
 
 
+BY_HEIGHT = {  # Δp/q_c at 260, 300, 340, 380, 420 KIAS: indicated pressure less the balloon's at the GPS height
+    "CLASS55": (0.032, 0.035, 0.035, 0.035, 0.035),
+    "CLASS65": (0.036, 0.037, 0.036, 0.036, 0.037),
+}
+
+
+def _with_height(name):
+    return read_log(real_log("jmoss", f"{name}.csv"), mapping="jmoss")
+
+
+def _without_height(name):
+    """The log for the wind triangle alone."""
+    return replace(_with_height(name), altitude=None)
+
+
 @pytest.fixture(scope="module", params=sorted(BALLOON_KT))
 def flight(request):
-    path = real_log("jmoss", f"{request.param}.csv")
-    return request.param, calibrate(read_log(path, mapping="jmoss"), OPTIONS)
+    return request.param, calibrate(_without_height(request.param), OPTIONS)
 
 
 def test_wind_is_near_the_balloon(flight):
@@ -44,7 +58,7 @@ def test_two_equations_agree_about_the_wind(name):
 
     On CLASS55 the vanes bring it to the balloon's; on CLASS65 both agree with each other, and not with the balloon.
     """
-    log = read_log(real_log("jmoss", f"{name}.csv"), mapping="jmoss")
+    log = _without_height(name)
     scalar, vector = (calibrate(log, replace(OPTIONS, wind="drifting", form=f)).wind for f in ("scalar", "vector"))
     parts = zip((scalar.north, scalar.east), (vector.north, vector.east), BALLOON_KT[name], strict=True)
     for first, second, balloon in parts:
@@ -89,7 +103,7 @@ def _balloon_temperature(pressure):
 @pytest.mark.parametrize(("name", "low", "high"), [("CLASS55", -1.0, 1.0), ("CLASS65", 1.5, 4.0)])
 def test_no_residual_shows_how_far_the_probe_is_off(name, low, high):
     """Against the balloon at the same pressure: nearly right on one flight, 2.7 K too warm on the other."""
-    log = read_log(real_log("jmoss", f"{name}.csv"), mapping="jmoss")
+    log = _without_height(name)
     mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
     offset = log.total_temperature / (1.0 + 0.2 * mach**2) - _balloon_temperature(log.static_pressure)
     offset = offset[mach < 0.8]
@@ -107,8 +121,27 @@ def test_the_air_data_of_one_log_trail_the_gps():
     """Half a second, seen in planned accelerations of CLASS65; CLASS55 holds too few to tell."""
     options = replace(OPTIONS, wind="drifting", latency="checked")
     for name, significant in (("CLASS65", True), ("CLASS55", False)):
-        result = calibrate(read_log(real_log("jmoss", f"{name}.csv"), mapping="jmoss"), options)
+        result = calibrate(_without_height(name), options)
         latency, bound = result.diagnostics["latency_s"], result.diagnostics["latency_two_sigma_s"]
         print(f"{name}: latency of the GPS {latency:+.2f} ± {bound:.2f} s (2σ)")
         assert (abs(latency) > bound) == significant
         assert abs(latency + 0.5) < bound
+
+
+@pytest.mark.parametrize("name", sorted(BALLOON_KT))
+def test_height_and_triangle_together_hold_the_curve_of_the_balloon(name):
+    """Below Mach 0.8, where the curve is flat, with a temperature that may be 5 K off."""
+    options = CalibrationOptions(model="auto", mach_max=0.8, accuracies=Accuracies(temperature_k=5.0))
+    result = calibrate(_with_height(name), options)
+    curve, places = result.curve, np.array([260.0, 300.0, 340.0, 380.0]) * KNOT
+    found = np.interp(places, curve.indicated_airspeed, curve.normalized_pressure_error)
+    bound = np.interp(places, curve.indicated_airspeed, curve.normalized_two_sigma)
+    print(f"{name}: {result.error_location}, Δp/q_c {found.round(4)} ± {bound.round(4)}, balloon {BY_HEIGHT[name]}")
+    assert result.error_location == "static"
+    assert np.all(np.abs(found - BY_HEIGHT[name][:4]) < bound)
+
+
+@pytest.mark.parametrize("name", sorted(BALLOON_KT))
+def test_a_law_that_cannot_follow_the_transonic_rise_warns(name):
+    """A quadratic up to Mach 0.93: the height shows what the triangle's bound hides."""
+    assert any("height disagree" in warning for warning in calibrate(_with_height(name), OPTIONS).warnings)

@@ -9,7 +9,6 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
 
 from pitotbench.bench.plan.forecasting import known_noise_two_sigma, smooth_flight
 from pitotbench.bench.plan.plan_request import PlanRequest, written
@@ -75,6 +74,8 @@ def best_card(request: PlanRequest, maneuver: str, minutes: float, flights: int 
     determine the answer or leaves the box counts as useless, one that takes longer as worse.
     Raises BadInputError where the maneuver has nothing free.
     """
+    from scipy.optimize import minimize
+
     free = free_numbers(maneuver)
     if not free:
         raise BadInputError(f"the card of {maneuver} has no free numbers: choose another maneuver")

@@ -22,7 +22,7 @@ from pitotbench.calibrate.observability import require_observable
 from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.paper import fit_scalar
 from pitotbench.calibrate.reduction import Reduction, flown_range, model_of, reduce_log
-from pitotbench.calibrate.result import assemble
+from pitotbench.calibrate.result import assemble, with_altitude
 from pitotbench.pressure_error import MODELS, SplineModel, spline_between
 from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, WindEstimate
 from pitotbench.records.errors import NoAnswerError
@@ -76,7 +76,12 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
     return replace(
         calibration,
         model=f"{AUTO} ({best.name})",
-        curve=_curve(choice, calibration.curve),
+        curve=with_altitude(
+            _curve(choice, calibration.curve),
+            CurveMap(choice.common, calibration.curve.indicated_airspeed),
+            choice.answer,
+            rows.observations,
+        ),
         wind=_wind(choice),
     )
 
@@ -111,10 +116,11 @@ def _judgments(rows: Reduction) -> list[Judgment]:
 def _candidate(name: str, rows: Reduction) -> ModelFit:
     """One model, fitted to be weighed. Raises NoAnswerError where the log does not determine it."""
     obs, reference = rows.observations, rows.model.reference_pressure
-    model = model_of(name, rows.options, obs, reference)
+    model = replace(model_of(name, rows.options, obs, reference), static_error=rows.model.static_error)
     require_observable(model, obs)
     white = fit_scalar(model, obs)
-    fit = fit_covering(Structure(model, rows.nuisances, rows.options.wind == "drifting"), obs, white.theta)
+    drifting = rows.options.wind == "drifting"
+    fit = fit_covering(Structure(model, rows.nuisances, drifting, altitude=rows.altitude), obs, white.theta)
     return ModelFit(name, model, flown_range(obs, reference), white, fit)
 
 
@@ -152,7 +158,7 @@ def _common_problem(nearest: ModelFit, rows: Reduction) -> tuple[Structure, Line
     common = replace(nearest.model, error=spline)
     k = _curve_of(nearest, np.array(spline.knots))
     theta = np.concatenate([k, nearest.fit.theta[nearest.model.error_count :]])
-    structure = Structure(common, rows.nuisances, rows.options.wind == "drifting")
+    structure = Structure(common, rows.nuisances, rows.options.wind == "drifting", altitude=rows.altitude)
     return structure, linearized(structure, rows.observations, theta, nearest.fit.gust_deviation), theta
 
 

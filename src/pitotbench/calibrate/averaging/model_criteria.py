@@ -11,6 +11,7 @@ from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.estimate.held_out import aicc, bic, held_out_log_density, log_likelihood
+from pitotbench.estimate.joint_noise import JointNoise, Noise
 from pitotbench.estimate.restricted_likelihood import Regression
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
@@ -53,10 +54,10 @@ def judge_model(candidate: ModelFit, obs: Observations) -> Judgment:
     Raises NoAnswerError for a fit that turns back: more indicated pressure for less airspeed.
     """
     fit = candidate.fit
-    likeliest = fit.noise_of(max(fit.nodes, key=lambda node: node.weight).noise)
+    likeliest, rows = _of_triangle(fit.noise_of(max(fit.nodes, key=lambda node: node.weight).noise))
     # The residuals are in airspeed; as densities of what was measured they are divided by the slope.
     scale = _log_slopes(candidate, obs)
-    problem = _clean(candidate)
+    problem = _clean(candidate, rows)
     best = log_likelihood(problem, likeliest) - float(np.sum(scale))
     free = fit.problem.regressors.shape[1] + len(fit.nodes[0].noise)
     segment = _segments(fit.blocks)
@@ -69,14 +70,19 @@ def judge_model(candidate: ModelFit, obs: Observations) -> Judgment:
     )
 
 
-def _clean(candidate: ModelFit) -> Regression:
+def _of_triangle(noise: Noise) -> tuple[Noise, slice]:
+    """The noise of the wind triangle's rows, and which they are: all models see the heights alike."""
+    return noise.first if isinstance(noise, JointNoise) else (noise, slice(None))
+
+
+def _clean(candidate: ModelFit, rows: slice) -> Regression:
     """The problem with the instruments for regressors, as in `evidence`, and for the error parameters themselves,
     not for corrections to those at which it was linearized."""
     problem, free = candidate.fit.problem, candidate.model.error_count
     k = candidate.fit.theta[:free]
-    return replace(
-        problem, response=problem.response + problem.instruments[:, :free] @ k, regressors=problem.instruments
-    )
+    instruments = problem.instruments[rows]
+    response = problem.response[rows] + instruments[:, :free] @ k
+    return replace(problem, response=response, regressors=instruments, instruments=instruments)
 
 
 def _weak_prior(candidate: ModelFit) -> Array:

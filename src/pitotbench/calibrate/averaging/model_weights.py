@@ -16,7 +16,7 @@ from pitotbench.calibrate.averaging.curve_prior import Hypothesis
 from pitotbench.calibrate.gls.covering_fit import CoveringFit
 from pitotbench.calibrate.gls.posterior import Posterior
 from pitotbench.calibrate.model.mean_wind import MeanWind
-from pitotbench.estimate.markov_noise import MarkovNoise
+from pitotbench.estimate.joint_noise import Noise
 from pitotbench.estimate.restricted_likelihood import Regression, restricted_log_likelihood
 from pitotbench.units import Array
 
@@ -44,7 +44,7 @@ class Moments:
 
 
 def moments(
-    problem: Regression, theta: Array, noise: MarkovNoise, log_mass: float, mean_wind: MeanWind | None = None
+    problem: Regression, theta: Array, noise: Noise, log_mass: float, mean_wind: MeanWind | None = None
 ) -> Moments:
     """The moments under one noise of a problem that was linearized at θ0 (p,); `mean_wind` of the same problem."""
     X, Z = problem.regressors, problem.instruments

@@ -21,9 +21,8 @@ from pitotbench.calibrate.model.mean_wind import MeanWind, mean_wind
 from pitotbench.calibrate.model.nuisances import Nuisance
 from pitotbench.calibrate.rows.blocks import Blocks, block_length, divide
 from pitotbench.calibrate.rows.observations import Observations
-from pitotbench.estimate.markov_noise import MarkovNoise
+from pitotbench.estimate.joint_noise import Noise
 from pitotbench.estimate.restricted_likelihood import (
-    LogPrior,
     NoiseNode,
     NoiseOf,
     Regression,
@@ -54,15 +53,28 @@ class CoveringFit:
     noise_of: NoiseOf
 
 
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """Where the first pass ended: θ (p,), the most likely noise, the covariance of θ and the nuisances then."""
+
+    theta: Array
+    noise: Array
+    covariance: Array
+
+
 def fit_covering(structure: Structure, obs: Observations, start: Array) -> CoveringFit:
     """Fit from a near-by start θ (p,); every node's estimate is a correction to the returned θ.
 
     A first pass, on blocks twice as long, moves θ to the most likely noise's answer; the last linearizes there and
     gives the bound.
     """
-    length = block_length(obs)
-    log_prior = log_prior_of(structure)
-    theta, mode = _approach(structure, obs, start, 2.0 * length, log_prior)
+    return settle(structure, obs, approach(structure, obs, start))
+
+
+def settle(structure: Structure, obs: Observations, approached: Approach) -> CoveringFit:
+    """The last pass of `fit_covering`."""
+    length, log_prior = block_length(obs), log_prior_of(structure)
+    theta, mode = approached.theta, approached.noise
     blocks = divide(obs, length)
     fine = linearize(structure, obs, blocks, theta, gust_variance=float(np.exp(2.0 * mode[0])))
     nodes = noise_posterior(fine.regression, fine.noise_of, log_prior, mode)
@@ -92,7 +104,7 @@ def _of_mean_wind(
     return answer if mean is None else mean.of(answer)
 
 
-def mean_wind_under(problem: Linearized, structure: Structure, noise: MarkovNoise, phi: Array) -> MeanWind | None:
+def mean_wind_under(problem: Linearized, structure: Structure, noise: Noise, phi: Array) -> MeanWind | None:
     """The mean of a drifting wind under one noise, of parameters φ; None for a wind that does not drift."""
     if problem.kernel is None:
         return None
@@ -106,12 +118,10 @@ def linearized(structure: Structure, obs: Observations, theta: Array, gust_devia
     return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2)
 
 
-def _approach(
-    structure: Structure, obs: Observations, start: Array, length: float, log_prior: LogPrior
-) -> tuple[Array, Array]:
-    """θ and the most likely noise on blocks of a length [s]; once, or again and again from a start far away."""
-    theta, mode, own = start, None, structure.model.count
-    blocks = divide(obs, length)
+def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
+    """The first pass of `fit_covering`; once, or again and again from a start far away."""
+    theta, mode, own, log_prior = start, None, structure.model.count, log_prior_of(structure)
+    blocks = divide(obs, 2.0 * block_length(obs))
     unknowns = own + noise_count(structure)
     if len(blocks.count) <= unknowns:
         raise NoAnswerError(
@@ -127,7 +137,7 @@ def _approach(
         step, covariance = _of_mean_wind(structure, rough, mode, answer)
         theta = theta + step[:own]
         if np.all(np.abs(step[:own]) < _FAR * np.sqrt(np.diag(covariance)[:own])):
-            return theta, mode
+            return Approach(theta, mode, covariance)
     raise NoAnswerError("the fit does not settle: check the log for gross errors, or choose a simpler model")
 
 
@@ -143,7 +153,7 @@ def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFi
 
     Its instrument is its smoothed column where that is larger than its `deviation`: planned, no answer to gusts.
     """
-    blocks, structure = divide(obs, 1.0), replace(structure, crosswind=False)
+    blocks, structure = divide(obs, 1.0), replace(structure, crosswind=False, altitude=None)
     theta = fit.theta[: structure.model.count]
     plain = linearize(structure, obs, blocks, theta)
     added = blocks.mean(column.column(structure.model.predict(theta, obs), obs))

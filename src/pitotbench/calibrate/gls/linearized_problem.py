@@ -6,17 +6,26 @@ vector whose two components are first-order Gauss-Markov processes with the leng
 direction of the air velocity was measured, a second equation a block sees the component across the path.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from pitotbench.calibrate.gls.altitude_rows import (
+    NOISE_COUNT,
+    AltitudeRows,
+    altitude_guess,
+    altitude_log_prior,
+    altitude_noise,
+    altitude_regression,
+)
 from pitotbench.calibrate.model.crosswind import crosswind
 from pitotbench.calibrate.model.mean_wind import kernel_means
 from pitotbench.calibrate.model.nuisances import Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.rows.blocks import Blocks
 from pitotbench.calibrate.rows.observations import Observations
+from pitotbench.estimate.joint_noise import JointNoiseOf
 from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
 from pitotbench.estimate.restricted_likelihood import LogPrior, NoiseOf, Regression
 from pitotbench.records.errors import NoAnswerError
@@ -36,13 +45,15 @@ _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """What is fitted: the prediction, the nuisances beside its parameters, whether the wind drifts, and whether the
-    measured direction of the air velocity is used (`observations.air_heading`)."""
+    """What is fitted: the prediction, the nuisances beside its parameters, whether the wind drifts, whether the
+    measured direction of the air velocity is used (`observations.air_heading`), and the rows of the altitude
+    equation where the error is the static source's and the log has its height."""
 
     model: PredictionModel
     nuisances: tuple[Nuisance, ...]
     drifting: bool
     crosswind: bool = False
+    altitude: AltitudeRows | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +103,32 @@ def linearize(
     first = structure.model.error_count
     seen = np.stack([-x[:, first : first + 2] for _, x in outputs])
     kernel = np.tile(kernel_means(blocks, WIND_TIME), len(outputs)) if structure.drifting else None
-    return Linearized(regression, _noise_family(structure, blocks, airspeed, seen, sensor), sensor, kernel)
+    problem = Linearized(regression, _noise_family(structure, blocks, airspeed, seen, sensor), sensor, kernel)
+    return problem if structure.altitude is None else _with_altitude(problem, structure, structure.altitude, theta)
+
+
+def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRows, theta: Array) -> Linearized:
+    """The same problem with the altitude rows after those of the wind triangle."""
+    first, second = triangle.regression, altitude_regression(rows, structure.model, theta, structure.nuisances)
+    both = Regression(
+        np.concatenate([first.response, second.response]),
+        np.concatenate([first.regressors, second.regressors]),
+        np.concatenate([first.instruments, second.instruments]),
+        first.prior_precision,
+    )
+    noise_of = JointNoiseOf(
+        data=np.column_stack([both.regressors, both.response]),
+        instruments=both.instruments,
+        first=triangle.noise_of,
+        second=lambda phi: altitude_noise(rows, phi),
+        count=noise_count(structure) - NOISE_COUNT,
+        size=len(first.response),
+    )
+    # The altitude rows do not move with the wind; the mean stays that over the triangle's rows.
+    kernel = triangle.kernel
+    if kernel is not None:
+        kernel = np.append(kernel, np.full(len(second.response), float(np.mean(kernel))))
+    return replace(triangle, regression=both, noise_of=noise_of, kernel=kernel)
 
 
 def smoothed(regressors: Array, blocks: Blocks) -> Array:
@@ -132,26 +168,28 @@ def log_prior_of(structure: Structure) -> LogPrior:
     Beside a drifting wind the gust's level has no φ term (Jeffreys' prior for a scale): both explain short changes,
     and a density that is flat in the level takes calm air for gusty at the drift's expense.
     """
+    rows = structure.altitude
     gust, white = (GUST_SCALE, 0.0 if structure.drifting else 1.0), (WHITE_SCALE, 1.0)
     levels = {0: gust, 2: white}
     if structure.drifting:
         levels[3] = (WIND_SCALE, 1.0)
     if structure.crosswind:
-        levels[noise_count(structure) - 1] = (ACROSS_SCALE, 1.0)
+        levels[3 + structure.drifting] = (ACROSS_SCALE, 1.0)
 
     def log_prior(phi: Array) -> float:
         half_normal = sum(
             flat * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2 for i, (scale, flat) in levels.items()
         )
         length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(GUST_LENGTH_FACTOR)) ** 2
-        return float(half_normal + length)
+        height = 0.0 if rows is None else altitude_log_prior(rows, phi[-NOISE_COUNT:])
+        return float(half_normal + length) + height
 
     return log_prior
 
 
 def noise_count(structure: Structure) -> int:
     """How many parameters the noise has."""
-    return 3 + structure.drifting + structure.crosswind
+    return 3 + structure.drifting + structure.crosswind + (0 if structure.altitude is None else NOISE_COUNT)
 
 
 def first_guess(problem: Linearized, structure: Structure) -> Array:
@@ -166,4 +204,5 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
     white = max(total - gust - float(np.mean(problem.sensor)), _LEAST_WHITE**2)
     start = [np.sqrt(gust), GUST_LENGTH, np.sqrt(white)]
     start += [0.3 * WIND_SCALE] * structure.drifting + [0.3 * ACROSS_SCALE] * structure.crosswind
-    return np.log(start)
+    height = np.zeros(0) if structure.altitude is None else altitude_guess(structure.altitude)
+    return np.concatenate([np.log(start), height])

@@ -6,7 +6,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.units import KNOT, Array, MetersPerSecond
+from pitotbench.units import KNOT, Array, Meters, MetersPerSecond
 
 _STEPS_KT = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 _MOST_POINTS = 32
@@ -39,6 +39,21 @@ class CurveMap:
         rest = 1.0 - self.normalized(k)
         pressure = air.impact_pressure(self.indicated_airspeed) / rest
         return self.basis() * (air.calibrated_airspeed_slope(pressure) * pressure / rest)[:, None]
+
+    def altitude(self, k: Array, static_pressure: float) -> Meters:
+        """True minus indicated pressure altitude [m], (c,), of an error of the static source at an indicated static
+        pressure [Pa]: p = p_i − Δp, and a lower pressure is a greater height."""
+        error = air.impact_pressure(self.indicated_airspeed) * (1.0 / (1.0 - self.normalized(k)) - 1.0)
+        return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(static_pressure)
+
+    def altitude_gradient(self, k: Array, static_pressure: float) -> Array:
+        """Derivative of the altitude correction with respect to k, (c, K) [m]."""
+        rest = 1.0 - self.normalized(k)
+        pressure = air.impact_pressure(self.indicated_airspeed)
+        true = static_pressure - pressure * (1.0 / rest - 1.0)
+        temperature = air.standard_temperature(air.pressure_altitude(true))
+        meters_a_pascal = air.GAS_CONSTANT * temperature / (true * air.GRAVITY)
+        return np.asarray(self.basis() * (meters_a_pascal * pressure / rest**2)[:, None])
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:

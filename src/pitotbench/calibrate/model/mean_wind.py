@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench.calibrate.rows.blocks import Blocks
-from pitotbench.estimate.markov_noise import MarkovNoise
+from pitotbench.estimate.joint_noise import Noise
 from pitotbench.estimate.restricted_likelihood import Regression
 from pitotbench.units import Array
 
@@ -51,7 +51,7 @@ class MeanWind:
         return estimate, 0.5 * (covariance + covariance.T)
 
 
-def mean_wind(noise: MarkovNoise, problem: Regression, kernel: Array, deviation: float, first: int) -> MeanWind:
+def mean_wind(noise: Noise, problem: Regression, kernel: Array, deviation: float, first: int) -> MeanWind:
     """The mean wind of a problem whose wind columns begin at `first`.
 
     `kernel`: see `kernel_means`; `deviation`: of the process [m/s]; `noise` includes the process.

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from pitotbench import air
 from pitotbench.calibrate.model.air_direction import air_direction
@@ -159,6 +158,8 @@ def _between_fixes(
     """
     if fresh.mean() > _DENSE and latency == margin == 0.0:
         return held, np.ones(len(time), dtype=np.bool_)
+    from scipy.interpolate import CubicSpline  # slow to load: logs with GPS at the rate of the air data do without
+
     velocity, between = held.copy(), np.zeros(len(time), dtype=np.bool_)
     for number in np.unique(stretch):
         rows = stretch == number

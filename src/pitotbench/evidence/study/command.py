@@ -12,16 +12,15 @@ if TYPE_CHECKING:
 _NAMED = 5  # failures that are printed in full
 
 
-def add_flags(parser: argparse.ArgumentParser) -> None:
-    """The flags of the study, shared by `pitotbench study` and `scripts/reproduce_study.py`."""
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench study`."""
     parser.add_argument("--seeds", type=int, default=1, help="truth and sensor seeds 1 to N (default: 1)")
     parser.add_argument("--claims-only", action="store_true", help="leave out what the paper left open")
     parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
     parser.add_argument("--scheduler", help="address of a dask scheduler, tcp://host:port")
     parser.add_argument("--out", type=Path, default=Path("out", "study"), help="folder (default: %(default)s)")
     parser.add_argument("--docs", type=Path, help="write study.md and its pictures into this folder")
-    parser.add_argument("--tables", type=Path, help="tell the numbers of an earlier --out again; nothing is flown")
-    parser.set_defaults(run=run)
+    parser.add_argument("--tables", type=Path, help="show the numbers of an earlier --out; nothing is flown")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -18,7 +18,7 @@ def add_wind(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def wind_of(options: argparse.Namespace) -> "Wind":
+def stated_wind(options: argparse.Namespace) -> "Wind":
     """The mean wind of the parsed flags. Raises BadInputError for a speed or direction that makes no sense."""
     from pitotbench.records.case import Wind
     from pitotbench.units import DEGREE, KNOT

@@ -1,0 +1,52 @@
+"""Two of the bench's four questions as one call each: what to fly, and why simulation and measurement differ.
+
+The other two are `calibrate`: the curve, and the bound that says how far to trust it.
+"""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from pitotbench.records.case import Case
+from pitotbench.records.forecast import Plan
+from pitotbench.records.log import FlightLog
+
+if TYPE_CHECKING:
+    from pitotbench.bench.plan.plan_request import PlanRequest
+    from pitotbench.bench.reconcile.workflow import FullReconciliation
+    from pitotbench.reconcile import AnalysisSetting
+
+
+def plan(request: "PlanRequest", search_flights: int = 0) -> Plan:
+    """Predict the 2σ bound of every maneuver of a request, and choose the maneuver to fly.
+
+    Parameters: request; search_flights, the number of simulated flights to spend on a better card for the best
+    maneuver (the command `pitotbench plan` spends 40).
+    Raises NoAnswerError where no maneuver of the request can be flown.
+    """
+    from pitotbench.bench.plan.recommend import make_plan
+
+    return make_plan(request, search_flights)
+
+
+def reconcile(
+    log: FlightLog,
+    aircraft: str = "navajo",
+    holdout: FlightLog | None = None,
+    card: Case | None = None,
+    setting: "AnalysisSetting | None" = None,
+    refly: bool = True,
+    progress: Callable[[str], None] | None = None,
+) -> "FullReconciliation":
+    """Find where a simulation and a measured log disagree, and name the effect that the simulation lacks.
+
+    Parameters: log, the measured one; aircraft, a model of the hangar, or `none` to judge the sensors alone;
+    holdout, another log of the same airplane on which the gap has to shrink too; card, what was flown (default: the
+    card in the log's header); setting, what is known of the log beyond its rows; refly, whether the card is flown
+    again with the named effects; progress, called with a line of text at each step.
+    Returns the verdict (`found.verdict`), the account that a report shows, and the patch of the aircraft.
+    Raises BadInputError for a log that cannot be used, UnknownNameError for an aircraft that is not known.
+    """
+    from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
+
+    other = None if holdout is None else NamedLog("held-out log", holdout)
+    return reconcile_fully(NamedLog("measured log", log), aircraft, other, card, progress, setting, refly)

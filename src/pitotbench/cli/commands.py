@@ -1,0 +1,26 @@
+"""The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and one line here.
+
+A module is named by a string. So only the module of the chosen command is loaded, and the product never imports the
+evidence.
+"""
+
+from typing import NamedTuple  # not a data class: that import takes longer than all else that `--help` needs
+
+
+class Command(NamedTuple):
+    """A command: its name, the module that holds it, and what it does in one line."""
+
+    name: str
+    module: str
+    summary: str
+
+
+COMMANDS = (
+    Command("fly", "pitotbench.cli.fly", "fly a case file and write the log"),
+    Command("calibrate", "pitotbench.cli.calibrate", "recover the error curve and the wind from a log"),
+    Command("fixed-speed", "pitotbench.cli.fixed_speed", "leg and turn GPS methods, of a log or of typed legs"),
+    Command("campaign", "pitotbench.cli.campaign", "fly maneuvers, sense and calibrate them"),
+    Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
+    Command("study", "pitotbench.evidence.study.command", "the paper's simulator study, claim by claim"),
+    Command("plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"),
+)

@@ -1,0 +1,29 @@
+"""`pitotbench fly`: a case file flown, and its log written."""
+
+import argparse
+from pathlib import Path
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench fly`."""
+    parser.add_argument("case", type=Path, help="case file (TOML)")
+    parser.add_argument("-o", "--out", type=Path, required=True, help="log to write: .csv, .parquet or .mat")
+    parser.add_argument("--truth", action="store_true", help="also write <name>.truth.parquet beside the log")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Fly the case and write the log; returns exit code 0. Raises BadInputError before the flight for bad paths."""
+    from pitotbench.bench import fly_to_log
+    from pitotbench.logbook import FORMATS
+    from pitotbench.logbook.outputs import require_file
+    from pitotbench.records.case_file import read_case
+    from pitotbench.sense import truth_path
+    from pitotbench.show.terminal import printable
+
+    case = read_case(options.case)
+    require_file(options.out, FORMATS, [options.case])
+    if options.truth:
+        require_file(truth_path(options.out), FORMATS, [options.case])
+    log = fly_to_log(case, options.out, options.truth)
+    print(printable(f"{len(log):,} rows written to {options.out}"))
+    return 0

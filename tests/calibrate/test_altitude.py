@@ -1,0 +1,181 @@
+"""The altitude equation: exact without noise, inside its bound with noise, silent for a right static pressure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import static_flights as fixture
+
+from pitotbench import air
+from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.calibrate.gls.altitude_rows import altitude_regression, altitude_rows
+from pitotbench.calibrate.model.prediction import PredictionModel
+from pitotbench.calibrate.rows.observations import observe
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.log import FlightLog
+from pitotbench.units import FOOT, KNOT
+
+STATIC = CalibrationOptions(error_location="static")
+SYNTHETIC = {"format": "pitotbench flight log 1"}
+MODEL = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE, static_error=True)
+THETA = np.array([*fixture.CURVE, *fixture.WIND])
+
+
+def _error_kt(result: Calibration) -> np.ndarray:
+    curve = result.curve
+    return (curve.correction - fixture.true_correction(curve.indicated_airspeed)) / KNOT
+
+
+def _rows_of(log: FlightLog, options: CalibrationOptions = STATIC):
+    obs = observe(log, options)
+    rows = altitude_rows(log, obs, options.gps_latency, np.array(fixture.WIND))
+    assert rows is not None
+    return rows
+
+
+@pytest.mark.parametrize("down", [True, False])
+@pytest.mark.parametrize("maneuver", ["step_decrease", "circle"])
+def test_a_flight_without_noise_is_recovered(maneuver, down):
+    log = fixture.fly(maneuver, 1, replace(fixture.PERFECT, down=down), fixture.CALM)
+    assert np.max(np.abs(_error_kt(calibrate(log, STATIC)))) < 0.005
+
+
+@pytest.mark.parametrize("down", [True, False])
+def test_without_noise_the_rows_leave_nothing_at_the_truth(down):
+    log = fixture.fly("circle", 1, replace(fixture.PERFECT, down=down), fixture.CALM)
+    rows = _rows_of(log)
+    left = altitude_regression(rows, MODEL, THETA, ()).response[: len(rows)]
+    left = left - rows.gain * np.sum(left) / np.sum(rows.gain)  # the reference pressure
+    assert np.ptp(rows.rise) > 3.0
+    assert np.max(np.abs(left)) < 0.02  # m
+
+
+def test_the_rows_move_with_the_curve_as_their_regressors_say():
+    rows = _rows_of(fixture.fly("circle"))
+    plain = altitude_regression(rows, MODEL, THETA, ())
+    for place in range(MODEL.count):
+        step = np.zeros(MODEL.count)
+        step[place] = 1e-6
+        ahead = altitude_regression(rows, MODEL, THETA + step, ()).response
+        behind = altitude_regression(rows, MODEL, THETA - step, ()).response
+        expected = -(ahead - behind) / 2e-6
+        np.testing.assert_allclose(plain.regressors[:, place], expected, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("maneuver", "expected"), [("rapid_decel", 0.64), ("step_decrease", 0.47), ("circle", 0.66)]
+)
+def test_the_height_narrows_the_bound_as_the_information_allows_and_it_still_covers(maneuver, expected):
+    """`expected`: the ratio for known covariances."""
+    ratios, inside, size = [], [], []
+    for seed in range(5, 13):
+        log = fixture.fly(maneuver, seed)
+        joint, alone = calibrate(log, STATIC), calibrate(fixture.without_height(log), STATIC)
+        ratios.append(np.mean(joint.curve.two_sigma) / np.mean(alone.curve.two_sigma))
+        inside.append(np.abs(_error_kt(joint)) <= joint.curve.two_sigma / KNOT)
+        size.append(_error_kt(joint) / (joint.curve.two_sigma / KNOT))
+    assert np.mean(ratios) == pytest.approx(expected, rel=0.15)
+    assert np.mean(np.concatenate(inside)) >= 0.85
+    assert 0.25 < np.sqrt(np.mean(np.concatenate(size) ** 2)) < 0.75  # 0.5 for a perfect 2σ
+
+
+@pytest.mark.parametrize("maneuver", ["rapid_decel", "circle"])
+def test_a_static_error_is_found_to_be_one(maneuver):
+    result = calibrate(fixture.fly(maneuver, 5))
+    assert result.error_location == "static"
+    assert result.diagnostics is not None
+    assert result.diagnostics["static_probability"] > 0.99
+
+
+@pytest.mark.parametrize("maneuver", ["rapid_decel", "circle"])
+def test_an_error_of_the_impact_pressure_is_found_to_leave_the_static_pressure_right(maneuver):
+    log = fixture.fly(maneuver, 5, conditions=fixture.Conditions(location="impact"))
+    assert calibrate(log).error_location == "total"
+    named = calibrate(replace(log, header=SYNTHETIC))
+    assert named.error_location == "impact"
+    assert named.curve.altitude_correction is None
+
+
+def test_where_the_static_pressure_is_right_the_height_changes_nothing():
+    log = fixture.fly("circle", 5, conditions=fixture.Conditions(location="impact"))
+    for location in ("impact", "total"):
+        options = CalibrationOptions(error_location=location)
+        with_height, without = calibrate(log, options), calibrate(fixture.without_height(log), options)
+        np.testing.assert_array_equal(with_height.curve.correction, without.curve.correction)
+        np.testing.assert_array_equal(with_height.curve.two_sigma, without.curve.two_sigma)
+
+
+def test_without_height_a_measured_log_is_static_and_its_bound_holds_the_other_place():
+    log = fixture.without_height(fixture.fly("circle", 5))
+    result = calibrate(log)
+    static, impact = (calibrate(log, CalibrationOptions(error_location=place)) for place in ("static", "impact"))
+    assert result.error_location == "static"
+    np.testing.assert_allclose(result.curve.correction, static.curve.correction, atol=1e-3 * KNOT)
+    apart = static.curve.correction - impact.curve.correction
+    expected = np.hypot(static.curve.two_sigma, 2.0 * apart)
+    np.testing.assert_allclose(result.curve.two_sigma, expected, rtol=0.02)
+
+
+def test_without_height_a_synthetic_log_has_the_published_place():
+    log = replace(fixture.without_height(fixture.fly("circle", 5)), header=SYNTHETIC)
+    result = calibrate(log)
+    assert result.error_location == "impact"
+    np.testing.assert_array_equal(
+        result.curve.two_sigma, calibrate(log, CalibrationOptions(error_location="impact")).curve.two_sigma
+    )
+
+
+def test_the_altitude_correction_holds_the_truth():
+    """Where Δp is positive the static source reads too high, and the airplane is higher than it reads."""
+    inside = []
+    for seed in range(5, 13):
+        curve = calibrate(fixture.fly("circle", seed)).curve
+        assert curve.altitude_correction is not None
+        assert curve.altitude_two_sigma is not None
+        error = fixture.true_error(air.impact_pressure(curve.indicated_airspeed))
+        true = error / (1.0225 * air.GRAVITY)  # m; density at 6,000 ft of a standard day
+        inside.append(np.abs(curve.altitude_correction - true) <= curve.altitude_two_sigma)
+        assert np.ptp(true) > 3.0 * np.max(curve.altitude_two_sigma)
+        assert np.max(curve.altitude_two_sigma) < 15.0 * FOOT
+    assert np.mean(np.concatenate(inside)) >= 0.85
+
+
+def test_rows_at_rest_fix_the_reference_pressure():
+    """With the pressure known where the error is zero, the level of the curve is seen, not only its shape."""
+    plain = fixture.fly("rapid_decel", 5)
+    rested = fixture.after_rest(plain, 120.0)
+    without, with_rest = calibrate(plain, STATIC).curve.two_sigma, calibrate(rested, STATIC).curve.two_sigma
+    assert np.mean(with_rest) < 0.95 * np.mean(without)
+    assert np.all(np.abs(_error_kt(calibrate(rested, STATIC))) < 1.5 * with_rest / KNOT)
+
+
+def test_spikes_of_height_and_of_static_pressure_do_not_matter():
+    log = fixture.fly("circle", 5)
+    static, altitude = log.static_pressure.copy(), log.altitude.copy()
+    static[500::997] += 3000.0
+    altitude[2000:2020] = 0.0
+    spoiled = calibrate(replace(log, static_pressure=static, altitude=altitude), STATIC).curve
+    np.testing.assert_allclose(spoiled.correction, calibrate(log, STATIC).curve.correction, atol=0.1 * KNOT)
+
+
+def test_models_are_weighed_with_the_height_too():
+    """The bound of one flight falls; over flights the curve is inside it."""
+    options = CalibrationOptions(model="auto", error_location="static")
+    inside = []
+    for seed in range(5, 9):
+        log = fixture.fly("circle", seed)
+        joint = calibrate(log, options)
+        inside.append(np.abs(_error_kt(joint)) <= joint.curve.two_sigma / KNOT)
+    alone = calibrate(fixture.without_height(log), options)
+    assert np.mean(joint.curve.two_sigma) < 0.85 * np.mean(alone.curve.two_sigma)
+    assert np.mean(np.concatenate(inside)) >= 0.8  # 95 % less twice the scatter of four flights
+
+
+def test_a_static_pressure_that_contradicts_the_triangle_warns():
+    """Where the static pressure has an error that the impact pressure does not share, no one curve fits both."""
+    log = fixture.fly("circle", 300)
+    assert not any("disagree" in warning for warning in calibrate(log, STATIC).warnings)
+    wrong = log.static_pressure + 0.05 * log.impact_pressure
+    warnings = calibrate(replace(log, static_pressure=wrong), STATIC).warnings
+    assert any("the height disagree" in warning for warning in warnings)

@@ -19,7 +19,7 @@ from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.signatures.hypotheses import cause_of
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
-from pitotbench.show.verdict_text import verdict_json
+from pitotbench.show.verdict_json import verdict_json
 
 
 @pytest.fixture(scope="module")

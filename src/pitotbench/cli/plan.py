@@ -46,7 +46,8 @@ def run(options: argparse.Namespace) -> int:
 
     from pitotbench.bench.plan.recommend import make_plan
     from pitotbench.logbook.outputs import require_folder
-    from pitotbench.show.plan_page import plan_json, print_plan
+    from pitotbench.show.plan_table import plan_json
+    from pitotbench.show.plan_text import print_plan
     from pitotbench.show.strict_json import json_text
     from pitotbench.show.terminal import printable
 

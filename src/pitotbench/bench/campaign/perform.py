@@ -14,7 +14,7 @@ from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.records.score import Score
-from pitotbench.show.section_content import Section
+from pitotbench.show.section import Section
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ def _row(case: Case, system: str, model: str, result: Calibration, flight: Fligh
 
 def _section(task: Task, system: str, flight: Flight, log: FlightLog, results: dict[str, Calibration]) -> Section:
     # Imported here: a worker that draws nothing need not load the drawing library.
-    from pitotbench.show.section import flight_section
+    from pitotbench.show.draw_section import flight_section
 
     spec = flight.case.pressure_error
     truth = {name: bench.true_correction(spec, r.curve.indicated_airspeed) for name, r in results.items()}

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pitotbench.bench.reconcile.outputs import install, keep
+from pitotbench.bench.reconcile.written_verdict import install, keep
 from pitotbench.cli.app import main
 from pitotbench.logbook import read_log
 from pitotbench.reconcile.decide.patches import patch_of_effects
@@ -77,7 +77,7 @@ def test_bad_names_are_refused_before_the_log_is_read(capsys):
 
 
 def test_the_folder_holds_verdict_patch_report_and_overlay(tmp_path, monkeypatch):
-    monkeypatch.setattr("pitotbench.bench.reconcile.outputs.account_page", lambda account: "<html></html>")
+    monkeypatch.setattr("pitotbench.bench.reconcile.written_verdict.account_page", lambda account: "<html></html>")
     keep(outcome(POD), {"verdict": "named"}, tmp_path)
     assert sorted(f.name for f in tmp_path.iterdir()) == [
         "overlay.xml",

@@ -1,9 +1,6 @@
 """FlightLog to Calibration. Nothing in this room can reach the truth of a simulated flight."""
 
 from collections.abc import Sequence
-from functools import cache
-
-from threadpoolctl import ThreadpoolController
 
 from pitotbench.calibrate.accuracy import Accuracies as Accuracies
 from pitotbench.calibrate.accuracy import accuracies_from as accuracies_from
@@ -12,6 +9,7 @@ from pitotbench.calibrate.gps_legs.methods import FixedSpeedResult as FixedSpeed
 from pitotbench.calibrate.gps_legs.methods import fixed_speed as fixed_speed
 from pitotbench.calibrate.joint_fit import reduce_together
 from pitotbench.calibrate.observability import require_useful
+from pitotbench.calibrate.one_thread import one_thread
 from pitotbench.calibrate.options import AUTO
 from pitotbench.calibrate.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibrate.reduction import reduce_log
@@ -28,9 +26,8 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     Raises BadInputError for a log that cannot be used, NoAnswerError for one that does not determine the answer.
     Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for the methods.
     """
-    # One thread: faster on arrays of this size, and the same digits on any number of cores.
     chosen = options or CalibrationOptions()
-    with _threads().limit(limits=1):
+    with one_thread():
         calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
     require_useful(calibration)
     return calibration
@@ -46,16 +43,10 @@ def calibrate_together(
     chosen = options or CalibrationOptions()
     if chosen.model == AUTO:
         raise BadInputError("several logs have a curve in common only of one model: name it, or use --separately")
-    with _threads().limit(limits=1):
+    with one_thread():
         calibrations = tuple(
             assemble(reduction, airspeeds) for reduction, airspeeds in reduce_together(logs, chosen)
         )
     for calibration in calibrations:
         require_useful(calibration)
     return calibrations
-
-
-@cache
-def _threads() -> ThreadpoolController:
-    """Looked up once: finding the loaded libraries takes longer than a fit."""
-    return ThreadpoolController()

@@ -30,8 +30,8 @@ def groups_of(path, seed=1):
 
 
 def dense_covariance(groups, noise):
-    """Of the means over each second, all pairs of seconds, by the double integral of exp(−|t − s|/τ) in closed form;
-    the airspeed, which changes a little from group to group, is that of the pair's middle."""
+    """Of the means over all pairs of seconds, by the double integral of exp(−|t − s|/τ) in closed form; the
+    airspeed, which changes a little from group to group, is the mean of the pair's."""
     deviation, length, white = np.exp(noise)
     time = np.concatenate([group.time for group in groups])
     along = np.concatenate([group.along for group in groups])

@@ -143,8 +143,10 @@ def answer_variances(group: LinearizedGroup, noises: Array) -> Array:
 
 
 def _remembered(seen: Array, decay: Array) -> Array:
-    """The sum over all earlier seconds, each as far as it is correlated with this one, (n, m, 3, 2), for decays from
-    one second to the next, (n, m). One pass: exponential memory needs the last sum only."""
+    """The sum over all earlier seconds, each as far as it is correlated with this one, (n, m, 3, 2).
+
+    `decay`, (n, m), is from one second to the next. One pass: an exponential memory needs the last sum only.
+    """
     sums = np.zeros((*decay.shape, *seen.shape[1:]))
     for second in range(1, len(seen)):
         sums[second] = decay[second, :, None, None] * (sums[second - 1] + seen[second - 1])

@@ -124,7 +124,7 @@ def _leg_gain(group: SteadyGroup, velocity: Array, along: Array) -> Array:
         behind[place] -= _STEP
         slope[place] = (_answer_of_legs(ahead)[0] - _answer_of_legs(behind)[0]) / (2.0 * _STEP)
     share = along / np.bincount(group.leg)[group.leg][:, None]
-    return np.einsum("nc,nck->nk", share, slope[group.leg])
+    return np.asarray(np.einsum("nc,nck->nk", share, slope[group.leg]))
 
 
 def _direction(velocity: Array, answer: Array) -> Array:

@@ -89,8 +89,8 @@ def circle_fit(velocity: Array) -> Array:
 
 
 def circle_gain(velocity: Array, answer: Array) -> Array:
-    """What a step of 1 m/s along the flight path in each ground velocity (n, 2) does to the `circle_fit` of them all,
-    [V, W_N, W_E], (n, 3).
+    """What a step of 1 m/s along the flight path in each ground velocity (n, 2) does to the answer of `circle_fit`,
+    (n, 3).
 
     By the implicit function theorem: the fit's gradient, the sum of r (1, u) with residuals r and unit vectors u of
     the flight path, stays zero. A step along u changes r alone.

@@ -103,7 +103,7 @@ def test_a_bad_cell_far_below_is_named_with_its_row(tmp_path, name, row, cell, m
 
 
 def test_a_minus_zero_is_zero(tmp_path, monkeypatch):
-    """arctan2(−0, −1) is −π, arctan2(0, −1) is π: a sign that a recorder wrote by rounding must not turn a track."""
+    """arctan2(−0, −1) is −π, arctan2(0, −1) is π: a sign from rounding must not turn a track."""
     path = written(tmp_path, PLAIN)
     write_parquet(tmp_path / "log.parquet", {"minus": np.full(5, -0.0)}, {})
     for table in (by_blocks(path, monkeypatch), whole(path, monkeypatch), read_parquet(tmp_path / "log.parquet")):

@@ -37,7 +37,7 @@ def tiled(log: FlightLog, rows: int) -> FlightLog:
 
 
 def cross_check_growth(log: FlightLog, rows: int, times: int) -> float:
-    """CPU time a row of the cross-check of so many times the rows, over that of `rows` rows: 1 where it is linear."""
+    """CPU time a row of the cross-check of `times` times the rows, over that of `rows` rows: 1 where it is linear."""
     short, long = (tiled(log, count) for count in (rows, times * rows))
     with one_thread():
         return _least(lambda: cross_check(long)) / _least(lambda: cross_check(short)) / times

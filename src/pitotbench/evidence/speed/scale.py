@@ -19,8 +19,11 @@ _TRIES = 3
 
 @dataclass(frozen=True, slots=True)
 class ReadingTimes:
-    """CPU seconds, the least of several, for one CSV file: a pass of Arrow's reader with its defaults on one thread,
-    our reading with all checks, and the calibration of the log."""
+    """CPU seconds, the least of several, for one CSV file: a pass of Arrow's reader on one thread, our reading with
+    all checks, and the calibration of the log.
+
+    The process is warm. In a new one Arrow's pass takes about twice as long, since its memory is first asked for.
+    """
 
     arrow: float
     read: float
@@ -37,7 +40,7 @@ def tiled(log: FlightLog, rows: int) -> FlightLog:
 
 
 def cross_check_growth(log: FlightLog, rows: int, times: int) -> float:
-    """CPU time a row of the cross-check of `times` times the rows, over that of `rows` rows: 1 where it is linear."""
+    """CPU time a row of the cross-check of `times` times the rows, over that of `rows` rows: 1 if linear."""
     short, long = (tiled(log, count) for count in (rows, times * rows))
     with one_thread():
         return _least(lambda: cross_check(long)) / _least(lambda: cross_check(short)) / times

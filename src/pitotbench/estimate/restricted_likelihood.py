@@ -136,13 +136,38 @@ def noise_posterior(
         raise NoAnswerError(_UNDETERMINED) from error
 
 
+def weighted_noises(log_posterior: LogPrior, start: Array) -> tuple[Array, Array]:
+    """Values of φ around the mode of any log-posterior, (m, d), and their weights, (m,), which add up to one.
+
+    `log_posterior` returns −inf where the data determine nothing; `start` is a first guess of the mode. Raises
+    NoAnswerError where no mode is found.
+    """
+    places, base, _ = _places(*_climb(log_posterior, start, _SETTLED))
+    heights = np.array([log_posterior(phi) for phi in places])
+    return places, _weights(base, heights)
+
+
+def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Array, Array, Array]:
+    """Return the nodes around a mode, (m, d), their base weights, (m,), and the axes along which they lie, (d, d).
+
+    `count` is the number of parameters of the first set of rows, whose axes are found apart; None for one set.
+    """
+    design = composite_design(len(mode))
+    axes = _axes_by_set(curvature, count)
+    return mode + design.points @ axes.T, design.weights, axes
+
+
+def _weights(base: Array, heights: Array) -> Array:
+    # Relative to the largest height: the exponential of a log-likelihood of thousands would overflow.
+    weights = base * np.exp(heights - heights.max())
+    return np.asarray(weights / weights.sum())
+
+
 def _nodes(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, mode: Array, curvature: Array
 ) -> tuple[NoiseNode, ...]:
     """Return the nodes around a mode; `curvature` is minus the second derivatives there, (d, d)."""
-    design = composite_design(len(mode))
-    axes = _axes_by_set(curvature, _first_set(noise_of))
-    places = mode + design.points @ axes.T
+    places, base, axes = _places(mode, curvature, _first_set(noise_of))
     noises = [noise_of(phi) for phi in places]
     heights = np.array(
         [
@@ -150,14 +175,11 @@ def _nodes(
             for noise, phi in zip(noises, places, strict=True)
         ]
     )
-    # Relative to the largest height: the exponential of a log-likelihood of thousands would overflow.
-    weights = design.weights * np.exp(heights - heights.max())
     volume = float(np.linalg.slogdet(axes)[1]) + 0.5 * len(mode) * np.log(2.0 * np.pi)
-    masses = np.log(design.weights) + heights + volume
-    weights /= weights.sum()
+    masses = np.log(base) + heights + volume
     return tuple(
         NoiseNode(phi, float(weight), float(mass), *solve(problem, noise))
-        for phi, weight, mass, noise in zip(places, weights, masses, noises, strict=True)
+        for phi, weight, mass, noise in zip(places, _weights(base, heights), masses, noises, strict=True)
     )
 
 

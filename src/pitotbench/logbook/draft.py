@@ -34,7 +34,10 @@ class Draft:
 
     def keep(self, good: Booleans) -> None:
         """Keep only the rows where `good` is true, (n,)."""
-        self.channels = {name: values[good] for name, values in self.channels.items()}
+        if good.all():
+            return
+        for name, values in self.channels.items():  # one after the other: a long log is in memory once
+            self.channels[name] = values[good]
         self.rows = self.rows[good]
 
     def leave_out(self, name: str, reason: str) -> None:
@@ -96,7 +99,8 @@ def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArra
     if quantity.kind == "flag":
         return flags(name, column)
     values = numbers(name, column)
-    return to_si(values, suffix) if suffix else values
+    # A column in SI stays the array that it is: a long log is in memory once.
+    return to_si(values, suffix) if suffix not in ("", quantity.unit) else values
 
 
 def _require(draft: Draft, strangers: list[str]) -> None:

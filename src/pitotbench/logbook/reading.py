@@ -25,18 +25,17 @@ def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
     source = Path(path)
     named = None if mapping is None else find_mapping(mapping)
     try:
-        table = _read_table(source) if named is None else read_mapped(source, named, _read_table)
-        return log_of(table)
+        return log_of(_read_table(source) if named is None else read_mapped(source, named, _read_table))
     except BadInputError as error:
         raise BadInputError(f"{source}: {error}") from error
 
 
 def log_of(table: Table) -> FlightLog:
     """Return the checked log of a table. Raises BadInputError where it cannot be used."""
-    draft = draft_of(table)
+    draft, header = draft_of(table), dict(table.header)
+    del table  # or its columns would stay in memory beside those of which a check drops rows
     for check in CHECKS:
         check(draft)
-    header = dict(table.header)
     warnings = [*earlier_warnings(header), *draft.warnings]
     header.pop(WARNINGS, None)
     if warnings:

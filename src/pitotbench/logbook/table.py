@@ -83,7 +83,9 @@ def texts(column: Column) -> NDArray[np.str_]:
     """Return a column as text; an empty cell is an empty text."""
     if column.dtype.kind == "U":
         return column
-    return np.array(["" if cell is None else str(cell) for cell in column], dtype=np.str_)
+    first = np.flatnonzero(np.r_[True, column[1:] != column[:-1]][: len(column)])  # labels come in long runs
+    cells = np.array(["" if cell is None else str(cell) for cell in column[first]], dtype=np.str_)
+    return np.repeat(cells, np.diff(first, append=len(column)))
 
 
 @contextmanager

@@ -108,6 +108,12 @@ ERRORS: dict[str, tuple[Callable[[Table], Table], str]] = {
         lambda t: put("velocity_east_mps", slice(None), 1.0)(put("velocity_north_mps", slice(None), 60.0)(t)),
         r"GPS velocity is the same in every row",
     ),
+    "nothing remains": (
+        lambda t: put("impact_pressure_pa", 1, np.nan)(
+            put("static_pressure_pa", 0, np.nan)({k: v[:3] for k, v in t.items()})
+        ),
+        r"1 of 2 values are not numbers .*no log remains",
+    ),
     "one row": (lambda t: {k: v[:1] for k, v in t.items()}, r"at least 2 are needed"),
     "no rows": (lambda t: {k: v[:0] for k, v in t.items()}, r"no rows"),
 }

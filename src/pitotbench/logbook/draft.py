@@ -17,6 +17,7 @@ from pitotbench.units import Booleans, to_si
 _NEEDED = ("time", "static_pressure", "velocity_north", "velocity_east")
 _EITHER = ("impact_pressure", "total_pressure")
 _SHOWN_RANGES = 5
+_FEWEST_ROWS = 2
 
 
 @dataclass(slots=True)
@@ -30,7 +31,9 @@ class Draft:
     warnings: list[str]
 
     def keep(self, good: Booleans) -> None:
-        """Leave only these rows."""
+        """Leave only these rows. Raises BadInputError, with the reason last given, where fewer than two remain."""
+        if int(good.sum()) < _FEWEST_ROWS:
+            raise BadInputError(f"{self.warnings[-1] if self.warnings else 'rows are dropped'}; no log remains")
         self.channels = {name: values[good] for name, values in self.channels.items()}
         self.rows = self.rows[good]
 

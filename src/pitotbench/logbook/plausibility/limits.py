@@ -1,6 +1,5 @@
 """The limits of what a log may show, each with its reason, and what else two or more checks share."""
 
-import math
 from dataclasses import dataclass
 
 from pitotbench.logbook.draft import Draft
@@ -40,7 +39,7 @@ class Limits:
     misfit_refused: float = 0.3  # gusts of 3 m/s about an airplane of 10 m/s
     axes_misfit: float = 0.1  # above which a unit of one component alone is tried
     axes_better: float = 0.4  # share of the misfit that must remain with it: gusts and the curve remain
-    unit_fits: float = 0.15  # |ln| of q_c that remains after a unit is corrected: the error of the system itself
+    unit_fits: float = 0.15  # of q_c, that may remain after a unit is corrected: the error of the system itself
     sigmas: float = 3.0  # standard errors by which a limit must be passed
 
     # Direction.
@@ -84,13 +83,7 @@ def some(draft: Draft, name: str) -> Array:
     return draft.channels[name][:: max(1, len(draft.rows) // _ROWS)]
 
 
-def units_that_fit(draft: Draft, name: str, factor: float, tolerance: float) -> list[str]:
-    """Columns of a quantity whose unit is `factor` times as large as the one written, within |ln| `tolerance`."""
-    suffix = draft.suffixes[name]
-    if suffix not in SUFFIXES:
-        return []
-    return [
-        f"{name}_{other}"
-        for other in QUANTITIES[name].suffixes
-        if other != suffix and abs(math.log(SUFFIXES[other].factor / SUFFIXES[suffix].factor / factor)) < tolerance
-    ]
+def other_units(draft: Draft, name: str) -> list[tuple[str, float]]:
+    """The other units of a quantity: the suffix, and that unit over the one written."""
+    written = SUFFIXES[draft.suffixes[name]].factor
+    return [(s, SUFFIXES[s].factor / written) for s in QUANTITIES[name].suffixes if s != draft.suffixes[name]]

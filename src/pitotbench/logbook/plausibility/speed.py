@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.logbook.draft import Draft
-from pitotbench.logbook.plausibility.limits import LIMITS, UNIT_WORDS, some, units_that_fit
+from pitotbench.logbook.plausibility.limits import LIMITS, UNIT_WORDS, other_units, some
 from pitotbench.logbook.plausibility.weather import warmth
-from pitotbench.logbook.quantities import QUANTITIES
 from pitotbench.records.errors import BadInputError
 from pitotbench.timeline import fresh_fixes
-from pitotbench.units import SUFFIXES, Array
+from pitotbench.units import Array
 
 _FLYING = 5.0  # m/s over ground
 _SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
@@ -173,11 +172,9 @@ def _check_axes(draft: Draft, seen: Sight, factor: Factor) -> None:
         return
     for axis in ("north", "east"):
         name = f"velocity_{axis}"
-        written = SUFFIXES[draft.suffixes[name]].factor
-        for suffix in QUANTITIES[name].suffixes:
-            times = SUFFIXES[suffix].factor / written
+        for suffix, times in other_units(draft, name):
             other = replace(seen, **{axis: getattr(seen, axis) * times})
-            if times != 1.0 and find_factor(other).misfit < LIMITS.axes_better * factor.misfit:
+            if find_factor(other).misfit < LIMITS.axes_better * factor.misfit:
                 raise BadInputError(
                     f"column {draft.columns[name]!r}: this component alone looks like {UNIT_WORDS[suffix]}: "
                     f"name the column {name}_{suffix}"
@@ -218,10 +215,10 @@ def _check_size(draft: Draft, seen: Sight, factor: Factor) -> None:
     airspeed = float(np.median(air.true_airspeed(seen.impact, seen.static, seen.temperature)))
     ground = float(np.median(np.hypot(seen.north - factor.wind[0], seen.east - factor.wind[1])))
     impact = np.quantile(seen.impact, [0.1, 0.5, 0.9])
-    fits = _fits(draft, factor)
+    fits = _fits(draft, seen)
     words = (
         f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken off: "
-        f"{' or '.join(fits) or _other_guess(draft, factor, float(impact[1]))}"
+        f"{', or '.join(fits or _other_guesses(draft, factor, float(impact[1])))}"
     )
     absurd = size - LIMITS.zero_allowed / impact > LIMITS.curve_refused
     # A unit that fits explains more than a zero does, where the difference is more than that of a zero.
@@ -231,29 +228,44 @@ def _check_size(draft: Draft, seen: Sight, factor: Factor) -> None:
     draft.warnings.append(words)
 
 
-def _fits(draft: Draft, factor: Factor) -> list[str]:
-    """The mistakes of unit that fit, with the columns to write."""
-    needed = max(1.0 + float(factor.excess[1]), 1e-6)  # true over measured impact pressure
-    speed = units_that_fit(draft, "velocity_north", needed**-0.5, 0.5 * LIMITS.unit_fits)
-    pressure = units_that_fit(draft, "impact_pressure", needed, LIMITS.unit_fits)
-    if not draft.columns["impact_pressure"].startswith("impact_pressure"):
-        pressure = []  # formed from a total pressure: another unit of it would have been refused
-    return [f"these look like {_unit(c)}: name the columns {c} and {c.replace('north', 'east')}" for c in speed] + [
-        f"{draft.columns['impact_pressure']!r} looks like {_unit(c)}: name the column {c}" for c in pressure
-    ]
+def _fits(draft: Draft, seen: Sight) -> list[str]:
+    """The mistakes of unit that fit, with the columns to write: each is tried, with a wind of its own."""
+    fits = []
+    for suffix, times in other_units(draft, "velocity_north"):
+        if _explains(replace(seen, north=seen.north * times, east=seen.east * times)):
+            columns = f"velocity_north_{suffix} and velocity_east_{suffix}"
+            fits.append(f"these look like {UNIT_WORDS[suffix]}: name the columns {columns}")
+    column = draft.columns["impact_pressure"]
+    if not column.startswith("impact_pressure"):
+        return fits  # formed from a total pressure: another unit of it would have been refused
+    for suffix, times in other_units(draft, "impact_pressure"):
+        if _explains(replace(seen, impact=seen.impact * times)):
+            fits.append(f"{column!r} looks like {UNIT_WORDS[suffix]}: name the column impact_pressure_{suffix}")
+    return fits
 
 
-def _unit(column: str) -> str:
-    return UNIT_WORDS[column.rpartition("_")[2]]
+def _explains(seen: Sight) -> bool:
+    return abs(float(find_factor(seen).excess[1])) < LIMITS.unit_fits
 
 
-def _other_guess(draft: Draft, factor: Factor, impact_pressure: float) -> str:
+def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float) -> list[str]:
     """What may be wrong where no unit fits."""
     north, impact = draft.columns["velocity_north"], draft.columns["impact_pressure"]
     needed = max(1.0 + float(factor.excess[1]), 1e-6)
-    for times, word in ((2.0, "half"), (0.5, "twice")):
-        if abs(np.log(needed / times)) < LIMITS.unit_fits:
-            return f"{impact!r} looks like {word} the impact pressure: check its gain"
-    if abs(factor.zero) > max(_ZERO_LEADS * abs(factor.scale - 1.0) * impact_pressure, _SMALL_ZERO):
-        return f"{impact!r} looks as if it had a zero offset of {-factor.zero:+.0f} Pa; check zero and units"
-    return f"check units and zero of {impact!r} and {north!r}"
+    guesses = [
+        f"{impact!r} looks like {word} the impact pressure: check its gain"
+        for times, word in ((2.0, "half"), (0.5, "twice"))
+        if abs(np.log(needed / times)) < LIMITS.unit_fits
+    ]
+    offset = _offset(factor, impact_pressure)
+    if abs(offset) > _SMALL_ZERO:
+        guesses.append(f"{impact!r} looks as if it had a zero offset of {offset:+.0f} Pa: check its zero")
+    return guesses or [f"check units and zero of {impact!r} and {north!r}"]
+
+
+def _offset(factor: Factor, impact_pressure: float) -> float:
+    """The zero offset that would explain the difference [Pa]; 0 where none does that a gauge may have."""
+    if abs(factor.zero) > _ZERO_LEADS * abs(factor.scale - 1.0) * impact_pressure:
+        return -factor.zero
+    offset = -float(factor.excess[1]) * impact_pressure
+    return offset if abs(offset) <= LIMITS.zero_allowed else 0.0

@@ -28,7 +28,7 @@ def judge_curve(
 ) -> CurveVerdict:
     """Judge a curve Δp/q_c over indicated airspeed [m/s] by its size; arrays of one length, (n,).
 
-    A point passes a limit where it does so by more than its own 2σ: a curve that is hardly known is not impossible.
+    A point passes a limit where it does so by more than its 2σ: a curve that is hardly known is not impossible.
     Impossible: above 0.2, where an airspeed would be wrong by a tenth. Doubtful: above 0.1, which is 5 kt at
     100 kt and the largest error that FAR 23.1323 accepts. The limits are those that a log is judged with.
     Raises ValueError for arrays of different lengths, or for a number that is not finite.

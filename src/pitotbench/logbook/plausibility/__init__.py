@@ -9,7 +9,7 @@ from pitotbench.logbook.plausibility.attitude import check_attitude
 from pitotbench.logbook.plausibility.heading import check_heading
 from pitotbench.logbook.plausibility.height import check_height
 from pitotbench.logbook.plausibility.limits import LIMITS as LIMITS
-from pitotbench.logbook.plausibility.speed import check_speed, find_factor, sight
+from pitotbench.logbook.plausibility.speed import check_speed, find_factor, flown_rows
 from pitotbench.logbook.plausibility.weather import check_rise, check_temperature
 
 __all__ = ["LIMITS", "check_plausibility"]
@@ -20,10 +20,10 @@ def check_plausibility(draft: Draft) -> None:
     check_height(draft)
     check_temperature(draft)
     check_rise(draft)
-    seen = sight(draft)
-    if seen is None:
+    flown = flown_rows(draft)
+    if flown is None:
         return
-    factor = find_factor(seen)
-    check_speed(draft, seen, factor)
-    check_heading(draft, seen, factor)
-    check_attitude(draft, seen, factor)
+    factor = find_factor(flown)
+    check_speed(draft, flown, factor)
+    check_heading(draft, flown, factor)
+    check_attitude(draft, flown, factor)

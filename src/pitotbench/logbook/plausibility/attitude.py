@@ -4,28 +4,28 @@ import numpy as np
 
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.plausibility.limits import LIMITS
-from pitotbench.logbook.plausibility.speed import Factor, Sight
+from pitotbench.logbook.plausibility.speed import Factor, FlownRows
 from pitotbench.logbook.quantities import QUANTITIES
 from pitotbench.units import STANDARD_GRAVITY, SUFFIXES, Array
 
 _SPAN = 4.0  # s, over which an acceleration is taken: longer than a fix of 1 Hz, shorter than a turn
 
 
-def check_attitude(draft: Draft, seen: Sight, factor: Factor) -> None:
+def check_attitude(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     """Leave out a roll or pitch in another unit than its column says; warn of one with the wrong sign."""
-    forward, right = _accelerations(seen, factor.wind)
+    forward, right = _accelerations(flown, factor.wind)
     if "roll" in draft.channels:
-        _compare(draft, "roll", np.arctan(right / STANDARD_GRAVITY), draft.channels["roll"][seen.rows], False)
+        _compare(draft, "roll", np.arctan(right / STANDARD_GRAVITY), draft.channels["roll"][flown.rows], False)
     if "pitch" in draft.channels and "specific_force_x" in draft.channels:
-        force = draft.channels["specific_force_x"][seen.rows] - forward
+        force = draft.channels["specific_force_x"][flown.rows] - forward
         expected = np.arcsin(np.clip(force / STANDARD_GRAVITY, -0.9, 0.9))
-        _compare(draft, "pitch", expected, draft.channels["pitch"][seen.rows], True)
+        _compare(draft, "pitch", expected, draft.channels["pitch"][flown.rows], True)
 
 
-def _accelerations(seen: Sight, wind: Array) -> tuple[Array, Array]:
+def _accelerations(flown: FlownRows, wind: Array) -> tuple[Array, Array]:
     """Along and to the right of the path through the air [m/s²], (n,), over `_SPAN`."""
-    north, east = (_rate(seen.time, v) for v in (seen.north, seen.east))
-    through = seen.north - wind[0], seen.east - wind[1]
+    north, east = (_rate(flown.time, v) for v in (flown.north, flown.east))
+    through = flown.north - wind[0], flown.east - wind[1]
     speed = np.maximum(np.hypot(*through), 1.0)
     forward = (north * through[0] + east * through[1]) / speed
     right = (east * through[0] - north * through[1]) / speed

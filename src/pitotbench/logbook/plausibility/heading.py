@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pitotbench import air
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.plausibility.limits import LIMITS
-from pitotbench.logbook.plausibility.speed import Factor, Sight
+from pitotbench.logbook.plausibility.speed import Factor, FlownRows
 from pitotbench.units import DEGREE, Array
 
 Complex = NDArray[np.complex128]
@@ -35,18 +35,18 @@ class Alignment:
     misfit: float
 
 
-def check_heading(draft: Draft, seen: Sight, factor: Factor) -> None:
+def check_heading(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     """Warn where the velocity does not follow the heading; leave out a heading that stands still in turns."""
     heading = draft.channels.get("heading")
     if heading is None:
         return
-    psi = heading[seen.rows]
-    track = np.arctan2(seen.east, seen.north)
+    psi = heading[flown.rows]
+    track = np.arctan2(flown.east, flown.north)
     if _turning(psi) < LIMITS.headings_spread:
         if _turning(track) > LIMITS.headings_spread and _turning(psi) < 0.1 * LIMITS.headings_spread:
             draft.leave_out("heading", "it does not turn while the GPS track does; check its unit")
         return
-    words = _disagreement(seen, factor, psi, track)
+    words = _disagreement(flown, factor, psi, track)
     if words:
         draft.warnings.append(
             f"columns {draft.columns['heading']!r} and {draft.columns['velocity_north']!r}: {words}; the wind, and "
@@ -54,17 +54,17 @@ def check_heading(draft: Draft, seen: Sight, factor: Factor) -> None:
         )
 
 
-def align(seen: Sight, psi: Array, mirrored: bool) -> Alignment:
+def align(flown: FlownRows, psi: Array, mirrored: bool) -> Alignment:
     """The least-squares a and wind of the velocity against the heading `psi` [rad], (n,)."""
-    airspeed = air.true_airspeed(seen.impact, seen.static, seen.temperature)
+    airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
     pointer = airspeed * np.exp(-1j * psi if mirrored else 1j * psi)
-    velocity: Complex = seen.north + 1j * seen.east
+    velocity: Complex = flown.north + 1j * flown.east
     matrix = np.stack([pointer, np.ones_like(pointer)], axis=1)
     solution = np.linalg.lstsq(matrix, velocity, rcond=None)[0]
     rest = velocity - matrix @ solution
     misfit = float(np.sqrt(np.mean(np.abs(rest) ** 2)))
     scatter = float(np.std(pointer))
-    spread = misfit / (abs(solution[0]) * scatter * np.sqrt(len(psi) / seen.shared))
+    spread = misfit / (abs(solution[0]) * scatter * np.sqrt(len(psi) / flown.shared))
     usual = abs(solution[0]) * float(np.median(airspeed))
     return Alignment(float(np.angle(solution[0])) / DEGREE, float(spread) / DEGREE, misfit / usual)
 
@@ -74,8 +74,8 @@ def _turning(angle: Array) -> float:
     return 1.0 - float(np.abs(np.mean(np.exp(1j * angle))))
 
 
-def _disagreement(seen: Sight, factor: Factor, psi: Array, track: Array) -> str:
-    direct, mirror = align(seen, psi, False), align(seen, psi, True)
+def _disagreement(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> str:
+    direct, mirror = align(flown, psi, False), align(flown, psi, True)
     if min(direct.misfit, mirror.misfit) > LIMITS.misfit_refused:
         return "the velocity does not follow the heading; check signs and units of both"
     if mirror.misfit < LIMITS.mirror_better * direct.misfit:
@@ -93,13 +93,13 @@ def _disagreement(seen: Sight, factor: Factor, psi: Array, track: Array) -> str:
             f"the axes are turned by {direct.angle:+.0f}° against each other: is one of them magnetic, the heading "
             "not the airplane's, or a sign wrong?"
         )
-    return _is_track(seen, factor, psi, track)
+    return _is_track(flown, factor, psi, track)
 
 
-def _is_track(seen: Sight, factor: Factor, psi: Array, track: Array) -> str:
+def _is_track(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> str:
     """A heading that is the track itself, though the wind sets the airplane off."""
     difference = np.angle(np.exp(1j * (psi - track)))
     if float(np.sqrt(np.mean(difference**2))) > LIMITS.track_equal * DEGREE:
         return ""
-    wind = float(np.hypot(*factor.wind)) / float(np.median(np.hypot(seen.north, seen.east)))
+    wind = float(np.hypot(*factor.wind)) / float(np.median(np.hypot(flown.north, flown.east)))
     return "" if wind < 4.0 * LIMITS.track_equal * DEGREE else "the heading is the track over ground"

@@ -19,7 +19,7 @@ from pitotbench.units import Array
 
 _FLYING = 5.0  # m/s over ground
 _SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
-_ROWS = 600  # that the fit looks at: more tell no more of a factor
+_ROWS = 600  # that the fit looks at: more rows add nothing to a factor
 _FEWEST = 20
 _LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as one
 _STEPS = 12  # of Gauss and Newton; the misfit is nearly linear in what is sought
@@ -31,7 +31,7 @@ _CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class FlownRows:
     """The rows in flight with a new fix, (n,) each, from which the factor is found; `rows` count in the draft."""
 
     rows: NDArray[np.intp]
@@ -67,7 +67,7 @@ class Factor:
     change_spread: float
 
 
-def sight(draft: Draft) -> Sight | None:
+def flown_rows(draft: Draft) -> FlownRows | None:
     """The rows to compare; None where too few are in flight."""
     c = draft.channels
     north, east, impact = c["velocity_north"], c["velocity_east"], c["impact_pressure"]
@@ -80,68 +80,68 @@ def sight(draft: Draft) -> Sight | None:
     rows = rows[:: max(1, len(rows) // _ROWS)]
     static = c["static_pressure"][rows]
     warm = air.standard_temperature(air.pressure_altitude(static)) * warmth(draft, some(draft, "static_pressure"))
-    return Sight(rows, c["time"][rows], impact[rows], static, warm, north[rows], east[rows])
+    return FlownRows(rows, c["time"][rows], impact[rows], static, warm, north[rows], east[rows])
 
 
-def find_factor(seen: Sight) -> Factor:
+def find_factor(flown: FlownRows) -> Factor:
     """Fit wind, scale, zero and a change of the scale at half time, by weighted least squares with weak priors."""
-    late = np.where(seen.time > np.median(seen.time), 0.5, -0.5)
-    airspeed = float(np.median(air.true_airspeed(seen.impact, seen.static, seen.temperature)))
-    ground = float(np.median(np.hypot(seen.north, seen.east)))
+    late = np.where(flown.time > np.median(flown.time), 0.5, -0.5)
+    airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
+    ground = float(np.median(np.hypot(flown.north, flown.east)))
     wind_spread = LIMITS.wind_spread + LIMITS.wind_share * min(airspeed, ground)
     prior = np.array([wind_spread, wind_spread, _SCALE_SPREAD, LIMITS.zero_spread, _CHANGE_SPREAD]) ** -2.0
     x = np.array([0.0, 0.0, 2.0 * np.log(ground / airspeed), 0.0, 0.0])
     damping = 1e-3
-    residual = _residual(x, seen, late)
+    residual = _residual(x, flown, late)
     sigma = max(_GUST, float(np.sqrt(np.mean(residual**2))))
     covariance = np.asarray(np.eye(len(x)))
     for _ in range(_STEPS):
-        jacobian = _slopes(x, seen, late)
-        weight = 1.0 / (seen.shared * sigma**2)
+        jacobian = _slopes(x, flown, late)
+        weight = 1.0 / (flown.shared * sigma**2)
         normal = weight * jacobian.T @ jacobian + np.diag(prior)
         step = np.linalg.solve(
             normal + damping * np.diag(np.diag(normal)), -weight * jacobian.T @ residual - prior * x
         )
         trial = x + step
-        after = _residual(trial, seen, late)
+        after = _residual(trial, flown, late)
         if _cost(after, trial, weight, prior) <= _cost(residual, x, weight, prior):
             x, residual, damping = trial, after, damping / 10.0
         else:
             damping *= 100.0
         sigma = max(_GUST, float(np.sqrt(np.mean(residual**2))))
         covariance = np.asarray(np.linalg.inv(normal))
-    return _factor(x, covariance, seen, float(np.sqrt(np.mean(residual**2))))
+    return _factor(x, covariance, flown, float(np.sqrt(np.mean(residual**2))))
 
 
 def _cost(residual: Array, x: Array, weight: float, prior: Array) -> float:
     return weight * float(residual @ residual) + float(prior @ (x * x))
 
 
-def _residual(x: Array, seen: Sight, late: Array) -> Array:
+def _residual(x: Array, flown: FlownRows, late: Array) -> Array:
     """Ground speed less wind, less the airspeed of the corrected impact pressure [m/s], (n,)."""
-    corrected = np.maximum(np.exp(x[2] + x[4] * late) * seen.impact + x[3], 1.0)
-    airspeed = air.true_airspeed(corrected, seen.static, seen.temperature)
-    through_air: Array = np.hypot(seen.north - x[0], seen.east - x[1])
+    corrected = np.maximum(np.exp(x[2] + x[4] * late) * flown.impact + x[3], 1.0)
+    airspeed = air.true_airspeed(corrected, flown.static, flown.temperature)
+    through_air: Array = np.hypot(flown.north - x[0], flown.east - x[1])
     return through_air - airspeed
 
 
-def _slopes(x: Array, seen: Sight, late: Array) -> Array:
+def _slopes(x: Array, flown: FlownRows, late: Array) -> Array:
     """The residual's derivative by each unknown, (n, 5)."""
     columns = []
     for i, step in enumerate((0.01, 0.01, 1e-4, 0.1, 1e-4)):
         up, down = x.copy(), x.copy()
         up[i] += step
         down[i] -= step
-        columns.append((_residual(up, seen, late) - _residual(down, seen, late)) / (2.0 * step))
+        columns.append((_residual(up, flown, late) - _residual(down, flown, late)) / (2.0 * step))
     return np.stack(columns, axis=1)
 
 
-def _factor(x: Array, covariance: Array, seen: Sight, misfit: float) -> Factor:
+def _factor(x: Array, covariance: Array, flown: FlownRows, misfit: float) -> Factor:
     scale, zero = float(np.exp(x[2])), float(x[3])
-    impact = np.quantile(seen.impact, [0.1, 0.5, 0.9])
+    impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
     by_unknown = np.stack([np.full(3, scale), 1.0 / impact])
     spread = np.sqrt(np.einsum("ik,ij,jk->k", by_unknown, covariance[2:4, 2:4], by_unknown))
-    airspeed = float(np.median(np.hypot(seen.north - x[0], seen.east - x[1])))
+    airspeed = float(np.median(np.hypot(flown.north - x[0], flown.east - x[1])))
     return Factor(
         scale=scale,
         zero=zero,
@@ -154,26 +154,26 @@ def _factor(x: Array, covariance: Array, seen: Sight, misfit: float) -> Factor:
     )
 
 
-def check_speed(draft: Draft, seen: Sight, factor: Factor) -> None:
+def check_speed(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     """Refuse speeds that no pressure error and no wind can bring together; warn of those that hardly one can."""
-    _check_axes(draft, seen, factor)
+    _check_axes(draft, flown, factor)
     _check_misfit(draft, factor)
     _check_change(draft, factor)
-    _check_size(draft, seen, factor)
+    _check_size(draft, flown, factor)
 
 
 def _columns(draft: Draft) -> str:
     return f"columns {draft.columns['impact_pressure']!r} and {draft.columns['velocity_north']!r}"
 
 
-def _check_axes(draft: Draft, seen: Sight, factor: Factor) -> None:
+def _check_axes(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     """Refuse a velocity of which one component is in another unit than the other."""
     if factor.misfit <= LIMITS.axes_misfit:
         return
     for axis in ("north", "east"):
         name = f"velocity_{axis}"
         for suffix, times in other_units(draft, name):
-            other = replace(seen, **{axis: getattr(seen, axis) * times})
+            other = replace(flown, **{axis: getattr(flown, axis) * times})
             if find_factor(other).misfit < LIMITS.axes_better * factor.misfit:
                 raise BadInputError(
                     f"column {draft.columns[name]!r}: this component alone looks like {UNIT_WORDS[suffix]}: "
@@ -208,14 +208,14 @@ def _check_change(draft: Draft, factor: Factor) -> None:
     draft.warnings.append(words)
 
 
-def _check_size(draft: Draft, seen: Sight, factor: Factor) -> None:
+def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
     size = np.abs(factor.excess) - LIMITS.sigmas * factor.spread
     if not np.any(size > LIMITS.curve_doubted):
         return
-    airspeed = float(np.median(air.true_airspeed(seen.impact, seen.static, seen.temperature)))
-    ground = float(np.median(np.hypot(seen.north - factor.wind[0], seen.east - factor.wind[1])))
-    impact = np.quantile(seen.impact, [0.1, 0.5, 0.9])
-    fits = _fits(draft, seen)
+    airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
+    ground = float(np.median(np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])))
+    impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
+    fits = _fits(draft, flown)
     words = (
         f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken off: "
         f"{', or '.join(fits or _other_guesses(draft, factor, float(impact[1])))}"
@@ -228,24 +228,24 @@ def _check_size(draft: Draft, seen: Sight, factor: Factor) -> None:
     draft.warnings.append(words)
 
 
-def _fits(draft: Draft, seen: Sight) -> list[str]:
-    """The mistakes of unit that fit, with the columns to write: each is tried, with a wind of its own."""
+def _fits(draft: Draft, flown: FlownRows) -> list[str]:
+    """The mistakes of unit that fit, with the columns to write: each is tried with a new fit of the wind."""
     fits = []
     for suffix, times in other_units(draft, "velocity_north"):
-        if _explains(replace(seen, north=seen.north * times, east=seen.east * times)):
+        if _explains(replace(flown, north=flown.north * times, east=flown.east * times)):
             columns = f"velocity_north_{suffix} and velocity_east_{suffix}"
             fits.append(f"these look like {UNIT_WORDS[suffix]}: name the columns {columns}")
     column = draft.columns["impact_pressure"]
     if not column.startswith("impact_pressure"):
         return fits  # formed from a total pressure: another unit of it would have been refused
     for suffix, times in other_units(draft, "impact_pressure"):
-        if _explains(replace(seen, impact=seen.impact * times)):
+        if _explains(replace(flown, impact=flown.impact * times)):
             fits.append(f"{column!r} looks like {UNIT_WORDS[suffix]}: name the column impact_pressure_{suffix}")
     return fits
 
 
-def _explains(seen: Sight) -> bool:
-    return abs(float(find_factor(seen).excess[1])) < LIMITS.unit_fits
+def _explains(flown: FlownRows) -> bool:
+    return abs(float(find_factor(flown).excess[1])) < LIMITS.unit_fits
 
 
 def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float) -> list[str]:

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.bench import score, scored, true_correction
+from pitotbench.bench import wind_toward
+from pitotbench.bench.truth_comparison import compare_curve, compare_wind
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.reading import log_of
@@ -424,13 +425,12 @@ def judge(mistake: Mistake) -> Outcome:
         return Outcome(mistake, "crashed", f"{type(error).__name__}: {error}")
     said = dict.fromkeys([*spoiled.header.get("warnings", ()), *found.warnings])
     case = flight().case
-    inside = scored(found.curve)
-    error = found.curve.correction - true_correction(case.pressure_error, found.curve.indicated_airspeed)
-    size = np.abs(error[inside])
-    ratio = float(np.max(size / found.curve.two_sigma[inside]))
-    bound = float(np.hypot(found.wind.north.two_sigma, found.wind.east.two_sigma))
-    wind = score(found, flight()).wind_error / bound
-    return _kind(mistake, " | ".join(said), float(np.max(size)) / KNOT, ratio, wind)
+    curve = compare_curve(found.curve, case.pressure_error)
+    wind = compare_wind(found.wind, wind_toward(case.wind)[:2])
+    size = np.abs(curve.error)
+    ratio = float(np.max(size / curve.two_sigma))
+    wind_ratio = float(np.linalg.norm(wind.error) / np.linalg.norm(wind.two_sigma))
+    return _kind(mistake, " | ".join(said), float(np.max(size)) / KNOT, ratio, wind_ratio)
 
 
 def _kind(mistake: Mistake, says: str, error_kt: float, ratio: float, wind: float) -> Outcome:

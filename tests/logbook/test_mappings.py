@@ -198,4 +198,4 @@ def test_seaway_log(parts):
     assert 95e3 < np.median(log.static_pressure) < 103e3
     assert np.hypot(log.velocity_north, log.velocity_east).max() > 8.0
     assert np.median(np.diff(log.time)) == pytest.approx(1.0, abs=0.1)
-    assert any("units and zero" in warning for warning in log.header["warnings"])
+    assert any("zero offset" in warning for warning in log.header["warnings"])

@@ -1,5 +1,6 @@
 """Read and write flight logs: CSV, Parquet and .mat, with units as column suffixes; foreign logs by a mapping."""
 
+from pitotbench.logbook.flights import flights_in as flights_in
 from pitotbench.logbook.formats import FORMATS as FORMATS
 from pitotbench.logbook.mapping import find_mapping as find_mapping
 from pitotbench.logbook.mapping import shipped as shipped_mappings
@@ -14,6 +15,7 @@ __all__ = [
     "QUANTITIES",
     "atomic",
     "find_mapping",
+    "flights_in",
     "read_log",
     "shipped_mappings",
     "write_log",

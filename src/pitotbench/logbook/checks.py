@@ -5,46 +5,24 @@ Rows are counted from 1, which is the first row below the line of column names.
 
 import numpy as np
 
-from pitotbench import air
 from pitotbench.channels import Channel
 from pitotbench.logbook.draft import Draft
+from pitotbench.logbook.flights import check_pauses
 from pitotbench.logbook.holding import hold_fixes
+from pitotbench.logbook.missing import check_numbers
+from pitotbench.logbook.plausibility import check_plausibility
+from pitotbench.logbook.plausibility.weather import TEMPERATURES, likely_temperatures
 from pitotbench.logbook.quantities import QUANTITIES
 from pitotbench.logbook.stuck import check_stuck
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import from_si, to_si
 
-_FEW = 0.01  # share of rows without a number that may be dropped
+_FEW = 0.01  # share of time stamps that may repeat
 _MOST = 0.5  # share of rows that may be dropped for a negative impact pressure
 _BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
-_FLYING = 5.0  # m/s over ground, above which airspeed and ground speed are compared
 _LONGEST_STEP = 10.0  # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
 _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
 _LONGEST_GAP = 86400.0  # s, between two rows of one log: the blocks of a log are counted by the second
-_SPEED_RATIO = 1.6  # airspeed over ground speed, or its inverse: knots taken for meters per second give 1.94
-_WRONG_RATIO = 2.5  # beyond it, no wind explains the ratio
-
-
-def check_numbers(draft: Draft) -> None:
-    """Drop the few rows in which a channel is not a number.
-
-    A channel with many such rows is ignored where it is optional; else the log is refused with BadInputError.
-    """
-    for quantity in draft.numeric():
-        bad = ~np.isfinite(draft.channels[quantity.name])
-        if not bad.any():
-            continue
-        share, column = float(bad.mean()), draft.columns[quantity.name]
-        words = f"{int(bad.sum())} of {len(bad)} values are not numbers ({draft.named(bad)})"
-        if share <= _FEW:
-            draft.warnings.append(f"column {column!r}: {words}: those rows are dropped")
-            draft.keep(~bad)
-        elif quantity.essential:
-            raise BadInputError(
-                f"column {column!r}: {words}; at most {_FEW:.0%} can be dropped: cut the log to a whole part"
-            )
-        else:
-            draft.leave_out(quantity.name, words)
 
 
 def check_time(draft: Draft) -> None:
@@ -126,7 +104,10 @@ def _implausible(draft: Draft, quantity: Channel, typical: float) -> str:
     fits = [
         s for s in quantity.suffixes if quantity.low <= float(to_si(written, s)) <= quantity.high and s != suffix
     ]
-    columns = " or ".join(f"{quantity.name}_{s}" for s in fits)
+    named = [f"{quantity.name}_{s}" for s in fits]
+    if quantity.name in TEMPERATURES and "static_pressure" in draft.channels:
+        named = likely_temperatures(draft, quantity.name) or named
+    columns = " or ".join(named)
     way_out = f"; they would fit {columns}: correct the unit" if fits else ""
     if not quantity.unit:
         way_out = "; write it as a number from 0 to 1"
@@ -185,30 +166,6 @@ def check_impact_pressure(draft: Draft) -> None:
         draft.keep(~negative)
 
 
-def check_speeds(draft: Draft) -> None:
-    """Warn where airspeed and ground speed differ by more than a wind; raise BadInputError where by far more."""
-    ground_speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
-    flying = ground_speed > _FLYING
-    if not flying.any():
-        return
-    c = {name: draft.channels[name][flying] for name in ("impact_pressure", "static_pressure")}
-    mach = air.mach_from_impact_pressure(c["impact_pressure"], c["static_pressure"])
-    # The standard temperature is good enough here: 30 K move the airspeed by 5 %, a wrong unit by 94 %.
-    standard = air.standard_temperature(air.pressure_altitude(c["static_pressure"]))
-    airspeed = float(np.median(mach * air.sound_speed(standard)))
-    ground = float(np.median(ground_speed[flying]))
-    ratio = airspeed / ground
-    words = (
-        f"the median airspeed is {airspeed:.0f} m/s and the median ground speed {ground:.0f} m/s, which wind "
-        f"seldom explains; check units and zero of {draft.columns['impact_pressure']!r} and "
-        f"{draft.columns['velocity_north']!r}"
-    )
-    if abs(airspeed - ground) > 30.0 and not 1.0 / _WRONG_RATIO < ratio < _WRONG_RATIO:
-        raise BadInputError(words)
-    if not 1.0 / _SPEED_RATIO < ratio < _SPEED_RATIO:
-        draft.warnings.append(words)
-
-
 # The order matters: fixes are held before blanks count as missing numbers, the clock is right before units are
 # judged, and the impact pressure exists before it is checked.
 CHECKS = (
@@ -216,10 +173,11 @@ CHECKS = (
     check_numbers,
     check_time,
     check_clock,
+    check_pauses,
     check_units,
     check_spikes,
     form_impact_pressure,
     check_impact_pressure,
     check_stuck,
-    check_speeds,
+    check_plausibility,
 )

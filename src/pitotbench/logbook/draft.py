@@ -17,6 +17,7 @@ from pitotbench.units import Booleans, to_si
 _NEEDED = ("time", "static_pressure", "velocity_north", "velocity_east")
 _EITHER = ("impact_pressure", "total_pressure")
 _SHOWN_RANGES = 5
+_FEWEST_ROWS = 2
 
 
 @dataclass(slots=True)
@@ -33,7 +34,12 @@ class Draft:
     warnings: list[str]
 
     def keep(self, good: Booleans) -> None:
-        """Keep only the rows where `good` is true, (n,)."""
+        """Keep only the rows where `good` is true, (n,).
+
+        Raises BadInputError, with the reason given last, where fewer than two rows remain.
+        """
+        if int(good.sum()) < _FEWEST_ROWS:
+            raise BadInputError(f"{self.warnings[-1] if self.warnings else 'rows are dropped'}; no log remains")
         if good.all():
             return
         for name, values in self.channels.items():  # one after the other: a long log is in memory once

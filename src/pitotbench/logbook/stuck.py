@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from pitotbench.logbook.draft import Draft
 from pitotbench.records.errors import BadInputError
+from pitotbench.timeline import pauses
 from pitotbench.units import Array, Booleans
 
 _MOST = 0.5  # share of rows that may be dropped for a stuck sensor
@@ -50,6 +51,7 @@ def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
     Short runs of equal values are normal: the fixes of a slow GPS repeat, and so do the steps of a coarse sensor.
     """
     changed, moved = _changes(draft, names), np.r_[0, np.cumsum(_changes(draft, others))]
+    changed[pauses(draft.channels["time"]) - 1] = True  # what happened meanwhile was not recorded
     first = np.r_[0, np.flatnonzero(changed) + 1]
     last = np.r_[first[1:] - 1, len(draft.rows) - 1]
     lasting = draft.channels["time"][last] - draft.channels["time"][first]

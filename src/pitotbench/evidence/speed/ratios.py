@@ -1,7 +1,7 @@
 """The speed ratios that `make bench` prints: CPU time over that of the same work without the bench.
 
-Each is the least of several tries on one thread. Single absolute times differ from hour to hour on a shared machine;
-their ratios within one run differ less.
+Each is the least of several tries on one thread. Absolute times differ from hour to hour on a shared machine; their
+ratios within one run differ less.
 """
 
 from collections.abc import Iterator
@@ -41,4 +41,5 @@ def _fit_lines(log: FlightLog) -> Iterator[str]:
     yield f"rows fitted: {fit.rows:,} x 3 outputs, 5 parameters; SciPy alone {fit.scipy:.3f} s"
     yield f"fit with covering bound / SciPy least_squares alone    {fit.covering / fit.scipy:6.2f}   (limit 1.00)"
     yield f"vector output error / SciPy least_squares alone        {fit.vector / fit.scipy:6.2f}   (limit 1.00)"
-    yield f"fit with covering bound / one residual and Jacobian    {fit.covering / fit.evaluation:6.1f}   (limit 40)"
+    evaluations = fit.covering / fit.evaluation
+    yield f"fit with covering bound / one residual and Jacobian    {evaluations:6.1f}   (limit 40)"

@@ -137,13 +137,13 @@ def work_out(example: Example, progress: Progress | None = None) -> WorkedExampl
 
 
 def write_examples(worked: Sequence[WorkedExample], out: Path, reports: Path | None = None) -> None:
-    """Write `reconcile-stories.md` with a picture of each example into a folder, and the full reports into another
+    """Write `reconcile-examples.md` with a picture of each example into a folder, and the full reports into another
     one where it is given."""
-    (out / "stories").mkdir(parents=True, exist_ok=True)
+    (out / "reconcile-examples").mkdir(parents=True, exist_ok=True)
     chapters = []
     for one in worked:
         example, account = one.example, one.account
-        example_picture(account, out / "stories" / f"{example.name}.png")
+        example_picture(account, out / "reconcile-examples" / f"{example.name}.png")
         if reports is not None:
             reports.mkdir(parents=True, exist_ok=True)
             write_text(reports / f"{example.name}.html", account_page(account))
@@ -154,9 +154,9 @@ def write_examples(worked: Sequence[WorkedExample], out: Path, reports: Path | N
     seeds = ", ".join(str(one.example.seed) for one in worked)
     provenance = (
         f"Seeds {seeds}, held out + {HELD_OUT}; {SYSTEM} Hz, light turbulence.\nWritten by "
-        "`scripts/reconcile_stories.py`; with `--reports DIR` it writes the full report of each as well."
+        "`scripts/reconcile_examples.py`; with `--reports DIR` it writes the full report of each as well."
     )
-    write_text(out / "reconcile-stories.md", examples_page(chapters, provenance))
+    write_text(out / "reconcile-examples.md", examples_page(chapters, provenance))
 
 
 def _case(example: Example, seed: int) -> Case:

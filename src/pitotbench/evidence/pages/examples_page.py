@@ -43,7 +43,7 @@ class ExampleChapter:
 
 
 def examples_page(chapters: Sequence[ExampleChapter], provenance: str) -> str:
-    """The Markdown of all chapters; their pictures are `stories/<name>.png`."""
+    """The Markdown of all chapters; their pictures are `reconcile-examples/<name>.png`."""
     table = markdown_table(_COLUMNS, chapters)
     return _HEAD.format(provenance=provenance, table=table) + "".join(_chapter(each) for each in chapters)
 
@@ -119,7 +119,7 @@ def _chapter(chapter: ExampleChapter) -> str:
         lines.append(f"The best candidate is {_sized(best)} ({best.score:.0f}σ, {ratio}).\n")
     lines.append(f"**The gap.** {_gap(account)}\n")
     lines.append(
-        f"![{chapter.title}: where and when the gap is, and how much of it remains](stories/{chapter.name}.png)\n"
+        f"![{chapter.title}: where and when the gap is, and how much of it remains](reconcile-examples/{chapter.name}.png)\n"
     )
     return "\n".join(lines)
 

@@ -1,6 +1,6 @@
-"""Hide an effect in a flight, reconcile, hold the answer against the truth: writes docs/reconcile-stories.md.
+"""Hide an effect in a flight, reconcile, hold the answer against the truth: writes docs/reconcile-examples.md.
 
-python scripts/reconcile_stories.py [--only belly_pod,turn_drag] [--out docs] [--reports DIR]
+python scripts/reconcile_examples.py [--only belly_pod,turn_drag] [--out docs] [--reports DIR]
 """
 
 import argparse

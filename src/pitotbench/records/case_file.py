@@ -18,7 +18,6 @@ from pitotbench.records.errors import BadInputError
 from pitotbench.records.toml_text import write_toml
 from pitotbench.units import SUFFIXES, Suffix
 
-_LOG_SUFFIXES = (".csv", ".parquet", ".mat", ".ulg", ".bin")  # repeated here: records must not import the logbook
 # No column of a log is a frequency, so the table of column suffixes lacks it.
 CASE_SUFFIXES: dict[str, Suffix] = {**SUFFIXES, "hz": Suffix("frequency", 1.0)}
 
@@ -60,8 +59,10 @@ def _text(source: Path | str) -> tuple[str, str]:
     if isinstance(source, str) and ("\n" in source or "=" in source or not source):
         return "case", source
     path = Path(source)
-    if path.suffix.lower() in _LOG_SUFFIXES:
-        raise BadInputError(f"{source}: this is a log, not a case; a case is a TOML file")
+    if path.suffix.lower() not in (".toml", ""):
+        raise BadInputError(
+            f"{source}: not a case; a case is a TOML file that ends in .toml, a log is read by calibrate"
+        )
     try:
         return str(source), path.read_text(encoding="utf-8")
     except OSError as error:

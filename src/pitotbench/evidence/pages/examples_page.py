@@ -118,9 +118,8 @@ def _chapter(chapter: ExampleChapter) -> str:
         lines.append(f"{said} Truth: {_truth(chapter)}.\n")
         lines.append(f"The best candidate is {_sized(best)} ({best.score:.0f}σ, {ratio}).\n")
     lines.append(f"**The gap.** {_gap(account)}\n")
-    lines.append(
-        f"![{chapter.title}: where and when the gap is, and how much of it remains](reconcile-examples/{chapter.name}.png)\n"
-    )
+    caption = f"{chapter.title}: where and when the gap is, and how much of it remains"
+    lines.append(f"![{caption}](reconcile-examples/{chapter.name}.png)\n")
     return "\n".join(lines)
 
 

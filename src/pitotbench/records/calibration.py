@@ -29,7 +29,9 @@ class WindEstimate:
 class ErrorCurve:
     """The pressure error as a curve over indicated airspeed; arrays of one length.
 
-    `correction` is calibrated minus indicated airspeed. `two_sigma` is the bound that is meant to cover each
+    `correction` is calibrated minus indicated airspeed, to be added to the raw reading: a zero offset of the impact
+    pressure that was found is taken out with it. `normalized_pressure_error` and `altitude_correction` are of the
+    pressure error alone, at the same readings. `two_sigma` is the bound that is meant to cover each
     point, `simultaneous_two_sigma` the wider band that is meant to hold the whole curve at once, and
     `white_two_sigma` the Cramér-Rao bound for white residuals, shown for comparison only.
     """
@@ -65,6 +67,19 @@ class Share:
 
 
 @dataclass(frozen=True, slots=True)
+class Assumption:
+    """The 2σ accuracy that a bound takes for granted of one constant error; its unit is the suffix of the name.
+
+    `source`: `stated` by the user or the mapping, `header` (by the log itself), `usual` (nobody stated one),
+    `standard day` (the log has no temperature) or `method` (the published method takes its sensors for exact).
+    """
+
+    name: str
+    two_sigma: float
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
 class Residuals:
     """What the fitted model left over, for pictures and checks: one entry a sample used.
 
@@ -90,7 +105,9 @@ class Calibration:
     `residual_two_sigma` [m/s] is the paper's 2σ (of the residual, as calibrated airspeed): not a bound on the
     curve. `condition_number` is that of the scaled, whitened normal problem. `diagnostics` holds plain numbers
     by name (iterations, effective samples, noise levels ...). `error_location`: where the pressure error sits,
-    stated, assumed or found (`static`, `total` or `impact`).
+    stated, assumed or found (`static`, `total` or `impact`). `assumptions`: the accuracies on which every bound
+    depends. `impact_pressure_zero` [Pa]: the zero offset of the sensor that was found and that `curve.correction`
+    takes out, None where none was looked for.
     """
 
     model: str
@@ -109,3 +126,5 @@ class Calibration:
     shares: tuple[Share, ...] = ()
     diagnostics: dict[str, Any] | None = None
     error_location: str = "impact"
+    assumptions: tuple[Assumption, ...] = ()
+    impact_pressure_zero: Estimate | None = None

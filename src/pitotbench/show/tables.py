@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from pitotbench.records.calibration import Calibration, Estimate
+from pitotbench.show.assumptions import assumption_lines, assumptions_json
 from pitotbench.show.model_probabilities import choice_html, print_choice, probabilities_of
 from pitotbench.show.terminal import outside
 from pitotbench.units import DEGREE, FOOT, KNOT
@@ -34,6 +35,7 @@ _HEADINGS = (
     "indicated\n[kt]", "correction\n[kt]", "2σ\n[kt]", "2σ, whole\ncurve [kt]", "white 2σ\n[kt]", "Δp/q_c\n[-]",
     "2σ\n[-]",
 )  # fmt: skip
+_LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
 _PLACES = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
 _ALTITUDE_HEADINGS = ("altitude\ncorr. [ft]", "2σ\n[ft]")
 _STYLES = (".0f", "+.2f", ".2f", ".2f", ".2f", "+.4f", ".4f")
@@ -100,6 +102,8 @@ def print_calibration(result: Calibration, console: Console) -> None:
         f"condition number {result.condition_number:.1e}; {result.reason}",
         markup=False,
     )
+    for line in assumption_lines(result):
+        console.print(outside(line))
     console.print(f"the error sits in: {_PLACES[result.error_location]}")
     console.print(f"x = q_ci / {result.reference_pressure:.2f} Pa; curve of {len(curve.correction)} points")
     for warning in result.warnings:
@@ -113,9 +117,16 @@ def share_lines(result: Calibration) -> list[str]:
     wind = max(result.wind.north.two_sigma, result.wind.east.two_sigma) / KNOT
     return [
         f"of ±{total:.2f} kt on the curve (±{wind:.2f} kt on the wind), {share.curve / KNOT:.2f} "
-        f"({share.wind / KNOT:.2f}) is {share.name} ({share.estimate.value:+.3g} ± {share.estimate.two_sigma:.3g})"
+        f"({share.wind / KNOT:.2f}) is {share.name} ({_found(share.estimate)} ± {share.estimate.two_sigma:.3g})"
         for share in sorted(result.shares, key=lambda share: -share.curve - share.wind)
+        if max(share.curve, share.wind) > _LEAST_SHARE * KNOT
     ]
+
+
+def _found(estimate: Estimate) -> str:
+    """A value that is nothing beside its bound as zero: only rounding gave it digits."""
+    value = estimate.value if abs(estimate.value) > 1e-6 * estimate.two_sigma else 0.0
+    return f"{value:+.3g}"
 
 
 def curve_html(result: Calibration) -> str:
@@ -138,7 +149,8 @@ def curve_html(result: Calibration) -> str:
         for s, v, b, a, w, r, rb in _curve_rows(result)
     )
     parameters = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
-    shares = "".join(f"<p>{escape_html(line)}</p>" for line in share_lines(result))
+    lines = [*assumption_lines(result), *share_lines(result)]
+    shares = "".join(f"<p>{escape_html(line)}</p>" for line in lines)
     return (
         f'<details><summary>The curve in numbers</summary><div class="scroll"><table><thead><tr>{head}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
@@ -203,6 +215,7 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
             for row, altitude in zip(_curve_rows(result), _altitudes(result), strict=True)
         ],
         "error_location": result.error_location,
+        **assumptions_json(result),
         "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
         "samples": result.samples,
         "converged": result.converged,

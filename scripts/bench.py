@@ -2,34 +2,22 @@
 
     python scripts/bench.py
 
-CPU seconds of one thread, the least of several tries."""
+CPU seconds of one thread, the least of several tries. The last line is wall time with all processes.
+"""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-import numpy as np
+from pitotbench.cli import main as pitotbench
+from pitotbench.evidence.speed.ratios import ratio_lines
 
-from pitotbench.cli.app import main as pitotbench
-from pitotbench.evidence.speed.fit_times import fit_times
-from pitotbench.evidence.speed.flight_overhead import overhead_ratio
-from pitotbench.records.case import Case
-from pitotbench.sense import data_system, record
-from pitotbench.simulate import fly
-
-FIT_ROWS = 36_000
 EVERYTHING = ["campaign", "--maneuver", "all", "--das", "all", "--model", "all", "--out"]
 
 
 def main() -> None:
-    print(f"recorded flight / bare JSBSim loop                     {overhead_ratio():6.2f}   (limit 1.35)")
-    log = record(fly(Case(maneuver="circle")), data_system("100/100"), 1)
-    fit = fit_times(log.select(np.arange(min(FIT_ROWS, len(log)))))
-    print(f"rows fitted: {fit.rows:,} x 3 outputs, 5 parameters; SciPy alone {fit.scipy:.3f} s")
-    print(f"fit with covering bound / SciPy least_squares alone    {fit.covering / fit.scipy:6.2f}   (limit 1.00)")
-    print(f"vector output error / SciPy least_squares alone        {fit.vector / fit.scipy:6.2f}   (limit 1.00)")
-    evaluations = fit.covering / fit.evaluation
-    print(f"fit with covering bound / one residual and Jacobian    {evaluations:6.1f}   (limit 40)")
+    for line in ratio_lines():
+        print(line, flush=True)
     with TemporaryDirectory() as folder:
         begun = perf_counter()
         pitotbench([*EVERYTHING, str(Path(folder, "all"))])

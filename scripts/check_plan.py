@@ -2,12 +2,14 @@
 
     python scripts/check_plan.py --seeds 16 --turbulence light,moderate --out docs
 
-Writes plan.md and plan.png; `--flown FILE.csv` keeps the flown bounds, so that only the forecasts are made again.
+Writes plan.md and plan.png; `--rows FILE.parquet` keeps the flown bounds: a check cut short goes on, and a second
+one makes only the forecasts again.
 """
 
 import argparse
 from pathlib import Path
 
+from pitotbench.evidence.experiment import Budget
 from pitotbench.evidence.plan_check import check_plan
 
 
@@ -16,12 +18,14 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=16, help="flights a maneuver (default: %(default)s)")
     parser.add_argument("--turbulence", default="light", help="comma list (default: %(default)s)")
     parser.add_argument("--das", default="20/1,50/50,100/100", help="comma list (default: %(default)s)")
-    parser.add_argument("--flown", type=Path, help="CSV file of flown bounds: read where it exists, else written")
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
+    parser.add_argument(
+        "--rows", type=Path, help="Parquet file of flown bounds (delete it with a change of the calibrator)"
+    )
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder (default: %(default)s)")
     options = parser.parse_args()
-    table = check_plan(
-        options.turbulence.split(","), options.das.split(","), options.seeds, options.out, flown_file=options.flown
-    )
+    turbulences, systems = options.turbulence.split(","), options.das.split(",")
+    table = check_plan(turbulences, systems, options.seeds, options.out, Budget(options.jobs, rows=options.rows))
     print(table.to_string(index=False, float_format="%.3f"))
 
 

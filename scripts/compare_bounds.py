@@ -9,17 +9,19 @@ import argparse
 from pathlib import Path
 
 from pitotbench.bench.flight_store import FlightStore
-from pitotbench.evidence.bounds.coverage import FIRST_SCORED_SEED
 from pitotbench.evidence.bounds.peers import comparison
 from pitotbench.evidence.pages.measured_pages import peers_page
+from pitotbench.evidence.random_truth import FIRST_SCORED_SEED
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=40, help="flights a maneuver (default: %(default)s)")
     parser.add_argument("--flights", type=Path, help="folder where flights are kept")
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core, at most one a maneuver)")
     options = parser.parse_args()
-    table = comparison(options.seeds, store=FlightStore(options.flights) if options.flights else None)
+    store = FlightStore(options.flights) if options.flights else None
+    table = comparison(options.seeds, store=store, jobs=options.jobs)
     print(peers_page(table, range(FIRST_SCORED_SEED, FIRST_SCORED_SEED + options.seeds)), end="")
 
 

@@ -14,9 +14,10 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=10, help="flights a cell (default: %(default)s)")
     parser.add_argument("--das", default="50/50", help="data system (default: %(default)s)")
     parser.add_argument("--turbulence", default="none,light", help="comma list (default: %(default)s)")
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
     options = parser.parse_args()
     for turbulence in options.turbulence.split(","):
-        for line in score_fixed_speed(turbulence, options.das, range(1, options.seeds + 1)):
+        for line in score_fixed_speed(turbulence, options.das, range(1, options.seeds + 1), options.jobs):
             print(line, flush=True)
 
 

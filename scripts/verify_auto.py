@@ -8,10 +8,13 @@ Prints a page (Markdown) with one line a maneuver, truth and model. About 4 CPU 
 
 import argparse
 
-import pandas as pd
-
-from pitotbench.evidence.bounds.coverage import Trial
-from pitotbench.evidence.bounds.truths_outside import FIRST_DEVELOPMENT_SEED, TRUTHS, score_outside, summarize
+from pitotbench.evidence.bounds.truths_outside import (
+    FIRST_DEVELOPMENT_SEED,
+    TRUTHS,
+    outside_experiment,
+    summarize,
+)
+from pitotbench.evidence.experiment import Budget, run_experiment
 from pitotbench.evidence.pages.measured_pages import auto_page
 
 
@@ -22,16 +25,13 @@ def main() -> None:
     parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")
     parser.add_argument("--seeds", type=int, default=10, help="flights of each maneuver (default: %(default)s)")
     parser.add_argument("--first", type=int, default=FIRST_DEVELOPMENT_SEED, help="first seed (default: 1)")
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
     options = parser.parse_args()
     seeds = range(options.first, options.first + options.seeds)
-    rows = [
-        row
-        for maneuver in options.maneuver.split(",")
-        for seed in seeds
-        for row in score_outside(Trial(maneuver, options.turbulence, seed), options.das)
-    ]
+    experiment = outside_experiment(options.maneuver.split(","), options.turbulence, options.das)
+    rows = run_experiment(experiment, seeds, Budget(options.jobs))
     asked = {name: getattr(options, name) for name in ("maneuver", "turbulence", "das")}
-    print(auto_page(summarize(pd.DataFrame(rows)), list(TRUTHS), seeds, asked), end="")
+    print(auto_page(summarize(rows), list(TRUTHS), seeds, asked), end="")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,8 @@ import argparse
 from pathlib import Path
 
 from pitotbench.evidence.bounds.scorings import SCORINGS
-from pitotbench.evidence.bounds.verify import Budget, verify
+from pitotbench.evidence.bounds.verify import verify
+from pitotbench.evidence.experiment import Budget
 
 
 def main() -> None:
@@ -20,11 +21,7 @@ def main() -> None:
     parser.add_argument(
         "--flights", type=Path, help="folder where flights are kept for the next campaign (40 MB a seed)"
     )
-    parser.add_argument(
-        "--rows",
-        type=Path,
-        help="Parquet file of scored rows: a campaign cut short goes on (delete it with a change)",
-    )
+    parser.add_argument("--rows", type=Path, help="Parquet file of rows scored before (delete it with a change)")
     parser.add_argument(
         "--scoring",
         default=",".join(SCORINGS),
@@ -32,8 +29,9 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path, default=Path("docs"), help="folder (default: %(default)s)")
     options = parser.parse_args()
-    budget = Budget(options.jobs, options.minutes, options.flights, options.rows)
-    verify(options.seeds, options.out, budget, [SCORINGS[name].name for name in options.scoring.split(",")])
+    budget = Budget(options.jobs, options.minutes, options.rows)
+    scorings = [SCORINGS[name].name for name in options.scoring.split(",")]
+    verify(options.seeds, options.out, budget, scorings, options.flights)
 
 
 if __name__ == "__main__":

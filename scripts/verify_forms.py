@@ -6,11 +6,9 @@ Prints a page (Markdown) with one line a maneuver and form. About 5 CPU seconds 
 """
 
 import argparse
-import os
 
-import pandas as pd
-
-from pitotbench.evidence.bounds.forms import FIRST_SCORED_SEED, score_all, summarize_forms
+from pitotbench.evidence.bounds.forms import FIRST_SCORED_SEED, forms_experiment, summarize_forms
+from pitotbench.evidence.experiment import Budget, run_experiment
 from pitotbench.evidence.pages.measured_pages import forms_page
 
 
@@ -20,10 +18,11 @@ def main() -> None:
     parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")
     parser.add_argument("--seeds", type=int, default=60, help="flights of each maneuver (default: %(default)s)")
     parser.add_argument("--first", type=int, default=FIRST_SCORED_SEED, help="first seed (default: %(default)s)")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes (default: one a core)")
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
     options = parser.parse_args()
     seeds = range(options.first, options.first + options.seeds)
-    table = summarize_forms(pd.DataFrame(score_all(seeds, options.turbulence, options.das, options.jobs)))
+    experiment = forms_experiment(options.turbulence, options.das)
+    table = summarize_forms(run_experiment(experiment, seeds, Budget(options.jobs)))
     print(forms_page(table, seeds, {"turbulence": options.turbulence, "das": options.das}), end="")
 
 

@@ -1,7 +1,8 @@
-"""Standard atmosphere and airspeed relations: pure functions on arrays, each formula once.
+"""Standard atmosphere and airspeed relations, as pure functions on arrays.
 
-Subsonic, calorically perfect air (Gracey, NASA RP-1046, 1980; ICAO Doc 7488). All arguments and results are
-SI and broadcast. Impact pressure q_c is total minus static pressure.
+The air is a calorically perfect gas and the flow subsonic (Gracey, NASA RP-1046, 1980; ICAO Doc 7488). Arguments
+and results are SI and broadcast: scalars and arrays of any shape are allowed. The impact pressure q_c is the total
+minus the static pressure.
 """
 
 import numpy as np
@@ -21,13 +22,15 @@ _EXPONENT = GRAVITY / (GAS_CONSTANT * LAPSE_RATE)
 
 
 def standard_temperature(pressure_altitude: Meters | float) -> Kelvin:
-    """Standard-day temperature [K] at a pressure altitude [m] up to 20 km."""
+    """Return the standard-day temperature [K] at a pressure altitude [m] up to 20 km."""
     h = np.minimum(np.asarray(pressure_altitude, dtype=np.float64), TROPOPAUSE)
     return np.asarray(SEA_LEVEL_TEMPERATURE - LAPSE_RATE * h)
 
 
 def standard_pressure(pressure_altitude: Meters | float) -> Pascal:
-    """Standard-day pressure [Pa] at a pressure altitude [m] up to 20 km."""
+    """Return the standard-day pressure [Pa] at a pressure altitude [m] up to 20 km."""
+    # Below the tropopause the temperature falls with height, above it is constant. The first factor stops changing
+    # there, the second one is 1 below it.
     h = np.asarray(pressure_altitude, dtype=np.float64)
     below = (standard_temperature(h) / SEA_LEVEL_TEMPERATURE) ** _EXPONENT
     cold = float(standard_temperature(TROPOPAUSE))
@@ -36,7 +39,7 @@ def standard_pressure(pressure_altitude: Meters | float) -> Pascal:
 
 
 def pressure_altitude(static_pressure: Pascal | float) -> Meters:
-    """Pressure altitude [m] of a static pressure [Pa]; the inverse of `standard_pressure`."""
+    """Return the pressure altitude [m] of a static pressure [Pa]; the inverse of `standard_pressure`."""
     p = np.asarray(static_pressure, dtype=np.float64)
     edge = float(standard_pressure(TROPOPAUSE))
     low = SEA_LEVEL_TEMPERATURE / LAPSE_RATE * (1.0 - (p / SEA_LEVEL_PRESSURE) ** (1.0 / _EXPONENT))
@@ -46,36 +49,43 @@ def pressure_altitude(static_pressure: Pascal | float) -> Meters:
 
 
 def sound_speed(air_temperature: Kelvin | float) -> MetersPerSecond:
-    """Speed of sound [m/s] in air of a static temperature [K]."""
+    """Return the speed of sound [m/s] at an air temperature [K]."""
     return np.sqrt(HEAT_RATIO * GAS_CONSTANT * np.asarray(air_temperature, dtype=np.float64))
 
 
 def impact_pressure_from_mach(mach: Array | float, static_pressure: Pascal | float) -> Pascal:
-    """Impact pressure [Pa] of subsonic flow, q_c = p[(1 + 0.2 M²)^3.5 − 1]."""
+    """Return the impact pressure [Pa] at a Mach number and a static pressure p [Pa]: p[(1 + 0.2 M²)^3.5 − 1]."""
+    # expm1 and log1p keep all digits where q_c is a small part of p, as it is at 100 kt.
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(static_pressure * np.expm1(3.5 * np.log1p(0.2 * m * m)))
 
 
 def mach_from_impact_pressure(impact_pressure: Pascal | float, static_pressure: Pascal | float) -> Array:
-    """Mach number of an impact pressure [Pa] at a static pressure [Pa]; subsonic, NaN-free for q_c ≥ 0."""
+    """Return the Mach number of an impact pressure q_c ≥ 0 [Pa] at a static pressure [Pa], in subsonic flow.
+
+    The inverse of `impact_pressure_from_mach`; NaN for a negative impact pressure.
+    """
     ratio = np.asarray(impact_pressure, dtype=np.float64) / static_pressure
     return np.sqrt(5.0 * np.expm1(np.log1p(ratio) * (2.0 / 7.0)))
 
 
 def calibrated_airspeed(impact_pressure: Pascal | float) -> MetersPerSecond:
-    """Calibrated airspeed [m/s] of an impact pressure [Pa]; of an indicated one: indicated airspeed."""
+    """Return the calibrated airspeed [m/s] of an impact pressure [Pa].
+
+    Of an indicated impact pressure, the result is the indicated airspeed.
+    """
     return np.asarray(SEA_LEVEL_SOUND_SPEED * mach_from_impact_pressure(impact_pressure, SEA_LEVEL_PRESSURE))
 
 
 def impact_pressure(calibrated_airspeed: MetersPerSecond | float) -> Pascal:
-    """Impact pressure [Pa] of a calibrated airspeed [m/s]; the inverse of `calibrated_airspeed`."""
+    """Return the impact pressure [Pa] of a calibrated airspeed [m/s]; the inverse of `calibrated_airspeed`."""
     return impact_pressure_from_mach(
         np.asarray(calibrated_airspeed, dtype=np.float64) / SEA_LEVEL_SOUND_SPEED, SEA_LEVEL_PRESSURE
     )
 
 
 def calibrated_airspeed_slope(impact_pressure: Pascal | float) -> Array:
-    """dV_c/dq_c [m/s per Pa], the scale between a pressure error and an airspeed error."""
+    """Return dV_c/dq_c [m/s per Pa], which turns a small pressure error into an airspeed error."""
     q = np.asarray(impact_pressure, dtype=np.float64)
     speed = calibrated_airspeed(q)
     ratio = 1.0 + q / SEA_LEVEL_PRESSURE
@@ -83,13 +93,13 @@ def calibrated_airspeed_slope(impact_pressure: Pascal | float) -> Array:
 
 
 def total_temperature(air_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0) -> Kelvin:
-    """Temperature a probe reads [K], T_t = T(1 + 0.2 r M²), of an air temperature [K]."""
+    """Return the temperature [K] that a probe reads at an air temperature T [K]: T_t = T(1 + 0.2 r M²)."""
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(air_temperature * (1.0 + 0.2 * recovery_factor * m * m))
 
 
 def air_temperature(total_temperature: Kelvin | float, mach: Array | float, recovery_factor: float = 1.0) -> Kelvin:
-    """Air (static) temperature [K] of a probe reading [K]; the inverse of `total_temperature`."""
+    """Return the air (static) temperature [K] of a probe's reading [K]; the inverse of `total_temperature`."""
     m = np.asarray(mach, dtype=np.float64)
     return np.asarray(total_temperature / (1.0 + 0.2 * recovery_factor * m * m))
 
@@ -97,13 +107,13 @@ def air_temperature(total_temperature: Kelvin | float, mach: Array | float, reco
 def true_airspeed(
     impact_pressure: Pascal | float, static_pressure: Pascal | float, air_temperature: Kelvin | float
 ) -> MetersPerSecond:
-    """True airspeed [m/s] of impact pressure [Pa], static pressure [Pa] and air temperature [K]."""
+    """Return the true airspeed [m/s] of an impact pressure [Pa], static pressure [Pa] and air temperature [K]."""
     return mach_from_impact_pressure(impact_pressure, static_pressure) * sound_speed(air_temperature)
 
 
 def impact_pressure_from_true_airspeed(
     true_airspeed: MetersPerSecond | float, static_pressure: Pascal | float, air_temperature: Kelvin | float
 ) -> Pascal:
-    """Impact pressure [Pa] of a true airspeed [m/s]; the inverse of `true_airspeed`."""
+    """Return the impact pressure [Pa] of a true airspeed [m/s]; the inverse of `true_airspeed`."""
     mach = np.asarray(true_airspeed, dtype=np.float64) / sound_speed(air_temperature)
     return impact_pressure_from_mach(mach, static_pressure)

@@ -1,4 +1,4 @@
-"""Axes: body (forward, right, down through the airplane) and earth (north, east, down).
+"""Turn vectors between body axes (forward, right, down) and earth axes (north, east, down).
 
 Stevens and Lewis, Aircraft Control and Simulation, 2003, §1.3 (attitude) and §2.3 (flow angles).
 """
@@ -9,7 +9,8 @@ from pitotbench.units import Array, Radians
 
 
 def body_to_earth(vector: Array, roll: Radians, pitch: Radians, heading: Radians) -> Array:
-    """Turn vectors from body axes (forward, right, down) to earth axes (north, east, down), both (3, n)."""
+    """Turn vectors, (3, n), from body axes to earth axes, (3, n). Angles are in radians, (n,); heading is true."""
+    # One rotation after the other, in reverse order of the Euler angles: roll, then pitch, then heading.
     forward, right, down = vector
     level_right = right * np.cos(roll) - down * np.sin(roll)
     below = right * np.sin(roll) + down * np.cos(roll)
@@ -24,7 +25,7 @@ def body_to_earth(vector: Array, roll: Radians, pitch: Radians, heading: Radians
 
 
 def flow_direction(angle_of_attack: Radians, sideslip: Radians) -> Array:
-    """Unit vector of the velocity through the air in body axes, (3, n), from the flow angles."""
+    """Return the direction of the velocity through the air in body axes, unit vectors (3, n), from flow angles."""
     return np.stack(
         [
             np.cos(angle_of_attack) * np.cos(sideslip),

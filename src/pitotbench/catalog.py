@@ -1,4 +1,4 @@
-"""A named choice that explains a wrong name."""
+"""Tables of named things, whose errors list the known names and the nearest one."""
 
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
@@ -8,7 +8,7 @@ T = TypeVar("T")
 
 
 class UnknownNameError(ValueError):
-    """A name that the catalog does not hold; the message lists the known ones and the nearest."""
+    """A name that the catalog does not hold. The message lists the known names and the nearest one."""
 
 
 class Catalog(Mapping[str, T], Generic[T]):
@@ -37,8 +37,9 @@ class Catalog(Mapping[str, T], Generic[T]):
 
 
 def explain(kind: str, name: str, known: Mapping[str, object] | list[str]) -> str:
-    """Say that a name is unknown, which names are known, and which is the nearest."""
+    """Return a message that a name of a kind is unknown, with the nearest name and all known names."""
     names = list(known)
+    # The cutoff is difflib's share of matching letters: at 0.5 `circel` finds `circle`, and noise finds nothing.
     near = get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     return f"unknown {kind} {name!r}.{hint} Known: {', '.join(names) or 'none'}."

@@ -1,8 +1,9 @@
-"""The table of channels: all that a flight log can hold, one line a channel.
+"""The table of channels: everything that a flight log can hold, one line a channel.
 
-A line says what the record, the log's columns, the checks on reading, the simulated sensor and the reconciler need:
-the type and unit, where the channel comes from, the range of an airplane, the noise and resolution of its sensor. A
-new recorded channel is one line here and, so that it can be simulated, one in `simulate/properties.py`.
+A line states the type, the unit, the instrument, the plausible range, and the noise and resolution of the
+simulated sensor. The log record, the columns of log files, the checks on reading, the simulated sensors and the
+reconciliation all read this table. A new channel is one line here and, to be simulated, one line in
+`simulate/properties.py`.
 """
 
 from dataclasses import dataclass, replace
@@ -34,13 +35,17 @@ _QUARTER, _TURN = 0.5 * pi, 2.0 * pi  # rad
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """One channel of a log; in the table it takes the `name` of its field.
+    """One channel of a log. In the table, `name` is the name of its field.
 
-    `unit` is the canonical unit suffix ("" for a plain number). `source` is the instrument: all channels of one
-    source are renewed together. `low` ≤ median of |x| and 95 % quantile of |x| ≤ `high` [SI] is what an airplane
-    can show; outside it the unit is wrong or the sensor dead. Of an `essential` channel that is an error, any other
-    is left out. `noise` (1σ of the white noise) and `resolution` are those of the simulated sensor [SI], or name
-    the field of `DataSystem` that holds them; noise is None where the recorder builds the channel in its own way.
+    `unit` is the canonical unit suffix, "" for a plain number. `source` is the instrument: all channels of one
+    source get new values together.
+
+    `low` and `high` [SI] are the plausible range: the median of |x| is at least `low`, the 95 % quantile of |x| at
+    most `high`. Outside it the unit is wrong or the sensor is dead. For an `essential` channel this is an error;
+    any other channel is then ignored, with a warning.
+
+    `noise` (1σ of the white noise) and `resolution` describe the simulated sensor: a number [SI], or the name of
+    the field of `DataSystem` that holds it. `noise` is None for channels that the recorder computes in another way.
     `wraps` marks an angle that starts again at a full turn.
     """
 
@@ -66,7 +71,8 @@ class Channel:
         return [s for s, u in SUFFIXES.items() if self.unit and u.dimension == SUFFIXES[self.unit].dimension]
 
 
-# What several channels share.
+# Entries that several channels share. The upper limits allow for fast jets and for short peaks; the lower ones
+# exclude a sensor that is switched off, and the most common wrong units.
 _VELOCITY = Channel("mps", "gps", 0.0, 700.0, "velocity_noise", "velocity_resolution", essential=True)
 _RATE = Channel("radps", "inertial", 0.0, 10.0, "rate_noise", 1e-4)
 _SPECIFIC_FORCE = Channel("mps2", "inertial", 0.0, 100.0, "acceleration_noise", 1e-3)
@@ -82,8 +88,8 @@ _FUEL_FLOW = Channel("kgps", "engine", 0.0, 3.0, 0.5 * POUND / 3600.0, 1e-6)  # 
 class Recorded:
     """The channels of a log as typed fields; `records.log.FlightLog` adds the header and the checks.
 
-    Resolutions that are numbers are about a twentieth of the noise or finer: a word length that does not show, and
-    keeps logs short.
+    Each resolution that is a number is a twentieth of the noise or finer: too fine to matter, but coarse enough to
+    keep log files short.
     """
 
     time: Annotated[Seconds, Channel("s", "clock", 0.0, _ANY, essential=True)]
@@ -138,5 +144,5 @@ CHANNELS: dict[str, Channel] = {
 
 
 def numbers_from(source: Source) -> tuple[str, ...]:
-    """The names of the channels from a source whose values are numbers, in the order of the table."""
+    """Return the names of a source's channels whose values are numbers, in the order of the table."""
     return tuple(c.name for c in CHANNELS.values() if c.source == source and c.kind == "number")

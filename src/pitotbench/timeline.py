@@ -1,11 +1,11 @@
-"""The time base of a log: where samples are missing, where the recording paused, which GPS fixes are new.
+"""Examine the time base of a log: where samples are missing, where the recording paused, which GPS fixes are new.
 
-A stretch is a part of a log between two breaks. There are two kinds of break, because two questions are asked:
+A stretch is a part of a log between two breaks. There are two kinds of break:
 
-- A *gap* (`gaps`): at least one sample is missing. What counts on a uniform step, such as a digital filter or a
-  recorder with two rates, must start anew there.
+- A *gap* (`gaps`): at least one sample is missing. A calculation that needs a uniform step, such as a digital
+  filter, must start anew there.
 - A *pause* (`pauses`): the airplane moved unobserved for so long that nothing may be interpolated across it. A few
-  lost samples are no pause: a straight line or a spline bridges them.
+  lost samples are not a pause: a straight line or a spline bridges them.
 """
 
 from itertools import pairwise
@@ -23,37 +23,39 @@ PAUSE_SECONDS = 2.0  # s: at a high rate five samples pass before the airplane h
 
 
 def interval(time: Seconds) -> float:
-    """The usual time between samples [s]: the median, which gaps do not move. `time` holds two samples or more."""
+    """Return the median time between samples [s], which gaps do not change. `time` holds at least two samples."""
     return float(np.median(np.diff(time)))
 
 
 def gaps(time: Seconds) -> Indices:
-    """The first row after each gap: the step to it is longer than `MISSING` sample intervals."""
+    """Return the first row after each gap, where the time step is longer than `MISSING` sample intervals."""
     return _after(time, MISSING, 0.0)
 
 
 def pauses(time: Seconds) -> Indices:
-    """The first row after each pause: the step to it is longer than `PAUSE_SAMPLES` sample intervals and longer
-    than `PAUSE_SECONDS`."""
+    """Return the first row after each pause.
+
+    There the time step is longer than `PAUSE_SAMPLES` sample intervals and longer than `PAUSE_SECONDS`.
+    """
     return _after(time, PAUSE_SAMPLES, PAUSE_SECONDS)
 
 
 def stretches(time: Seconds, breaks: Indices) -> list[slice]:
-    """The rows of each stretch; `breaks` are the rows that begin a new one, from `gaps` or `pauses`."""
+    """Return the rows of each stretch. `breaks` are the rows that begin a new stretch, from `gaps` or `pauses`."""
     ends = [0, *(int(row) for row in breaks), len(time)]
     return [slice(first, end) for first, end in pairwise(ends)]
 
 
 def stretch_numbers(time: Seconds, breaks: Indices) -> Indices:
-    """The number of the stretch in which each row lies, from 0, (n,)."""
+    """Return the number of the stretch of each row, counted from 0, (n,)."""
     return np.searchsorted(breaks, np.arange(len(time)), side="right")
 
 
 def fresh_fixes(marked: Booleans | None, velocity_north: Array, velocity_east: Array) -> Booleans:
-    """The rows at which the GPS velocity is new, (n,).
+    """Return whether the GPS velocity is new in each row, (n,).
 
-    `marked` is the log's column `gps_fresh`. Without it a fix is new where the velocity differs from that of the
-    row before: a receiver slower than the recorder has each fix repeated until the next.
+    `marked` is the log's column `gps_fresh`. Without it, a fix is new where the velocity differs from that of the
+    row before: the recorder repeats the fixes of a slower receiver.
     """
     if marked is not None:
         return marked

@@ -1,7 +1,8 @@
-"""Unit factors. Inside the bench everything is SI and radians; these serve the edges only.
+"""Unit factors and suffixes. Inside the bench everything is SI and radians; units are converted at the edges only.
 
-The annotations name the unit of an array in a signature; they are documentation that a reader can trust,
-not a run-time check. The suffix table is closed: a column or flag ends in one of these or is refused.
+Annotations such as `Pascal` name the unit of an array in a signature. They are documentation, not a run-time check.
+A column or flag must end in a suffix of the table `SUFFIXES`.
+Factors: B. N. Taylor and A. Thompson, NIST Special Publication 811, 2008, appendix B.
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,10 @@ Radians = Annotated[Array, "rad"]
 KNOT = 1852.0 / 3600.0  # m/s, exact by definition of the nautical mile
 NAUTICAL_MILE = 1852.0  # m, exact by definition
 FOOT = 0.3048  # m, exact
+MILE = 1609.344  # m, exact: the international mile of 5280 ft
 INCH_OF_MERCURY = 3386.389  # Pa, conventional at 0 °C
+MILLIMETER_OF_MERCURY = 133.322387415  # Pa, conventional: 13595.1 kg/m³ × 9.80665 m/s² × 1 mm, exact
+INCH_OF_WATER = 249.08891  # Pa, conventional: 1000 kg/m³ × 9.80665 m/s² × 25.4 mm, exact to the digits given
 PSI = 6894.757293168  # Pa
 PSF = PSI / 144.0  # Pa
 POUND = 0.45359237  # kg, exact
@@ -32,7 +36,7 @@ STANDARD_GRAVITY = 9.80665  # m/s²
 
 @dataclass(frozen=True, slots=True)
 class Suffix:
-    """A unit suffix: SI value = (written value + offset) * factor."""
+    """A unit suffix. SI value = (written value + offset) * factor."""
 
     dimension: str
     factor: float
@@ -42,17 +46,24 @@ class Suffix:
 SUFFIXES: dict[str, Suffix] = {
     "s": Suffix("time", 1.0),
     "ms": Suffix("time", 1e-3),
+    "min": Suffix("time", 60.0),
     "pa": Suffix("pressure", 1.0),
     "hpa": Suffix("pressure", 100.0),
     "psi": Suffix("pressure", PSI),
     "inhg": Suffix("pressure", INCH_OF_MERCURY),
     "psf": Suffix("pressure", PSF),
+    "mmhg": Suffix("pressure", MILLIMETER_OF_MERCURY),
+    "inh2o": Suffix("pressure", INCH_OF_WATER),
     "k": Suffix("temperature", 1.0),
     "degc": Suffix("temperature", 1.0, 273.15),
     "degr": Suffix("temperature", 5.0 / 9.0),
+    "degf": Suffix("temperature", 5.0 / 9.0, 459.67),
     "mps": Suffix("speed", 1.0),
     "kt": Suffix("speed", KNOT),
     "fps": Suffix("speed", FOOT),
+    "mph": Suffix("speed", MILE / 3600.0),
+    "kmh": Suffix("speed", 1.0 / 3.6),
+    "fpm": Suffix("speed", FOOT / 60.0),
     "m": Suffix("length", 1.0),
     "ft": Suffix("length", FOOT),
     "rad": Suffix("angle", 1.0),
@@ -71,7 +82,7 @@ SUFFIXES: dict[str, Suffix] = {
 
 
 def to_si(value: Array | float, suffix: str) -> Array:
-    """Convert a written value to SI.
+    """Convert a written value to SI. For example, `to_si(100.0, "kt")` is 51.44 m/s.
 
     Parameters: value, any shape [unit of `suffix`]; suffix, a key of `SUFFIXES`.
     Raises KeyError for an unknown suffix.
@@ -81,6 +92,6 @@ def to_si(value: Array | float, suffix: str) -> Array:
 
 
 def from_si(value: Array | float, suffix: str) -> Array:
-    """Convert an SI value to the unit of `suffix`; the inverse of `to_si`."""
+    """Convert an SI value to the unit of `suffix`; the inverse of `to_si`. Raises KeyError as `to_si` does."""
     unit = SUFFIXES[suffix]
     return np.asarray(value, dtype=np.float64) / unit.factor - unit.offset

@@ -26,7 +26,7 @@ def late():
 def test_a_reconciliation_from_python_names_the_effect_on_both_flights(late):
     said = []
     answer = reconcile(late[0], aircraft="none", holdout=late[1], refly=False, progress=said.append)
-    verdict = answer.found.verdict
+    verdict = answer.reconciliation.verdict
     assert isinstance(verdict, pitotbench.Verdict)
     assert [effect.name for effect in verdict.effects] == ["gps_latency"]
     assert verdict.effects[0].sizes[0].value == pytest.approx(0.3, abs=0.05)

@@ -15,17 +15,13 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
-from pitotbench.bench.reconcile.reconciliation import (
-    AnalysisSetting,
-    Reconciliation,
-    aircraft_model,
-    card_of,
-    knowledge,
-    reconcile,
-)
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.reconcile.log_card import card_of
+from pitotbench.bench.reconcile.null_learning import null_distribution_of
+from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, reconcile_log
 from pitotbench.logbook import read_log
 from pitotbench.reconcile.decide.judgment import hold_out
-from pitotbench.reconcile.residuals.layout import columns_of
+from pitotbench.reconcile.signatures.signatures import columns_of
 from pitotbench.records.case_file import write_case
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.verdict import Closure
@@ -84,14 +80,14 @@ def _learn(paths: list[Path], aircraft: str) -> None:
         if card is not None:
             cards[write_case(card)] = card
     for card in cards.values():
-        knowledge(card, progress=lambda text: print(text, flush=True))
+        null_distribution_of(card, progress=lambda text: print(text, flush=True))
 
 
 def judged(aircraft: str, path: Path) -> dict[str, Any]:
     """The verdict on one log as plain data, with the seconds it took."""
     wall, processor = time.monotonic(), time.process_time()
     try:
-        made = reconcile(read_log(path), aircraft)
+        made = reconcile_log(read_log(path), aircraft)
     except BadInputError as error:  # a log that the reader refuses is an answer as well
         return {"name": path.stem, "wall_s": 0.0, "processor_s": 0.0, **REFUSED, "why": str(error)}
     seconds = (time.monotonic() - wall, time.process_time() - processor)
@@ -106,14 +102,14 @@ def judged(aircraft: str, path: Path) -> dict[str, Any]:
 def _closed(made: Reconciliation, held: Path, aircraft: str) -> Closure:
     """What was named, on the flight held out."""
     setting = AnalysisSetting(day_known=True)
-    return hold_out(read_log(held), aircraft_model(aircraft), made.known, made.naming, setting)
+    return hold_out(read_log(held), aircraft_model(aircraft), made.null, made.naming, setting)
 
 
 def _told(made: Reconciliation) -> dict[str, Any]:
-    verdict, named = made.verdict, made.naming
+    verdict, naming = made.verdict, made.naming
     closure = verdict.closure
     sizes = {e.name: {s.name: [s.value, s.two_sigma] for s in e.sizes} for e in verdict.effects}
-    gains = {n: named.evidence.fit(c).gain for n, c in columns_of(named.layout.signatures).items()}
+    gains = {n: naming.equations.fit(c).gain for n, c in columns_of(naming.layout.signatures).items()}
     return {
         "kind": verdict.kind,
         "effects": [e.name for e in verdict.effects],
@@ -126,7 +122,7 @@ def _told(made: Reconciliation) -> dict[str, Any]:
             [c.name, round(c.score, 2), round(c.held_out_ratio, 2), c.plausible] for c in verdict.candidates[:6]
         ],
         "located": [[p.channel, p.phase, p.variable, round(p.significance, 1)] for p in verdict.located[:4]],
-        "thresholds": [made.known.threshold, made.known.cell_threshold],
+        "thresholds": [made.null.threshold, made.null.cell_threshold],
     }
 
 

@@ -7,12 +7,11 @@ The salted SHA-256 of the truth is printed and written beside it before anyone l
 import argparse
 import json
 import secrets
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, replace
 from functools import partial
 from hashlib import sha256
-from multiprocessing import get_context
+from itertools import count
 from pathlib import Path
 from unittest.mock import patch
 
@@ -24,6 +23,7 @@ from tests.blind.forms import flying_them
 from tests.blind.outside import FAULTS
 from tests.blind.signals import PLACE
 
+from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.effects import Overlay
 from pitotbench.logbook import write_log
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
@@ -64,10 +64,14 @@ def generate(cases: int, seed: int, jobs: int, logs: Path, seal: Path) -> str:
     (seal / "truth.json").write_text(text, encoding="utf-8")
     (seal / "truth.sha256").write_text(digest + "\n", encoding="utf-8")
     print(f"sealed, SHA-256 {digest}", flush=True)
-    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-        for done, _ in enumerate(pool.map(partial(_write, logs), todo), start=1):
-            if done % 10 == 0 or done == cases:
-                print(f"written: {done} of {cases}", flush=True)
+    written = count(1)
+
+    def step() -> None:
+        done = next(written)
+        if done % 10 == 0 or done == cases:
+            print(f"written: {done} of {cases}", flush=True)
+
+    require_all(run_tasks(partial(_write, logs), todo, jobs, step=step))
     return digest
 
 
@@ -90,7 +94,8 @@ def _write(logs: Path, work: tuple[int, int, Hidden]) -> None:
     """Fly and record one case, and a second flight of it where one is held out."""
     number, seed, order = work
     draw = np.random.default_rng([seed, 1])
-    bend = np.array([-0.06, 0.006, 0.06]) * draw.uniform(0.5, 1.5)  # of the airplane: the same in both flights
+    # The error curve is the airplane's: the same in both flights.
+    bend = np.array(PressureErrorSpec().parameters) * draw.uniform(0.5, 1.5)
     for part in (1, 0) if _is_held(seed, order) else (0,):  # the log last: who sees it may judge it
         log = _log(_case(draw, order, 2 * seed + part, bend), order)
         write_log(_neutral(log), logs / f"{_name(number)}{'-held' if part else ''}.parquet")

@@ -14,16 +14,17 @@ from tests.blind.cards import CARDS
 from tests.blind.forms import KNOWN_AND_HIDDEN
 from tests.blind.outside import FAULTS
 
-from pitotbench.bench.reconcile.reconciliation import aircraft_model, knowledge
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.reconcile.null_learning import null_distribution_of
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, Effect, SensorEffect
 from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout, lay_out, scaled_to
-from pitotbench.reconcile.residuals.predicted_channels import channel_residuals
+from pitotbench.reconcile.residuals.layout import Layout, lay_out
+from pitotbench.reconcile.residuals.layout_noise import scaled_to
 from pitotbench.reconcile.residuals.track import track_of
 from pitotbench.reconcile.residuals.whitening import NoiseModel
-from pitotbench.reconcile.signatures.signatures import change
+from pitotbench.reconcile.signatures.signatures import residual_change
 from pitotbench.records.case import Case
 from pitotbench.sense import record
 from pitotbench.simulate import fly
@@ -47,10 +48,10 @@ def strength(layout: Layout, noise: NoiseModel, moved: Array) -> float:
     def white(values: Array) -> Array:
         return noise.whiten(values, layout.grid, layout.residuals.slack)
 
-    dense = white(layout.nuisance.columns)
+    dense = white(layout.free.columns)
     products = inner_products(dense, white(moved), blocks=1)
-    weighed = equations_from(products, dense.shape[2], layout.nuisance.deviations)
-    return float(np.sqrt(max(0.0, weighed.inner[-1, -1])))
+    equations = equations_from(products, dense.shape[2], layout.free.deviations)
+    return float(np.sqrt(max(0.0, equations.inner[-1, -1])))
 
 
 def measured(card: Case) -> dict[str, float]:
@@ -58,15 +59,15 @@ def measured(card: Case) -> dict[str, float]:
     model, setting = aircraft_model(card.aircraft), AnalysisSetting(day_known=True)
     log = record(fly(replace(card, truth_seed=SEED, sensor_seed=SEED)), card.das, SEED)
     layout = lay_out(log, model, setting, NO_EFFECTS)
-    noise = scaled_to(knowledge(card).noise, layout)
+    noise = scaled_to(null_distribution_of(card).noise, layout)
     found = {}
     for effect in KNOWN_AND_HIDDEN.values():
         if effect.name in GUSTS or (isinstance(effect, SensorEffect) and effect.after_noise):
             continue
-        moved = change(layout.scene, effect, typical(effect))
+        moved = residual_change(effect, layout.scene, typical(effect))
         found[effect.name] = 0.0 if moved is None else strength(layout, noise, moved)
     for name, fault in FAULTS.items():
-        other = channel_residuals(track_of(fault(log, 1.0)), layout.grid, layout.scene.frame, layout.scene.model)
+        other = layout.scene.residuals_of(track_of(fault(log, 1.0)))
         found[name] = strength(layout, noise, other.values - layout.residuals.values)
     return found
 

@@ -11,7 +11,8 @@ from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.output_error import fit_output_error
 from pitotbench.calibrate.paper import airspeed_outputs
 from pitotbench.calibrate.rows.observations import observe
-from pitotbench.evidence.bounds.coverage import Trial
+from pitotbench.evidence.experiment import Trial
+from pitotbench.evidence.random_truth import random_case
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import KNOT
@@ -74,7 +75,7 @@ def test_identical_regressors_are_no_answer():
 def test_a_first_step_far_too_long_is_brought_back(seed, das):
     """In moderate turbulence the first step may leave the model's domain, or land where the curve bends back
     on itself; undamped, with six steps to the indicated pressure, none of these was answered."""
-    flight = bench.fly(Trial("step_decrease", "moderate", seed).case())
+    flight = bench.fly(random_case(Trial("step_decrease", "moderate", seed)))
     result = calibrate(bench.sense(flight, das), CalibrationOptions(method="paper"))
     truth = bench.true_correction(flight.case.pressure_error, result.curve.indicated_airspeed)
     assert np.sqrt(np.mean((result.curve.correction - truth) ** 2)) < 1.5 * KNOT

@@ -14,7 +14,7 @@ from pitotbench.simulate import MANEUVERS
 
 CURVE_KEYS = {
     "indicated_airspeed_kt", "correction_kt", "two_sigma_kt", "white_two_sigma_kt", "normalized_pressure_error",
-    "normalized_two_sigma", "simultaneous_two_sigma_kt",
+    "normalized_two_sigma", "simultaneous_two_sigma_kt", "calibrated_airspeed_kt",
 }  # fmt: skip
 WIND_KEYS = {
     "north_kt", "east_kt", "down_kt", "north_two_sigma_kt", "east_two_sigma_kt", "down_two_sigma_kt",

@@ -156,7 +156,7 @@ def test_a_reconciliation_does_not_overwrite_its_card(log, case, capsys):
 def test_a_log_given_as_a_case_is_called_a_log(suffix, tmp_path, capsys):
     path = tmp_path / f"flight{suffix}"
     path.write_bytes(b"time_s\n0\n")
-    assert "this is a log, not a case" in refused(["fly", path, "-o", tmp_path / "x.csv"], capsys)
+    assert "not a case; a case is a TOML file" in refused(["fly", path, "-o", tmp_path / "x.csv"], capsys)
 
 
 def test_a_missing_case_is_named_without_an_error_number(tmp_path, capsys):

@@ -24,7 +24,8 @@ def columns() -> dict[str, NDArray]:
         "time_s": time,
         "impact_pressure_pa": air.impact_pressure_from_mach(mach, static),
         "static_pressure_pa": static,
-        "total_temperature_k": 278.0 + 0.1 * rng.standard_normal(ROWS),
+        "total_temperature_k": air.total_temperature(276.0, speed / air.sound_speed(276.0))
+        + 0.1 * rng.standard_normal(ROWS),
         "velocity_north_mps": speed * np.cos(heading) + 5.0,
         "velocity_east_mps": speed * np.sin(heading) - 6.0,
         "velocity_down_mps": 0.1 * rng.standard_normal(ROWS),

@@ -50,11 +50,10 @@ ERRORS: dict[str, tuple[Callable[[Table], Table], str]] = {
         r"'time_s', row 301: time runs back from 29.9 to 2 s.*sort the rows",
     ),
     "time repeats often": (lambda t: {**t, "time_s": np.floor(TIME)}, r"time stamps repeat.*more digits"),
-    "NaN often": (
-        put("impact_pressure_pa", slice(100, 150), np.nan),
-        r"50 of 600 values are not numbers \(rows 101–150",
+    "NaN in most rows": (
+        put("impact_pressure_pa", slice(100, 450), np.nan),
+        r"350 of 600 values are not numbers \(rows 101–450\): too few rows remain",
     ),
-    "infinite often": (put("static_pressure_pa", slice(0, 50), np.inf), r"not numbers \(rows 1–50\)"),
     "time NaN often": (put("time_s", slice(0, 50), np.nan), r"'time_s': 50 of 600"),
     "text in a number": (
         put("static_pressure_pa", 41, "err"),
@@ -83,16 +82,24 @@ ERRORS: dict[str, tuple[Callable[[Table], Table], str]] = {
     ),
     "Celsius said to be kelvin": (
         lambda t: {**t, "total_temperature_k": t["total_temperature_k"] - 273.15},
-        r"typical values of 4\.8\d+ k.*total_temperature_degc",
+        r"typical values of 5\.\d+ k.*total_temperature_degc",
     ),
     "knots of feet": (scale("velocity_north_mps", 100.0), r"velocity_north_mps.*not those of an airplane"),
     "millibar said to be pascal": (
         scale("impact_pressure_pa", 0.01),
-        r"air data say about \d+ m/s.*units and zero",
+        r"air data say about 7 m/s.*name the column impact_pressure_hpa",
     ),
     "feet per second said to be meters": (
         lambda t: {**t, **{f"velocity_{k}_mps": t[f"velocity_{k}_mps"] * 3.28084 for k in ("north", "east")}},
-        r"the air data say about",
+        r"the air data say about.*name the columns velocity_north_fps and velocity_east_fps",
+    ),
+    "knots said to be m/s": (
+        lambda t: {**t, **{f"velocity_{k}_mps": t[f"velocity_{k}_mps"] * 1.944 for k in ("north", "east")}},
+        r"look like knots: name the columns velocity_north_kt and velocity_east_kt",
+    ),
+    "Fahrenheit said to be kelvin": (
+        lambda t: {**t, "total_temperature_k": t["total_temperature_k"] * 1.8 - 459.67},
+        r"they would fit total_temperature_degf",
     ),
     "negative impact pressure": (scale("impact_pressure_pa", -1.0), r"negative in 600 of 600 rows.*swap them"),
     "stuck pitot": (scale("impact_pressure_pa", 0.0), r"stuck at 0 Pa in every row"),
@@ -100,6 +107,12 @@ ERRORS: dict[str, tuple[Callable[[Table], Table], str]] = {
     "stuck GPS": (
         lambda t: put("velocity_east_mps", slice(None), 1.0)(put("velocity_north_mps", slice(None), 60.0)(t)),
         r"GPS velocity is the same in every row",
+    ),
+    "nothing remains": (
+        lambda t: put("impact_pressure_pa", 1, np.nan)(
+            put("static_pressure_pa", 0, np.nan)({k: v[:3] for k, v in t.items()})
+        ),
+        r"1 of 2 values are not numbers .*no log remains",
     ),
     "one row": (lambda t: {k: v[:1] for k, v in t.items()}, r"at least 2 are needed"),
     "no rows": (lambda t: {k: v[:0] for k, v in t.items()}, r"no rows"),
@@ -122,6 +135,19 @@ def hold(table: Table) -> Table:
 WARNINGS: dict[str, tuple[Callable[[Table], Table], str, int]] = {
     "some NaN": (put("static_pressure_pa", slice(9, 12), np.nan), r"'static_pressure_pa'.*\(rows 10–12\)", 597),
     "NaN in two places": (put("time_s", np.array([4, 7]), np.nan), r"'time_s'.*\(rows 5, 8\)", 598),
+    "NaN for a while": (
+        put("impact_pressure_pa", slice(100, 150), np.nan),
+        r"50 of 600 values are not numbers \(rows 101–150\), 8% of the log, 5 s: those rows are dropped",
+        550,
+    ),
+    "infinite for a while": (put("static_pressure_pa", slice(0, 50), np.inf), r"not numbers \(rows 1–50\)", 550),
+    "GPS lost for a while": (
+        lambda t: put("velocity_east_mps", slice(200, 350), np.nan)(
+            put("velocity_north_mps", slice(200, 350), np.nan)(t)
+        ),
+        r"150 of 600 values are not numbers \(rows 201–350\), 25% of the log, 15 s",
+        450,
+    ),
     "empty cell": (put("total_temperature_k", 8, ""), r"'total_temperature_k'.*\(row 9\)", 599),
     "a spike": (
         put("static_pressure_pa", np.array([30, 31]), -81200.0),
@@ -144,11 +170,6 @@ WARNINGS: dict[str, tuple[Callable[[Table], Table], str, int]] = {
     "g said to be m/s²": (scale("specific_force_z_mps2", 1 / 9.8), r"left out.*specific_force_z_g", 600),
     "rpm said to be rad/s": (scale("propeller_speed_left_radps", 9.55), r"left out.*propeller_speed_left_rpm", 600),
     "percent": (scale("throttle_left", 100.0), r"'throttle_left' is left out.*from 0 to 1", 600),
-    "knots said to be m/s": (
-        lambda t: {**t, **{f"velocity_{k}_mps": t[f"velocity_{k}_mps"] * 1.944 for k in ("north", "east")}},
-        r"check units and zero",
-        600,
-    ),
 }
 
 

@@ -66,7 +66,7 @@ def test_impact_pressure_goes_before_total_pressure(tmp_path):
 
 
 WRONG_NAMES = {
-    "static_pressure_bar": r"unknown unit suffix 'bar'\..*Known: s, ms, pa, hpa.*Name it static_pressure_pa",
+    "static_pressure_bar": r"unknown unit suffix 'bar'\..*Known: s, ms, min, pa, hpa.*Name it static_pressure_pa",
     "static_pressure_kt": r"'kt' is a unit of speed, but static_pressure is of pressure; name it static_",
     "static_pressure": r"does not say its unit; name it static_pressure_pa, static_pressure_hpa",
     "roll_rate_deg": r"'deg' is a unit of angle, but roll_rate is of angular rate",

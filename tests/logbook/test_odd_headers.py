@@ -23,7 +23,7 @@ def test_a_number_of_rows_that_is_none_is_a_warning(value, tmp_path):
 @pytest.mark.parametrize("value", ["[[1],[2]]", "5", "{a = 1}", "[1, 2]", "2026-05-04"])
 def test_warnings_that_are_not_texts_are_left_out_with_a_warning(value, tmp_path):
     log = read(tmp_path, f"# warnings = {value}\n")
-    assert log.header["warnings"] == ["the header's `warnings` holds entries that are not text; they are left out"]
+    assert log.header["warnings"] == ["the header's `warnings` holds entries that are not text; they are ignored"]
 
 
 @pytest.mark.parametrize(("value", "kept"), [('"one"', ["one"]), ('["one", "two"]', ["one", "two"])])
@@ -89,5 +89,5 @@ def test_a_gap_of_an_hour_is_taken_and_a_jump_of_days_is_refused(tmp_path):
 def test_several_rows_that_break_off_are_no_cut_file(tmp_path):
     lines = sample.write(tmp_path / "log.csv", sample.columns()).read_text().splitlines()
     (tmp_path / "log.csv").write_text("\n".join([*lines[:-2], *(line[:20] for line in lines[-2:])]))
-    with pytest.raises(BadInputError, match=f"row {sample.ROWS - 1} has . columns, the first line names 14; mend"):
+    with pytest.raises(BadInputError, match=f"row {sample.ROWS - 1} has . columns, the first line names 14; corr"):
         read_log(tmp_path / "log.csv")

@@ -1,4 +1,4 @@
-"""The diagnostic maneuver: what looks alike in a calibration maneuver comes apart in it."""
+"""The diagnostic maneuver separates effects that look alike in a calibration maneuver."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,10 @@ from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.decide.advice_for import flights_to_fly
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import FITTED, columns_of, lay_out, own_noise, weigh_layout
+from pitotbench.reconcile.residuals.layout import lay_out
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log, whitened_equations
+from pitotbench.reconcile.signatures.hypotheses import FITTED
+from pitotbench.reconcile.signatures.signatures import columns_of
 from pitotbench.records.case import EffectSpec
 from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.units import INCH_OF_MERCURY
@@ -21,19 +24,19 @@ def separation(maneuver: str) -> float:
     few = Catalog("effect", {name: FITTED[name] for name in ("pitot_lag", "gps_latency")})
     log = sense(fly(Case(maneuver=maneuver, truth_seed=52, sensor_seed=52, effects=LAG)), "20/20")
     layout = lay_out(log, None, AnalysisSetting(day_known=True), few)
-    weighed, columns = weigh_layout(layout, own_noise(layout)), columns_of(layout.signatures)
-    gains = {name: weighed.fit(own).gain for name, own in columns.items()}
+    equations, columns = whitened_equations(layout, noise_of_log(layout)), columns_of(layout.signatures)
+    gains = {name: equations.fit(of_effect).gain for name, of_effect in columns.items()}
     return float(np.sqrt(max(0.0, gains["pitot_lag"] - gains["gps_latency"])))
 
 
-def test_it_tells_lag_from_latency_far_better_than_step_decrease():
+def test_it_separates_lag_from_latency_far_better_than_step_decrease():
     before, after = separation("step_decrease"), separation("diagnostic")
     print(f"pitot lag 0.3 s against GPS latency: {before:.1f}σ in step_decrease, {after:.1f}σ in diagnostic")
     assert after > 2.0 * before
     assert after > 8.0
 
 
-def test_it_is_advised_where_causes_of_two_kinds_are_not_told_apart():
+def test_it_is_advised_where_causes_of_two_kinds_cannot_be_separated():
     assert "diagnostic" in flights_to_fly("one_of", [("pitot_lag", "static_lag")])[0]
     assert "look at the airplane" in flights_to_fly("one_of", [("gear_not_up", "belly_pod")])[0]
 

@@ -1,4 +1,4 @@
-"""Cards flown again: what is the same is the same, what differs shows in its own unit."""
+"""A card flown again: the same airplane is within every tolerance, and a difference shows in its unit."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def test_a_steeper_deceleration_leaves_the_tolerance_and_is_a_feature():
     assert abs(slowing.measured - slowing.patched) < 5.0 * slowing.deviation
 
 
-def test_pitch_is_told_in_degrees():
+def test_pitch_is_compared_in_degrees():
     flown = compare_cards(log(pitch=3.0), [log(noise=1), log(noise=2)], [log(noise=3), log(noise=4)])
     pitch = flown.tolerances[1]
     assert (pitch.half_width, pitch.before, pitch.after) == (pytest.approx(0.6), 0.0, 0.0)
@@ -71,7 +71,7 @@ def test_logs_without_segments_are_skipped_with_a_reason():
     assert "segments" in compare_cards(bare, [log(), log()], [log(), log()]).skipped
 
 
-def test_a_turn_tells_bank_beyond_that_of_its_turn_rate():
+def test_a_turn_has_bank_beyond_that_of_its_turn_rate():
     speed, bank = 70.0, 30.0 * DEGREE
     time = np.arange(200) / 10.0
     rate = 9.80665 * np.tan(bank) / speed

@@ -6,7 +6,7 @@ import pytest
 from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.decide.explanations import Explanations
 from pitotbench.reconcile.decide.normal_equations import NormalEquations
-from pitotbench.reconcile.null_flights.null_distribution import ignorance
+from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.reconcile.signatures.signatures import Signature
 
@@ -31,7 +31,9 @@ def table(plain: float) -> Explanations:
     every = np.vstack([columns, residual])
     inner = every @ every.T
     signatures = [Signature(effect, name, 1.0, np.zeros((3, 1))) for effect, name in along]
-    return Explanations(NormalEquations(inner[None], 0, np.zeros(0), inner), signatures, ignorance(QUIET))
+    return Explanations(
+        NormalEquations(inner[None], 0, np.zeros(0), inner), signatures, theoretical_distribution(QUIET)
+    )
 
 
 def test_a_cause_that_fits_in_another_form_only_is_named_in_that_form() -> None:
@@ -43,5 +45,5 @@ def test_a_cause_is_named_in_its_plain_form_where_that_fits_as_well() -> None:
 
 
 @pytest.mark.parametrize("plain", [97.0, 190.0])
-def test_what_acts_alike_is_listed_by_its_cause(plain: float) -> None:
-    assert table(plain).like(("water_in_line",), 0) == ("hysteresis",)
+def test_an_equivalent_explanation_is_listed_by_its_cause(plain: float) -> None:
+    assert table(plain).equivalents(("water_in_line",), 0) == ("hysteresis",)

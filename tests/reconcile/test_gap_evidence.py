@@ -1,10 +1,10 @@
-"""The algebra of evidence against plain least squares, and whitening against a process of known spectrum."""
+"""The normal equations against plain least squares, and whitening against a process of known spectrum."""
 
 import numpy as np
 import pytest
 
 from pitotbench.reconcile.decide.normal_equations import NormalEquations, equations_from, inner_products
-from pitotbench.reconcile.null_flights.null_distribution import learn
+from pitotbench.reconcile.null_flights.learning import learn_null_distribution
 from pitotbench.reconcile.residuals.grid import Grid
 from pitotbench.reconcile.residuals.whitening import learned
 
@@ -12,7 +12,7 @@ N, C = 800, 2
 
 
 def made(size: float = 0.0, seed: int = 3) -> tuple[NormalEquations, np.ndarray, np.ndarray]:
-    """Two nuisances, two signatures, one cell a channel; the first signature is in the residual with a size."""
+    """Two free parameters, two signatures, one cell a channel; the residual holds the first signature at a size."""
     draw = np.random.default_rng(seed)
     dense = draw.standard_normal((N, C, 4))
     cells = np.broadcast_to(np.eye(C), (N, C, C))
@@ -22,23 +22,23 @@ def made(size: float = 0.0, seed: int = 3) -> tuple[NormalEquations, np.ndarray,
 
 
 def test_fit_is_least_squares_with_the_prior_as_rows() -> None:
-    weighed, dense, residual = made(0.7)
+    equations, dense, residual = made(0.7)
     design = np.concatenate([dense[:, :, :3].reshape(-1, 3), np.diag([0.1, 0.1, 0.0])[:2]])
     wanted = np.linalg.lstsq(design, np.concatenate([residual.ravel(), [0.0, 0.0]]), rcond=None)[0]
-    assert weighed.fit([0]).sizes[0] == pytest.approx(wanted[2], rel=1e-9)
+    assert equations.fit([0]).sizes[0] == pytest.approx(wanted[2], rel=1e-9)
     covariance = np.linalg.inv(design.T @ design)
-    assert weighed.fit([0]).deviations[0] == pytest.approx(np.sqrt(covariance[2, 2]), rel=1e-9)
+    assert equations.fit([0]).deviations[0] == pytest.approx(np.sqrt(covariance[2, 2]), rel=1e-9)
 
 
 def test_gain_is_the_square_of_the_score() -> None:
-    weighed, _, _ = made(0.3)
-    assert weighed.fit([0]).gain == pytest.approx(weighed.scores([0])[0] ** 2, rel=1e-9)
-    assert weighed.fit([0], given=[1]).gain == pytest.approx(weighed.scores([0], given=[1])[0] ** 2, rel=1e-6)
+    equations, _, _ = made(0.3)
+    assert equations.fit([0]).gain == pytest.approx(equations.scores([0])[0] ** 2, rel=1e-9)
+    assert equations.fit([0], given=[1]).gain == pytest.approx(equations.scores([0], given=[1])[0] ** 2, rel=1e-6)
 
 
-def test_held_out_gain_tells_a_true_effect_from_a_chance_one() -> None:
-    weighed, _, _ = made(0.5)
-    assert weighed.held_out_gain([0]) / weighed.fit([0]).gain > 0.9
+def test_held_out_gain_separates_a_true_effect_from_a_chance_one() -> None:
+    equations, _, _ = made(0.5)
+    assert equations.held_out_gain([0]) / equations.fit([0]).gain > 0.9
     nothing, _, _ = made(0.0)
     assert nothing.held_out_gain([0]) < 10.0
 
@@ -55,7 +55,7 @@ def test_whitening_makes_an_autoregression_white() -> None:
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.04
 
 
-def test_what_channels_share_is_weighed_once() -> None:
+def test_noise_that_channels_share_is_counted_once() -> None:
     """Two channels with a common gust: whitened they are uncorrelated, and a difference of theirs shows better."""
     draw, n = np.random.default_rng(2), 6000
     gust = draw.standard_normal((n, 1))
@@ -78,4 +78,4 @@ def test_what_channels_share_is_weighed_once() -> None:
 
 def test_too_few_null_flights_are_refused() -> None:
     with pytest.raises(ValueError, match="null flights"):
-        learn([])
+        learn_null_distribution([])

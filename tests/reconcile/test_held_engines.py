@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench.bench.reconcile.reconciliation import aircraft_model
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.effects import EFFECTS, AircraftEffect, Overlay
 from pitotbench.reconcile.residuals.replay import answer, motion_of
 from pitotbench.reconcile.residuals.track import track_of

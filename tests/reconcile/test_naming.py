@@ -5,17 +5,21 @@ from dataclasses import replace
 import pytest
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench.reconcile.reconciliation import aircraft_model, card_of, reconcile
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.reconcile.log_card import card_of
+from pitotbench.bench.reconcile.reconciliation import reconcile_log
 from pitotbench.catalog import Catalog, UnknownNameError
 from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.decide.judgment import judge
 from pitotbench.reconcile.decide.patches import patch_of_effects
-from pitotbench.reconcile.null_flights.null_distribution import ignorance
+from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import cause_of, lay_out, own_noise
+from pitotbench.reconcile.residuals.layout import lay_out
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log
+from pitotbench.reconcile.signatures.hypotheses import cause_of
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
-from pitotbench.show.verdict_text import verdict_json
+from pitotbench.show.verdict_json import verdict_json
 
 
 @pytest.fixture(scope="module")
@@ -26,18 +30,18 @@ def pod():
         "effect", {n: EFFECTS[n] for n in ("belly_pod", "power_deficit", "mass", "pitot_lag", "gps_latency")}
     )
     layout = lay_out(sense(fly(case), "50/50"), aircraft_model("navajo"), AnalysisSetting(day_known=True), few)
-    return judge(layout, ignorance(own_noise(layout)))[0]
+    return judge(layout, theoretical_distribution(noise_of_log(layout)))[0]
 
 
 def test_sensors_alone_without_an_effect_name_nothing(sensed) -> None:
-    verdict = reconcile(sensed(das="50/50"), "none").verdict
+    verdict = reconcile_log(sensed(das="50/50"), "none").verdict
     assert verdict.kind == "no_gap"
     assert verdict.effects == ()
     assert verdict.smallest_detectable
 
 
 def test_gps_latency_is_named_by_the_sensors_alone(sensed) -> None:
-    verdict = reconcile(sensed("gps_latency", das="50/50"), "none").verdict
+    verdict = reconcile_log(sensed("gps_latency", das="50/50"), "none").verdict
     assert verdict.kind == "named"
     assert [effect.name for effect in verdict.effects] == ["gps_latency"]
     size = verdict.effects[0].sizes[0]
@@ -66,7 +70,7 @@ def test_the_patch_is_an_entry_of_a_case_file(pod) -> None:
     assert case.effects[0].parameters["drag_area_m2"] == pytest.approx(pod.effects[0].sizes[0].value, rel=1e-4)
 
 
-def test_the_card_is_told_by_the_header_without_its_effects(sensed) -> None:
+def test_the_card_comes_from_the_header_without_its_effects(sensed) -> None:
     card = card_of(sensed("pitot_lag").header, "navajo")
     assert card is not None
     assert (card.maneuver, card.das.label, card.effects) == ("rapid_decel", "20/1", ())
@@ -75,17 +79,17 @@ def test_the_card_is_told_by_the_header_without_its_effects(sensed) -> None:
 
 def test_an_unknown_aircraft_is_refused(sensed) -> None:
     with pytest.raises(UnknownNameError, match="Known"):
-        reconcile(sensed(), "navayo")
+        reconcile_log(sensed(), "navayo")
 
 
 def test_a_log_without_attitude_is_refused_with_a_way_out(sensed) -> None:
     with pytest.raises(Exception, match="attitude"):
-        reconcile(replace(sensed(), roll=None, pitch=None, heading=None), "none")
+        reconcile_log(replace(sensed(), roll=None, pitch=None, heading=None), "none")
 
 
 def test_another_form_of_a_cause_counts_as_that_cause(sensed) -> None:
     """A receiver that smooths is late; the plain latency and its other form are no alternatives of each other."""
-    verdict = reconcile(sensed("gps_smoothing", das="50/50"), "none").verdict
+    verdict = reconcile_log(sensed("gps_smoothing", das="50/50"), "none").verdict
     assert verdict.kind in ("named", "one_of")
     assert {cause_of(effect.name) for effect in verdict.effects} == {"gps_latency"}
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):

@@ -1,4 +1,4 @@
-"""What null flights teach: a fresh one shows no gap; one whose altitude swings does, whatever it follows."""
+"""Judged by null flights, a fresh flight shows no gap; one whose altitude swings does, whatever it follows."""
 
 from dataclasses import replace
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pitotbench.reconcile.decide.judgment import judge
-from pitotbench.reconcile.null_flights.null_distribution import Knowledge, learn
+from pitotbench.reconcile.null_flights.learning import learn_null_distribution
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
 from pitotbench.records.case import EffectSpec
@@ -22,28 +23,28 @@ def sensed_anew(flight: Flight, seed: int) -> FlightLog:
 
 
 @pytest.fixture(scope="module")
-def known(flight: Flight) -> Knowledge:
-    return learn([lay_out(sensed_anew(flight, seed), None, SETTING) for seed in range(101, 106)])
+def null(flight: Flight) -> NullDistribution:
+    return learn_null_distribution([lay_out(sensed_anew(flight, seed), None, SETTING) for seed in range(101, 106)])
 
 
-def test_a_fresh_flight_shows_no_gap(flight: Flight, known: Knowledge) -> None:
-    verdict, _ = judge(lay_out(sensed_anew(flight, 120), None, SETTING), known)
+def test_a_fresh_flight_shows_no_gap(flight: Flight, null: NullDistribution) -> None:
+    verdict, _ = judge(lay_out(sensed_anew(flight, 120), None, SETTING), null)
     assert verdict.kind == "no_gap"
 
 
-def test_an_altitude_that_swings_is_a_gap_of_unknown_cause(flight: Flight, known: Knowledge) -> None:
+def test_an_altitude_that_swings_is_a_gap_of_unknown_cause(flight: Flight, null: NullDistribution) -> None:
     log = sensed_anew(flight, 121)
     swinging = replace(log, altitude=log.altitude + 3.0 * np.sin(2.0 * np.pi * log.time / 20.0))
-    verdict, _ = judge(lay_out(swinging, None, SETTING), known)
+    verdict, _ = judge(lay_out(swinging, None, SETTING), null)
     assert verdict.kind == "unknown"
     assert verdict.located[0].channel == "pressure_height"
 
 
-def test_a_small_swing_is_found_by_its_period(flight: Flight, known: Knowledge) -> None:
+def test_a_small_swing_is_found_by_its_period(flight: Flight, null: NullDistribution) -> None:
     """One that adds little to the sum of squares and follows nothing that is looked at."""
     log = sensed_anew(flight, 122)
     swing = 1.0 + 0.02 * np.sin(2.0 * np.pi * log.time / 23.0)
-    verdict, _ = judge(lay_out(replace(log, impact_pressure=log.impact_pressure * swing), None, SETTING), known)
+    verdict, _ = judge(lay_out(replace(log, impact_pressure=log.impact_pressure * swing), None, SETTING), null)
     assert verdict.kind == "unknown"
     assert verdict.located[0].variable in ("a period of 23 s", "a period of 22 s", "a period of 24 s")
 
@@ -54,19 +55,21 @@ def with_curve(flight: Flight, times: float) -> FlightLog:
     return sensed_anew(replace(flight, case=replace(flight.case, pressure_error=other)), 123)
 
 
-def test_an_error_curve_is_taken_out_before_forces_are_judged(flight: Flight, known: Knowledge) -> None:
+def test_an_error_curve_is_taken_out_before_forces_are_judged(flight: Flight, null: NullDistribution) -> None:
     """It is unknown in every log; to first order alone, one and a half times the usual one would pass for drag."""
     log, true = with_curve(flight, 1.5), with_curve(flight, 0.0).impact_pressure
     layout = lay_out(log, None, SETTING)
     left, before = (np.std(q / true - 1.0) for q in (layout.track["impact_pressure"], log.impact_pressure))
     assert np.mean(layout.track["impact_pressure"] / true - 1.0) == pytest.approx(0.0, abs=0.003)
     assert left < 0.2 * before
-    assert judge(layout, known)[0].kind == "no_gap"
+    assert judge(layout, null)[0].kind == "no_gap"
 
 
-def test_a_late_velocity_is_named_though_the_gusts_in_it_are_late_as_well(flight: Flight, known: Knowledge) -> None:
+def test_a_late_velocity_is_named_though_the_gusts_in_it_are_late_as_well(
+    flight: Flight, null: NullDistribution
+) -> None:
     late = (EffectSpec("gps_latency", {"latency_s": 0.3}),)
     log = sensed_anew(replace(flight, case=replace(flight.case, effects=late)), 124)
-    verdict, _ = judge(lay_out(log, None, SETTING), known)
+    verdict, _ = judge(lay_out(log, None, SETTING), null)
     assert verdict.kind in ("named", "one_of")
     assert verdict.effects[0].name == "gps_latency"

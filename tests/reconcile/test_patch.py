@@ -27,7 +27,7 @@ def test_it_reads_back_with_bounds_and_provenance_in_comments():
     assert "flight.csv" in made.text
 
 
-def test_what_is_not_told_apart_stands_in_comments_ready_to_be_put_in_its_place():
+def test_an_inseparable_effect_stands_in_comments_ready_to_replace_the_named_one():
     made = patch_of_effects([POD], "flight.csv", "2026-01-01", others=[[GEAR]])
     assert [e.name for e in read_case(made.text).effects] == ["belly_pod"]
     swapped = made.text[made.text.index("# the log does not") :].splitlines()[1:]

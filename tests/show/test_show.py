@@ -13,14 +13,14 @@ from pitotbench.bench import tolerances
 from pitotbench.calibrate import calibrate
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
+from pitotbench.show.draw_section import log_section
 from pitotbench.show.error_curves import curve_panels
 from pitotbench.show.fixed_speed_tables import points_json, print_points
 from pitotbench.show.flight_panels import flight_panels
 from pitotbench.show.remarks import remarks
 from pitotbench.show.report import log_page
 from pitotbench.show.residuals import residual_autocorrelation, residual_panels
-from pitotbench.show.section import log_section
-from pitotbench.show.section_content import short_answer_of
+from pitotbench.show.short_answer import short_answer_of
 from pitotbench.show.style import Panel, broken, thin
 from pitotbench.units import KNOT
 
@@ -42,7 +42,7 @@ def _words(panels: list[Panel]) -> str:
 
 def test_curve_panels_carry_units_truth_and_the_limit(result):
     text = _words(curve_panels({"inverse+": result}, {"inverse+": result.curve.correction}))
-    for wanted in ("Error curve", "indicated airspeed [kt]", "FAR 25.1323(c)", "truth", "white 2σ"):
+    for wanted in ("Error curve", "indicated airspeed [kt]", "FAR 25.1323(c)", "truth", "2σ for white residuals"):
         assert wanted in text
 
 
@@ -96,7 +96,7 @@ def test_flight_panels_show_wind_and_tolerances(smooth_flights):
     flight = smooth_flights["rapid_decel"]
     text = _words(flight_panels(flight, tolerances(flight.case)))
     assert "15 kt" in text
-    assert "tolerance ±50" in text
+    assert "tolerance ±50 ft" in text
     assert "altitude [ft]" in text
 
 
@@ -108,8 +108,9 @@ def test_answer_gives_curve_and_wind_with_their_bounds(result):
 
 
 def test_log_page_is_whole_and_self_contained(log, result):
-    page = log_page("A log", "from measured logs", [log_section("a & b.csv", log, result)])
+    page = log_page("A log", [log_section("a & b.csv", log, result)])
     assert "a &amp; b.csv" in page
+    assert "From a measured log" in page
     assert "<svg" in page
     assert not re.search(r'(src|href)="https?:', page)
 

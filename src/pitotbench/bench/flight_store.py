@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench import bench
 from pitotbench.logbook import atomic
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import case_table
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.flight import Flight
 from pitotbench.records.toml_text import write_toml
+from pitotbench.simulate import fly
 
 _CHANNELS = (
     "time", "total_pressure", "static_pressure", "air_temperature", "altitude",
@@ -37,13 +37,13 @@ class FlightStore:
         path = self.folder / f"{case.maneuver}-{case.truth_seed}-{_digest(case)}.npz"
         if path.exists():
             return _read(path, case)
-        flight = bench.fly(case)
+        flight = fly(case)
         self._keep(flight, path)
         return flight
 
     def require_same(self, case: Case) -> None:
         """Fly a case again. Raises BadInputError where the kept flight differs: the simulator has changed."""
-        kept, flown = self.fly(case), bench.fly(case)
+        kept, flown = self.fly(case), fly(case)
         if any(not np.array_equal(kept[name], flown[name]) for name in _CHANNELS):
             raise BadInputError(f"the flights in {self.folder} are of another simulator: delete the folder")
 

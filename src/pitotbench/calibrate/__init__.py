@@ -5,21 +5,17 @@ The estimators load with the first calibration, so that options and the arithmet
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
-from typing import TYPE_CHECKING
 
 from pitotbench.calibrate.accuracy import Accuracies as Accuracies
 from pitotbench.calibrate.accuracy import accuracies_from as accuracies_from
 from pitotbench.calibrate.gps_legs.methods import FixedSpeedResult as FixedSpeedResult
 from pitotbench.calibrate.gps_legs.methods import fixed_speed as fixed_speed
+from pitotbench.calibrate.one_thread import one_thread
 from pitotbench.calibrate.options import AUTO
 from pitotbench.calibrate.options import CalibrationOptions as CalibrationOptions
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
-
-if TYPE_CHECKING:
-    from threadpoolctl import ThreadpoolController
 
 
 def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
@@ -34,8 +30,7 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     from pitotbench.calibrate.result import assemble
 
     chosen = options or CalibrationOptions()
-    # One thread: faster on arrays of this size, and the same digits on any number of cores.
-    with _threads().limit(limits=1):
+    with one_thread():
         calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
     return _judged(calibration)
 
@@ -53,7 +48,7 @@ def calibrate_together(
     chosen = options or CalibrationOptions()
     if chosen.model == AUTO:
         raise BadInputError("several logs have a curve in common only of one model: name it, or use --separately")
-    with _threads().limit(limits=1):
+    with one_thread():
         calibrations = tuple(
             assemble(reduction, airspeeds) for reduction, airspeeds in reduce_together(logs, chosen)
         )
@@ -78,14 +73,3 @@ def _judged(calibration: Calibration) -> Calibration:
     if verdict.kind == "doubtful":
         return replace(calibration, warnings=(*calibration.warnings, verdict.words))
     return calibration
-
-
-@cache
-def _threads() -> "ThreadpoolController":
-    """Looked up once: finding the loaded libraries takes longer than a fit.
-
-    The BLAS of NumPy and that of SciPy must be loaded by then. The estimators load both on import.
-    """
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()

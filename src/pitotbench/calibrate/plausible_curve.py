@@ -5,9 +5,8 @@ from typing import Literal
 
 import numpy as np
 
+from pitotbench.logbook.plausibility import LIMITS
 from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond
-
-REFUSED, DOUBTED = 0.2, 0.1  # of |Δp/q_c|
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,9 +28,9 @@ def judge_curve(
 ) -> CurveVerdict:
     """Judge a curve Δp/q_c over indicated airspeed [m/s] by its size; arrays of one length, (n,).
 
-    A point passes a limit where it does so by more than its own 2σ: a curve that is hardly known is not impossible.
+    A point passes a limit where it does so by more than its 2σ: a curve that is hardly known is not impossible.
     Impossible: above 0.2, where an airspeed would be wrong by a tenth. Doubtful: above 0.1, which is 5 kt at
-    100 kt and the largest error that FAR 23.1323 accepts.
+    100 kt and the largest error that FAR 23.1323 accepts. The limits are those that a log is judged with.
     Raises ValueError for arrays of different lengths, or for a number that is not finite.
     """
     speed, error, bound = indicated_airspeed, normalized_pressure_error, normalized_two_sigma
@@ -40,10 +39,10 @@ def judge_curve(
     if not np.all(np.isfinite([speed, error, bound])):
         raise ValueError("a curve holds a number that is not finite")
     surely = np.abs(error) - bound
-    if np.any(surely > REFUSED):
-        return _verdict("impossible", speed, error, surely > REFUSED)
-    if np.any(surely > DOUBTED):
-        return _verdict("doubtful", speed, error, surely > DOUBTED)
+    if np.any(surely > LIMITS.curve_refused):
+        return _verdict("impossible", speed, error, surely > LIMITS.curve_refused)
+    if np.any(surely > LIMITS.curve_doubted):
+        return _verdict("doubtful", speed, error, surely > LIMITS.curve_doubted)
     return CurveVerdict("plausible")
 
 

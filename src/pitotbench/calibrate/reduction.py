@@ -11,7 +11,7 @@ from pitotbench.calibrate.accuracy import USUAL, WITHOUT_TEMPERATURE, accuracies
 from pitotbench.calibrate.gls.altitude_rows import NOISE_COUNT, AltitudeRows
 from pitotbench.calibrate.gls.latency import estimate_latency, latency_warning, with_latency
 from pitotbench.calibrate.gls.linearized_problem import Structure
-from pitotbench.calibrate.gls.location import IMPACT, Located, fit_located
+from pitotbench.calibrate.gls.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibrate.gls.outside_prior import outside_prior
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.model.crosswind import direction_nuisances
@@ -156,7 +156,7 @@ def _white_fit(
 
 def _cover(
     log: FlightLog, options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
-) -> tuple[CalibrationOptions, Observations, Located, dict[str, Any]]:
+) -> tuple[CalibrationOptions, Observations, ErrorPlace, dict[str, Any]]:
     """The covering fit; where the latency is to be estimated, of the log read again with it."""
     structure = _structure(model, options, obs)
     located = fit_located(log, options, structure, obs, white.theta)
@@ -184,7 +184,7 @@ def _cover(
     return options, obs, located, found
 
 
-def _altitude_found(located: Located) -> dict[str, Any]:
+def _altitude_found(located: ErrorPlace) -> dict[str, Any]:
     """What the altitude equation adds to the diagnostics."""
     found: dict[str, Any] = {}
     if located.chance is not None:

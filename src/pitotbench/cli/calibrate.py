@@ -93,9 +93,9 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
 
 
 def _print_json(reduced: list[_Reduced]) -> None:
+    from pitotbench.show.calibration_json import calibration_json
     from pitotbench.show.fixed_speed_tables import points_json
     from pitotbench.show.strict_json import json_text
-    from pitotbench.show.tables import calibration_json
 
     documents = [calibration_json(each.calibration) | {"fixed_speed": points_json(each.points)} for each in reduced]
     sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
@@ -104,8 +104,8 @@ def _print_json(reduced: list[_Reduced]) -> None:
 def _print_tables(reduced: list[_Reduced]) -> None:
     from rich.console import Console
 
+    from pitotbench.show.calibration_text import print_calibration
     from pitotbench.show.fixed_speed_tables import print_points
-    from pitotbench.show.tables import print_calibration
     from pitotbench.show.terminal import outside
 
     console = Console(highlight=False, soft_wrap=True)
@@ -154,10 +154,10 @@ def _latency(text: str) -> dict[str, object]:
 
 
 def _write_report(path: Path, reduced: list[_Reduced]) -> None:
-    from pitotbench.bench import write_text
+    from pitotbench.logbook import write_text
+    from pitotbench.show.draw_section import log_section
     from pitotbench.show.report import log_page
-    from pitotbench.show.section import log_section
 
     sections = [log_section(each.path.name, each.log, each.calibration, each.points) for each in reduced]
     title = "Pitot-static calibration: " + ", ".join(each.path.name for each in reduced)
-    write_text(path, log_page(title, "from measured logs", sections))
+    write_text(path, log_page(title, sections))

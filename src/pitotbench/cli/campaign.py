@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
 
     from pitotbench.bench.campaign.results_folder import RESULTS
     from pitotbench.bench.campaign.runner import run_campaign
-    from pitotbench.show.tables import print_campaign
+    from pitotbench.show.campaign_table import print_campaign
     from pitotbench.show.terminal import outside
 
     result = run_campaign(request_of(options))

@@ -67,14 +67,14 @@ def _choice(options: argparse.Namespace) -> "CalibrationOptions":
 
 def _of_legs(options: argparse.Namespace) -> None:
     from pitotbench.calibrate.gps_legs.methods import fixed_speed
+    from pitotbench.show.fixed_speed_tables import legs_json
     from pitotbench.show.strict_json import json_text
-    from pitotbench.show.tables import fixed_speed_json
     from pitotbench.units import DEGREE, KNOT
 
     speeds = _numbers(options.ground_speed_kt, "--ground-speed-kt")
     tracks = _numbers(options.track_deg, "--track-deg")
     found = fixed_speed(speeds * KNOT, tracks * DEGREE)
-    answer = fixed_speed_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
+    answer = legs_json(found.true_airspeed, found.spread, found.wind_speed, found.wind_from)
     if options.json:
         sys.stdout.write(json_text(answer))
         return

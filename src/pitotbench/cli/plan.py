@@ -46,7 +46,8 @@ def run(options: argparse.Namespace) -> int:
 
     from pitotbench.bench.plan.recommend import make_plan
     from pitotbench.logbook.outputs import require_folder
-    from pitotbench.show.plan_page import plan_json, print_plan
+    from pitotbench.show.plan_table import plan_json
+    from pitotbench.show.plan_text import print_plan
     from pitotbench.show.strict_json import json_text
     from pitotbench.show.terminal import printable
 
@@ -98,7 +99,7 @@ def _speeds(text: str) -> tuple[float, float]:
 
 def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]:
     """Write plan.html and, where a maneuver fits, its case as plan.toml for `pitotbench fly`; returns the paths."""
-    from pitotbench.bench import write_text
+    from pitotbench.logbook import write_text
     from pitotbench.records.case_file import write_case
     from pitotbench.show.plan_page import plan_page
 

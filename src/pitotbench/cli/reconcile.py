@@ -37,9 +37,10 @@ def run(options: argparse.Namespace) -> int:
     """Reconcile a log, print the verdict, write its report and its patch."""
     from rich.console import Console
 
-    from pitotbench.bench.reconcile.outputs import install, keep
+    from pitotbench.bench.reconcile.written_verdict import install, keep
     from pitotbench.show.strict_json import json_text
-    from pitotbench.show.verdict_text import account_json, print_account
+    from pitotbench.show.verdict_json import account_json
+    from pitotbench.show.verdict_text import print_account
 
     _check_variant(options)
     _check_folder(options)
@@ -70,7 +71,7 @@ def _check_variant(options: argparse.Namespace) -> None:
 
 def _check_folder(options: argparse.Namespace) -> None:
     """Refuse a folder that cannot be written, or that holds an input under the name of an output."""
-    from pitotbench.bench.reconcile.outputs import WRITTEN
+    from pitotbench.bench.reconcile.written_verdict import WRITTEN
     from pitotbench.logbook.outputs import require_folder
 
     if options.out is not None:

@@ -1,4 +1,4 @@
-"""The table of physical effects that a case may name: one small file an effect, one line here."""
+"""The table of physical effects that a case may name. A new effect is one file and one line here."""
 
 from collections.abc import Iterable
 
@@ -133,8 +133,8 @@ EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in 
 
 
 def chosen(entries: Iterable[Named]) -> tuple[Choice, ...]:
-    """The effects that a case's entries name, with their sizes, without those of zero size.
+    """Return the effects that a case names, with their sizes. Effects of size zero are omitted.
 
-    Raises UnknownNameError for an unknown effect, BadInputError for parameters that cannot be.
+    Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters.
     """
     return choose(entries, EFFECTS)

@@ -1,4 +1,4 @@
-"""From the effects that a case names to effects with sizes, or one error that lists what is wrong."""
+"""Turn the effects that a case names into effects with sizes, or raise one error that lists every problem."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -12,7 +12,7 @@ from pitotbench.records.errors import BadInputError
 
 
 class Named(Protocol):
-    """A case's entry: the name of an effect and its parameters."""
+    """An entry of a case: the name of an effect and its parameters."""
 
     @property
     def name(self) -> str: ...
@@ -23,17 +23,17 @@ class Named(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """An effect and its sizes."""
+    """An effect of the table and its sizes, in the units of its parameters."""
 
     effect: Effect
     sizes: Mapping[str, float]
 
 
 def choose(entries: Iterable[Named], effects: Catalog[Effect]) -> tuple[Choice, ...]:
-    """The effects of a case that have a size, checked.
+    """Check the effects of a case and return those whose size is not zero.
 
-    Raises UnknownNameError for an unknown effect; BadInputError, all problems at once, for an effect named
-    twice and for unknown, missing and implausible parameters.
+    Raises UnknownNameError for an unknown effect. Raises BadInputError, with all problems in one message, for an
+    effect that is named twice and for parameters that are unknown, missing or implausible.
     """
     chosen = [Choice(effects[entry.name], entry.parameters) for entry in entries]
     counts = Counter(c.effect.name for c in chosen)
@@ -59,5 +59,6 @@ def _problems(choice: Choice) -> Iterator[str]:
 
 
 def _plausible(value: float, parameter: Parameter) -> bool:
+    # Zero switches an effect off, so it is always allowed; a time or a damping of zero is no shape.
     off = value == 0.0 and not parameter.shape
     return isfinite(value) and (off or parameter.low <= value <= parameter.high)

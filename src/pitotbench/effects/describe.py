@@ -1,4 +1,4 @@
-"""The table of effects in words, for the documentation and the command line."""
+"""Write the table of effects in words, for the documentation and the command line."""
 
 from collections.abc import Iterable
 
@@ -11,18 +11,18 @@ _HEADING = (
 
 
 def effects_table(effects: Iterable[Effect]) -> str:
-    """A Markdown table with a line a parameter; the effect's own cells stand on its first line."""
+    """Return a Markdown table with one line a parameter; the cells of the effect stand on its first line."""
     return _HEADING + "".join(line for effect in effects for line in _lines(effect))
 
 
 def _lines(effect: Effect) -> list[str]:
     form = f" (another form of `{effect.variant_of}`)" if effect.variant_of else ""
-    own = [f"`{effect.name}`: {effect.what.rstrip('.')}{form}", effect.family, effect.acts_on]
+    of_effect = [f"`{effect.name}`: {effect.what.rstrip('.')}{form}", effect.family, effect.acts_on]
     lines = []
     for parameter in effect.parameters:
-        last = [str(effect.shows_in), effect.source] if own[0] else ["", ""]
-        lines.append("| " + " | ".join([*own, *_cells(parameter), *last]) + " |\n")
-        own = ["", "", ""]
+        last = [str(effect.shows_in), effect.source] if of_effect[0] else ["", ""]
+        lines.append("| " + " | ".join([*of_effect, *_cells(parameter), *last]) + " |\n")
+        of_effect = ["", "", ""]
     return lines
 
 

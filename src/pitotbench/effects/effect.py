@@ -1,4 +1,4 @@
-"""What an effect is: a name, where it acts, its sizes with units and plausible ranges, and its source."""
+"""The records of an effect: its name, where it acts, its parameters with units and ranges, and its source."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ Sizes = Mapping[str, float]
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One number of an effect; the name ends in its unit (none where it has no dimension).
+    """One number of an effect. Its name ends in its unit; a number without dimension has no unit.
 
-    0 means no effect and is always allowed besides `low` to `high`. A `shape` (a time, a damping) says how the
-    effect looks, not how large it is: it may be left out and then is `typical`.
+    A size lies between `low` and `high`; zero means no effect and is always allowed. A `shape`, such as a time or a
+    damping, says how the effect looks, not how large it is: a case may omit it, and then it is `typical`.
     """
 
     name: str
@@ -32,11 +32,12 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """What all effects share.
+    """The fields that all effects share.
 
-    `shows_in` says what to fly so that the effect shows best. `variant_of` names the effect of which this is
-    another form of the same cause (a second-order line for a lag). An effect on the sensors changes the channels
-    `changes`, and `also` where there are such; no others.
+    `what` says in a sentence what happens, `source` where form and sizes come from. `shows_in` says what to fly so
+    that the effect shows best. `variant_of` names the plain effect of the same cause: a second-order line is a
+    variant of a lag. An effect on the sensors changes the channels `changes`, and of the channels `also` those that
+    the log has; it changes no others.
     """
 
     name: str
@@ -52,35 +53,34 @@ class Effect:
 
     @property
     def cause(self) -> str:
-        """The name of the effect of which this is a form, else its own: a second-order line and a lag have one
-        cause."""
+        """The name of the cause: that of the plain effect, which several variants may share."""
         return self.variant_of or self.name
 
     def parameter(self, name: str) -> Parameter:
-        """A parameter by its name. Raises StopIteration for one that the effect lacks."""
+        """Return a parameter by its name. Raises StopIteration where the effect has none of this name."""
         return next(p for p in self.parameters if p.name == name)
 
     def complete(self, sizes: Sizes) -> dict[str, float]:
-        """The sizes with `typical` for each shape left out and 0 for each size left out."""
+        """Return the sizes with every parameter in them: a missing shape is `typical`, a missing size 0."""
         default = {p.name: p.typical if p.shape else 0.0 for p in self.parameters}
         return {**default, **sizes}
 
     def is_off(self, sizes: Sizes) -> bool:
-        """Whether all sizes (shapes apart) are zero: such an effect is none."""
+        """Return whether all sizes are zero, so that the effect does nothing. Shapes do not count."""
         full = self.complete(sizes)
         return all(full[p.name] == 0.0 for p in self.parameters if not p.shape)
 
     def typical(self) -> dict[str, float]:
-        """Every parameter at its typical value."""
+        """Return every parameter at its typical value."""
         return {p.name: p.typical for p in self.parameters}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorEffect(Effect):
-    """An effect between the air and the log: a function of time series that a measured log could hold.
+    """An effect on the sensors: a function that changes the time series of a log.
 
-    `needs` are the channels it reads. It acts on what the probes feel, before noise and sampling, or with
-    `after_noise` on the samples as the recorder would store them.
+    `needs` are the channels that it reads. It acts on the values at the probes, before noise and sampling; with
+    `after_noise` it acts on the samples as the recorder stores them.
     """
 
     function: Callable[[Signals, Mapping[str, float]], Signals]
@@ -88,9 +88,9 @@ class SensorEffect(Effect):
     after_noise: bool = False
 
     def apply(self, signals: Signals, sizes: Sizes) -> Signals:
-        """The signals with the effect in them; the very same ones at zero size.
+        """Return the signals with the effect in them; at size zero, the same object.
 
-        Raises BadInputError naming a channel that it needs and the signals lack.
+        Raises BadInputError that names a channel which the effect needs and the signals lack.
         """
         if self.is_off(sizes):
             return signals
@@ -100,24 +100,24 @@ class SensorEffect(Effect):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AircraftEffect(Effect):
-    """An effect in the airframe or the powerplant: data that JSBSim loads on top of the untouched aircraft."""
+    """An effect in the airframe or the powerplant: an overlay that JSBSim loads with the unchanged aircraft."""
 
     build: Callable[[Mapping[str, float], Baseline], Overlay]
 
     def overlay(self, sizes: Sizes, baseline: Baseline) -> Overlay:
-        """What to put on an aircraft; nothing at zero size.
+        """Return the overlay for an aircraft; at size zero, an empty one.
 
-        Raises BadInputError where the aircraft lacks what the effect changes.
+        Raises BadInputError where the aircraft lacks the part that the effect changes.
         """
         return Overlay() if self.is_off(sizes) else self.build(self.complete(sizes), baseline)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AirEffect(AircraftEffect):
-    """An effect in the air that JSBSim flies through: wind in time and space, turbulence, temperature.
+    """An effect in the air: wind in time and space, turbulence, temperature.
 
-    `wind(signals, sizes)` is the same wind toward north, east and down [m/s] over the time and altitude of a log,
-    where it does not depend on chance.
+    `wind(signals, sizes)` returns the wind of the effect toward north, east and down [m/s], (n,) each, over the
+    time and altitude of a log. It is None for effects without such a wind, for example stronger turbulence.
     """
 
     wind: Callable[[Signals, Mapping[str, float]], tuple[Array, Array, Array]] | None = None

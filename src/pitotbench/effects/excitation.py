@@ -1,4 +1,4 @@
-"""What to fly so that an effect shows: the motions that excite it, and the maneuvers that hold them."""
+"""Say what to fly so that an effect shows: the motions that excite it, and the maneuvers that contain them."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 class Excitation:
     """A way of flying that makes an effect show.
 
-    `maneuvers` are names of the table of maneuvers, the best one first; `text` says to an engineer what to fly.
+    `maneuvers` are names of the table of maneuvers, the best one first. `text` describes the flying in words.
     """
 
     maneuvers: tuple[str, ...]

@@ -1,11 +1,11 @@
-"""JSBSim expressions from Python: a number, a property's path, or an operation on them, as XML text."""
+"""Write JSBSim expressions as XML text: a number, the path of a property, or an operation on them."""
 
 Expression = str
 Term = str | float
 
 
 def operation(kind: str, *terms: Term) -> Expression:
-    """An operation of JSBSim's functions (`product`, `sum`, `quotient`, `max` …) on terms.
+    """Return an operation of JSBSim's functions (`product`, `sum`, `quotient`, `max` …) on terms.
 
     A term is a number, the path of a property, or another expression.
     """
@@ -13,27 +13,27 @@ def operation(kind: str, *terms: Term) -> Expression:
 
 
 def product(*terms: Term) -> Expression:
-    """The product of the terms."""
+    """Return the product of the terms."""
     return operation("product", *terms)
 
 
 def total(*terms: Term) -> Expression:
-    """The sum of the terms."""
+    """Return the sum of the terms."""
     return operation("sum", *terms)
 
 
 def difference(*terms: Term) -> Expression:
-    """The first term less the others."""
+    """Return the first term minus the others."""
     return operation("difference", *terms)
 
 
 def quotient(over: Term, under: Term) -> Expression:
-    """One term over another."""
+    """Return one term divided by another."""
     return operation("quotient", over, under)
 
 
 def size(effect: str, parameter: str) -> str:
-    """The property that holds a size of an effect; its value is in the parameter's own unit."""
+    """Return the path of the property that holds a size of an effect, in the unit of the parameter."""
     return f"effects/{effect}/{parameter}".replace("_", "-")
 
 

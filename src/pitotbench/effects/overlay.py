@@ -1,4 +1,4 @@
-"""What an effect puts on an aircraft, as data: functions of named sizes; `simulate` writes it into a copy."""
+"""The records of an overlay: what effects add to an aircraft, as data. Package `simulate` writes it into a copy."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -10,7 +10,7 @@ Point = tuple[float, float, float]  # inches, structural axes: x aft, y right, z
 
 @dataclass(frozen=True, slots=True)
 class PropertySetting:
-    """A property of the aircraft that is written anew at every step."""
+    """A property of the aircraft that is set at every step."""
 
     path: str
     value: Expression
@@ -18,7 +18,7 @@ class PropertySetting:
 
 @dataclass(frozen=True, slots=True)
 class AxisFunction:
-    """A force [lb] or moment [lb ft] added to an axis of the aerodynamics: LIFT, DRAG, SIDE, ROLL, PITCH, YAW."""
+    """A force [lb] or moment [lb ft] added to an aerodynamic axis: LIFT, DRAG, SIDE, ROLL, PITCH or YAW."""
 
     axis: str
     value: Expression
@@ -26,7 +26,7 @@ class AxisFunction:
 
 @dataclass(frozen=True, slots=True)
 class MassPoint:
-    """A mass [lb] at a point of the structure; it may be negative, where something was left out."""
+    """A mass [lb] at a point of the structure; negative where something was removed."""
 
     weight: Expression
     location: Point
@@ -42,7 +42,7 @@ class BodyForce:
 
 @dataclass(frozen=True, slots=True)
 class WindTerm:
-    """A wind [ft/s] toward `north`, `east` or `down` on top of the steady wind."""
+    """A wind [ft/s] toward `north`, `east` or `down`, added to the steady wind."""
 
     toward: str
     value: Expression
@@ -50,10 +50,11 @@ class WindTerm:
 
 @dataclass(frozen=True, slots=True)
 class Overlay:
-    """All that effects add. `sizes` are new properties that the expressions name; `a + b` holds both.
+    """Everything that effects add to an aircraft and its air. The sum of two overlays holds both.
 
-    In a loaded aircraft a size is the property of that path and may be set at any time. Functions of drag that
-    read the lift coefficient see that of the step before, as JSBSim computes drag first.
+    `sizes` are new properties, path and value, that the expressions read. In a loaded aircraft they may be set at
+    any time. A function of drag that reads the lift coefficient gets that of the step before, because JSBSim
+    computes drag first.
     """
 
     sizes: tuple[tuple[str, float], ...] = ()
@@ -69,13 +70,13 @@ class Overlay:
         return Overlay(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
 
     def is_empty(self) -> bool:
-        """Whether nothing is added to the aircraft's files (a temperature is no part of them)."""
+        """Return whether nothing is added to the aircraft's files. A temperature is not part of them."""
         return not any(getattr(self, f.name) for f in fields(self) if f.name != "temperature_offset")
 
 
 @dataclass(frozen=True, slots=True)
 class AeroFunction:
-    """A named function of the aircraft's aerodynamics and the properties it reads."""
+    """A named function of the aircraft's aerodynamics and the properties that it reads."""
 
     axis: str
     name: str
@@ -84,8 +85,11 @@ class AeroFunction:
 
 @dataclass(frozen=True, slots=True)
 class Engine:
-    """An engine as loaded: where its propeller is [in], its fuel per indicated power [lb/(hp h)], 0 where unknown,
-    and its constant friction [hp]."""
+    """An engine of an aircraft's file.
+
+    `location` is that of its propeller [in], `fuel_per_power` its fuel flow over indicated power [lb/(hp h)], 0
+    where unknown, and `friction` its constant friction [hp].
+    """
 
     location: Point
     fuel_per_power: float = 0.0
@@ -94,7 +98,7 @@ class Engine:
 
 @dataclass(frozen=True, slots=True)
 class Baseline:
-    """What an overlay must know of the untouched aircraft; `declared` are its own properties with their values."""
+    """The data of an unchanged aircraft that overlays need; `declared` holds the properties of its files."""
 
     aircraft: str
     center_of_gravity: Point  # in, of the empty aircraft
@@ -103,5 +107,5 @@ class Baseline:
     declared: Mapping[str, float] = field(default_factory=dict)
 
     def moving(self, axis: str, control: str) -> tuple[str, ...]:
-        """Names of the functions of an axis that read a control."""
+        """Return the names of the functions of an axis that read a control."""
         return tuple(f.name for f in self.functions if f.axis == axis and control in f.reads)

@@ -1,5 +1,8 @@
-"""How instruments respond in time, exactly: the input is taken as linear between samples, so nothing is half a
-sample late. A stretch begins settled; a pause in the recording begins a new stretch."""
+"""Compute how instruments respond in time: first-order and second-order lags, and delays.
+
+The input is taken as linear between samples, for which the response is exact; a hold would be half a sample late.
+Each stretch of the recording begins settled.
+"""
 
 from itertools import accumulate
 
@@ -10,8 +13,10 @@ from pitotbench.units import Array
 
 
 def first_order(signals: Signals, values: Array, lag: float) -> Array:
-    """The values [any unit] behind a first-order lag [s]: dy/dt = (u − y)/lag, ramp-invariant discretization
-    (Franklin, Powell and Workman, Digital Control of Dynamic Systems, §6.3)."""
+    """Return the values [any unit], (n,), behind a first-order lag [s], dy/dt = (u − y)/lag.
+
+    Ramp-invariant discretization (Franklin, Powell and Workman, Digital Control of Dynamic Systems, §6.3).
+    """
     if lag <= 0.0:
         return values
     ratio = signals.interval / lag
@@ -21,7 +26,10 @@ def first_order(signals: Signals, values: Array, lag: float) -> Array:
 
 
 def second_order(signals: Signals, values: Array, lag: float, damping: float) -> Array:
-    """The values behind a second-order line whose delay of a ramp is `lag` [s] = 2 damping/frequency."""
+    """Return the values, (n,), behind a second-order line.
+
+    `lag` [s] is the delay of a ramp, 2 damping/natural frequency; `damping` [-] is the damping ratio.
+    """
     if lag <= 0.0:
         return values
     frequency = 2.0 * damping / lag
@@ -30,7 +38,12 @@ def second_order(signals: Signals, values: Array, lag: float, damping: float) ->
 
 
 def delayed(signals: Signals, values: Array, delay: Array | float, angle: bool = False) -> Array:
-    """The values as they were `delay` [s] before, linear between samples, held at the start of each stretch."""
+    """Return the values, (n,), as they were `delay` [s] before, linear between samples.
+
+    The first value of a stretch is held where the delay reaches before it. `angle` marks values in radians that
+    start again at a full turn.
+    """
+    # An angle is unwrapped first: halfway between 359° and 1° lies 0°, not 180°.
     smooth = np.unwrap(values) if angle else values
     late = np.broadcast_to(np.asarray(delay, dtype=np.float64), values.shape)
     out = np.empty_like(smooth)
@@ -41,7 +54,7 @@ def delayed(signals: Signals, values: Array, delay: Array | float, angle: bool =
 
 
 def _ramp_invariant(frequency: float, damping: float, interval: float) -> tuple[Array, Array]:
-    """Numerator and denominator in 1/z of 1/(s²/ω² + 2ζ s/ω + 1) for an input linear between samples."""
+    """Return numerator and denominator in 1/z of 1/(s²/ω² + 2ζ s/ω + 1) for an input linear between samples."""
     from scipy.linalg import expm
 
     a = np.array([[0.0, 1.0], [-(frequency**2), -2.0 * damping * frequency]])
@@ -68,9 +81,10 @@ def _by_stretch(signals: Signals, values: Array, numerator: Array, denominator: 
 
 
 def first_order_varying(signals: Signals, values: Array, lag: Array) -> Array:
-    """The values behind a first-order lag that changes from sample to sample [s, above 0], (n,) and (n,)."""
+    """Return the values, (n,), behind a first-order lag that changes from sample to sample [s, above 0], (n,)."""
     out = np.empty_like(values)
     for part in signals.stretches():
+        # The same formula as in `first_order`, with the lag of each step; a filter of constant taps cannot do it.
         u, ratio = values[part], np.diff(signals.time[part]) / lag[part][1:]
         pole, share = np.exp(-ratio), -np.expm1(-ratio) / ratio
         driven = ((share - pole) * u[:-1] + (1.0 - share) * u[1:]).tolist()

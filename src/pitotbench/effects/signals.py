@@ -1,4 +1,4 @@
-"""Time series by the names of a log's channels: what an effect on the sensors takes and gives."""
+"""Time series by the names of a log's channels: the input and the output of an effect on the sensors."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from pitotbench.units import Array, Seconds
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """Channels [SI, radians] over one time base [s] of nearly one rate, in which gaps may lie.
+    """Channels [SI, radians], (n,) each, over one time base [s] of nearly constant rate, which may have gaps.
 
     Names are those of a `FlightLog` (`impact_pressure`, `velocity_north` …); any may be missing.
     Raises BadInputError where lengths differ or time does not increase.
@@ -43,7 +43,7 @@ class Signals:
         return len(self.time)
 
     def require(self, effect: str, names: tuple[str, ...]) -> None:
-        """Raise BadInputError naming the channels that an effect needs and that are missing."""
+        """Raise BadInputError that names the channels which an effect needs and which are missing."""
         missing = [name for name in names if name not in self.channels]
         if missing:
             raise BadInputError(
@@ -52,14 +52,14 @@ class Signals:
             )
 
     def with_channels(self, **changed: Array) -> "Signals":
-        """The signals with some channels replaced."""
+        """Return the signals with some channels replaced."""
         return replace(self, channels={**self.channels, **changed})
 
     @property
     def interval(self) -> float:
-        """The usual time between samples [s]."""
+        """The median time between samples [s]."""
         return interval(self.time)
 
     def stretches(self) -> list[slice]:
-        """The rows of each stretch without a gap."""
+        """Return the rows of each stretch without a gap."""
         return stretches(self.time, gaps(self.time))

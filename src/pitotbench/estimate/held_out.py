@@ -1,9 +1,9 @@
-"""How well a linear model predicts what it has not seen, and how likely it makes what it has.
+"""Compare linear models: by the density of held-out data, by the likelihood, and by AICc and BIC.
 
-The density of a left-out stretch given all the rest, with the coefficients found from the rest alone, follows from
-one factorization of the whole: with P = C⁻¹ − C⁻¹X(XᵀC⁻¹X + Π)⁻¹XᵀC⁻¹, the stretch s given the rest is Gaussian
-with precision P_ss and deviates from its mean by P_ss⁻¹(Py)_s (Dubrule, Cross validation of kriging in a unique
-neighborhood, 1983). Unlike restricted likelihoods, such densities compare models of different regressors.
+The density of a held-out stretch s, with the coefficients found from all other data, needs only one factorization
+of the whole problem. With P = C⁻¹ − C⁻¹X(XᵀC⁻¹X + Π)⁻¹XᵀC⁻¹, the stretch is Gaussian with precision P_ss and
+deviates from its mean by P_ss⁻¹(Py)_s (Dubrule, Cross validation of kriging in a unique neighborhood, 1983). Unlike
+restricted likelihoods, such densities compare models with different regressors.
 """
 
 import numpy as np
@@ -19,11 +19,12 @@ _LOG_TWO_PI = float(np.log(2.0 * np.pi))
 def held_out_log_density(
     problem: Regression, noise: Noise, prior_precision: Array, segment: NDArray[np.intp]
 ) -> Array:
-    """Log predictive density of every stretch given the others, (stretches,).
+    """Return the log predictive density of each stretch given all others, (stretches,).
 
-    Parameters: problem; noise; precision Π of the coefficients' prior around zero, (p, p), zeros for none; the
-    number of the stretch that each datum belongs to, (n,), from 0.
+    Parameters: problem; noise; prior_precision Π of the coefficients around zero, (p, p), zeros for no prior;
+    segment, the number of the stretch of each datum, (n,), counted from 0.
     """
+    # P is never formed: its rows of a stretch come from products with unit vectors.
     X, y = problem.regressors, problem.response
     weighed = noise.weigh(np.column_stack([X, y]))
     inner = np.linalg.inv(X.T @ weighed[:, :-1] + prior_precision)
@@ -33,14 +34,14 @@ def held_out_log_density(
         rows = np.flatnonzero(segment == number)
         unit = np.zeros((len(y), len(rows)))
         unit[rows, np.arange(len(rows))] = 1.0
-        own = weighed[rows, :-1]
-        precision = noise.weigh(unit)[rows] - own @ inner @ own.T
+        regressors = weighed[rows, :-1]
+        precision = noise.weigh(unit)[rows] - regressors @ inner @ regressors.T
         scores.append(_log_density(precision, projected[rows]))
     return np.array(scores)
 
 
 def _log_density(precision: Array, projected: Array) -> float:
-    """Of a Gaussian, from its precision and the precision times the deviation from its mean."""
+    """Return the log density of a Gaussian, given its precision and the precision times the deviation."""
     factor = np.linalg.cholesky(0.5 * (precision + precision.T))
     half = np.linalg.solve(factor, projected)
     log_root = float(np.sum(np.log(np.diag(factor))))
@@ -48,7 +49,7 @@ def _log_density(precision: Array, projected: Array) -> float:
 
 
 def log_likelihood(problem: Regression, noise: Noise) -> float:
-    """The greatest log-likelihood over the coefficients, for one noise; what is known of a coefficient counts."""
+    """Return the largest log-likelihood over the coefficients for a given noise. Priors of coefficients count."""
     X, y = problem.regressors, problem.response
     weighed = noise.weigh(np.column_stack([X, y]))
     known = problem.prior_precision
@@ -59,10 +60,10 @@ def log_likelihood(problem: Regression, noise: Noise) -> float:
 
 
 def aicc(log_likelihood: float, parameters: int, data: int) -> float:
-    """Akaike's criterion with the small-sample term (Hurvich and Tsai 1989): less is better."""
+    """Return Akaike's criterion with the small-sample term (Hurvich and Tsai 1989). Smaller is better."""
     return 2.0 * (parameters - log_likelihood) + 2.0 * parameters * (parameters + 1) / (data - parameters - 1)
 
 
 def bic(log_likelihood: float, parameters: int, data: int) -> float:
-    """The Bayesian information criterion (Schwarz 1978): less is better."""
+    """Return the Bayesian information criterion (Schwarz 1978). Smaller is better."""
     return parameters * float(np.log(data)) - 2.0 * log_likelihood

@@ -1,11 +1,14 @@
-"""Noise that has a memory: white noise plus first-order Gauss-Markov processes, with an exact likelihood.
+"""Correlated noise: white noise plus first-order Gauss-Markov processes, with an exact likelihood in linear time.
 
-The data are means over short intervals. A process lives at the intervals' edges; given its values there, its mean
-over an interval is known up to an independent rest (the integral of an Ornstein-Uhlenbeck bridge). A Gauss-Markov
-process has a tridiagonal precision (Rue and Held, Gaussian Markov Random Fields, 2005, ch. 2), so products with C⁻¹
-and log|C| cost O(N) through one banded Cholesky factor and the matrix-inversion lemma; C is never formed. Gaps
-between intervals need no special care, and the white variance may vary from interval to interval. Several outputs
-an interval may see the same processes from different sides; their data follow each other, output by output.
+The data are means over short intervals. The states of a process are its values at the edges of the intervals. Given
+these, the mean over an interval is known up to an independent remainder, the integral of an Ornstein-Uhlenbeck
+bridge. A Gauss-Markov process has a tridiagonal precision (Rue and Held, Gaussian Markov Random Fields, 2005,
+ch. 2). One banded Cholesky factor and the matrix-inversion lemma therefore give products with C⁻¹ and log|C| in
+O(N); C itself is never formed.
+
+Intervals may have gaps between them, and the white variance may differ from interval to interval. Several outputs
+an interval (such as the velocity along and across the path) may share the processes with different loadings; their
+data follow each other, output by output.
 """
 
 from collections.abc import Sequence
@@ -24,25 +27,31 @@ _SINGULAR = "the covariance of the noise is not positive definite"
 
 @dataclass(frozen=True, slots=True)
 class Intervals:
-    """Where the data's intervals lie: edge times [s], (s,), increasing, and for each interval the index of the edge
-    that starts it, (n,), increasing; the next edge ends it."""
+    """The intervals of the data.
+
+    `edges` are times [s], (s,), increasing. `left` is the index of the edge that starts each interval, (n,),
+    increasing; the next edge ends it.
+    """
 
     edges: Seconds
     left: NDArray[np.intp]
 
     @property
     def length(self) -> Seconds:
-        """Length of each interval [s], (n,)."""
+        """The length of each interval [s], (n,)."""
         return self.edges[self.left + 1] - self.edges[self.left]
 
 
 @dataclass(frozen=True, slots=True)
 class MarkovProcess:
-    """A vector of independent, equal components: standard deviation [unit of the data], correlation time [s], (s,),
-    from each edge to the next (the last is not used), and the loading of each interval on each component, (n, c),
-    or (o, n, c) for o outputs (a column of ones for noise that adds directly, direction cosines for the components
-    of a wind). Loadings of two outputs are at right angles in every interval: what happens within it they do not
-    share."""
+    """A process with c independent components of equal statistics.
+
+    `deviation` is the standard deviation [unit of the data]. `correlation_time` [s], (s,), holds from each edge to
+    the next; its last entry is not used. `loading` is the effect of each component on each interval, (n, c), or
+    (o, n, c) for o outputs: a column of ones for noise that adds directly, direction cosines for the components of
+    a wind. The loadings of two outputs must be at right angles in every interval, so that the remainders within an
+    interval are independent.
+    """
 
     deviation: float
     correlation_time: Seconds
@@ -52,14 +61,15 @@ class MarkovProcess:
 class MarkovNoise:
     """The factored covariance of white noise plus Markov processes over intervals.
 
-    Parameters: intervals; white variance, (n,), or (o, n) for o outputs [unit²], positive; processes.
-    Raises numpy.linalg.LinAlgError where the covariance is not positive definite: for a correlation time so long
-    that two edges have the same value to rounding, and never else for valid input.
+    Parameters: intervals; white, the variance of the white noise [unit²], positive, (n,), or (o, n) for o outputs;
+    processes.
+    Raises numpy.linalg.LinAlgError where the covariance is not positive definite. For valid input this happens only
+    where a correlation time is so long that two edges have the same value to rounding.
     """
 
     def __init__(self, intervals: Intervals, white: Array, processes: Sequence[MarkovProcess]) -> None:
-        # Between two edges without data lies an empty interval, of no load and no weight: so that every array is
-        # regular and slices serve where indices would take longer than the arithmetic.
+        # Two edges without data between them get an empty interval, without load or weight. Every array is then
+        # regular, and slices replace indices, which would take longer than the arithmetic.
         _require_an_end(np.diff(intervals.edges), processes)
         self._rows = intervals.left
         white = np.atleast_2d(white)
@@ -74,10 +84,10 @@ class MarkovNoise:
             self._factor = self._posterior_precision(np.diff(intervals.edges), processes)
 
     def _interval_means(self, intervals: Intervals, processes: Sequence[MarkovProcess]) -> list[list[Array]]:
-        """Loads of the interval means on the components at their two edges, output by output; the bridges' rests
-        join the white part.
+        """Return the loads of the interval means on the components at their two edges, output by output.
 
-        With a = Δ/τ: E[mean | edges] = tanh(a/2)/a · (sum of the edges), and the rest follows from the total.
+        The variance of the remainders (the bridges) is added to the white variance. With a = Δ/τ,
+        E[mean | edges] = tanh(a/2)/a · (sum of the edges); the remainder follows from the total variance.
         """
         loads: list[list[Array]] = [[] for _ in self._variance]
         for process in processes:
@@ -85,6 +95,7 @@ class MarkovNoise:
             share = np.tanh(0.5 * a) / a
             decay = np.exp(-a)
             rest = 2.0 * (a - 1.0 + decay) / a**2 - 2.0 * share**2 * (1.0 + decay)
+            # For short intervals the formula subtracts nearly equal numbers; its leading term is a/6.
             rest = np.where(a < _SMALL, a / 6.0, rest)
             for variance, load, loading in zip(self._variance, loads, _by_output(process.loading), strict=True):
                 variance[self._rows] += process.deviation**2 * np.sum(loading**2, axis=1) * rest
@@ -94,16 +105,16 @@ class MarkovNoise:
         return [load + load for load in loads]
 
     def _at(self, place: int) -> slice:
-        """The states that the place-th load of every interval multiplies (left edges first, then right ones)."""
+        """Return the states that load number `place` of each interval multiplies: left edges, then right ones."""
         return slice(place, place + self._states - self._width, self._width)
 
     def _posterior_precision(self, step: Seconds, processes: Sequence[MarkovProcess]) -> Array:
-        """Banded Cholesky factor of the states' precision given the data; states interleaved by edge."""
+        """Return the banded Cholesky factor of the states' precision given the data; states are ordered by edge."""
         m = self._width
         bands = np.zeros((2 * m, self._states))
         first = 0
         for process in processes:
-            # Over a step as within its interval: with the correlation time at the edge that begins it.
+            # A step has the correlation time of the edge that begins it, as its interval has.
             decay = np.exp(-step / process.correlation_time[:-1])
             innovation = -np.expm1(-2.0 * step / process.correlation_time[:-1])
             diagonal = np.ones(len(step) + 1)
@@ -123,7 +134,7 @@ class MarkovNoise:
         return np.asarray(factor)
 
     def _add_data(self, bands: Array) -> None:
-        """Add what the data know of the states: the products of the loads over the white variance."""
+        """Add the information of the data on the states: products of the loads over the white variance."""
         for variance, loads in zip(self._variance, self._loads, strict=True):
             for p, load in enumerate(loads):
                 weighted = load / variance
@@ -131,7 +142,7 @@ class MarkovNoise:
                     bands[p - q, self._at(q)] += weighted * loads[q]
 
     def weigh(self, data: Array) -> Array:
-        """C⁻¹ times data of shape (n, k), or (o n, k) for o outputs."""
+        """Return C⁻¹ times data of shape (n, k), or (o n, k) for o outputs."""
         outputs, columns = self._variance.shape[0], data.shape[1]
         scaled = np.zeros((outputs, columns, self._variance.shape[1]))  # transposed: as the banded solver wants it
         scaled[:, :, self._rows] = np.swapaxes(data.reshape(outputs, -1, columns), 1, 2)
@@ -141,7 +152,7 @@ class MarkovNoise:
         return np.swapaxes(scaled[:, :, self._rows], 1, 2).reshape(-1, columns)
 
     def _take_off_explained(self, scaled: Array) -> None:
-        """From data over white variance, (o, k, intervals), to C⁻¹ times data, in place."""
+        """Turn data over white variance, (o, k, intervals), into C⁻¹ times data, in place."""
         right = np.zeros((scaled.shape[1], self._states))
         for part, loads in zip(scaled, self._loads, strict=True):
             for p, load in enumerate(loads):
@@ -160,5 +171,5 @@ def _require_an_end(step: Seconds, processes: Sequence[MarkovProcess]) -> None:
 
 
 def _by_output(loading: Array) -> Array:
-    """Loadings (n, c) or (o, n, c) as (o, n, c)."""
+    """Return loadings (n, c) or (o, n, c) as (o, n, c)."""
     return loading if loading.ndim == 3 else loading[None]

@@ -1,7 +1,8 @@
-"""Bounds from a mixture: noise parameters are unknown, so every node of their posterior gets its say.
+"""Compute bounds from a mixture of Gaussians, one for each plausible set of noise parameters.
 
-Each node of the noise posterior gives a Gaussian answer; their weighted mixture is the answer with the noise
-marginalized (integrated nested Laplace approximations: Rue, Martino and Chopin 2009, §6.5 for the nodes).
+The noise parameters are unknown. At each of some nodes of their posterior the answer is Gaussian; the weighted
+mixture of these is the answer with the noise marginalized (integrated nested Laplace approximations: Rue, Martino
+and Chopin 2009; §6.5 for the nodes).
 """
 
 from dataclasses import dataclass
@@ -13,21 +14,24 @@ from scipy.special import ndtr
 from pitotbench.units import Array
 
 TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
-_DRAWS, _DRAW_SEED = 600, 20111  # a node; the factor is then good to about 1 %
+_DRAWS, _DRAW_SEED = 600, 20111  # draws for each node; they give the factor to about 1 %
 _FULL = 5  # dimensions up to which the design has all corners
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
 
 @dataclass(frozen=True, slots=True)
 class Nodes:
-    """Design points in whitened coordinates, (m, d), and their base weights, (m,)."""
+    """Design points in whitened coordinates, (m, d), and their weights for a Gaussian, (m,)."""
 
     points: Array
     weights: Array
 
 
 def composite_design(dimensions: int) -> Nodes:
-    """Center, star and corner points on a sphere of radius f0·√d, with weights exact for a Gaussian."""
+    """Return the center, and star and corner points on a sphere of radius f0·√d, with weights exact for a Gaussian.
+
+    In three dimensions these are 15 points.
+    """
     if dimensions == 0:
         return Nodes(np.zeros((1, 0)), np.ones(1))
     radius = _STAR * np.sqrt(dimensions)
@@ -42,8 +46,11 @@ def composite_design(dimensions: int) -> Nodes:
 
 
 def _corners(dimensions: int) -> Array:
-    """All corners of a cube up to five dimensions; beyond, sixteen of them, chosen such that neither a sum nor a
-    product of two coordinates is preferred (a fraction of resolution IV: Box, Hunter and Hunter 1978)."""
+    """Return all corners of a cube up to five dimensions; in more dimensions, sixteen of them.
+
+    The sixteen prefer neither a sum nor a product of two coordinates (a fraction of resolution IV: Box, Hunter and
+    Hunter 1978).
+    """
     if dimensions <= _FULL:
         return np.array(list(product((-1.0, 1.0), repeat=dimensions)))
     base = np.array(list(product((-1.0, 1.0), repeat=4)))
@@ -52,10 +59,11 @@ def _corners(dimensions: int) -> Array:
 
 
 def half_width(weights: Array, means: Array, deviations: Array, share: float = TWO_SIGMA_SHARE) -> Array:
-    """Half-width of the interval around the mixture mean that holds `share` of the mixture.
+    """Return the half-width, (c,), of the interval around the mixture mean that holds `share` of the mixture.
 
-    Parameters: weights (m,), summing to 1; means and deviations (m, c) of c quantities. Returns (c,).
+    Parameters: weights (m,), with sum 1; means and standard deviations, (m, c), of c quantities.
     """
+    # Bisection: 60 halvings take the bracket to rounding, and all quantities are solved together.
     offset = means - weights @ means
     low = np.zeros(means.shape[1])
     high = 12.0 * np.max(deviations + np.abs(offset), axis=0)
@@ -67,17 +75,21 @@ def half_width(weights: Array, means: Array, deviations: Array, share: float = T
 
 
 def simultaneous_factor(weights: Array, means: Array, covariances: Array, gradient: Array, bounds: Array) -> float:
-    """By how much pointwise bounds must grow so that all of them hold at once in `TWO_SIGMA_SHARE` of cases.
+    """Return the factor, at least 1, by which pointwise bounds must grow to hold at all points at once.
 
-    Parameters: a mixture of weights (m,), means (m, p), covariances (m, p, p); gradient (c, p) of c linear
-    functions with pointwise half-widths (c,). The largest deviation in units of its bound, over draws of the
-    mixture with fixed seed. At least 1.
+    They then hold together in `TWO_SIGMA_SHARE` of cases. The factor is that quantile of the largest deviation, in
+    units of the bounds, over draws of the mixture with a fixed seed.
+
+    Parameters: weights (m,), means (m, p) and covariances (m, p, p) of the mixture; gradient (c, p) of c linear
+    functions; bounds, their pointwise half-widths, (c,).
     """
+    # A fixed seed makes the bound of one log the same at every run.
     rng = np.random.default_rng(_DRAW_SEED)
     offset = (means - weights @ means) @ gradient.T
     largest = np.empty((len(weights), _DRAWS))
     for node, covariance in enumerate(covariances):
         scale = np.sqrt(np.diag(covariance))
+        # The root of a covariance by its eigenvectors: a Cholesky factor fails where rounding makes it singular.
         values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
         root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
         deviation = offset[node][:, None] + gradient @ root @ rng.standard_normal((len(scale), _DRAWS))

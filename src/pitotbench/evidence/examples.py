@@ -1,13 +1,16 @@
-"""Demonstrations: flights with a hidden effect, judged by what their logs hold, then held against the truth."""
+"""Worked examples: flights with a hidden effect, reconciled from their logs alone and compared with the truth."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
-from pitotbench.bench import calibrate, fly, sense, write_text
+from pitotbench.bench import calibrate, fly, sense
+from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.evidence.pages.examples_page import ExampleChapter, example_picture, examples_page
+from pitotbench.logbook import write_text
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog
@@ -22,27 +25,26 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """A flight with something in it that the model does not have: `told` says what a crew would have noticed.
+    """A flight with something in it that the model does not have; `symptom` says what a crew would have noticed.
 
-    `spoil` does to a log what no effect of the table does; `turn_data` asks for the calibration with and without
-    the turns.
+    `fault` changes a log as no effect of the table does; `turn_data` asks for calibrations of the logs as well.
     """
 
     name: str
     title: str
-    told: str
+    symptom: str
     maneuver: str
     seed: int
     effects: tuple[EffectSpec, ...] = ()
-    spoil: Callable[[FlightLog], FlightLog] | None = None
+    fault: Callable[[FlightLog], FlightLog] | None = None
     turn_data: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class WorkedExample:
-    """A story with what came of it; `calibrations` are (what, residual 2σ [kt]) where turn data are at stake."""
+    """An example with its reconciliation; `calibrations` are (what, residual 2σ [kt]) where turn data matter."""
 
-    story: Example
+    example: Example
     account: Account
     calibrations: tuple[tuple[str, float], ...] = ()
 
@@ -53,7 +55,7 @@ def fuel_flow_low(log: FlightLog) -> FlightLog:
     return replace(log, fuel_flow_left=0.92 * log.fuel_flow_left)
 
 
-STORIES = (
+EXAMPLES = (
     Example(
         "belly_pod",
         "The belly pod",
@@ -113,57 +115,63 @@ STORIES = (
         "right answer is a gap of unknown cause, at the right place.",
         "rapid_decel",
         9107,
-        spoil=fuel_flow_low,
+        fault=fuel_flow_low,
     ),
 )
 
 
-def work_out(story: Example, progress: Progress | None = None) -> WorkedExample:
-    """Fly the story and one more flight to hold out, hide the cause, and reconcile what the logs hold."""
-    measured, other = _log(story, story.seed), _log(story, story.seed + HELD_OUT)
-    holdout = NamedLog(f"{story.name}-held-out.csv", other)
+def work_out_examples(examples: Sequence[Example], progress: Progress | None = None) -> list[WorkedExample]:
+    """Work out examples one after the other, since each flies its null flights on all cores."""
+    return require_all(run_tasks(partial(work_out, progress=progress), examples, jobs=1))
+
+
+def work_out(example: Example, progress: Progress | None = None) -> WorkedExample:
+    """Fly the example and one more flight to hold out, hide the cause, and reconcile the logs."""
+    measured, other = _log(example, example.seed), _log(example, example.seed + HELD_OUT)
+    holdout = NamedLog(f"{example.name}-held-out.csv", other)
     outcome = reconcile_fully(
-        NamedLog(f"{story.name}.csv", measured), "navajo", holdout, progress=progress, refly_holdout=False
+        NamedLog(f"{example.name}.csv", measured), "navajo", holdout, progress=progress, refly_holdout=False
     )
-    return WorkedExample(
-        story, outcome.account, _calibrations(story, measured, outcome.account) if story.turn_data else ()
-    )
+    calibrations = _calibrations(example, measured, outcome.account) if example.turn_data else ()
+    return WorkedExample(example, outcome.account, calibrations)
 
 
-def write_examples(stories: Sequence[WorkedExample], out: Path, reports: Path | None = None) -> None:
-    """Write `reconcile-stories.md` with a picture of each story into a folder, and the full reports into another
+def write_examples(worked: Sequence[WorkedExample], out: Path, reports: Path | None = None) -> None:
+    """Write `reconcile-examples.md` with a picture of each example into a folder, and the full reports into another
     one where it is given."""
-    (out / "stories").mkdir(parents=True, exist_ok=True)
+    (out / "reconcile-examples").mkdir(parents=True, exist_ok=True)
     chapters = []
-    for told in stories:
-        story, account = told.story, told.account
-        example_picture(account, out / "stories" / f"{story.name}.png")
+    for one in worked:
+        example, account = one.example, one.account
+        example_picture(account, out / "reconcile-examples" / f"{example.name}.png")
         if reports is not None:
             reports.mkdir(parents=True, exist_ok=True)
-            write_text(reports / f"{story.name}.html", account_page(account))
-        truth = {e.name: e.parameters for e in story.effects} or "no effect of the table"
-        chapters.append(ExampleChapter(story.name, story.title, story.told, account, truth, told.calibrations))
-    seeds = ", ".join(str(told.story.seed) for told in stories)
+            write_text(reports / f"{example.name}.html", account_page(account))
+        truth = {e.name: e.parameters for e in example.effects} or "no effect of the table"
+        chapters.append(
+            ExampleChapter(example.name, example.title, example.symptom, account, truth, one.calibrations)
+        )
+    seeds = ", ".join(str(one.example.seed) for one in worked)
     provenance = (
         f"Seeds {seeds}, held out + {HELD_OUT}; {SYSTEM} Hz, light turbulence.\nWritten by "
-        "`scripts/reconcile_stories.py`; with `--reports DIR` it writes the full report of each as well."
+        "`scripts/reconcile_examples.py`; with `--reports DIR` it writes the full report of each as well."
     )
-    write_text(out / "reconcile-stories.md", examples_page(chapters, provenance))
+    write_text(out / "reconcile-examples.md", examples_page(chapters, provenance))
 
 
-def _case(story: Example, seed: int) -> Case:
-    return Case(maneuver=story.maneuver, effects=story.effects, truth_seed=seed, sensor_seed=seed)
+def _case(example: Example, seed: int) -> Case:
+    return Case(maneuver=example.maneuver, effects=example.effects, truth_seed=seed, sensor_seed=seed)
 
 
-def _log(story: Example, seed: int) -> FlightLog:
-    log = sense(fly(_case(story, seed)), SYSTEM)
-    return log if story.spoil is None else story.spoil(log)
+def _log(example: Example, seed: int) -> FlightLog:
+    log = sense(fly(_case(example, seed)), SYSTEM)
+    return log if example.fault is None else example.fault(log)
 
 
-def _calibrations(story: Example, measured: FlightLog, account: Account) -> tuple[tuple[str, float], ...]:
+def _calibrations(example: Example, measured: FlightLog, account: Account) -> tuple[tuple[str, float], ...]:
     """Residual 2σ [kt] of a calibration of the simulator's flight and of the measured one, as it is and, where a
     GPS latency was named, with that taken off."""
-    simulated = sense(fly(replace(_case(story, story.seed), effects=())), SYSTEM)
+    simulated = sense(fly(replace(_case(example, example.seed), effects=())), SYSTEM)
     given = CalibrationOptions(latency="given")
     found = [("simulator", simulated, given), ("flight", measured, given)]
     sizes = [s for e in account.rounds[0].verdict.effects for s in e.sizes if e.name == "gps_latency"]

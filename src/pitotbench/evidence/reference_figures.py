@@ -78,7 +78,10 @@ def fly_reference(aircraft: str = "navajo") -> list[ReferenceRow]:
 
 
 def reference_table(aircraft: str = "navajo") -> str:
-    """The rows as a Markdown table: figure, published, model, difference, tolerance, within it."""
+    """Return the rows as a Markdown table: figure, published value, model, difference, tolerance, within it.
+
+    Difference and tolerance are in one unit, so that they can be compared: percent of the figure, or its unit.
+    """
     lines = ["| figure | published | model | difference | tolerance | within |", "|---|---|---|---|---|---|"]
     return "\n".join(lines + [_table_line(row) for row in fly_reference(aircraft)])
 
@@ -90,7 +93,9 @@ def _table_line(row: ReferenceRow) -> str:
         figure.name,
         f"{figure.value:,.{digits}f} {figure.unit}",
         f"{row.model:,.{digits}f}",
-        f"{row.difference_percent:+.1f} %",
+        f"{row.difference_percent:+.1f} %"
+        if figure.tolerance_unit == "%"
+        else f"{row.model - figure.value:+.1f} {figure.tolerance_unit}",
         f"{figure.tolerance:g} {figure.tolerance_unit}",
         "yes" if row.within else "**no**",
     )

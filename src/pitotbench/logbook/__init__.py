@@ -1,11 +1,23 @@
-"""FlightLog to and from files: CSV, Parquet and .mat, units by column suffix, foreign logs by a mapping."""
+"""Read and write flight logs: CSV, Parquet and .mat, with units as column suffixes; foreign logs by a mapping."""
 
+from pitotbench.logbook.flights import flights_in as flights_in
 from pitotbench.logbook.formats import FORMATS as FORMATS
 from pitotbench.logbook.mapping import find_mapping as find_mapping
 from pitotbench.logbook.mapping import shipped as shipped_mappings
 from pitotbench.logbook.quantities import QUANTITIES as QUANTITIES
 from pitotbench.logbook.reading import read_log as read_log
 from pitotbench.logbook.table import atomic as atomic
+from pitotbench.logbook.table import write_text as write_text
 from pitotbench.logbook.writing import write_log as write_log
 
-__all__ = ["FORMATS", "QUANTITIES", "atomic", "find_mapping", "read_log", "shipped_mappings", "write_log"]
+__all__ = [
+    "FORMATS",
+    "QUANTITIES",
+    "atomic",
+    "find_mapping",
+    "flights_in",
+    "read_log",
+    "shipped_mappings",
+    "write_log",
+    "write_text",
+]

@@ -1,51 +1,32 @@
-"""What can be wrong with the rows of a log. Each check drops rows with a warning, or raises BadInputError.
+"""Check the rows of a log. Each check drops rows with a warning, or raises BadInputError.
 
-Rows are counted from 1, the first below the line of column names.
+Rows are counted from 1, which is the first row below the line of column names.
 """
 
 import numpy as np
 
-from pitotbench import air
 from pitotbench.channels import Channel
 from pitotbench.logbook.draft import Draft
+from pitotbench.logbook.flights import check_pauses
 from pitotbench.logbook.holding import hold_fixes
+from pitotbench.logbook.missing import check_numbers
+from pitotbench.logbook.plausibility import check_plausibility
+from pitotbench.logbook.plausibility.weather import TEMPERATURES, likely_temperatures
 from pitotbench.logbook.quantities import QUANTITIES
 from pitotbench.logbook.stuck import check_stuck
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import from_si, to_si
 
-_FEW = 0.01  # share of rows that may be dropped for holding no number
+_FEW = 0.01  # share of time stamps that may repeat
 _MOST = 0.5  # share of rows that may be dropped for a negative impact pressure
 _BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
-_FLYING = 5.0  # m/s over ground, above which airspeed and ground speed are compared
-_LONGEST_STEP = 10.0  # s, usual time between rows: 0.1 Hz is ten times slower than the slowest receiver
+_LONGEST_STEP = 10.0  # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
 _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
 _LONGEST_GAP = 86400.0  # s, between two rows of one log: the blocks of a log are counted by the second
-_SPEED_RATIO = 1.6  # airspeed over ground speed, or its inverse: a knot is 1.94 times a meter per second
-_WRONG_RATIO = 2.5
-
-
-def check_numbers(draft: Draft) -> None:
-    """Drop the few rows where a needed channel is not a number; leave out other channels that often are not."""
-    for quantity in draft.numeric():
-        bad = ~np.isfinite(draft.channels[quantity.name])
-        if not bad.any():
-            continue
-        share, column = float(bad.mean()), draft.columns[quantity.name]
-        words = f"{int(bad.sum())} of {len(bad)} values are not numbers ({draft.named(bad)})"
-        if share <= _FEW:
-            draft.warnings.append(f"column {column!r}: {words}: those rows are dropped")
-            draft.keep(~bad)
-        elif quantity.essential:
-            raise BadInputError(
-                f"column {column!r}: {words}; at most {_FEW:.0%} can be dropped: cut the log to a whole part"
-            )
-        else:
-            draft.leave_out(quantity.name, words)
 
 
 def check_time(draft: Draft) -> None:
-    """Time must increase. A few repeated stamps are dropped; a clock that runs back is an error."""
+    """Drop a few rows with a repeated time stamp. Raise BadInputError for many, and for time that runs back."""
     if len(draft.rows) < 2:
         raise BadInputError(f"the log holds {len(draft.rows)} rows; at least 2 are needed")
     column, time = draft.columns["time"], draft.channels["time"]
@@ -70,7 +51,10 @@ def check_time(draft: Draft) -> None:
 
 
 def check_clock(draft: Draft) -> None:
-    """Rows that come too rarely or too often mean a clock in another unit; a jump of days, a clock that was set."""
+    """Raise BadInputError for rows much too far apart or too close, and for a jump of more than a day.
+
+    The first means a clock in another unit, the second a clock that was set during the log.
+    """
     column, time = draft.columns["time"], draft.channels["time"]
     steps = np.diff(time)
     usual, longest = float(np.median(steps)), int(np.argmax(steps))
@@ -87,7 +71,7 @@ def check_clock(draft: Draft) -> None:
 
 
 def _better_clock(draft: Draft, usual: float) -> str:
-    """The unit of time in which the rows would come at the rate of a usual log, as a hint."""
+    """Return as a hint the unit of time in which the rows would come at the rate of a flight log."""
     written = float(from_si(usual, draft.suffixes["time"]))
     for suffix in QUANTITIES["time"].suffixes:
         if _SHORTEST_STEP <= float(to_si(written, suffix)) <= 1.0:
@@ -96,9 +80,14 @@ def _better_clock(draft: Draft, usual: float) -> str:
 
 
 def check_units(draft: Draft) -> None:
-    """A channel whose usual size no airplane shows is in another unit than its column says, or dead."""
+    """Find channels outside their plausible range: in another unit than the column says, or from a dead sensor.
+
+    Raises BadInputError for an essential channel; any other is ignored with a warning.
+    """
     for quantity in draft.numeric():
         size = np.abs(draft.channels[quantity.name])
+        if quantity.low <= size.min() and size.max() <= quantity.high:
+            continue  # then so are the median and the quantile, which take longer to find
         typical, high = float(np.median(size)), float(np.quantile(size, 0.95))
         if quantity.low <= typical and high <= quantity.high:
             continue
@@ -111,10 +100,14 @@ def check_units(draft: Draft) -> None:
 def _implausible(draft: Draft, quantity: Channel, typical: float) -> str:
     suffix = draft.suffixes[quantity.name]
     written = float(from_si(typical, suffix)) if suffix else typical
+    # The hint lists the units in which the same numbers would be plausible.
     fits = [
         s for s in quantity.suffixes if quantity.low <= float(to_si(written, s)) <= quantity.high and s != suffix
     ]
-    columns = " or ".join(f"{quantity.name}_{s}" for s in fits)
+    named = [f"{quantity.name}_{s}" for s in fits]
+    if quantity.name in TEMPERATURES and "static_pressure" in draft.channels:
+        named = likely_temperatures(draft, quantity.name) or named
+    columns = " or ".join(named)
     way_out = f"; they would fit {columns}: correct the unit" if fits else ""
     if not quantity.unit:
         way_out = "; write it as a number from 0 to 1"
@@ -122,7 +115,7 @@ def _implausible(draft: Draft, quantity: Channel, typical: float) -> str:
 
 
 def check_spikes(draft: Draft) -> None:
-    """Drop rows in which a needed channel shows, for a moment, what no airplane can: a glitch of the recorder."""
+    """Drop rows in which an essential channel has an impossible value: a glitch of the recorder."""
     for quantity in draft.numeric():
         if not quantity.essential or quantity.name == "time":
             continue
@@ -139,7 +132,7 @@ def check_spikes(draft: Draft) -> None:
 
 
 def form_impact_pressure(draft: Draft) -> None:
-    """Impact pressure from total and static pressure, where the log does not hold it."""
+    """Compute the impact pressure from total and static pressure where the log does not hold it."""
     total = draft.channels.pop("total_pressure", None)
     if total is None:
         return
@@ -152,7 +145,10 @@ def form_impact_pressure(draft: Draft) -> None:
 
 
 def check_impact_pressure(draft: Draft) -> None:
-    """Drop rows of negative impact pressure; most of them negative means swapped lines or sign."""
+    """Drop rows of negative impact pressure. Raise BadInputError for a stuck sensor, and where most are negative.
+
+    Mostly negative values mean that total and static are exchanged, or that the sign is.
+    """
     impact, column = draft.channels["impact_pressure"], draft.columns["impact_pressure"]
     if np.ptp(impact) == 0.0:
         raise BadInputError(f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row")
@@ -170,37 +166,18 @@ def check_impact_pressure(draft: Draft) -> None:
         draft.keep(~negative)
 
 
-def check_speeds(draft: Draft) -> None:
-    """Airspeed and ground speed differ by the wind only: another factor is another unit."""
-    ground_speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
-    flying = ground_speed > _FLYING
-    if not flying.any():
-        return
-    c = {name: values[flying] for name, values in draft.channels.items()}
-    mach = air.mach_from_impact_pressure(c["impact_pressure"], c["static_pressure"])
-    standard = air.standard_temperature(air.pressure_altitude(c["static_pressure"]))
-    airspeed = float(np.median(mach * air.sound_speed(standard)))
-    ground = float(np.median(ground_speed[flying]))
-    ratio = airspeed / ground
-    words = (
-        f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s: wind alone seldom does that; check "
-        f"units and zero of {draft.columns['impact_pressure']!r} and {draft.columns['velocity_north']!r}"
-    )
-    if abs(airspeed - ground) > 30.0 and not 1.0 / _WRONG_RATIO < ratio < _WRONG_RATIO:
-        raise BadInputError(words)
-    if not 1.0 / _SPEED_RATIO < ratio < _SPEED_RATIO:
-        draft.warnings.append(words)
-
-
+# The order matters: fixes are held before blanks count as missing numbers, the clock is right before units are
+# judged, and the impact pressure exists before it is checked.
 CHECKS = (
     hold_fixes,
     check_numbers,
     check_time,
     check_clock,
+    check_pauses,
     check_units,
     check_spikes,
     form_impact_pressure,
     check_impact_pressure,
     check_stuck,
-    check_speeds,
+    check_plausibility,
 )

@@ -1,4 +1,4 @@
-"""A log being read: channels in SI with the columns they came from, the rows that are left, the warnings."""
+"""A log while it is read: channels in SI, the columns they came from, the rows kept so far, the warnings."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,11 +17,15 @@ from pitotbench.units import Booleans, to_si
 _NEEDED = ("time", "static_pressure", "velocity_north", "velocity_east")
 _EITHER = ("impact_pressure", "total_pressure")
 _SHOWN_RANGES = 5
+_FEWEST_ROWS = 2
 
 
 @dataclass(slots=True)
 class Draft:
-    """Channels by quantity (SI), the column and unit suffix each came from, row numbers from 1, and warnings."""
+    """Channels by quantity [SI], (n,) each, with the column and unit suffix of each, row numbers and warnings.
+
+    `rows` holds the numbers, from 1, that the kept rows have in the file.
+    """
 
     channels: dict[str, NDArray[Any]]
     columns: dict[str, str]
@@ -30,29 +34,37 @@ class Draft:
     warnings: list[str]
 
     def keep(self, good: Booleans) -> None:
-        """Leave only these rows."""
-        self.channels = {name: values[good] for name, values in self.channels.items()}
+        """Keep only the rows where `good` is true, (n,).
+
+        Raises BadInputError, with the reason given last, where fewer than two rows remain.
+        """
+        if int(good.sum()) < _FEWEST_ROWS:
+            raise BadInputError(f"{self.warnings[-1] if self.warnings else 'rows are dropped'}; no log remains")
+        if good.all():
+            return
+        for name, values in self.channels.items():  # one after the other: a long log is in memory once
+            self.channels[name] = values[good]
         self.rows = self.rows[good]
 
     def leave_out(self, name: str, reason: str) -> None:
-        """Go on without a channel that is not needed."""
+        """Remove an optional channel, with a warning that gives the reason."""
         del self.channels[name]
         self.warnings.append(f"column {self.columns[name]!r} is left out: {reason}")
 
     def numeric(self) -> list[Channel]:
-        """The quantities present whose values are numbers."""
+        """Return the quantities present whose values are numbers."""
         return [QUANTITIES[name] for name in self.channels if QUANTITIES[name].kind == "number"]
 
     def named(self, bad: Booleans) -> str:
-        """Rows in words: `rows 3–7, 12`."""
+        """Return the marked rows in words, for example `rows 3–7, 12`."""
         return name_rows(self.rows[bad])
 
 
 def draft_of(table: Table) -> Draft:
     """Recognize the columns of a table and convert them to SI.
 
-    Raises BadInputError for a wrong unit, a quantity given twice, a missing column or a cell that is no number.
-    Columns that are none of ours are named in a warning.
+    A warning names the columns that are not quantities of a flight log.
+    Raises BadInputError for a wrong unit, a quantity given twice, a missing column or a cell that is not a number.
     """
     draft = Draft({}, {}, {}, np.arange(1, len(table) + 1), list(table.warnings))
     strangers = []
@@ -73,11 +85,11 @@ def draft_of(table: Table) -> Draft:
 
 
 def _refuse_twins(names: Iterable[str]) -> None:
-    seen: set[str] = set()
+    earlier: set[str] = set()
     for name in names:
-        if name in seen:
+        if name in earlier:
             raise BadInputError(f"column {name!r} is given twice; keep one")
-        seen.add(name)
+        earlier.add(name)
 
 
 def _refuse_second_unit(draft: Draft, quantity: Channel, name: str) -> None:
@@ -93,16 +105,18 @@ def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArra
     if quantity.kind == "flag":
         return flags(name, column)
     values = numbers(name, column)
-    return to_si(values, suffix) if suffix else values
+    # A column in SI stays the array that it is: a long log is in memory once.
+    return to_si(values, suffix) if suffix not in ("", quantity.unit) else values
 
 
 def _require(draft: Draft, strangers: list[str]) -> None:
-    """Every needed quantity, all that is missing in one message."""
+    """Raise BadInputError that lists every missing quantity, with the columns that may be meant for them."""
     missing = [QUANTITIES[name].column for name in _NEEDED if name not in draft.channels]
     if not any(name in draft.channels for name in _EITHER):
         missing.append(" or ".join(QUANTITIES[name].column for name in _EITHER))
     if not missing:
         return
+    # The cutoff is strict: a wrong guess here sends the user to the wrong column.
     near = {m: get_close_matches(m.split(" or ")[0], strangers, n=1, cutoff=0.7) for m in missing}
     hints = "".join(f" Is {found[0]!r} meant for {wanted}?" for wanted, found in near.items() if found)
     raise BadInputError(
@@ -112,7 +126,7 @@ def _require(draft: Draft, strangers: list[str]) -> None:
 
 
 def name_rows(rows: NDArray[np.intp]) -> str:
-    """Row numbers in words, runs as ranges, at most five of them."""
+    """Return row numbers in words: runs as ranges, at most five ranges."""
     breaks = np.flatnonzero(np.diff(rows) != 1)
     first, last = rows[np.r_[0, breaks + 1]], rows[np.r_[breaks, len(rows) - 1]]
     ranges = [f"{a}" if a == b else f"{a}–{b}" for a, b in zip(first, last, strict=True)]

@@ -1,4 +1,4 @@
-"""The table of log formats by file suffix: a newcomer is one file and one line here."""
+"""The table of log formats by file suffix. A new format is one file and one line here."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ Write = Callable[[Path, Mapping[str, Column], Mapping[str, Any]], None]
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """How files of one suffix are read and, where the bench writes them, written."""
+    """The functions that read and write the files of one suffix."""
 
     read: Callable[[Path], Table]
     write: Write
@@ -39,7 +39,7 @@ _FLIGHT_CONTROLLERS = {
 
 
 def format_of(path: Path) -> Format:
-    """The format of a file by its suffix. Raises BadInputError for a suffix that is none of ours."""
+    """Return the format of a file by its suffix. Raises BadInputError for a suffix that is not in the table."""
     suffix = path.suffix.lower()
     if suffix in _FLIGHT_CONTROLLERS:
         raise BadInputError(_FLIGHT_CONTROLLERS[suffix])

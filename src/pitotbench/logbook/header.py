@@ -1,14 +1,14 @@
-"""The TOML header of a log, in whatever format it came."""
+"""Parse the TOML header of a log. All formats have the same header."""
 
 import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-WARNINGS = "warnings"  # header entry: what was noticed when the log was read or made
+WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 
 
 def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
-    """The table of a header, and a warning where the text is not TOML: it is then kept line by line."""
+    """Return the table of a header and a list of warnings. Text that is not TOML is kept line by line."""
     try:
         return tomllib.loads(text), []
     except (ValueError, RecursionError):  # not TOML, a number of thousands of digits, thousands of brackets
@@ -16,10 +16,10 @@ def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
 
 
 def earlier_warnings(header: Mapping[str, Any]) -> list[str]:
-    """The warnings that a header carries. Entries that are not text are left out, with a warning that says so."""
+    """Return the warnings in a header. Entries that are not text are ignored, and a warning says so."""
     found = header.get(WARNINGS, [])
     entries = found if isinstance(found, list | tuple) else [found]
     texts = [entry for entry in entries if isinstance(entry, str)]
     if len(texts) == len(entries):
         return texts
-    return [*texts, "the header's `warnings` holds entries that are not text; they are left out"]
+    return [*texts, "the header's `warnings` holds entries that are not text; they are ignored"]

@@ -1,4 +1,4 @@
-"""A foreign log through its mapping: files found, columns renamed, all brought onto one time base."""
+"""Read a foreign log through its mapping: find its files, rename their columns, bring them onto one time base."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,9 +20,9 @@ ULOG_SUFFIX = ".ulg"
 
 
 def read_mapped(path: Path, mapping: Mapping, read_table: ReadTable) -> Table:
-    """The table of a log whose columns, and perhaps several files, a mapping names.
+    """Read the table of a log, from one file or several, with the columns that a mapping names.
 
-    Raises BadInputError for a file or column that is missing or ambiguous.
+    `read_table` reads one file. Raises BadInputError for a file or column that is missing or ambiguous.
     """
     tables = []
     for entry, table in zip(mapping.files, _tables(path, mapping, read_table), strict=True):
@@ -34,7 +34,7 @@ def read_mapped(path: Path, mapping: Mapping, read_table: ReadTable) -> Table:
 
 
 def _tables(path: Path, mapping: Mapping, read_table: ReadTable) -> list[Table]:
-    """One table for each file of the mapping; of a ULog, each file's topic."""
+    """Return one table for each file of the mapping; for a ULog, one table for each topic."""
     if path.suffix.lower() == ULOG_SUFFIX:
         return read_topics(path, [entry.pattern.removeprefix("*").removesuffix(".csv") for entry in mapping.files])
     tables = []
@@ -46,7 +46,7 @@ def _tables(path: Path, mapping: Mapping, read_table: ReadTable) -> list[Table]:
 
 @contextmanager
 def _within(part: str) -> Iterator[None]:
-    """Say in which part of a log an error lies."""
+    """Add to an error of the block the part of the log in which it lies."""
     try:
         yield
     except BadInputError as error:
@@ -54,7 +54,7 @@ def _within(part: str) -> Iterator[None]:
 
 
 def find_files(path: Path, mapping: Mapping) -> list[Path]:
-    """The files of a log, given its folder or its first file."""
+    """Return the files of a log, given its folder or its first file. Raises BadInputError where one is missing."""
     if len(mapping.files) == 1 and not path.is_dir():
         return [path]
     first, folder = mapping.files[0].pattern, path if path.is_dir() else path.parent
@@ -66,7 +66,7 @@ def find_files(path: Path, mapping: Mapping) -> list[Path]:
     files = [folder / entry.pattern.replace("*", prefix) for entry in mapping.files]
     for file in files:
         if not file.is_file():
-            raise BadInputError(f"the mapping needs {file.name!r} beside {lead!r}; it is not there")
+            raise BadInputError(f"the mapping needs {file.name!r} in the folder of {lead!r}; it is not there")
     return files
 
 
@@ -83,7 +83,10 @@ def _only_match(folder: Path, pattern: str) -> Path:
 
 
 def rename(table: Table, entry: MappedFile) -> Table:
-    """The mapped columns under our names. A column that the file lacks may be missing if it is not essential."""
+    """Return the mapped columns under our names. A missing column gives a warning where it is not essential.
+
+    Raises BadInputError where an essential column is missing or the mapping names an unknown quantity.
+    """
     names, columns, lost = [], [], []
     for target in entry.columns:
         parsed = parse_column(target.name)
@@ -102,9 +105,13 @@ def rename(table: Table, entry: MappedFile) -> Table:
 
 
 def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
-    """Bring other tables to the base's times; rows that not every table covers are dropped."""
+    """Bring other tables to the times of the base. Rows that some table does not cover are dropped.
+
+    Raises BadInputError where the tables do not overlap in time.
+    """
     time = _time(base)
     clocks = [_time(table) for table, _ in others]
+    # Only the time that all tables cover: beyond it, interpolation would repeat the last value.
     start = max([time[0], *(clock[0] for clock in clocks)])
     end = min([time[-1], *(clock[-1] for clock in clocks)])
     inside = (time >= start) & (time <= end)
@@ -115,6 +122,7 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
     for (table, join), clock in zip(others, clocks, strict=True):
         warnings += table.warnings
         for name, column in zip(table.names, table.columns, strict=True):
+            # The clock of another file has served; the joined table has the clock of the base.
             if not name.startswith("time_"):
                 names.append(name)
                 columns.append(_at(time[inside], clock, name, column, join))
@@ -122,7 +130,7 @@ def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
 
 
 def _time(table: Table) -> Array:
-    """The time column in seconds, checked: interpolation needs it to increase."""
+    """Return the time column in seconds. Raises BadInputError unless it increases, as interpolation needs."""
     name = next((n for n in table.names if n in {f"time_{s}" for s in QUANTITIES["time"].suffixes}), None)
     if name is None:
         raise BadInputError("each file of a mapping needs a time column")
@@ -133,6 +141,7 @@ def _time(table: Table) -> Array:
 
 
 def _at(time: Array, clock: Array, name: str, column: Column, join: str) -> Column:
+    """Return a column, sampled at `clock`, at other times: interpolated, or the last or nearest value."""
     if join == "linear" and column.dtype.kind == "f":
         return np.interp(time, clock, numbers(name, column))
     after: NDArray[np.intp] = np.searchsorted(clock, time, side="right")

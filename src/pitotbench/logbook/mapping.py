@@ -1,4 +1,4 @@
-"""Mapping files: a foreign log's columns under our names, from one file or from several joined in time.
+"""Read mapping files, which give the columns of a foreign log our names. The log may be in several files.
 
 ```toml
 title = "what this log is"
@@ -15,8 +15,9 @@ join = "linear"                      # or "last" (held) or "nearest"
 [files.columns]
 ...
 ```
-A mapping of one file may write `[columns]` at the top instead. A table `[calibrate]` (`model = "quadratic"`,
-`mach_max = 0.93`) holds the choices that suit such logs; what a user states comes first.
+A mapping of one file may have `[columns]` at the top instead of `[[files]]`. A table `[calibrate]` (for example
+`model = "quadratic"`, `mach_max = 0.93`) holds calibration choices that suit such logs; flags of the user override
+them.
 """
 
 import tomllib
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Renamed:
-    """Our column for one of theirs: value = theirs * factor + offset."""
+    """One column of a foreign log and its name here: value = theirs * factor + offset."""
 
     theirs: str
     name: str
@@ -44,7 +45,7 @@ class Renamed:
 
 @dataclass(frozen=True, slots=True)
 class MappedFile:
-    """One file of a log: its name pattern, how it joins the time base, its columns."""
+    """One file of a log: its name pattern, how it is brought onto the time base (see `JOINS`), its columns."""
 
     pattern: str
     join: str
@@ -53,7 +54,7 @@ class MappedFile:
 
 @dataclass(frozen=True, slots=True)
 class Mapping:
-    """A mapping: its files, the first of which gives the time base, and calibration choices that suit such logs."""
+    """A mapping: its files, and calibration choices that suit such logs. The first file gives the time base."""
 
     title: str
     files: tuple[MappedFile, ...]
@@ -64,14 +65,14 @@ JOINS = ("last", "nearest", "linear")
 
 
 def shipped() -> Catalog[str]:
-    """The mappings that come with the bench: name and TOML text."""
+    """Return the mappings that come with the bench, as TOML texts by name."""
     folder = resources.files("pitotbench.logbook") / "mappings"
     files = sorted((f for f in folder.iterdir() if f.name.endswith(".toml")), key=lambda f: f.name)
     return Catalog("mapping", {f.name.removesuffix(".toml"): f.read_text(encoding="utf-8") for f in files})
 
 
 def find_mapping(name: str | Path) -> Mapping:
-    """The mapping of a shipped name, or of a TOML file.
+    """Return the mapping of a shipped name or of a TOML file.
 
     Raises UnknownNameError for a name that is not shipped, BadInputError for a file that is missing or wrong.
     """
@@ -85,7 +86,7 @@ def find_mapping(name: str | Path) -> Mapping:
 
 
 def parse_mapping(name: str, text: str) -> Mapping:
-    """A mapping from TOML text. Raises BadInputError that lists all problems."""
+    """Return a mapping from TOML text. Raises BadInputError that lists all problems."""
     from pydantic import ValidationError
 
     from pitotbench.logbook.mapping_document import Document, File

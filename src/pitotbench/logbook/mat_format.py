@@ -1,4 +1,4 @@
-"""MATLAB files, version 5: one variable a column (or one struct that holds them), the header as text."""
+"""Read and write MATLAB files, version 5: one variable a column (or one struct of them), the header as text."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,12 +15,13 @@ _HEADER = "header"
 
 
 def read_mat(path: Path) -> Table:
-    """The vectors of a version 5 .mat file, or of the only struct in it.
+    """Read the vectors of a version 5 .mat file, or of the only struct in it.
 
-    Raises BadInputError for a file that is none, is cut off, is of version 7.3 (HDF5), or holds vectors of
-    different lengths.
+    Raises BadInputError for a file that is not such a file, is cut off, is of version 7.3 (HDF5), or holds vectors
+    of different lengths.
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
+    # MATLAB users often save one struct with a field a channel instead of many variables.
     structs = [v for v in variables.values() if isinstance(v, dict)]
     if len(structs) == 1:
         variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}

@@ -1,4 +1,4 @@
-"""Where a command is to write, examined before its work begins. An output is never one of the inputs."""
+"""Check the places where a command will write, before its work begins. An output is never one of the inputs."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -10,8 +10,10 @@ PAGES = (".html", ".htm")
 
 
 def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = ()) -> None:
-    """Raise BadInputError unless a file can be written to `path`: its suffix is one of `suffixes`, it is not one of
-    the `inputs`, its folder exists and takes files, and no folder or device is in its place.
+    """Raise BadInputError unless a file can be written to `path`.
+
+    Its suffix must be one of `suffixes`, it must not be one of the `inputs`, its folder must exist and be writable,
+    and `path` must not be a folder or a device.
     """
     known = tuple(suffixes)
     if path.is_dir():
@@ -27,8 +29,9 @@ def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = (
 
 
 def require_folder(path: Path, names: Iterable[str] = (), inputs: Iterable[Path] = ()) -> None:
-    """Raise BadInputError unless `path` is a folder that takes files, or can be made, and none of the files that
-    will be written there, by their `names`, is one of the `inputs`.
+    """Raise BadInputError unless files can be written to the folder `path`, which may not exist yet.
+
+    `names` are the files that will be written there; none of them may be one of the `inputs`.
     """
     inputs = tuple(inputs)
     for name in names:
@@ -48,7 +51,8 @@ def _require_no_input(path: Path, inputs: Iterable[Path]) -> None:
 
 
 def _require_takes_files(folder: Path, path: Path) -> None:
-    """Try it: permissions alone say nothing for an administrator or on a read-only or virtual disk."""
+    """Raise BadInputError where a folder cannot take files."""
+    # Only an attempt shows it: permissions say nothing for an administrator, or on a read-only or virtual disk.
     try:
         with TemporaryFile(dir=folder):
             pass

@@ -1,4 +1,4 @@
-"""Parquet: the columns as they are, the TOML header in the schema's metadata."""
+"""Read and write Parquet logs, with the TOML header in the metadata of the schema."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +14,7 @@ _KEY = b"pitotbench"
 
 
 def read_parquet(path: Path) -> Table:
-    """The table of a Parquet file. Raises BadInputError for a file that is none, or cut off."""
+    """Read the table of a Parquet file. Raises BadInputError for any other file, and for one that is cut off."""
     import pyarrow as pa
     from pyarrow import parquet
 

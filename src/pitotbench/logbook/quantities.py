@@ -1,4 +1,4 @@
-"""What a log's table may hold, and how a column name is read: quantity, then unit suffix."""
+"""Read column names, which are a quantity and a unit suffix, such as `static_pressure_hpa`."""
 
 from pitotbench.catalog import explain
 from pitotbench.channels import CHANNELS, Channel
@@ -11,13 +11,13 @@ _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before r
 
 
 def parse_column(column: str) -> tuple[Channel, str] | None:
-    """The quantity and unit suffix of a column name; None for a column that is none of ours.
+    """Return the quantity and the unit suffix of a column name; None for a name that is not in the table.
 
-    Raises BadInputError for a quantity of the table without a unit, or with one that is unknown or of another
-    dimension.
+    Raises BadInputError for a quantity of the table whose unit is missing, unknown or of another dimension.
     """
     for name in _LONGEST_FIRST:
         rest = column.removeprefix(name)
+        # `altitude_m` is ours; `altitude_mean_m`, with two words after the quantity, is another quantity.
         if rest == column or (rest and (rest[0] != "_" or "_" in rest[1:])):
             continue
         quantity, suffix = QUANTITIES[name], rest[1:]

@@ -1,4 +1,4 @@
-"""A file to a FlightLog: recognized, converted to SI, checked."""
+"""Read a file as a FlightLog: recognize its columns, convert them to SI, check them."""
 
 from pathlib import Path
 
@@ -14,31 +14,32 @@ from pitotbench.records.log import FlightLog
 
 
 def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
-    """Read a flight log.
+    """Read a flight log from a file.
 
-    `mapping` names a shipped mapping or a TOML file, for logs with other column names. What was dropped or looks
-    odd, with its rows, is in `log.header["warnings"]`. Raises BadInputError, its message beginning with the file,
-    for a log that cannot be used; UnknownNameError for a mapping that is not shipped.
+    `mapping` names a shipped mapping or a TOML file, for logs with other column names. `log.header["warnings"]`
+    lists, with row numbers, what was dropped and what looks wrong.
+
+    Raises BadInputError for a log that cannot be used (the message begins with the file), UnknownNameError for a
+    mapping that is not shipped.
     """
     source = Path(path)
     named = None if mapping is None else find_mapping(mapping)
     try:
-        table = _read_table(source) if named is None else read_mapped(source, named, _read_table)
-        return log_of(table)
+        return log_of(_read_table(source) if named is None else read_mapped(source, named, _read_table))
     except BadInputError as error:
         raise BadInputError(f"{source}: {error}") from error
 
 
 def log_of(table: Table) -> FlightLog:
-    """The checked log of a table. Raises BadInputError where it cannot be used."""
-    draft = draft_of(table)
+    """Return the checked log of a table. Raises BadInputError where it cannot be used."""
+    draft, header = draft_of(table), dict(table.header)
+    del table  # or its columns would stay in memory beside those of which a check drops rows
     for check in CHECKS:
         check(draft)
-    header = dict(table.header)
     warnings = [*earlier_warnings(header), *draft.warnings]
     header.pop(WARNINGS, None)
     if warnings:
-        header[WARNINGS] = list(dict.fromkeys(warnings))
+        header[WARNINGS] = list(dict.fromkeys(warnings))  # each once: a log written and read again repeats them
     return FlightLog(**draft.channels, header=header)
 
 

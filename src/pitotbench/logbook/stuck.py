@@ -1,24 +1,29 @@
-"""Sensors that stand still while others move."""
+"""Find stuck sensors, whose values stay the same while those of others change."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.logbook.draft import Draft
 from pitotbench.records.errors import BadInputError
+from pitotbench.timeline import pauses
 from pitotbench.units import Array, Booleans
 
 _MOST = 0.5  # share of rows that may be dropped for a stuck sensor
 _STUCK_TIME = 10.0  # s
-_STUCK_RUNS = 10.0  # times the usual time for which a value repeats
+_STUCK_RUNS = 10.0  # times the median time for which a value repeats
 _MOVING = 2.0  # m/s, above which a velocity cannot stand still
 
 
 def check_stuck(draft: Draft) -> None:
-    """Drop rows in which the impact pressure, the static pressure or the GPS velocity stands still for long."""
+    """Drop rows in which the impact pressure, the static pressure or the GPS velocity is stuck.
+
+    Raises BadInputError for a GPS velocity that never changes, and where more than half of the rows are bad.
+    """
     speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
     if np.ptp(draft.channels["velocity_north"]) == 0.0 and np.ptp(draft.channels["velocity_east"]) == 0.0:
         raise BadInputError("the GPS velocity is the same in every row: the receiver is stuck; use another log")
     velocity = ["velocity_north", "velocity_east"]
+    # Each sensor is compared with another one that must change in flight: pressure with velocity, and the reverse.
     still = {
         "impact_pressure": _stuck(draft, ["impact_pressure"], velocity) & (speed > _MOVING),
         "static_pressure": _stuck(draft, ["static_pressure"], ["impact_pressure"]) & (speed > _MOVING),
@@ -41,9 +46,12 @@ def check_stuck(draft: Draft) -> None:
 
 
 def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
-    """Rows in a run of equal values much longer than usual (a GPS is held, a coarse sensor repeats) in which
-    another sensor moves."""
+    """Return the rows, (n,), in which values stay equal for very long while those of another sensor change.
+
+    Short runs of equal values are normal: the fixes of a slow GPS repeat, and so do the steps of a coarse sensor.
+    """
     changed, moved = _changes(draft, names), np.r_[0, np.cumsum(_changes(draft, others))]
+    changed[pauses(draft.channels["time"]) - 1] = True  # what happened meanwhile was not recorded
     first = np.r_[0, np.flatnonzero(changed) + 1]
     last = np.r_[first[1:] - 1, len(draft.rows) - 1]
     lasting = draft.channels["time"][last] - draft.channels["time"][first]
@@ -56,7 +64,7 @@ def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
 
 
 def _changes(draft: Draft, names: list[str]) -> Booleans:
-    """True where a row differs from the one before, from the second row on."""
+    """Return whether each row differs from the one before, from the second row on, (n − 1,)."""
     changed: Booleans = np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0)
     return changed
 

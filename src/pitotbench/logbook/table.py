@@ -1,4 +1,4 @@
-"""A table as a reader found it: named columns, a header, remarks. Not yet a log."""
+"""A table as read from a file: named columns, a header, warnings. It is not yet a log."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -21,7 +21,7 @@ _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Columns in file order (a name may occur twice), the header above them, and what the reader noticed."""
+    """Columns in the order of the file, the header, and the warnings of the reader. A name may occur twice."""
 
     names: tuple[str, ...]
     columns: tuple[Column, ...]
@@ -32,7 +32,7 @@ class Table:
         return len(self.columns[0]) if self.columns else 0
 
     def column(self, name: str) -> Column:
-        """The column of a name. Raises BadInputError where it is missing or given twice."""
+        """Return the column of a name. Raises BadInputError where it is missing or given twice."""
         count = self.names.count(name)
         if count != 1:
             raise BadInputError(f"column {name!r} is {'given twice; keep one' if count else 'missing'}")
@@ -40,9 +40,9 @@ class Table:
 
 
 def numbers(name: str, column: Column) -> NDArray[np.float64]:
-    """A column as floats, NaN where a cell is empty.
+    """Return a column as floats, with NaN for empty cells.
 
-    Raises BadInputError naming the first row whose cell is no number.
+    Raises BadInputError that names the first row whose cell is not a number.
     """
     if column.dtype.kind in "fiub":
         return np.asarray(column, dtype=np.float64)
@@ -58,17 +58,17 @@ def numbers(name: str, column: Column) -> NDArray[np.float64]:
 
 
 def _no_number(cell: object) -> str:
-    """Why a cell is no number, and what to write instead."""
+    """Return why a cell is not a number, and what to write instead."""
     text = str(cell)
     if isinstance(cell, date | time | timedelta | np.datetime64 | np.timedelta64) or _CLOCK.search(text):
         return f"{text!r} is a clock time or a date; write seconds from the start of the log"
     if _DECIMAL_COMMA.fullmatch(text):
         return f"{text!r} has a decimal comma; write decimal points in the whole file"
-    return f"{text!r} is not a number; mend that row"
+    return f"{text!r} is not a number; correct or remove that row"
 
 
 def flags(name: str, column: Column) -> NDArray[np.bool_]:
-    """A column as true/false; raises BadInputError naming the first row that is neither."""
+    """Return a column as booleans. Raises BadInputError that names the first row which is neither."""
     if column.dtype.kind == "b" or (column.dtype.kind in "fiu" and np.isin(column, (0, 1)).all()):
         return np.asarray(column, dtype=np.bool_)
     words = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
@@ -80,18 +80,22 @@ def flags(name: str, column: Column) -> NDArray[np.bool_]:
 
 
 def texts(column: Column) -> NDArray[np.str_]:
-    """A column as text, empty where a cell is empty."""
+    """Return a column as text; an empty cell is an empty text."""
     if column.dtype.kind == "U":
         return column
-    return np.array(["" if cell is None else str(cell) for cell in column], dtype=np.str_)
+    first = np.flatnonzero(np.r_[True, column[1:] != column[:-1]][: len(column)])  # labels come in long runs
+    cells = np.array(["" if cell is None else str(cell) for cell in column[first]], dtype=np.str_)
+    return np.repeat(cells, np.diff(first, append=len(column)))
 
 
 @contextmanager
 def atomic(path: Path) -> Iterator[Path]:
-    """A temporary path beside `path`, renamed onto it on success and removed on failure: never half a file.
+    """Give a temporary path in the folder of `path`; rename it to `path` on success, remove it on failure.
 
-    Raises BadInputError where the folder does not exist or cannot be written.
+    A reader therefore never finds half a file. Raises BadInputError where the folder does not exist or cannot be
+    written.
     """
+    # The random part of the name keeps two processes that write the same file apart.
     temporary = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
     try:
         yield temporary
@@ -102,3 +106,9 @@ def atomic(path: Path) -> Iterator[Path]:
         ) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all. Raises BadInputError as `atomic` does."""
+    with atomic(path) as scratch:
+        scratch.write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""PX4 ULog: topics as tables, for a mapping to name. Needs pyulog, of the extra pitotbench[logs]."""
+"""Read the topics of a PX4 ULog as tables. Needs pyulog, which the extra pitotbench[logs] installs."""
 
 from pathlib import Path
 
@@ -9,9 +9,9 @@ from pitotbench.records.errors import BadInputError
 
 
 def read_topics(path: Path, topics: list[str]) -> list[Table]:
-    """The tables of some topics, named as `ulog2csv` names its files: `sensor_gps_0` is the first `sensor_gps`.
+    """Return the tables of some topics. Names are those of `ulog2csv`: `sensor_gps_0` is the first `sensor_gps`.
 
-    Raises BadInputError where pyulog is not installed, the file is no ULog, or a topic is not in it.
+    Raises BadInputError where pyulog is not installed, the file is not a ULog, or it lacks a topic.
     """
     try:
         from pyulog import ULog  # an extra: most users never read a ULog

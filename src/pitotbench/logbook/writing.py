@@ -1,4 +1,4 @@
-"""FlightLog to a file."""
+"""Write a FlightLog to a file."""
 
 from pathlib import Path
 
@@ -10,9 +10,9 @@ from pitotbench.records.log import FlightLog
 
 
 def write_log(log: FlightLog, path: Path | str) -> Path:
-    """Write a log with canonical columns, in the format of the path's suffix; whole or not at all.
+    """Write a log with canonical columns, in the format of the path's suffix, and return the path.
 
-    Raises BadInputError for a suffix that is none of ours or a place that cannot be written.
+    An error leaves no incomplete file. Raises BadInputError for an unknown suffix or an unwritable place.
     """
     target = Path(path)
     try:

@@ -1,4 +1,4 @@
-"""A pressure error with numbers in it: from indicated to true impact pressure and back."""
+"""A pressure-error curve with its parameters: from indicated to true impact pressure and back."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,12 +13,15 @@ _TOLERANCE = 1e-12
 
 
 class PressureErrorRangeError(ValueError):
-    """The pressure error cannot be applied where it was asked for: the message says where and why."""
+    """The pressure error has no solution at an impact pressure. The message says where and why."""
 
 
 @dataclass(frozen=True, slots=True)
 class PressureErrorCurve:
-    """Δp/q_c = f(q_ci/q_ref) with parameters; Δp = q_c − q_ci (the sign of Martos et al. 2011)."""
+    """A pressure-error curve Δp/q_c = f(q_ci/q_ref); Δp = q_c − q_ci, the sign of Martos et al. (2011).
+
+    `reference_pressure` is q_ref [Pa]. Raises ValueError where the number of parameters does not fit the model.
+    """
 
     model: PressureErrorModel
     parameters: tuple[float, ...]
@@ -30,26 +33,30 @@ class PressureErrorCurve:
             raise ValueError(f"model {self.model.name!r} takes the parameters {wanted}, got {self.parameters}")
 
     def normalized(self, indicated_impact_pressure: Pascal) -> Array:
-        """Δp/q_c [-] at an indicated impact pressure [Pa]."""
+        """Return Δp/q_c [-] at an indicated impact pressure [Pa], any shape."""
         x = np.asarray(indicated_impact_pressure, dtype=np.float64) / self.reference_pressure
         return np.asarray(self.model.basis(x) @ np.asarray(self.parameters))
 
     def impact_pressure(self, indicated_impact_pressure: Pascal) -> Pascal:
-        """True impact pressure [Pa], q_c = q_ci/(1 − f)."""
+        """Return the true impact pressure q_c = q_ci/(1 − f) of an indicated one [Pa], any shape."""
         q_ci = np.asarray(indicated_impact_pressure, dtype=np.float64)
         return q_ci / (1.0 - self.normalized(q_ci))
 
     def indicated_impact_pressure(self, impact_pressure: Pascal) -> Pascal:
-        """Indicated impact pressure [Pa] of a true one [Pa]: solves q_ci = q_c (1 − f(q_ci)).
+        """Return the indicated impact pressure of a true one [Pa], (n,): solve q_ci = q_c (1 − f(q_ci)).
 
-        Raises PressureErrorRangeError where no solution is found (f close to or above 1).
+        Raises PressureErrorRangeError where no solution is found, because f is close to 1 or above.
         """
         return invert(self.normalized, impact_pressure)
 
 
 def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pascal:
-    """Solve q_ci = q_c (1 − f(q_ci)) by the secant method, each sample for itself."""
+    """Solve q_ci = q_c (1 − f(q_ci)) for q_ci [Pa], (n,), by the secant method, each sample separately.
+
+    `normalized` is f as a function of q_ci [Pa]. Raises PressureErrorRangeError where no solution is found.
+    """
     q_c = np.asarray(impact_pressure, dtype=np.float64)
+    # Two starting points for the secant: no error, and one step of the fixed-point iteration from there.
     old = q_c.copy()
     gap_old = q_c * (1.0 - normalized(old)) - old
     new = old + gap_old
@@ -60,6 +67,7 @@ def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pas
         if np.all(np.abs(gap) <= _TOLERANCE * q_c):
             return new
         step = new - old
+        # Without a usable slope (a step near zero, a flat difference) take −1, which is right for small f.
         slope = np.divide(gap - gap_old, step, out=np.full_like(step, -1.0), where=np.abs(step) > 1e-9 * q_c)
         old, gap_old = new, gap
         new = new - gap / np.where(np.abs(slope) < 0.1, -1.0, slope)

@@ -1,4 +1,4 @@
-"""What a pressure-error model is to those who fit it or fly with it."""
+"""The interface of a pressure-error model, for the calibrator and the simulated sensors."""
 
 from typing import Protocol
 
@@ -15,22 +15,22 @@ class PressureErrorModel(Protocol):
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
-        """One name a parameter."""
+        """The names of the parameters, in the order of the terms."""
         ...
 
     @property
     def formula(self) -> str:
-        """The model in words or symbols; holds every parameter's name."""
+        """The model in words or symbols, with the name of every parameter."""
         ...
 
     def basis(self, x: Array) -> Array:
-        """The terms at x, shape (n,): an array of shape (n, k), dimensionless."""
+        """Return the terms at x, (n,), as an array (n, k) [-], k being the number of parameters."""
         ...
 
     def basis_slope(self, x: Array) -> Array:
-        """The derivatives of the terms with respect to x, shape (n, k)."""
+        """Return the derivatives of the terms with respect to x, (n, k)."""
         ...
 
     def spread_over(self, low: float, high: float) -> "PressureErrorModel":
-        """The model for data between x = low and high: its knots lie there if it has any."""
+        """Return the model for data between x = low and x = high. Knots, if there are any, lie in that range."""
         ...

@@ -1,4 +1,4 @@
-"""The model structures of Martos, Kiszely and Foster (2011, Fig 4): each a basis in x = q_ci/q_ref.
+"""The models of Martos, Kiszely and Foster (2011, Fig 4), each a sum of terms in x = q_ci/q_ref.
 
 The source shows Inverse+ only as a figure; k1 + k2 x + k3/x is our reading of it.
 """
@@ -15,7 +15,7 @@ Term = Callable[[Array], Array]
 
 @dataclass(frozen=True, slots=True)
 class TermModel:
-    """A model of Δp/q_c that is linear in its parameters: one term and its slope a parameter."""
+    """A model of Δp/q_c that is linear in its parameters. `terms` holds a term and its slope for each parameter."""
 
     name: str
     parameter_names: tuple[str, ...]
@@ -23,20 +23,21 @@ class TermModel:
     formula: str
 
     def basis(self, x: Array) -> Array:
-        """The terms at x = q_ci/q_ref, shape (n,): an array of shape (n, k), dimensionless."""
+        """Return the terms at x = q_ci/q_ref, (n,), as an array (n, k) [-]."""
         return _columns([term for term, _ in self.terms], x)
 
     def basis_slope(self, x: Array) -> Array:
-        """The derivatives of the terms with respect to x, shape (n, k)."""
+        """Return the derivatives of the terms with respect to x, (n, k)."""
         return _columns([slope for _, slope in self.terms], x)
 
     def spread_over(self, low: float, high: float) -> "TermModel":
-        """The model itself: a law has no knots."""
+        """Return the model itself: a formula has no knots."""
         return self
 
 
 def _columns(terms: Sequence[Term], x: Array) -> Array:
-    """The terms side by side, (n, k); each column contiguous, because fits work column by column."""
+    """Return the terms as columns, (n, k)."""
+    # Each column is contiguous in memory, because fits work column by column.
     rows = np.empty((len(terms), *np.shape(x)))
     for row, term in zip(rows, terms, strict=True):
         row[...] = term(x)

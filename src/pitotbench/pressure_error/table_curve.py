@@ -11,7 +11,10 @@ from pitotbench.units import Array, Pascal
 
 @dataclass(frozen=True, slots=True)
 class TableCurve:
-    """Δp/q_c [-] over indicated airspeed [m/s], at least two increasing points."""
+    """Δp/q_c [-] over indicated airspeed [m/s], at two or more increasing airspeeds.
+
+    Raises ValueError for fewer points, or airspeeds that do not increase.
+    """
 
     airspeed: tuple[float, ...]
     values: tuple[float, ...]
@@ -23,15 +26,15 @@ class TableCurve:
             raise ValueError("the airspeeds of a pressure-error table must increase")
 
     def normalized(self, indicated_impact_pressure: Pascal) -> Array:
-        """Δp/q_c [-] at an indicated impact pressure [Pa]."""
+        """Return Δp/q_c [-] at an indicated impact pressure [Pa], any shape."""
         speed = air.calibrated_airspeed(indicated_impact_pressure)
         return np.interp(speed, self.airspeed, self.values)
 
     def impact_pressure(self, indicated_impact_pressure: Pascal) -> Pascal:
-        """True impact pressure [Pa], q_c = q_ci/(1 − f)."""
+        """Return the true impact pressure q_c = q_ci/(1 − f) of an indicated one [Pa], any shape."""
         q_ci = np.asarray(indicated_impact_pressure, dtype=np.float64)
         return q_ci / (1.0 - self.normalized(q_ci))
 
     def indicated_impact_pressure(self, impact_pressure: Pascal) -> Pascal:
-        """Indicated impact pressure [Pa] of a true one [Pa]."""
+        """Return the indicated impact pressure of a true one [Pa], (n,). Raises PressureErrorRangeError."""
         return invert(self.normalized, impact_pressure)

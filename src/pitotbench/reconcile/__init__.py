@@ -1,4 +1,4 @@
-"""From a measured log to the effect that a model lacks: check, locate, name, close, patch, advise."""
+"""From a measured log to the effect that the model lacks: check, locate, name, close, patch, advise."""
 
 from pitotbench.reconcile.decide.judgment import judge as judge
 from pitotbench.reconcile.decide.naming import name_effects as name_effects

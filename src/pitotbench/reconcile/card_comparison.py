@@ -1,10 +1,10 @@
-"""The card flown again: a measured log beside logs of the simulator, segment by segment of the same card.
+"""Compare a measured log with the same card flown again by the simulator, segment by segment.
 
-The autopilot flies the simulator to the same targets, so a missing effect shows in what it takes to hold them
-(power, pitch) and in what nobody holds (deceleration, times). Both sides are logs of the same data system, and both
-pass through the same functions. Tolerances: 40 % of those that a flight simulator must meet against flight (14 CFR
-Part 60, Appendix A, Attachment 2: 3 kt, 1.5° pitch, 2° bank, 3° heading), the share that is asked of one simulator
-against another.
+The autopilot flies the simulator to the same targets. A missing effect therefore shows in the power and the pitch
+that hold them, and in quantities that are not held (deceleration, times). Both sides are logs of the same data
+system, and both pass through the same functions. The tolerances are 40 % of those that a flight simulator must meet
+against flight (14 CFR Part 60, Appendix A, Attachment 2: 3 kt, 1.5° pitch, 2° bank, 3° heading). This share is
+required of one simulator against another.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,11 +18,12 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY, Array, Seconds
 
 SHARE = 0.4  # of the tolerances against flight
+# Tolerances of a simulator against flight.
 LIMITS = {"indicated airspeed": 3.0, "pitch": 1.5, "bank": 2.0, "heading": 3.0}  # kt, °
-QUIET = 2.0 * DEGREE  # bank below which it is no turn
+QUIET = 2.0 * DEGREE  # bank below which a segment is not a turn
 SMOOTHED = 1.0  # s over which gusts and sensor noise are averaged on both sides
-BEGINNING = 20.0  # s of a segment in which its deceleration is told
-SHORTEST = 5.0  # s of a segment that has features
+BEGINNING = 20.0  # s at the start of a segment over which its change of airspeed is taken
+SHORTEST = 5.0  # s of a segment that is summed up
 
 
 def _airspeed(log: FlightLog) -> Array:
@@ -42,10 +43,10 @@ QUANTITIES: dict[str, tuple[str, Callable[[FlightLog], Array | None]]] = {
 
 
 def compare_cards(measured: FlightLog, simulated: Sequence[FlightLog], patched: Sequence[FlightLog]) -> FlownAgain:
-    """Features, tolerances and histories of a measured log beside flights of the simulator without and with the
-    patch; at least two of each, which differ by gusts and noise alone.
+    """Return features, tolerances and histories of a measured log and of flights of the simulator.
 
-    Nothing but a reason where the logs have no segments in common.
+    `simulated` are flights without and `patched` with the patch: at least two of each, which differ by gusts and
+    noise alone. Where the logs have no segments in common, only the reason is returned.
     """
     flights = (*simulated, *patched)
     labels = _common(measured, flights)
@@ -59,25 +60,25 @@ def compare_cards(measured: FlightLog, simulated: Sequence[FlightLog], patched: 
 
 def _common(measured: FlightLog, flights: Sequence[FlightLog]) -> list[str]:
     """Segments of the measured log, in order, that every flight has."""
-    known = [set(_runs(log)) for log in flights]
-    return [label for label in _runs(measured) if all(label in each for each in known)]
+    flown = [set(_runs(log)) for log in flights]
+    return [label for label in _runs(measured) if all(label in each for each in flown)]
 
 
 def _runs(log: FlightLog) -> dict[str, slice]:
-    """The rows of every segment by its label, which is numbered where it comes again."""
+    """The rows of every segment by its label; a repeated label gets a number."""
     if log.segment is None:
         return {}
     edges = np.flatnonzero(log.segment[1:] != log.segment[:-1]) + 1
     bounds = [0, *edges.tolist(), len(log)]
-    found: dict[str, slice] = {}
+    rows: dict[str, slice] = {}
     for begin, end in pairwise(bounds):
         label, number = str(log.segment[begin]), 2
         name = label
-        while name in found:
+        while name in rows:
             name, number = f"{label} ({number})", number + 1
         if end - begin > 1:
-            found[name] = slice(begin, end)
-    return found
+            rows[name] = slice(begin, end)
+    return rows
 
 
 def _part(log: FlightLog, label: str) -> FlightLog:
@@ -87,12 +88,12 @@ def _part(log: FlightLog, label: str) -> FlightLog:
 def _features(
     label: str, measured: FlightLog, simulated: Sequence[FlightLog], patched: Sequence[FlightLog]
 ) -> list[Feature]:
-    """What sums up one segment; its deviation is that of flights of one airplane around their mean."""
-    seen = features_of(_part(measured, label))
+    """The features of one segment; their deviation is that of flights of one airplane around their mean."""
+    in_flight = features_of(_part(measured, label))
     before = [features_of(_part(log, label)) for log in simulated]
     after = [features_of(_part(log, label)) for log in patched]
-    found = []
-    for (name, unit), value in seen.items():
+    features = []
+    for (name, unit), value in in_flight.items():
         sides = [
             np.array([each[name, unit] for each in group if (name, unit) in each]) for group in (before, after)
         ]
@@ -100,29 +101,31 @@ def _features(
             freedom = sum(len(side) - 1 for side in sides)
             chance = np.sqrt(sum(float(np.sum((side - side.mean()) ** 2)) for side in sides) / freedom)
             spread = float(chance * np.sqrt(1.0 + 1.0 / len(sides[0])))
-            found.append(Feature(label, name, unit, value, float(sides[0].mean()), float(sides[1].mean()), spread))
-    return found
+            features.append(
+                Feature(label, name, unit, value, float(sides[0].mean()), float(sides[1].mean()), spread)
+            )
+    return features
 
 
 def features_of(part: FlightLog) -> dict[tuple[str, str], float]:
-    """What sums up one segment of a card: (name, unit) to value."""
+    """Return the numbers that sum up one segment of a card: (name, unit) to value."""
     time = part.time - part.time[0]
     if time[-1] < SHORTEST:
         return {}
     speed = _airspeed(part)
-    found = {("duration", "s"): float(time[-1])}
-    found["airspeed", "kt"] = float(speed.mean())
+    features = {("duration", "s"): float(time[-1])}
+    features["airspeed", "kt"] = float(speed.mean())
     early = time < BEGINNING
-    found["change of airspeed", "kt/s"] = float(np.polyfit(time[early], speed[early], 1)[0])
+    features["change of airspeed", "kt/s"] = float(np.polyfit(time[early], speed[early], 1)[0])
     for name in ("pitch", "manifold pressure"):
         values = QUANTITIES[name][1](part)
         if values is not None:
-            found[name, QUANTITIES[name][0]] = float(values.mean())
-    return found | _turn(part, time)
+            features[name, QUANTITIES[name][0]] = float(values.mean())
+    return features | _turn(part, time)
 
 
 def _turn(part: FlightLog, time: Seconds) -> dict[tuple[str, str], float]:
-    """Bank and turn rate of a turn; bank for turn rate is what they say together."""
+    """Bank, turn rate, and bank beyond that of a coordinated turn of this rate."""
     if part.roll is None or part.heading is None or abs(float(np.mean(part.roll))) < QUIET:
         return {}
     rate = float(np.polyfit(time, np.unwrap(part.heading), 1)[0])
@@ -156,7 +159,7 @@ def _tolerance(
 
 
 def _within(name: str, half: float, labels: Sequence[str], one: FlightLog, other: FlightLog) -> float | None:
-    """Share of the common time of all segments in which two logs differ by less than a half width."""
+    """Share of the common time of all segments in which two logs differ by at most a half width."""
     inside, total = 0, 0
     for label in labels:
         pair = _pair(name, _part(one, label), _part(other, label))
@@ -169,7 +172,7 @@ def _within(name: str, half: float, labels: Sequence[str], one: FlightLog, other
 
 
 def _pair(name: str, one: FlightLog, other: FlightLog) -> tuple[Seconds, Array, Array] | None:
-    """A quantity of two logs of one segment on the time that both have, smoothed alike."""
+    """Time, and a quantity of two logs of one segment over the time that both have, smoothed alike."""
     first, second = QUANTITIES[name][1](one), QUANTITIES[name][1](other)
     if first is None or second is None:
         return None
@@ -186,9 +189,9 @@ def _smooth(time: Seconds, values: Array) -> Array:
 
 
 def _histories(label: str, measured: FlightLog, simulated: FlightLog, patched: FlightLog) -> list[History]:
-    """Measured, simulated and patched over one segment."""
+    """Measured, simulated and patched quantities over one segment."""
     parts = [_part(log, label) for log in (measured, simulated, patched)]
-    found = []
+    histories = []
     for name, (unit, _) in QUANTITIES.items():
         before, after = _pair(name, parts[0], parts[1]), _pair(name, parts[0], parts[2])
         if before is not None and after is not None:
@@ -197,5 +200,5 @@ def _histories(label: str, measured: FlightLog, simulated: FlightLog, patched: F
             sides = (before[1][:count], before[2][:count], after[2][:count])
             if name == "heading":
                 sides = (sides[0], *(s + 360.0 * np.round((sides[0][0] - s[0]) / 360.0) for s in sides[1:]))
-            found.append(History(name, unit, before[0][:count] + offset, *sides))
-    return found
+            histories.append(History(name, unit, before[0][:count] + offset, *sides))
+    return histories

@@ -1,7 +1,7 @@
-"""Step 0: what can be seen in a log without a model. Repeats, gaps, clock, steps, ceilings.
+"""Check a log without a model: repeated samples, gaps, clock, quantization, ceilings.
 
-A recording fault that is found here is named here, and taken out of the comparison: samples that only repeat are no
-samples, rows at the ceiling say nothing.
+A recording fault that is found here is named here and does not enter the comparison: repeated samples are not new
+ones, and rows at the ceiling hold no measurement.
 """
 
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import numbers_from
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Check
@@ -17,18 +18,15 @@ from pitotbench.timeline import gaps, interval
 from pitotbench.units import Array, Booleans
 
 AIR_DATA = numbers_from("air")
-FEWEST_REPEATS = 5  # rows on which all air data repeat at once before it is called a fault
-UNLIKELY = 6.0  # σ beyond the repeats that independent channels show together by chance
-REGULAR = 0.7  # share of equal run lengths from which repeats are a hold, not losses
-COARSE = 3.0  # steps a noise deviation below which rounding shows
-CEILING_ROWS = 10
-CERTAIN = 99.0  # score of what is counted, not estimated
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """What the checks say: sentences, effects found by counting, rows whose air data are new and below the
-    ceiling."""
+class CheckedLog:
+    """The result of the checks.
+
+    `effects` are the recording faults that were counted. `fresh` marks the rows with new air data, `usable` those
+    below the ceiling.
+    """
 
     checks: tuple[Check, ...]
     effects: tuple[Candidate, ...]
@@ -36,13 +34,13 @@ class Found:
     usable: Booleans
 
 
-def check_log(log: FlightLog) -> Found:
-    """Look at a log."""
+def check_log(log: FlightLog) -> CheckedLog:
+    """Check a log for faults of its recording."""
     repeated = _repeats(log)
     hold, held = _hold(log, repeated)
     step, stepped = _steps(log, repeated)
     ceiling, capped, usable = _ceiling(log, repeated)
-    return Found(
+    return CheckedLog(
         (_clock(log), _gaps(log), hold, step, ceiling, _gps(log)),
         (*held, *stepped, *capped),
         ~repeated,
@@ -50,18 +48,18 @@ def check_log(log: FlightLog) -> Found:
     )
 
 
-def _known(name: str, *sizes: tuple[str, float, float]) -> Candidate:
-    return Candidate(name, tuple(Estimate(*size) for size in sizes), CERTAIN, 1.0, True)
+def _counted(effect: str, size: Estimate) -> Candidate:
+    return Candidate(effect, (size,), THRESHOLDS.counted_score, 1.0, True)
 
 
 def _repeats(log: FlightLog) -> Booleans:
-    """Rows on which every air-data channel is what it was a row before: no noisy sensor does that by chance."""
+    """Rows on which every air-data channel repeats its previous value; noisy sensors rarely do so by chance."""
     present = [getattr(log, name) for name in AIR_DATA if getattr(log, name) is not None]
     each = np.array([np.diff(values) == 0.0 for values in present])
     same = np.all(each, axis=0)
     by_chance = float(np.prod(np.mean(each, axis=1))) * len(same)
     repeated: Booleans = np.concatenate([[False], same])
-    surplus = FEWEST_REPEATS + UNLIKELY * float(np.sqrt(by_chance))
+    surplus = THRESHOLDS.repeats_fewest + THRESHOLDS.repeats_beyond_chance * float(np.sqrt(by_chance))
     return repeated if repeated.sum() - by_chance > surplus else np.zeros_like(repeated)
 
 
@@ -70,28 +68,37 @@ def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, .
         return Check("repeated samples", "passed", "air data are new on every row"), ()
     period = interval(log.time)
     lengths = np.diff(np.flatnonzero(~repeated))
-    usual = float(np.median(lengths))
-    if usual > 1 and np.mean(np.abs(lengths - usual) <= 1) > REGULAR:
+    typical = float(np.median(lengths))
+    if typical > 1 and np.mean(np.abs(lengths - typical) <= 1) > THRESHOLDS.repeats_regular:
         held = float(np.mean(lengths)) * period
         why = f"air data are renewed every {held:.3g} s and held between"
-        return Check("repeated samples", "failed", why), (_known("sample_and_hold", ("period_s", held, period)),)
+        return Check("repeated samples", "failed", why), (
+            _counted("sample_and_hold", Estimate("period_s", held, period)),
+        )
     share = float(np.mean(repeated))
     spread = 2.0 * float(np.sqrt(share * max(1.0, float(lengths[lengths > 1].mean()) - 1.0) / len(log)))
     why = f"{100.0 * share:.1f} % of the rows repeat the air data of the row before: lost samples, filled in"
-    return Check("repeated samples", "failed", why), (_known("dropped_samples", ("fraction", share, spread)),)
+    return Check("repeated samples", "failed", why), (
+        _counted("dropped_samples", Estimate("fraction", share, spread)),
+    )
 
 
 def _steps(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...]]:
-    """The pressures' smallest step against their noise, told from second differences."""
+    """The smallest step of the pressures against their noise, which second differences show."""
     steps = [_step(getattr(log, name)[~repeated]) for name in ("impact_pressure", "static_pressure")]
     noise = [_noise(getattr(log, name)[~repeated]) for name in ("impact_pressure", "static_pressure")]
-    coarse = [step > max(0.5, COARSE * level / 2.0) for step, level in zip(steps, noise, strict=True)]
-    told = " and ".join(f"{step:.3g}" for step in steps)
+    coarse = [
+        step > max(THRESHOLDS.quantization_smallest, THRESHOLDS.quantization_noise * level)
+        for step, level in zip(steps, noise, strict=True)
+    ]
+    listed = " and ".join(f"{step:.3g}" for step in steps)
     if not any(coarse):
-        return Check("quantization", "passed", f"pressures come in steps of {told} Pa, below their noise"), ()
+        return Check("quantization", "passed", f"pressures come in steps of {listed} Pa, below their noise"), ()
     worst = max(steps)
-    why = f"pressures come in steps of {told} Pa, above their noise of {noise[0]:.2g} and {noise[1]:.2g} Pa"
-    return Check("quantization", "failed", why), (_known("quantization", ("step_pa", worst, 0.02 * worst)),)
+    why = f"pressures come in steps of {listed} Pa, above their noise of {noise[0]:.2g} and {noise[1]:.2g} Pa"
+    return Check("quantization", "failed", why), (
+        _counted("quantization", Estimate("step_pa", worst, 0.02 * worst)),
+    )
 
 
 def _step(values: Array) -> float:
@@ -100,7 +107,7 @@ def _step(values: Array) -> float:
 
 
 def _noise(values: Array) -> float:
-    """Deviation of the noise, from second differences, not counting the rounding."""
+    """Standard deviation of the noise without the rounding, from second differences."""
     second = values[2:] - 2.0 * values[1:-1] + values[:-2]
     return float(np.sqrt(max(0.0, float(np.mean(second**2)) / 6.0 - _step(values) ** 2 / 12.0)))
 
@@ -108,23 +115,25 @@ def _noise(values: Array) -> float:
 def _ceiling(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...], Booleans]:
     top = float(log.impact_pressure.max())
     capped: NDArray[np.bool_] = log.impact_pressure >= top
-    if (capped & ~repeated).sum() < CEILING_ROWS or _step(log.impact_pressure) > 5.0:
+    if (capped & ~repeated).sum() < THRESHOLDS.ceiling_rows or _step(log.impact_pressure) > THRESHOLDS.ceiling_step:
         return (
             Check("saturation", "passed", "impact pressure does not stand at a ceiling"),
             (),
             ~np.zeros_like(capped),
         )
     why = f"impact pressure stands at {top:.1f} Pa on {int(capped.sum())} rows"
-    return Check("saturation", "failed", why), (_known("saturation", ("ceiling_pa", top, 1.0)),), ~capped
+    return Check("saturation", "failed", why), (_counted("saturation", Estimate("ceiling_pa", top, 1.0)),), ~capped
 
 
 def _clock(log: FlightLog) -> Check:
     step = np.diff(log.time)
-    usual = float(np.median(step))
-    odd = float(np.mean(np.abs(step - usual) > 0.2 * usual))
-    if odd > 0.01:
-        return Check("clock", "failed", f"{100.0 * odd:.1f} % of the time steps are not the usual {usual:.4g} s")
-    return Check("clock", "passed", f"rows every {usual:.4g} s")
+    typical = float(np.median(step))
+    odd = float(np.mean(np.abs(step - typical) > THRESHOLDS.clock_odd_step * typical))
+    if odd > THRESHOLDS.clock_odd_share:
+        return Check(
+            "clock", "failed", f"{100.0 * odd:.1f} % of the time steps differ from the median of {typical:.4g} s"
+        )
+    return Check("clock", "passed", f"rows every {typical:.4g} s")
 
 
 def _gaps(log: FlightLog) -> Check:

@@ -1,4 +1,4 @@
-"""What a naming rests on, laid out to be drawn: the gap by place, over time, and after each effect."""
+"""The data of the pictures of a reconciliation: the gap by place, over time, and after each effect."""
 
 from collections.abc import Sequence
 
@@ -6,58 +6,61 @@ import numpy as np
 
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.decide.normal_equations import NormalEquations
-from pitotbench.reconcile.null_flights.null_distribution import Knowledge
-from pitotbench.reconcile.residuals.layout import columns_of
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.predicted_channels import UNITS
+from pitotbench.reconcile.signatures.signatures import columns_of
 from pitotbench.records.gap import GapMap, Step, Trace
 from pitotbench.units import Array
 
 
-def gap_map(named: Naming, known: Knowledge) -> GapMap:
-    """Where the gap sits before and after what was named, in σ beyond what null flights show there."""
-    index, cells = zip(*named.layout.places, strict=True)
+def gap_map(naming: Naming, null: NullDistribution) -> GapMap:
+    """Return the places of the gap before and after the named effects, in σ beyond null flights."""
+    index, cells = zip(*naming.layout.places, strict=True)
     channels = tuple(dict.fromkeys(cell.channel for cell in cells))
     places = tuple(dict.fromkeys(cell.where for cell in cells))
     tables = []
-    for given in ((), named.fit.columns):
+    for given in ((), naming.fit.columns):
         table = np.full((len(channels), len(places)), np.nan)
-        for cell, value in zip(cells, named.evidence.scores(index, given), strict=True):
-            told = known.told_at(cell, value)
-            table[channels.index(cell.channel), places.index(cell.where)] = told
+        for cell, value in zip(cells, naming.equations.scores(index, given), strict=True):
+            table[channels.index(cell.channel), places.index(cell.where)] = null.scores.of_cell(cell, value)
         tables.append(table)
-    return GapMap(channels, places, tables[0], tables[1], known.cell_threshold)
+    return GapMap(channels, places, tables[0], tables[1], null.cell_threshold)
 
 
-def waterfall(named: Naming) -> tuple[Step, ...]:
-    """The sum of squares left as the named effects are added one by one, with the sizes fitted together; the one
-    that takes out most comes first."""
-    columns, sizes = list(named.fit.columns), list(named.fit.sizes)
-    of_effect = columns_of(named.layout.signatures)
-    waiting, added = list(named.chosen), list[int]()
+def waterfall(naming: Naming) -> tuple[Step, ...]:
+    """Return the sum of squares that remains as the named effects are added one by one.
+
+    The sizes are those fitted together. The effect that removes most comes first.
+    """
+    columns, sizes = list(naming.fit.columns), list(naming.fit.sizes)
+    of_effect = columns_of(naming.layout.signatures)
+    waiting, added = list(naming.chosen), list[int]()
     steps = []
     while waiting:
-        best = min(waiting, key=lambda n: _left(named.evidence, columns, sizes, [*added, *of_effect[n]]))
+        best = min(waiting, key=lambda n: _remaining(naming.equations, columns, sizes, [*added, *of_effect[n]]))
         waiting.remove(best)
         added += of_effect[best]
-        steps.append(Step(best, _left(named.evidence, columns, sizes, added)))
+        steps.append(Step(best, _remaining(naming.equations, columns, sizes, added)))
     return tuple(steps)
 
 
-def _left(weighed: NormalEquations, columns: Sequence[int], sizes: Sequence[float], used: Sequence[int]) -> float:
-    """Sum of squares with some columns at their sizes, the others absent, nuisances free."""
+def _remaining(
+    equations: NormalEquations, columns: Sequence[int], sizes: Sequence[float], used: Sequence[int]
+) -> float:
+    """Sum of squares with some columns at their sizes and the others absent; the free parameters are fitted."""
     at = [c for c in columns if c in used]
     s = np.array([size for c, size in zip(columns, sizes, strict=True) if c in used])
-    inner = weighed.inner
+    inner = equations.inner
     return float(inner[-1, -1] - 2.0 * s @ inner[at, -1] + s @ inner[np.ix_(at, at)] @ s)
 
 
-def traces(named: Naming) -> tuple[Trace, ...]:
-    """Every residual channel over time without its nuisances, and what was named says of it."""
-    layout, columns = named.layout, list(named.fit.columns)
-    nuisances = layout.nuisance.columns @ named.evidence.nuisance_sizes(columns)
-    explained = _sum([layout.signatures[c].column for c in columns], named.fit.sizes, layout.residuals.values)
+def traces(naming: Naming) -> tuple[Trace, ...]:
+    """Return every residual channel over time without free parameters, and the part that the effects explain."""
+    layout, columns = naming.layout, list(naming.fit.columns)
+    free = layout.free.columns @ naming.equations.free_sizes(columns)
+    explained = _sum([layout.signatures[c].column for c in columns], naming.fit.sizes, layout.residuals.values)
     time = layout.track.time[layout.grid.rows]
-    gap = layout.residuals.values - nuisances
+    gap = layout.residuals.values - free
     return tuple(
         Trace(name, UNITS[name], time, gap[:, i], explained[:, i]) for i, name in enumerate(layout.residuals.names)
     )

@@ -9,7 +9,7 @@ from pitotbench.units import Array, Booleans, Meters, MetersPerSecond, Seconds
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A number and the 2σ bound that is meant to cover it, in one unit."""
+    """An estimate and its ±2σ bound, in one unit. The bound is made to contain the true value in 95 % of cases."""
 
     name: str
     value: float
@@ -31,9 +31,10 @@ class ErrorCurve:
 
     `correction` is calibrated minus indicated airspeed, to be added to the raw reading: a zero offset of the impact
     pressure that was found is taken out with it. `normalized_pressure_error` and `altitude_correction` are of the
-    pressure error alone, at the same readings. `two_sigma` is the bound that is meant to cover each
-    point, `simultaneous_two_sigma` the wider band that is meant to hold the whole curve at once, and
-    `white_two_sigma` the Cramér-Rao bound for white residuals, shown for comparison only.
+    pressure error alone, at the same readings. `two_sigma` is the bound of each point: it is made to
+    contain the true correction at that airspeed in 95 % of flights. `simultaneous_two_sigma` is wider: the band is
+    made to contain the true curve at all airspeeds at once. `white_two_sigma` is the Cramér-Rao bound for white
+    residuals, for comparison only.
     """
 
     indicated_airspeed: MetersPerSecond
@@ -43,9 +44,8 @@ class ErrorCurve:
     white_two_sigma: MetersPerSecond
     normalized_pressure_error: Array  # Δp/q_c
     normalized_two_sigma: Array
-    altitude_correction: Meters | None = (
-        None  # true minus indicated pressure altitude, where the static source errs
-    )
+    # True minus indicated pressure altitude; None where the static source is taken to be right.
+    altitude_correction: Meters | None = None
     altitude_two_sigma: Meters | None = None
 
     def __post_init__(self) -> None:
@@ -57,8 +57,11 @@ class ErrorCurve:
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """What not knowing one number exactly contributes to the bounds [m/s]: root mean square over the curve, and on
-    the larger wind component. Shares add to the rest as squares. `estimate` is what the log says of it."""
+    """The contribution of one uncertain constant, such as a temperature error, to the 2σ bounds [m/s].
+
+    `curve` is its root mean square over the curve, `wind` that on the larger wind component. Contributions add as
+    squares. `estimate` is the constant as the log determines it.
+    """
 
     name: str
     estimate: Estimate
@@ -81,7 +84,7 @@ class Assumption:
 
 @dataclass(frozen=True, slots=True)
 class Residuals:
-    """What the fitted model left over, for pictures and checks: one entry a sample used.
+    """The residuals of the fitted model, for pictures and checks: one entry a sample used.
 
     `airspeed` is measured minus predicted, expressed as calibrated airspeed [m/s].
     """
@@ -100,14 +103,15 @@ class Residuals:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """An error curve and a wind with their bounds, and everything needed to doubt them.
+    """An error curve and a wind with their bounds, and the numbers to check them by.
 
-    `residual_two_sigma` [m/s] is the paper's 2σ (of the residual, as calibrated airspeed): not a bound on the
-    curve. `condition_number` is that of the scaled, whitened normal problem. `diagnostics` holds plain numbers
-    by name (iterations, effective samples, noise levels ...). `error_location`: where the pressure error sits,
-    stated, assumed or found (`static`, `total` or `impact`). `assumptions`: the accuracies on which every bound
-    depends. `impact_pressure_zero` [Pa]: the zero offset of the sensor that was found and that `curve.correction`
-    takes out, None where none was looked for.
+    `residual_two_sigma` [m/s] is the 2σ of the residual as calibrated airspeed, the figure of Martos, Kiszely
+    and Foster (2011). It is no bound on the curve. `reason` says why the iteration stopped. `condition_number`
+    is that of the scaled, whitened normal problem. `diagnostics` holds plain numbers by name (iterations,
+    effective samples, noise levels ...). `error_location` is the place of the pressure error, stated, assumed or
+    estimated: `static`, `total` or `impact`. `assumptions`: the accuracies on which every bound depends.
+    `impact_pressure_zero` [Pa]: the zero offset of the sensor that was found and that `curve.correction` takes out,
+    None where none was looked for.
     """
 
     model: str

@@ -1,7 +1,7 @@
-"""The configuration of one synthetic flight: everything that decides what is flown and what is sensed.
+"""The configuration of one synthetic flight and of its sensing.
 
-A `Case` holds the truth (wind, pressure error, effects) and so may not be imported by the calibrator.
-Values are SI and radians; `metadata["suffix"]` names the unit in which a value is written to TOML.
+A `Case` holds the truth (wind, pressure error, effects), so the calibrator must not import it. Values are SI and
+radians; `metadata["suffix"]` names the unit in which a value is written to TOML.
 """
 
 from collections.abc import Mapping
@@ -17,8 +17,11 @@ PILOTS = ("none", "good", "busy")
 
 @dataclass(frozen=True, slots=True)
 class Wind:
-    """Mean wind, uniform over the maneuver: speed [m/s], the direction it blows from [rad, true], and an
-    upward part [m/s]."""
+    """The mean wind, uniform over the maneuver.
+
+    `speed` [m/s]; `from_direction` [rad, true], where the wind comes from, as in a weather report: a wind from 270°
+    moves the air toward east; `up` [m/s], its upward part.
+    """
 
     speed: float = field(default=15.0 * KNOT, metadata={"suffix": "kt"})
     from_direction: float = field(default=300.0 * DEGREE, metadata={"suffix": "deg"})
@@ -27,13 +30,13 @@ class Wind:
 
 @dataclass(frozen=True, slots=True)
 class PressureErrorSpec:
-    """The known pressure error Δp/q_c = f(q_ci/q_ref): a model of the table and its parameters.
+    """The true pressure error Δp/q_c = f(q_ci/q_ref): a model of the table and its parameters.
 
-    The default is a plausible light twin: +0.3 kt at 100, −0.8 kt at 126 and −1.7 kt at 160 KIAS. Its size is
-    chosen so that a Bias fit leaves about twice the residual of the others, as in Martos et al. 2011, Fig 9.
-    With `model = "table"`, `airspeed` [m/s, indicated] and `values` [-] hold the curve instead.
-    `location`: `impact` (as the source injects it: the impact pressure alone is corrupted), `static` (the static
-    pressure reads Δp too high) or `total` (the total pressure reads Δp too low).
+    The default is plausible for a light twin: +0.3 kt at 100, −0.8 kt at 126 and −1.7 kt at 160 KIAS. Its size is
+    such that a Bias fit has about twice the residual of the other models, as in Martos et al. 2011, Fig 9.
+    With `model = "table"`, `airspeed` [m/s, indicated] and `values` [-] are the points of the curve.
+    `location` says which pressure has the error: `impact` (the impact pressure alone, as in the source), `static`
+    (the static pressure reads Δp too high) or `total` (the total pressure reads Δp too low).
     """
 
     model: str = "inverse+"
@@ -46,11 +49,11 @@ class PressureErrorSpec:
 
 @dataclass(frozen=True, slots=True)
 class DataSystem:
-    """A data system (DAS): rates [Hz] and per-channel sensor properties.
+    """A data system (DAS): its rates [Hz] and the properties of its sensors.
 
-    Standard deviations are of white noise per sample; a resolution of 0 means no quantization; latencies [s]
-    say how long after the event a sample is stamped. `altitude_drift` is the standard deviation of the slow part of
-    a receiver's height error, a first-order Gauss-Markov process with the correlation time `altitude_drift_time`.
+    Each `…_noise` is the standard deviation of the white noise of a sample. A resolution of 0 means no rounding. A
+    latency [s] is the time from an event to its stamp. `altitude_drift` is the standard deviation of the slow part
+    of a receiver's height error, a first-order Gauss-Markov process of correlation time `altitude_drift_time`.
     """
 
     air_rate: float = field(default=50.0, metadata={"suffix": "hz"})
@@ -77,13 +80,13 @@ class DataSystem:
 
     @property
     def label(self) -> str:
-        """The usual short name, air rate over GPS rate, for example `20/1`."""
+        """The short name: air-data rate over GPS rate, for example `20/1`."""
         return f"{self.air_rate:g}/{self.gps_rate:g}"
 
 
 @dataclass(frozen=True, slots=True)
 class EffectSpec:
-    """One physical effect of the effects table with its parameters (names carry their unit suffix)."""
+    """One effect of the effects table with its parameters, whose names end in their units."""
 
     name: str
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -91,15 +94,18 @@ class EffectSpec:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One flight and its sensing, completely: the same Case gives the same log, bit for bit.
+    """One flight and its sensing. The same Case gives the same log, bit for bit.
 
-    `fuel` is the share of the fuel that the aircraft's file loads (1 is full tanks); `ballast` [kg] lies at its
-    center of gravity, negative where the airplane is lighter than the file says. Both are on the weight sheet, so
-    the mass column of the log holds them.
-    `card` overrides numbers of the maneuver's card (names carry their unit suffix, for example
-    `{"dwell_s": 20.0}`). `accuracy` states 2σ of what the residual cannot show (`{"temperature_k": 1.0}`); it is
-    told to the calibrator and changes nothing of the flight. `truth_seed` drives turbulence and the pilot,
-    `sensor_seed` the sensors.
+    `card` overrides numbers of the maneuver's card; names end in a unit, for example `{"dwell_s": 20.0}`.
+
+    `fuel` is the share of the fuel in the aircraft's file (1 is that load). `ballast` [kg] lies at the center of
+    gravity and is negative where the airplane is lighter than its file. Both are on the weight sheet, so the mass
+    column of the log includes them.
+
+    `accuracy` states 2σ of constant sensor errors that the residual cannot show, for example
+    `{"temperature_k": 1.0}`. It goes to the calibrator with the log and changes nothing in the flight.
+
+    `truth_seed` drives turbulence and the pilot, `sensor_seed` the sensors.
     """
 
     aircraft: str = "navajo"

@@ -1,7 +1,7 @@
-"""Case to TOML and back. A key carries its unit: `altitude_ft = 6000`, `wind.speed_kt = 15`.
+"""Write a Case as TOML and read it back. A key ends in its unit: `altitude_ft = 6000`, `wind.speed_kt = 15`.
 
-Any suffix of the field's dimension is read; all problems of a file are reported at once. The temperatures of a
-case are differences (an offset, a noise), so no zero point is added to them.
+Any suffix of the right dimension is read. All problems of a file are reported in one message. The temperatures of
+a case are differences (an offset, a noise), so 1 °C is 1 K here, not 274 K.
 """
 
 import json
@@ -18,25 +18,24 @@ from pitotbench.records.errors import BadInputError
 from pitotbench.records.toml_text import write_toml
 from pitotbench.units import SUFFIXES, Suffix
 
-# No column of a log is a frequency, so the closed table of column suffixes does not hold it.
-_LOG_SUFFIXES = (".csv", ".parquet", ".mat", ".ulg", ".bin")  # of the logbook, which stands above the records
+# No column of a log is a frequency, so the table of column suffixes lacks it.
 CASE_SUFFIXES: dict[str, Suffix] = {**SUFFIXES, "hz": Suffix("frequency", 1.0)}
 
 
 def write_case(case: Case) -> str:
-    """The TOML text of a case; `read_case` of it gives an equal case, bit for bit."""
+    """Return the TOML text of a case. `read_case` turns it into an equal case, bit for bit."""
     return write_toml(case_table(case))
 
 
 def case_table(case: Case, omit: Sequence[str] = ()) -> dict[str, Any]:
-    """A case as a plain table with unit-bearing keys, without the fields named in `omit`."""
+    """Return a case as a plain table whose keys end in units, without the fields named in `omit`."""
     return {key: value for name, key, value in _entries(case) if name not in omit}
 
 
 def read_case(source: Path | str) -> Case:
-    """The case of a TOML file, or of TOML text (any string with a line break or an equals sign).
+    """Read a case from a TOML file, or from TOML text (any string with a line break or an equals sign).
 
-    What the text leaves out keeps its default. Raises BadInputError that lists every problem with its key.
+    Missing keys keep their defaults. Raises BadInputError that lists every problem with its key.
     """
     name, text = _text(source)
     try:
@@ -56,11 +55,14 @@ def read_case(source: Path | str) -> Case:
 
 
 def _text(source: Path | str) -> tuple[str, str]:
+    # A path has no line break and hardly ever an equals sign; TOML text has one of them, unless it is empty.
     if isinstance(source, str) and ("\n" in source or "=" in source or not source):
         return "case", source
     path = Path(source)
-    if path.suffix.lower() in _LOG_SUFFIXES:
-        raise BadInputError(f"{source}: this is a log, not a case; a case is a TOML file")
+    if path.suffix.lower() not in (".toml", ""):
+        raise BadInputError(
+            f"{source}: not a case; a case is a TOML file that ends in .toml, a log is read by calibrate"
+        )
     try:
         return str(source), path.read_text(encoding="utf-8")
     except OSError as error:
@@ -70,7 +72,8 @@ def _text(source: Path | str) -> tuple[str, str]:
 
 
 def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -> Case | None:
-    """Check types with pydantic. Through JSON, whose strict mode takes tables and lists but no '15' for 15."""
+    """Return the case of a tree of fields, or None with the type errors appended to `problems`."""
+    # Through JSON: pydantic's strict mode then accepts lists for tuples, but not the text '15' for the number 15.
     from pydantic import TypeAdapter, ValidationError
 
     try:
@@ -85,18 +88,18 @@ def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -
 
 
 class _Reading:
-    """Turns unit-bearing keys into fields, remembering problems and how each field was spelled."""
+    """Turn keys with units into fields; collect the problems and the spelling of each field."""
 
     def __init__(self) -> None:
         self.problems: list[str] = []
         self._spelled: dict[Place, str] = {}
 
     def written(self, place: Place) -> str:
-        """A field's path as the file spells it."""
+        """Return the path of a field as the file spells it."""
         return ".".join(self._spelled.get(place[: i + 1], part) for i, part in enumerate(place))
 
     def record(self, kind: type, table: object, place: Place) -> Any:
-        """The fields of a record from a table; a value that is no table is left to the type check."""
+        """Return the fields of a record from a table. Other values are returned as they are, for the type check."""
         if not isinstance(table, Mapping):
             return table
         found: dict[str, Any] = {}
@@ -123,7 +126,7 @@ class _Reading:
         return value
 
     def _field(self, kind: type, key: str, place: Place) -> tuple[str, Suffix | None] | None:
-        """The field that a key names and its unit; None, with a problem noted, where there is none."""
+        """Return the field that a key names and its unit; for an unknown key, note a problem and return None."""
         known = {f.name: f for f in fields(kind)}
         base, _, suffix = key.rpartition("_")
         if key in known and "suffix" not in known[key].metadata:
@@ -159,7 +162,7 @@ def _to_si(value: Any, unit: Suffix) -> Any:
 
 
 def _entries(record: Any) -> Iterator[tuple[str, str, Any]]:
-    """Field name, written key and written value of every field."""
+    """Yield the field name, the key and the value as written, for every field of a record."""
     for entry in fields(record):
         value, suffix = getattr(record, entry.name), entry.metadata.get("suffix")
         if suffix:
@@ -179,7 +182,11 @@ def _plain(value: Any) -> Any:
 
 
 def _in_unit(name: str, value: float | tuple[float, ...], suffix: str) -> tuple[str, Any]:
-    """Key and value in a unit; in SI where no number of that unit reads back to the very same value."""
+    """Return key and value in a unit.
+
+    They are in SI where no number in that unit reads back to exactly the same value.
+    """
+    # A case must read back bit for bit, also where 100 kt in m/s has no exact decimal in knots.
     values = value if isinstance(value, tuple) else (value,)
     written = [_exact(v, CASE_SUFFIXES[suffix].factor) for v in values]
     if any(w is None for w in written):
@@ -189,6 +196,6 @@ def _in_unit(name: str, value: float | tuple[float, ...], suffix: str) -> tuple[
 
 
 def _exact(value: float, factor: float) -> float | None:
-    """The shortest number that, times the factor, is the value."""
+    """Return the shortest number that, times the factor, is exactly the value; None where there is none."""
     near = value / factor
     return next((w for w in (round(near, 6), round(near, 12), near) if w * factor == value), None)

@@ -1,4 +1,4 @@
-"""What the numbers and names of a case must satisfy beyond their types."""
+"""The rules that the numbers and names of a case must satisfy beyond their types."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -10,7 +10,7 @@ from pitotbench.records.case import ERROR_LOCATIONS, PILOTS, TURBULENCE_SEVERITY
 
 Place = tuple[str, ...]
 
-# Field path (a regular expression), what holds for its value, and the rule in words.
+# Path of the field (a regular expression), the test of its value [SI], and the rule in words.
 _RULES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
     (r"das\.(air|gps)_rate|das\.\w+_(range|time)|das\.recovery_factor", lambda v: v > 0, "must be above 0"),
     (r"pressure_error\.reference_pressure", lambda v: v > 0, "must be above 0"),
@@ -28,7 +28,7 @@ _NAMES = {
 
 
 def broken_rules(tree: Any, written: Callable[[Place], str]) -> Iterator[str]:
-    """Every broken rule of a tree of fields [SI], each line beginning with the key as the file spells it."""
+    """Yield each rule that a tree of fields [SI] breaks; the line begins with the key as the file spells it."""
     leaves = dict(_leaves(tree, ()))
     for place, value in leaves.items():
         if isinstance(value, float) and not isfinite(value):

@@ -1,9 +1,9 @@
-"""The two ways in which the bench says no; each message states the rule of the domain and the way out."""
+"""The two errors of the bench. Each message states the rule and what to do."""
 
 
 class BadInputError(ValueError):
-    """What was given cannot be used: exit code 2."""
+    """The input cannot be used. The command line ends with exit code 2."""
 
 
 class NoAnswerError(RuntimeError):
-    """The input is sound but does not determine an answer (not observable, not converged): exit code 3."""
+    """The input is valid but does not determine an answer: not observable, or not converged. Exit code 3."""

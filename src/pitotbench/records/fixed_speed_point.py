@@ -1,4 +1,4 @@
-"""What a fixed-speed GPS method found at one airspeed of a log: a point beside the curve."""
+"""The result of a fixed-speed GPS method at one airspeed of a log: a point to compare with the curve."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ class FixedSpeedPoint:
 
     `legs` is 1 for a turn. `indicated_airspeed`, `calibrated_airspeed`, `correction` (calibrated minus indicated)
     and `two_sigma` (its bound) are mean values over the legs; `true_airspeed` belongs to the same mean. `spread`
-    is the standard deviation of what the method has too much of: the three-leg answers of four legs, the
-    residuals of a regression; None where there is nothing left over. `two_sigma` holds the accuracies stated for
-    temperature and pressures, `true_airspeed_two_sigma` what the ground velocities alone leave open. The wind
-    blows toward north and east.
+    is the standard deviation of the redundant solutions: those of three legs out of four, or the residuals of a
+    regression; None where nothing is redundant. `two_sigma` contains the stated accuracies of temperature and
+    pressures, `true_airspeed_two_sigma` only the scatter of the ground velocities. The wind blows toward north and
+    east.
     """
 
     method: str

@@ -1,4 +1,4 @@
-"""The truth of a flight. Only simulate makes it and only sense, bench and show may see it."""
+"""The truth of a flight. Package `simulate` makes it; only `sense`, `bench` and `show` may use it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,10 +15,10 @@ from pitotbench.units import Array, Booleans
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """What really happened, at the simulator's rate.
+    """The truth of one flight, at the simulator's rate.
 
-    `channels` maps names of the simulator's property table to arrays of one length (SI, radians);
-    `segment` is a label a sample, `on_condition` is true where the card's tolerances are met.
+    `channels` maps names of the simulator's property table to arrays, (n,) each [SI, radians]. `segment` is a label
+    for each sample, `on_condition` is true where the card's tolerances are met, (n,) both.
     Raises RecordError where lengths differ.
     """
 
@@ -44,5 +44,5 @@ class Flight:
 
     @property
     def duration(self) -> float:
-        """Recorded time [s]: set-up between speeds, which is flown but not recorded, does not count."""
+        """The recorded time [s]. The set-up between speeds is flown but not recorded, and does not count."""
         return len(self) * float(np.median(np.diff(self.channels["time"])))

@@ -1,4 +1,4 @@
-"""A plan: what cards will give before they are flown."""
+"""A plan: the forecast bounds of cards that have not been flown yet."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ from pitotbench.units import Array, MetersPerSecond
 
 @dataclass(frozen=True, slots=True)
 class Forecast:
-    """What is to be expected of a card.
+    """The forecast of a card.
 
-    `two_sigma` [m/s] at `airspeeds` [m/s, indicated] is the calibrator's bound, mean over draws of gusts and sensor
-    noise whose level it has to find; `known_noise_two_sigma` is the inverse information matrix alone; `spread`
-    [m/s] is the standard deviation, from flight to flight, of the bound averaged over the airspeeds. `extent` [m]:
-    ground covered north-south and east-west, wind included; `steepest_bank` [rad]. `card`: the
-    numbers changed, keys with units. `track`: north and east [m], (2, k), NaN at
-    gaps. `minutes` are recorded, `elapsed_minutes` with the set-ups between its speeds.
+    `two_sigma` [m/s] at `airspeeds` [m/s, indicated] is the calibrator's bound, the mean over draws of gusts
+    and sensor noise whose level it has to estimate. `known_noise_two_sigma` [m/s] is the bound for known noise,
+    from the inverse information matrix. `spread` [m/s] is the standard deviation, from flight to flight, of the
+    bound averaged over the airspeeds. `extent` [m]: the ground covered north-south and east-west, in the wind.
+    `steepest_bank` [rad]. `card`: the changed numbers of the card; the unit is in each key. `track`: north and
+    east [m], (2, k), NaN at gaps. `minutes` are recorded; `elapsed_minutes` add the set-ups between the speeds.
     """
 
     maneuver: str
@@ -41,15 +41,15 @@ class Forecast:
 
     @property
     def widening(self) -> float:
-        """What not knowing the noise costs: predicted 2σ over that for known noise."""
+        """Predicted 2σ over that for known noise: the cost of having to estimate the noise."""
         return self.mean / float(np.mean(self.known_noise_two_sigma))
 
     def within(self, minutes: float) -> float:
-        """2σ [m/s] of the card flown whole as often as the minutes hold it, once at least."""
+        """2σ [m/s] of the card flown as often as it fits into the minutes, at least once."""
         return self.mean / float(np.sqrt(max(1, floor(minutes / self.minutes + 1e-9))))
 
     def mean_in(self, minutes: float) -> float:
-        """2σ [m/s] after so many minutes of this card flown again and again: information adds up."""
+        """2σ [m/s] after so many minutes of this card flown repeatedly: the information adds up."""
         return self.mean * float(np.sqrt(self.minutes / minutes))
 
     def times_for(self, want: float) -> int:
@@ -65,10 +65,11 @@ class Forecast:
 class Plan:
     """The answer to "what should I fly?".
 
-    `forecasts` in order of merit; `refused`, what cannot be flown and why; `best` of those that fit the minutes and
-    the box, `gentle` the best of those with no steep turns, `improved` the best one's card with its free numbers
-    changed: None where there is none, where the card was not searched or where the search found nothing better.
-    `minutes`, `want` [m/s] and `box` [m] are what was asked, None where they do not matter; `conditions` in words.
+    `forecasts` are in order of merit; `refused` gives, by maneuver, the reason why it cannot be flown. `best`
+    is the best maneuver that fits into the minutes and the box, `gentle` the best of those without steep turns;
+    each is None where there is none. `improved` is the card of the best one with its free numbers changed; None
+    where there was no search or the search found nothing better. `minutes`, `want` [m/s, 2σ] and `box` [m,
+    side] are the request, None where they do not matter. `conditions` are in words.
     """
 
     conditions: str

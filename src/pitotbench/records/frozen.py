@@ -1,4 +1,4 @@
-"""What every record with arrays does once built: one length for all, float64, read-only, no NaN unless allowed."""
+"""Checks for records with arrays: all arrays have one length and become read-only."""
 
 from collections.abc import Iterable
 
@@ -9,11 +9,12 @@ from pitotbench.records.errors import BadInputError
 
 
 class RecordError(BadInputError):
-    """The arrays of a record do not fit together; the message names the field and the rule."""
+    """The arrays of a record do not fit together. The message names the field and the rule."""
 
 
 def freeze(array: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Return the array read-only, copying only where it is a view of memory that others can still write."""
+    """Return the array read-only; copy it only where it is a view of memory that others can still write."""
+    # A read-only view does not protect against a write through the array that it views.
     if array.flags.writeable or array.base is not None:
         array = np.ascontiguousarray(array) if array.base is None else array.copy()
         array.setflags(write=False)
@@ -21,7 +22,7 @@ def freeze(array: NDArray[np.generic]) -> NDArray[np.generic]:
 
 
 def check_lengths(record: str, fields: Iterable[tuple[str, NDArray[np.generic]]], length: int) -> None:
-    """Raise `RecordError` where an array is not one-dimensional of the common length."""
+    """Raise RecordError where an array is not of shape (length,)."""
     for name, array in fields:
         if array.shape != (length,):
             raise RecordError(

@@ -1,4 +1,4 @@
-"""What a reconciliation shows of a gap: where it sits, what each effect took out of it, and what is left."""
+"""The gap of a reconciliation: its map, the part that each effect explains, the rest, and the card flown again."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,8 +9,11 @@ from pitotbench.units import Array
 
 @dataclass(frozen=True, slots=True)
 class GapMap:
-    """Significance [σ] of the gap by channel (rows) and phase of flight or variable (columns), before and after
-    what was named, (c, p) each; `threshold` is what null flights stay below."""
+    """Significance [σ] of the gap by channel (rows) and phase of flight or variable (columns).
+
+    `before` and `after` are (c, p): without and with the named effects in the model. Null flights, simulated
+    flights of the same card without an effect, stay below `threshold` [σ].
+    """
 
     channels: tuple[str, ...]
     places: tuple[str, ...]
@@ -21,8 +24,10 @@ class GapMap:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A residual channel over time [s]: measured less simulated, and what the named effects say of it, (n,) each,
-    both without wind, error curve and sensor biases."""
+    """A residual channel over time [s], (n,) each, without wind, error curve and sensor biases.
+
+    `gap` is measured minus simulated, `explained` the part of it that the named effects predict.
+    """
 
     channel: str
     unit: str
@@ -33,7 +38,7 @@ class Trace:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One bar of the waterfall: the sum of squares [noise units] that is left once an effect is added as well."""
+    """One bar of the waterfall: the sum of squares over noise variance that remains with one more effect added."""
 
     effect: str
     left: float
@@ -41,7 +46,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """A quantity over the time [s] of a segment of the card: as measured, and as two simulators flew it."""
+    """A quantity over the time [s] of a segment of the card: measured, simulated, and simulated with the patch."""
 
     quantity: str
     unit: str
@@ -53,8 +58,11 @@ class History:
 
 @dataclass(frozen=True, slots=True)
 class Feature:
-    """A number that sums up a segment of the card, as measured and as flown again by the simulator without and with
-    the patch; `deviation` is how far two flights of one airplane differ by chance."""
+    """A characteristic number of a segment of the card, such as its mean power, with its unit.
+
+    `measured` is from the log, `simulated` and `patched` from the card flown again without and with the patch.
+    `deviation` is the standard deviation between two flights of one airplane.
+    """
 
     segment: str
     name: str
@@ -67,8 +75,11 @@ class Feature:
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Share of samples of the card flown again within a tolerance of the measured ones: before, with the patch, and
-    between two flights of the patched simulator, which differ by gusts alone."""
+    """Share of the samples of the card flown again that are within ±`half_width` of the measured ones.
+
+    `before` is without the patch, `after` with it. `by_chance` is the share between two flights of the patched
+    simulator, which differ by gusts alone.
+    """
 
     quantity: str
     unit: str
@@ -80,7 +91,7 @@ class Tolerance:
 
 @dataclass(frozen=True, slots=True)
 class FlownAgain:
-    """The card of a log flown again, or in `skipped` why it was not."""
+    """The card of a log flown again, or the reason in `skipped` why it was not."""
 
     features: tuple[Feature, ...] = ()
     tolerances: tuple[Tolerance, ...] = ()
@@ -90,7 +101,7 @@ class FlownAgain:
 
 @dataclass(frozen=True, slots=True)
 class Round:
-    """One look at the log with all that was named before in the model; `added` are the effects it names."""
+    """One pass over the log, with the effects of the passes before in the model; `added` are those it names."""
 
     verdict: Verdict
     added: tuple[str, ...]
@@ -98,8 +109,11 @@ class Round:
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """All that a report of a reconciliation shows. `rounds[0].verdict` is the answer; `patch` the text of the
-    patch; `flown` and `flown_holdout` the cards flown again; `closures` name each gap that was measured."""
+    """The content of a reconciliation's report.
+
+    `rounds[0].verdict` is the answer. `patch` is the text of the patch, `flown` and `flown_holdout` are the cards
+    flown again, and `closures` holds each measured gap by name.
+    """
 
     log: str
     aircraft: str

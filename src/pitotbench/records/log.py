@@ -1,4 +1,4 @@
-"""A flight log: what a measured log holds, and nothing that only a simulator knows."""
+"""A flight log: what a measured log can hold, without anything that only a simulator knows."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,10 +16,10 @@ from pitotbench.units import Booleans
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FlightLog(Recorded):
-    """One row a sample at the air-data rate; SI and radians; arrays of one length, read-only.
+    """A flight log: one row a sample at the air-data rate, in SI and radians; arrays (n,), read-only.
 
-    The channels are those of `channels.Recorded`; optional ones are None where the log lacks them. `header` is
-    whatever stood above the table.
+    The channels are those of `channels.Recorded`; an optional channel is None where the log lacks it. `header` is
+    the table of entries above the columns of the file.
     Raises RecordError where lengths differ or time does not increase strictly.
     """
 
@@ -34,15 +34,15 @@ class FlightLog(Recorded):
             raise RecordError("FlightLog.time must hold at least two samples and increase strictly")
 
     def channels(self) -> dict[str, NDArray[Any]]:
-        """The channels that are present, by field name."""
+        """Return the channels that are present, by field name."""
         return {name: value for name in CHANNELS if (value := getattr(self, name)) is not None}
 
     def fresh_fixes(self) -> Booleans:
-        """The rows at which the GPS velocity is new: as logged, else found from repeats."""
+        """Return whether the GPS velocity is new in each row, (n,): as logged, else found from repeated values."""
         return fresh_fixes(self.gps_fresh, self.velocity_north, self.velocity_east)
 
     def select(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "FlightLog":
-        """The log of the chosen rows (a mask or sorted indices), with the same header."""
+        """Return the log of some rows (a mask or sorted indices), with the same header."""
         picked = {name: array[rows] for name, array in self.channels().items()}
         return FlightLog(**picked, header=self.header)
 

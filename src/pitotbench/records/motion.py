@@ -1,5 +1,4 @@
-"""What an airplane did, as measured, and what a model of it would have felt doing the same: equation error's two
-sides."""
+"""The two sides of an equation-error comparison: a measured motion, and the forces of a model in that motion."""
 
 from dataclasses import dataclass, fields
 from typing import cast
@@ -10,10 +9,10 @@ from pitotbench.units import Array, Pascal, Radians, Seconds
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """States and controls of an airplane at increasing times; arrays of one length, SI and radians.
+    """Measured states and controls of an airplane at increasing times; arrays (n,), SI and radians.
 
-    A model that is moved along them needs no equation of motion: it cannot drift. `temperature_offset` is the
-    air's mean temperature above standard [K]. Raises RecordError where lengths differ.
+    A model that is put into these states needs no equations of motion and cannot drift. `temperature_offset` is the
+    mean air temperature above standard [K]. Raises RecordError where lengths differ.
     """
 
     time: Seconds
@@ -41,8 +40,11 @@ class Motion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reaction:
-    """What a model feels along a `Motion`: specific force [m/s²] and angular acceleration [rad/s²] in body axes,
-    and its engines' manifold pressure [Pa], speed [rad/s] and fuel flow [kg/s]; one entry a state."""
+    """The forces and engine readings of a model along a `Motion`; arrays (n,), one entry a state.
+
+    Specific force [m/s²] and angular acceleration [rad/s²] are in body axes. The engine readings are manifold
+    pressure [Pa], propeller speed [rad/s] and fuel flow [kg/s].
+    """
 
     specific_force_x: Array
     specific_force_y: Array

@@ -1,4 +1,4 @@
-"""How a calibration did against a truth that only a simulator knows."""
+"""The errors of a calibration of a simulated flight, whose truth is known."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ class Score:
     """Errors against the truth, over the scored airspeed range.
 
     Speeds in m/s; `curve_coverage` is the share of curve points inside 2σ, `on_condition_share` that of the
-    flight's samples on condition, `minutes` the recorded time, `samples` the rows fitted.
+    flight's samples on condition, `minutes` the recorded time, `samples` the number of rows fitted.
     """
 
     minutes: float

@@ -1,4 +1,4 @@
-"""Tables to TOML text; the standard library only reads it. Whatever is written here reads back equal."""
+"""Write tables as TOML text, which the standard library can only read. The text reads back to an equal table."""
 
 import json
 import re
@@ -12,15 +12,16 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def write_toml(table: Mapping[str, Any]) -> str:
-    """TOML text of a table of strings, numbers, booleans, dates, lists and tables.
+    """Return the TOML text of a table of strings, numbers, booleans, dates, lists and tables.
 
-    Floats are written with the fewest digits that read back equal. Raises TypeError for anything else.
+    Floats have the fewest digits that read back to the same value. Raises TypeError for a value of another type.
     """
     return "\n".join(_lines(table, ())).strip("\n") + "\n"
 
 
 def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
-    """The plain entries first, then the sub-tables: an entry after a sub-table would belong to it."""
+    """Return the lines of a table: plain entries first, then sub-tables."""
+    # In TOML an entry after the heading of a sub-table belongs to the sub-table.
     lines = [f"{_key(k)} = {_value(v)}" for k, v in table.items() if not _is_table(v) and not _is_tables(v)]
     for name, value in table.items():
         inner = (*path, name)
@@ -46,7 +47,7 @@ def _key(name: str) -> str:
 
 
 def _string(text: str) -> str:
-    # JSON's escapes are TOML's, except that JSON lets the delete character pass
+    # JSON and TOML have the same escapes, but JSON does not escape the delete character.
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

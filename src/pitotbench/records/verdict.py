@@ -1,4 +1,4 @@
-"""What a reconciliation says: where simulation and measurement disagree, because of what, and how sure that is."""
+"""The answer of a reconciliation: where simulation and measurement disagree, the cause, and its significance."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -6,12 +6,12 @@ from typing import Literal
 from pitotbench.records.calibration import Estimate
 
 Kind = Literal["named", "one_of", "unknown", "no_gap"]
-SURE: tuple[Kind, ...] = ("named", "one_of")  # what does not explain the gap is no patch
+SURE: tuple[Kind, ...] = ("named", "one_of")  # only these kinds explain the gap, so only they give a patch
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One deterministic look at the log: `status` is passed, failed or skipped; `why` is a sentence."""
+    """One deterministic check of the log: `status` is passed, failed or skipped; `why` gives the reason."""
 
     name: str
     status: Literal["passed", "failed", "skipped"]
@@ -40,8 +40,12 @@ class Located:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """An effect of the table as an explanation: its sizes in the table's units, its score (significance in σ after
-    what is known of this card), held-out over in-sample gain, and whether its sizes are plausible."""
+    """An effect of the table as an explanation of the gap; its sizes are in the table's units.
+
+    `score` is its significance [σ], relative to null flights of this card. `held_out_ratio` is the reduction of
+    the sum of squares on parts of the log that the sizes were not fitted to, over that on the fitted parts:
+    near 1 for a cause, far below 1 for a coincidence. `plausible` says whether its sizes are.
+    """
 
     name: str
     sizes: tuple[Estimate, ...]
@@ -52,7 +56,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Detectable:
-    """The smallest size of an effect's parameter that this log would have shown."""
+    """The smallest size of an effect's parameter that a log like this one shows in half of all flights."""
 
     effect: str
     parameter: str
@@ -61,7 +65,7 @@ class Detectable:
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """The gap as sums of squares in units of the noise: before, after, and what noise alone leaves."""
+    """The gap as sums of squares over noise variance: before, after, and the part that is noise alone."""
 
     before: float
     after: float
@@ -75,8 +79,11 @@ class Closure:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The answer. `effects` are those named; `alternatives` holds, for each of them, the names that the log does
-    not tell from it (empty where it does); `candidates` all single explanations, best first."""
+    """The answer of one pass over a log.
+
+    `effects` are those named. `alternatives` holds, for each of them, the names of the effects that the log cannot
+    distinguish from it. `candidates` are all single explanations, the best first.
+    """
 
     kind: Kind
     effects: tuple[Candidate, ...]

@@ -1,4 +1,4 @@
-"""Flight (the truth) to FlightLog (what a data system would have recorded of it)."""
+"""Turn a Flight (the truth) into a FlightLog (the recording of a data system)."""
 
 from pitotbench.sense.das import SYSTEMS as SYSTEMS
 from pitotbench.sense.das import data_system as data_system

@@ -1,7 +1,7 @@
-"""The named data systems of the source (Martos, Kiszely and Foster 2011, §II.C) and any other rates.
+"""The data systems of the source (Martos, Kiszely and Foster 2011, §II.C), and systems of any other rates.
 
-Where the noise comes from. The source injects white noise into the dynamic pressure, "an order of magnitude
-higher than the specification sheet"; Rosemount-class transducers are specified at 0.026 % of full scale (3σ).
+Where the noise levels come from: the source adds white noise to the dynamic pressure, "an order of magnitude
+higher than the specification sheet". Rosemount-class transducers are specified at 0.026 % of full scale (3σ).
 
 - Impact pressure: full scale 2 psi = 13,789.5 Pa (a 280 KCAS instrument). 0.026 % of it is 3.59 Pa at 3σ, so
   1.195 Pa at 1σ; ten times that is 11.95 Pa: 12 Pa, which is 0.36 kt at 100 KCAS and 0.22 kt at 160 KCAS.
@@ -9,7 +9,7 @@ higher than the specification sheet"; Rosemount-class transducers are specified 
   specification itself, not raised, since the source corrupts the dynamic pressure only.
 - Resolutions are those of 16-bit words over full scale: 0.2 Pa of 13,789.5 Pa, 1.5 Pa of about 103 kPa.
 - Velocity: 0.05 m/s (1σ) for an integrated IMU/GPS solution; 0.1 m/s for a receiver alone, which prints
-  hundredths of a meter per second (the usual data-sheet class of either; our choice, the source gives none).
+  hundredths of a meter per second. Both are common in data sheets; the choice is ours, the source gives none.
 """
 
 import re
@@ -38,10 +38,10 @@ _RATES = re.compile(r"\s*(\d+(?:\.\d+)?)\s*/\s*(\d+(?:\.\d+)?)\s*")
 
 
 def data_system(text: str) -> DataSystem:
-    """The data system of a name (`20/1`) or of any rates `A/G`: air data over GPS [Hz].
+    """Return the data system of a name, such as `20/1`, or of any rates `A/G`: air data over GPS [Hz].
 
-    The ratio need not be a whole number. A GPS below 10 Hz brings the low-end noise.
-    Raises BadInputError for text that is no pair of rates and for rates that cannot be.
+    The ratio need not be a whole number. A GPS below 10 Hz gets the noise of a receiver without inertial unit.
+    Raises BadInputError for text that is not a pair of rates, and for rates that `require_rates` refuses.
     """
     if text in SYSTEMS:
         return SYSTEMS[text]
@@ -63,6 +63,7 @@ def require_rates(das: DataSystem, flight_rate: float) -> None:
             f"data system {das.label}: the GPS rate must be above 0 and not exceed the air-data rate; "
             "write air data first, for example 20/1"
         )
+    # The rate of a flight is computed from its times, so it may be off by a rounding error.
     if das.air_rate > flight_rate * (1.0 + 1e-6):
         raise BadInputError(
             f"data system {das.label}: the air-data rate must not exceed the {flight_rate:g} Hz at which the "
@@ -71,5 +72,5 @@ def require_rates(das: DataSystem, flight_rate: float) -> None:
 
 
 def has_velocity_down(das: DataSystem) -> bool:
-    """Whether the system gives velocity down: only an integrated IMU/GPS solution does (the source, §II.C)."""
+    """Return whether the system records velocity down: only an integrated IMU/GPS does (the source, §II.C)."""
     return das.gps_rate >= INERTIAL_RATE

@@ -1,4 +1,4 @@
-"""The effects of a case in the sensors: on what the probes feel before sampling, and on the samples after it."""
+"""Apply the effects of a case on the sensors: on the probes before sampling, and on the recorded samples."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -14,16 +14,18 @@ from pitotbench.sense.sensor import PLAIN, indicated_impact_pressure, known_curv
 from pitotbench.units import Array
 
 PROBES = ("static_pressure", "impact_pressure", "total_temperature")
-_FELT = "felt_"  # channels of a disturbed flight that stand for what the probes feel
+_FELT = "felt_"  # prefix of the channels that hold the values at the probes with the effects in them
 
 
-def felt(flight: Flight, das: DataSystem, at: Callable[[Array], Array]) -> dict[str, Array]:
-    """What the probes feel at some instants: static pressure, indicated impact pressure, total temperature.
+def values_at_probes(flight: Flight, das: DataSystem, at: Callable[[Array], Array]) -> dict[str, Array]:
+    """Return static pressure, indicated impact pressure and total temperature at the probes [SI].
 
+    Parameters: flight; das; at, a function that takes a channel of the flight to the instants wanted.
     Raises BadInputError where the case's pressure error cannot be applied.
     """
     if _FELT + PROBES[0] in flight.channels:
         return {name: at(flight[_FELT + name]) for name in PROBES}
+    # The pressure error comes first; the effects then act on the indicated pressures.
     static, temperature = at(flight["static_pressure"]), at(flight["air_temperature"])
     impact = at(flight["total_pressure"]) - static
     mach = air.mach_from_impact_pressure(impact, static)
@@ -37,25 +39,25 @@ def felt(flight: Flight, das: DataSystem, at: Callable[[Array], Array]) -> dict[
     }
 
 
-def disturbed(flight: Flight, das: DataSystem) -> Flight:
-    """The flight as the sensors of its case feel it; the same flight where no effect acts there.
+def with_probe_effects(flight: Flight, das: DataSystem) -> Flight:
+    """Return the flight with the case's effects on the probes; the same flight where there are none.
 
-    Raises UnknownNameError for an unknown effect, BadInputError for parameters that cannot be.
+    Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters.
     """
     choices = _sensor_effects(flight.case, after_noise=False)
     if not choices:
         return flight
     plain = {c.name: flight[c.name] for c in PLAIN if c.name in flight.channels}
-    channels = plain | felt(flight, das, lambda values: values)
+    channels = plain | values_at_probes(flight, das, lambda values: values)
     signals = _applied(Signals(flight["time"], channels), choices)
     changed = {(_FELT + name if name in PROBES else name): signals[name] for name in signals}
     return replace(flight, channels={**flight.channels, **changed})
 
 
-def weighed(flight: Flight) -> Flight:
-    """The flight with the mass of its weight sheet: what an effect of the case loads beyond that is not on it.
+def with_listed_mass(flight: Flight) -> Flight:
+    """Return the flight with the mass of its weight sheet, which lacks any mass that an effect adds.
 
-    Else the mass column would give the effect away, and a model that is flown at that mass could never miss it.
+    Otherwise the mass column would reveal the effect, and a model flown at that mass would show no gap.
     """
     unlisted = sum(c.sizes["mass_kg"] for c in chosen(flight.case.effects) if c.effect is MASS)
     if not unlisted or "mass" not in flight.channels:
@@ -63,8 +65,8 @@ def weighed(flight: Flight) -> Flight:
     return replace(flight, channels={**flight.channels, "mass": flight["mass"] - unlisted})
 
 
-def spoiled(log: FlightLog, case: Case) -> FlightLog:
-    """The log as the recorder of its case stores it; the same log where no effect acts there."""
+def with_recorder_effects(log: FlightLog, case: Case) -> FlightLog:
+    """Return the log with the case's effects on recorded samples; the same log where there are none."""
     choices = _sensor_effects(case, after_noise=True)
     if not choices:
         return log
@@ -79,7 +81,7 @@ def _sensor_effects(case: Case, after_noise: bool) -> list[tuple[SensorEffect, M
 
 
 def _applied(signals: Signals, choices: list[tuple[SensorEffect, Mapping[str, float]]]) -> Signals:
-    """The effects one after the other, in the order of the case."""
+    """Apply the effects one after the other, in the order of the case."""
     for effect, sizes in choices:
         signals = effect.apply(signals, sizes)
     return signals

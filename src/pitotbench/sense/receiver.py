@@ -1,4 +1,4 @@
-"""The slow part of a receiver's height error: satellite geometry and the ionosphere change over minutes."""
+"""Add the slow part of a receiver's height error: satellite geometry and the ionosphere change over minutes."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from pitotbench.units import Array, Meters, Seconds
 
 
 def with_height_error(flight: Flight, das: DataSystem, seed: int) -> Flight:
-    """The flight with the slow error in its altitude; the same flight where the receiver has none."""
+    """Return the flight with the slow error in its altitude; the same flight where the receiver has none."""
     if das.altitude_drift == 0.0 or "altitude" not in flight.channels:
         return flight
     stream = noise_stream(seed, "altitude_drift", das)
@@ -22,9 +22,10 @@ def with_height_error(flight: Flight, das: DataSystem, seed: int) -> Flight:
 
 
 def slow_error(time: Seconds, deviation: float, memory: float, stream: np.random.Generator) -> Meters:
-    """A stationary first-order Gauss-Markov process at increasing times (n,), in the unit of its deviation.
+    """Return a stationary first-order Gauss-Markov process at increasing times [s], (n,).
 
-    Recorded time may have gaps: the process goes on while nobody records.
+    `deviation` is its standard deviation and gives the unit, `memory` [s] its correlation time. Recorded time may
+    have gaps, in which the process continues.
     """
     new = stream.standard_normal(len(time))
     parts, last = [], 0.0
@@ -36,7 +37,7 @@ def slow_error(time: Seconds, deviation: float, memory: float, stream: np.random
 
 
 def _run(new: Array, before: float, gap: float, step: float, memory: float) -> Array:
-    """One stretch of unit deviation from white noise of unit deviation; `before` was the value a gap [s] ago."""
+    """Return one stretch of unit deviation from such white noise; `before` is the value a gap [s] ago."""
     kept, across = np.exp(-step / memory), np.exp(-gap / memory)
     drive = np.sqrt(1.0 - kept**2) * new
     drive[0] = np.sqrt(1.0 - across**2) * new[0] + across * before

@@ -1,4 +1,4 @@
-"""The recorder: the truth through every sensor, onto one time base."""
+"""Record a flight: pass the truth through every sensor and write the samples on one time base."""
 
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
@@ -12,7 +12,13 @@ from pitotbench.records.case_file import case_table, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sense.das import has_velocity_down, require_rates
-from pitotbench.sense.disturbance import PROBES, disturbed, felt, spoiled, weighed
+from pitotbench.sense.disturbance import (
+    PROBES,
+    values_at_probes,
+    with_listed_mass,
+    with_probe_effects,
+    with_recorder_effects,
+)
 from pitotbench.sense.receiver import with_height_error
 from pitotbench.sense.sampling import Instants, Schedule, flight_rate, schedule
 from pitotbench.sense.sensor import (
@@ -26,22 +32,22 @@ from pitotbench.sense.sensor import (
 )
 from pitotbench.units import Array
 
-TRUTH_FIELDS = ("pressure_error", "wind", "effects")  # of a Case: what a log must not tell
+TRUTH_FIELDS = ("pressure_error", "wind", "effects")  # of a Case: what the calibrator is to find, so not in a log
 # The simulated sensors have noise, resolution and effects, but no constant error beside those: 2σ of each.
 EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}
 _FULL_TURN = 2.0 * np.pi
 
 
 def record(flight: Flight, das: DataSystem, sensor_seed: int, velocity_down: bool | None = None) -> FlightLog:
-    """What a data system records of a flight: deterministic for one flight, system and seed.
+    """Record a flight with a data system. One flight, system and seed give one log, bit for bit.
 
-    The chain is truth, position error, the case's effects on the probes, latency, white noise, range, resolution,
-    the effects on the samples; GPS velocity and altitude are
-    sampled at the GPS rate and held to the air-data rate. `velocity_down` None leaves it to the kind of system.
+    The order is: truth, pressure error, the case's effects on the probes, latency, white noise, range, resolution,
+    the case's effects on the samples. GPS velocity and altitude are sampled at the GPS rate and each fix is
+    repeated until the next. `velocity_down` says whether that channel is recorded; None means as the system does.
     Raises BadInputError where the rates do not fit the flight or the pressure error cannot be applied.
     """
     require_rates(das, flight_rate(flight["time"]))
-    flight = with_height_error(disturbed(weighed(flight), das), das, sensor_seed)
+    flight = with_height_error(with_probe_effects(with_listed_mass(flight), das), das, sensor_seed)
     when = schedule(flight["time"], das.air_rate, das.gps_rate, das.air_latency, das.gps_latency)
     down = has_velocity_down(das) if velocity_down is None else velocity_down
     plain = [c for c in PLAIN if c.name in flight.channels and (down or c.name != "velocity_down")]
@@ -54,17 +60,18 @@ def record(flight: Flight, das: DataSystem, sensor_seed: int, velocity_down: boo
         on_condition=flight.on_condition[when.rows.below],
         header=header(flight.case, das, sensor_seed),
     )
-    return spoiled(log, flight.case)
+    return with_recorder_effects(log, flight.case)
 
 
 def _air_data(flight: Flight, das: DataSystem, when: Instants, seed: int) -> dict[str, Array]:
-    """Impact pressure, static pressure and total temperature as recorded."""
-    probes = felt(flight, das, when.of)
+    """Return impact pressure, static pressure and total temperature as recorded [SI]."""
+    probes = values_at_probes(flight, das, when.of)
     static, indicated, probe = (probes[name] for name in PROBES)
 
     def noisy(name: str, values: Array, deviation: float) -> Array:
         return add_noise(values, deviation, noise_stream(seed, name, das))
 
+    # Noise comes before the range: a sensor at its end shows no noise beyond it.
     indicated = saturate(
         noisy("impact_pressure", indicated, das.impact_pressure_noise), 0.0, das.impact_pressure_range
     )
@@ -78,9 +85,10 @@ def _air_data(flight: Flight, das: DataSystem, when: Instants, seed: int) -> dic
 
 
 def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed: int) -> Array:
-    """One channel whose sensor only adds noise and rounds."""
+    """Return one channel whose sensor only adds noise and rounds."""
     by_gps = channel.source == "gps"  # a fix at the GPS rate, held until the next
     instants = when.gps if by_gps else when.rows
+    # A heading is unwrapped before interpolation: halfway between 359° and 1° lies 0°, not 180°.
     values = instants.of(np.unwrap(truth) if channel.wraps else truth)
     values = add_noise(values, deviation(channel, das), noise_stream(seed, channel.name, das))
     if channel.wraps:
@@ -90,30 +98,30 @@ def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed
 
 
 def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
-    """The header of a synthetic log: versions, seeds, accuracies of its sensors, and the case without its truth.
+    """Return the header of a synthetic log: versions, seeds, accuracies, and the case without its truth.
 
-    The digest is of the whole case as TOML, so that a truth file can be matched to its log.
+    It holds a digest of the whole case, so that a truth file can be matched to its log.
     """
-    told = case_table(case, omit=(*TRUTH_FIELDS, "das", "accuracy", "truth_seed", "sensor_seed"))
+    public = case_table(case, omit=(*TRUTH_FIELDS, "das", "accuracy", "truth_seed", "sensor_seed"))
     system = {**case_table_of_system(das), "name": das.label}
     return {
         "format": "pitotbench flight log 1",
         "versions": {name: _version(name) for name in ("pitotbench", "jsbsim", "numpy")},
         "seeds": {"truth": case.truth_seed, "sensor": sensor_seed},
-        "case": {**told, "das": system},
+        "case": {**public, "das": system},
         "case_sha256": case_digest(case),
         "accuracy": {**EXACT, **case.accuracy},
     }
 
 
 def case_table_of_system(das: DataSystem) -> dict[str, Any]:
-    """A data system as a plain table with unit-bearing keys."""
+    """Return a data system as a plain table whose keys end in units."""
     table: dict[str, Any] = case_table(Case(das=das))["das"]
     return table
 
 
 def case_digest(case: Case) -> str:
-    """SHA-256 of the whole case as TOML text."""
+    """Return the SHA-256 of the whole case as TOML text, in hexadecimal."""
     return sha256(write_case(case).encode()).hexdigest()
 
 

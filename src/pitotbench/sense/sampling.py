@@ -1,9 +1,9 @@
-"""When a data system samples a flight, and the truth at those instants.
+"""Find the instants at which a data system samples a flight, and the truth at those instants.
 
-A flight is one or more stretches without gaps (set-up between speeds goes unrecorded). In each the recorder
-starts afresh: rows at start + k/air rate, fixes at start + j/GPS rate. Instants that fall between the flight's
-samples are interpolated linearly, so that the rates need not divide one another. Before the first sample of
-a stretch (a latency asks for it) the first sample is held.
+A flight is one or more stretches without gaps, because the set-up between speeds is not recorded. In each stretch
+the recorder starts anew: rows at start + k/air rate, fixes at start + j/GPS rate. Instants between two samples of
+the flight are interpolated linearly, so the rates need not divide one another. A latency may ask for an instant
+before a stretch: there its first sample is used.
 """
 
 from dataclasses import dataclass
@@ -22,13 +22,14 @@ _CLOCK_DECIMALS = 6  # the log's clock resolves a microsecond
 
 @dataclass(frozen=True, slots=True)
 class Instants:
-    """Instants of a flight: `below` is the sample at or before each, `weight` the share of the next."""
+    """Instants of a flight, (n,): `below` is the sample at or before each, `weight` the share of the next one."""
 
     below: Indices
     weight: Array
 
     def of(self, channel: Array) -> Array:
-        """A channel at these instants; where all fall on samples, nothing is computed."""
+        """Return a channel at these instants, (n,)."""
+        # Most systems sample on the flight's samples: then values are copied exactly, without arithmetic.
         if not self.weight.any():
             return channel[self.below]
         above = np.minimum(self.below + 1, len(channel) - 1)
@@ -37,9 +38,11 @@ class Instants:
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """Rows of the log: their time [s], the instants at which each kind of sensor saw the truth, the row's fix.
+    """When each row of a log, and each GPS fix, is sampled.
 
-    `gps` has an entry a fix, the others an entry a row; `fix` is each row's latest fix, `fresh` true where new.
+    `time` [s], `rows` and `air` have one entry a row: the stamp, the instant of the row, and the instant of its
+    air data, which a latency makes earlier. `gps` has one entry a fix. `fix` (one a row) is the number of the
+    latest fix, `fresh` whether that fix is new in this row.
     """
 
     time: Seconds
@@ -51,19 +54,20 @@ class Schedule:
 
 
 def flight_rate(time: Seconds) -> float:
-    """The sample rate of a flight [Hz]."""
+    """Return the sample rate of a flight [Hz]."""
     return 1.0 / interval(time)
 
 
 def schedule(
     time: Seconds, air_rate: float, gps_rate: float, air_latency: float = 0.0, gps_latency: float = 0.0
 ) -> Schedule:
-    """When a system of these rates [Hz] and latencies [s] samples a flight with these times [s]."""
+    """Return when a system of these rates [Hz] and latencies [s] samples a flight of these times [s]."""
     rate = flight_rate(time)
     parts = [_Stretch(rows.start, rows.stop - 1, rate) for rows in stretches(time, gaps(time))]
     rows = [part.grid(air_rate) for part in parts]
     fixes = [part.grid(gps_rate) for part in parts]
     clock = [time[part.first] + row / rate for part, row in zip(parts, rows, strict=True)]
+    # Fixes are numbered through the whole flight; `before` is the count of those in earlier stretches.
     before = np.cumsum([0, *(len(fix) for fix in fixes)])
     fix = np.concatenate([_latest(row / rate, gps_rate) + n for row, n in zip(rows, before, strict=False)])
     return Schedule(
@@ -83,13 +87,13 @@ class _Stretch:
     flight_rate: float
 
     def grid(self, rate: float) -> Array:
-        """Sampling instants, in flight samples after the first."""
+        """Return the sampling instants at a rate [Hz], in samples of the flight after the first."""
         step = self.flight_rate / rate
         count = int((self.last - self.first) / step + _SLACK) + 1
         return np.arange(count, dtype=np.float64) * step
 
     def at(self, position: Array) -> Array:
-        """Positions in the flight's arrays, held at the ends of the stretch."""
+        """Return positions in the flight's arrays, kept within the stretch."""
         return self.first + np.clip(position, 0.0, self.last - self.first)
 
 

@@ -1,4 +1,4 @@
-"""What a sensor does to the truth, one small function a piece: error, noise, range, resolution."""
+"""The parts of a simulated sensor, one function each: pressure error, noise, range, resolution."""
 
 from zlib import crc32
 
@@ -16,7 +16,7 @@ PLAIN = tuple(c for c in CHANNELS.values() if c.noise is not None)  # sensors th
 
 
 def known_curve(spec: PressureErrorSpec) -> Curve:
-    """The pressure error that a case injects.
+    """Return the pressure error of a case as a curve.
 
     Raises UnknownNameError for an unknown model, BadInputError for parameters that do not fit it.
     """
@@ -30,10 +30,10 @@ def known_curve(spec: PressureErrorSpec) -> Curve:
 
 
 def indicated_impact_pressure(impact_pressure: Pascal, curve: Curve) -> Pascal:
-    """What the transducer sees, q_ci = q_c − Δp, of the true impact pressure [Pa].
+    """Return the indicated impact pressure q_ci = q_c − Δp of a true impact pressure q_c [Pa].
 
-    Δp = q_c − q_ci = q_c f(q_ci/q_ref): where Δp is positive the airplane flies faster than it reads. The error
-    sits in the impact pressure alone, as the source injects it; the static channel reads the true pressure.
+    Δp = q_c f(q_ci/q_ref). Where Δp is positive, the airplane flies faster than it reads. As in the source, the
+    error is in the impact pressure alone: the static channel reads the true pressure.
     Raises BadInputError where the error cannot be applied.
     """
     try:
@@ -43,29 +43,30 @@ def indicated_impact_pressure(impact_pressure: Pascal, curve: Curve) -> Pascal:
 
 
 def deviation(channel: Channel, das: DataSystem) -> float:
-    """Standard deviation of a plain channel's white noise [SI]."""
+    """Return the standard deviation of a plain channel's white noise [SI]."""
     return float(getattr(das, channel.noise)) if isinstance(channel.noise, str) else channel.noise or 0.0
 
 
 def resolution(channel: Channel, das: DataSystem) -> float:
-    """Smallest step of a plain channel [SI]; 0 means none."""
+    """Return the smallest step of a plain channel [SI]; 0 means no rounding."""
     return float(getattr(das, channel.resolution)) if isinstance(channel.resolution, str) else channel.resolution
 
 
 def noise_stream(seed: int, channel: str, das: DataSystem) -> np.random.Generator:
-    """A channel's own random stream.
+    """Return the random stream of one channel.
 
-    The spawn key of `SeedSequence.spawn` is a running number; here it is made of the channel's name and the
-    rates, so that a new channel moves no other one's noise and another rate is another draw.
+    `SeedSequence.spawn` numbers its streams in order. Here the key is made of the channel's name and the rates: a
+    new channel then leaves the noise of all others as it was, and another rate is another draw.
     """
     key = (crc32(channel.encode()), round(das.air_rate * 1e6), round(das.gps_rate * 1e6))
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
 
 
 def add_noise(values: Array, deviation: float, stream: np.random.Generator) -> Array:
-    """White noise of a standard deviation on top; 0 leaves the values alone."""
+    """Return the values with white noise of a standard deviation added; 0 adds nothing."""
     if deviation == 0.0:
         return values
+    # In place: three temporary arrays a channel would cost more than the noise itself.
     noise = stream.standard_normal(len(values))
     noise *= deviation
     noise += values
@@ -73,18 +74,16 @@ def add_noise(values: Array, deviation: float, stream: np.random.Generator) -> A
 
 
 def saturate(values: Array, low: float, high: float) -> Array:
-    """Hold values at the ends of the sensor's range."""
+    """Return the values limited to the sensor's range."""
     return np.clip(values, low, high)
 
 
 def quantize(values: Array, resolution: float) -> Array:
-    """Round to multiples of a resolution; 0 means none.
-
-    Where the resolution is one over a whole number, dividing gives the nearest double to the decimal number,
-    which takes few digits to write; multiplying would not.
-    """
+    """Return the values rounded to multiples of a resolution; 0 means no rounding."""
     if resolution == 0.0:
         return values
+    # 1/resolution is often a whole number. Dividing by it gives the double nearest to the decimal number, which a
+    # log writes with few digits (0.3); multiplying by the resolution does not (0.30000000000000004).
     per_unit = 1.0 / resolution
     if abs(per_unit - round(per_unit)) < 1e-9 * per_unit:
         whole = float(round(per_unit))

@@ -1,4 +1,4 @@
-"""The truth of a flight as a file, beside its log and only when asked for."""
+"""Write the truth of a flight to a file next to its log, and read it. Only on request: a log holds no truth."""
 
 from pathlib import Path
 
@@ -10,19 +10,20 @@ from pitotbench.records.errors import BadInputError
 from pitotbench.records.flight import Flight
 
 _CASE = b"pitotbench case"
-_TRUE = "true_"  # no column of a truth file can be taken for one of a log
+_TRUE = "true_"  # prefix of all columns, so that no reader takes a truth file for a log
 
 
 def truth_path(log_path: Path | str) -> Path:
-    """Where the truth of a log goes: `<name>.truth.parquet` beside it."""
+    """Return the path of the truth of a log: `<name>.truth.parquet` in the same folder."""
     path = Path(log_path)
     return path.with_name(f"{path.stem}.truth.parquet")
 
 
 def write_truth(flight: Flight, log_path: Path | str) -> Path:
-    """Write all channels (SI), labels and the whole case of a flight beside its log; returns the path.
+    """Write all channels [SI], labels and the whole case of a flight next to its log, and return the path.
 
-    Columns carry the prefix `true_` and, where a log has the quantity, its unit. Whole or not at all.
+    Columns have the prefix `true_` and, where a log has the quantity, the suffix of its unit. An error leaves no
+    incomplete file.
     """
     import pyarrow as pa
     from pyarrow import parquet
@@ -37,7 +38,7 @@ def write_truth(flight: Flight, log_path: Path | str) -> Path:
 
 
 def read_truth(path: Path | str) -> Flight:
-    """The flight of a truth file. Raises BadInputError for a file that is none."""
+    """Read the flight of a truth file. Raises BadInputError for any other file."""
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -47,7 +48,7 @@ def read_truth(path: Path | str) -> Flight:
         raise BadInputError(f"{path}: not a truth file: {error}") from error
     text = (table.schema.metadata or {}).get(_CASE)
     if text is None:
-        raise BadInputError(f"{path}: not a truth file; expected the file that was written beside a log")
+        raise BadInputError(f"{path}: not a truth file; expected the file that was written next to a log")
     units = {_column(name): name for name in QUANTITIES}
     found = {name: table[name].to_numpy() for name in table.column_names if name.startswith(_TRUE)}
     return Flight(

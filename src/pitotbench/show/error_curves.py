@@ -1,4 +1,4 @@
-"""Pictures of an error curve: what it is, how well it is known, and what the certification rule allows."""
+"""Pictures of an error curve: the correction, its bounds, and the limit of the certification rule."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,14 +7,14 @@ from matplotlib.axes import Axes
 
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
+from pitotbench.show.far_limit import far_applies, far_limit, far_verdict
 from pitotbench.show.fixed_speed_tables import method_words
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, Panel, panel
 from pitotbench.units import KNOT, Array, MetersPerSecond
 
-_FAR_SHARE, _FAR_KNOTS = 0.03, 5.0  # FAR 25.1323(c): the larger of 3 % and 5 kt
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
 _MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
-_AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "calibrated − indicated [kt]"
+_AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"
 
 
 def curve_panels(
@@ -22,18 +22,22 @@ def curve_panels(
     truth: Mapping[str, MetersPerSecond] | None,
     points: Sequence[FixedSpeedPoint] = (),
 ) -> list[Panel]:
-    """The error curve, its bound, and the curve inside the FAR limit.
+    """The error curve, its bounds and, for an airplane that the rule is made for, the curve inside the FAR limit.
 
-    `results` by model, the first is the one explained; `truth` is the true correction [m/s] by model, at each
-    model's own airspeeds, where it is known; `points` are laid over the curve.
+    `results` by model; the first one is explained, the others are drawn for comparison. `truth`: the true
+    correction [m/s] by model, at the airspeeds of that model's curve, or None for a measured log. `points` are
+    drawn over the curve.
     """
     name, first = next(iter(results.items()))
     true = None if truth is None else truth[name]
-    return [
+    panels = [
         panel("Error curve", lambda axes: draw_curve(axes, results, true, points)),
-        panel("How well the curve is known", lambda axes: draw_bound(axes, first, true)),
-        panel("Against FAR 25.1323(c)", lambda axes: draw_limit(axes, first), far_note(first)),
+        panel("How well the curve is known", lambda axes: draw_bound(axes, first, true), legend_columns=2),
     ]
+    if far_applies(first):
+        title = "Against the limit of FAR 25.1323(c)"
+        panels.append(panel(title, lambda axes: draw_limit(axes, first), far_verdict(first)))
+    return panels
 
 
 def draw_curve(
@@ -42,8 +46,10 @@ def draw_curve(
     truth: MetersPerSecond | None,
     points: Sequence[FixedSpeedPoint] = (),
 ) -> None:
-    """The correction over indicated airspeed with ±2σ, other models beside it, the truth where known; points of
-    fixed-speed methods as Martos et al. (2011), Fig. 13, lay them over the curve."""
+    """Draw the correction over indicated airspeed with ±2σ, the curves of other models, and the truth where known.
+
+    Points of fixed-speed methods lie over the curve, as in Martos et al. (2011), Fig. 13.
+    """
     name, first = next(iter(results.items()))
     speed, value, bound = _knots(first)
     axes.fill_between(speed, value - bound, value + bound, color=BLUE, alpha=0.2, lw=0, label="±2σ")
@@ -58,7 +64,7 @@ def draw_curve(
 
 
 def draw_points(axes: Axes, points: Sequence[FixedSpeedPoint]) -> None:
-    """The points' corrections with 2σ bars on axes of indicated airspeed and correction [kt]."""
+    """Draw the points' corrections with ±2σ bars on axes of indicated airspeed and correction [kt]."""
     for method in dict.fromkeys(point.method for point in points):
         chosen = [point for point in points if point.method == method]
         axes.errorbar(
@@ -71,45 +77,28 @@ def draw_points(axes: Axes, points: Sequence[FixedSpeedPoint]) -> None:
 
 
 def draw_bound(axes: Axes, result: Calibration, truth: MetersPerSecond | None) -> None:
-    """The bound that is meant to cover, the white one, and the true error where known."""
+    """Draw the bound of each point, the band of the whole curve, the bound for white residuals, and the true error
+    where known."""
     speed, value, bound = _knots(result)
-    axes.plot(speed, bound, color=BLUE, label="2σ, meant to cover")
+    axes.plot(speed, bound, color=BLUE, label="±2σ bound")
     whole = result.curve.simultaneous_two_sigma / KNOT
-    axes.plot(speed, whole, color=BLUE, lw=1.0, ls=":", label="2σ, whole curve")
-    axes.plot(speed, result.curve.white_two_sigma / KNOT, color=ORANGE, lw=1.1, label="white 2σ")
+    axes.plot(speed, whole, color=BLUE, lw=1.0, ls=":", label="±2σ band of the whole curve")
+    axes.plot(speed, result.curve.white_two_sigma / KNOT, color=ORANGE, lw=1.1, label="2σ for white residuals")
     if truth is not None:
-        axes.plot(speed, np.abs(value - truth / KNOT), color="black", ls="--", lw=1.2, label="true error, size")
-    axes.set(xlabel=_AIRSPEED, ylabel="size [kt]")
+        axes.plot(speed, np.abs(value - truth / KNOT), color="black", ls="--", lw=1.2, label="absolute true error")
+    axes.set(xlabel=_AIRSPEED, ylabel="bound of the correction [kt]")
     axes.set_ylim(bottom=0.0)
 
 
 def draw_limit(axes: Axes, result: Calibration) -> None:
-    """The curve with ±2σ between the limits of the certification rule."""
+    """Draw the curve with ±2σ between the limits of the certification rule."""
     speed, value, bound = _knots(result)
     axes.fill_between(speed, value - bound, value + bound, color=BLUE, alpha=0.2, lw=0, label="±2σ")
     axes.plot(speed, value, color=BLUE, label=result.model)
-    axes.plot(speed, far_limit(speed), color=GREY, ls=":", lw=1.4, label="limit")
+    axes.plot(speed, far_limit(speed), color=GREY, ls=":", lw=1.4, label="FAR limit")
     axes.plot(speed, -far_limit(speed), color=GREY, ls=":", lw=1.4)
     axes.axhline(0.0, color=INK, lw=0.5)
     axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
-
-
-def far_limit(indicated_airspeed_kt: Array) -> Array:
-    """Largest installation error [kt] that FAR 25.1323(c) allows at indicated airspeeds [kt]."""
-    return np.maximum(_FAR_SHARE * indicated_airspeed_kt, _FAR_KNOTS)
-
-
-def far_note(result: Calibration) -> str:
-    """Whether the curve stays inside the limit, its 2σ counted; and what the limit is."""
-    speed, value, bound = _knots(result)
-    limit = far_limit(speed)
-    if np.all(np.abs(value) + bound <= limit):
-        verdict = "The curve stays inside with its 2σ."
-    elif np.all(np.abs(value) <= limit):
-        verdict = "The curve stays inside, but not with its 2σ: fly more before relying on it."
-    else:
-        verdict = "The curve leaves the limit."
-    return f"{verdict} The installation error may be at most the larger of 3 % and 5 kt."
 
 
 def _knots(result: Calibration) -> tuple[Array, Array, Array]:

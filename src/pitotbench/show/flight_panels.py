@@ -1,16 +1,29 @@
-"""Pictures of a flight as it was flown: where it went, and how well it was held. Simulated flights only."""
+"""Pictures of a simulated flight: its ground track, and its channels over time with the card's tolerances."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.flight import Flight
+from pitotbench.show.quantity_words import with_unit
 from pitotbench.show.style import BLUE, GREY, NARROW, ORANGE, RED, Panel, broken, panel, thin
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
 
 _NAUTICAL_MILE = 1852.0
-_HELD = 8.0  # a stretch that spans more than so many half-bands is not one of holding
+_HELD = 8.0  # half-widths: a stretch that spans more is a sweep or a turn, in which nothing is held
+
+
+@dataclass(frozen=True, slots=True)
+class _History:
+    """A channel of the flight as it is drawn over time; `si` is the size of its unit in SI."""
+
+    title: str
+    label: str
+    channel: str
+    unit: str
+    si: float
 
 
 def flight_panels(flight: Flight, tolerances: Mapping[str, float]) -> list[Panel]:
@@ -19,31 +32,30 @@ def flight_panels(flight: Flight, tolerances: Mapping[str, float]) -> list[Panel
     `tolerances`: half-width of the band [SI] by channel of the flight, drawn where that channel is held.
     """
     channels = (
-        ("Airspeed", "calibrated airspeed [kt]", "calibrated_airspeed", KNOT),
-        ("Altitude", "geometric altitude [ft]", "altitude", FOOT),
-        ("Heading", "true heading, unwrapped [°]", "heading", DEGREE),
-        ("Bank", "bank angle [°]", "roll", DEGREE),
-        ("Power", "manifold pressure, left [inHg]", "manifold_pressure_left", INCH_OF_MERCURY),
+        _History("Airspeed", "calibrated airspeed", "calibrated_airspeed", "kt", KNOT),
+        _History("Altitude", "geometric altitude", "altitude", "ft", FOOT),
+        _History("Heading", "true heading, unwrapped", "heading", "°", DEGREE),
+        _History("Bank", "bank angle", "roll", "°", DEGREE),
+        _History("Power", "manifold pressure, left", "manifold_pressure_left", "inHg", INCH_OF_MERCURY),
     )
-    panels = [panel("Ground track", lambda axes: draw_track(axes, flight), size=NARROW)]
-    for title, label, channel, unit in channels:
-        values, half = _values(flight, channel, unit), tolerances.get(channel, 0.0) / unit
-        panels.append(_history_panel(flight, title, label, values, half))
-    return panels
+    track = panel("Ground track", lambda axes: draw_track(axes, flight), size=NARROW)
+    return [track, *(_history_panel(flight, each, tolerances.get(each.channel, 0.0)) for each in channels)]
 
 
-def _history_panel(flight: Flight, title: str, label: str, values: Array, half: float) -> Panel:
+def _history_panel(flight: Flight, history: _History, tolerance: float) -> Panel:
+    values, half = _values(flight, history), tolerance / history.si
+
     def draw(axes: Axes) -> None:
         draw_history(axes, flight, values)
         if half > 0.0:
-            draw_tolerance(axes, flight, values, half)
-        axes.set(xlabel="time [min]", ylabel=label)
+            draw_tolerance(axes, flight, values, half, f"tolerance ±{with_unit(f'{half:.3g}', history.unit)}")
+        axes.set(xlabel="time [min]", ylabel=f"{history.label} [{history.unit}]")
 
-    return panel(title, draw, size=NARROW, legend_columns=2)
+    return panel(history.title, draw, size=NARROW, legend_columns=2)
 
 
 def draw_track(axes: Axes, flight: Flight) -> None:
-    """Ground track, on-condition parts in color, an arrow the way the wind blows."""
+    """Draw the ground track, with its on-condition parts in color and an arrow in the direction of the wind."""
     east, north = flight["position_east"] / _NAUTICAL_MILE, flight["position_north"] / _NAUTICAL_MILE
     on = flight.on_condition.astype(np.float64)
     _, x, y, on = broken(*thin(flight["time"], east, north, on))
@@ -56,7 +68,7 @@ def draw_track(axes: Axes, flight: Flight) -> None:
 
 
 def _draw_wind(axes: Axes, flight: Flight) -> None:
-    """An arrow beside the axes, where it hides no track; its length says nothing."""
+    """Draw an arrow outside the axes, where it hides no track; its length does not depend on the wind."""
     wind = flight.case.wind
     if wind.speed <= 0.0:
         return
@@ -76,27 +88,31 @@ def _draw_wind(axes: Axes, flight: Flight) -> None:
 
 
 def draw_history(axes: Axes, flight: Flight, values: Array) -> None:
-    """One channel over time, on-condition parts in color."""
+    """Draw one channel over time, with its on-condition parts in color."""
     time, value, on = broken(*thin(_minutes(flight), values, flight.on_condition.astype(np.float64)))
     axes.plot(time, value, color=GREY, lw=0.8)
     axes.plot(time, np.where(on > 0.5, value, np.nan), color=BLUE, lw=1.4, label="on condition")
 
 
-def draw_tolerance(axes: Axes, flight: Flight, values: Array, half: float) -> None:
-    """A band around the median of every on-condition stretch in which the channel is held."""
+def draw_tolerance(axes: Axes, flight: Flight, values: Array, half: float, label: str) -> None:
+    """Draw a band around the median of every on-condition stretch in which the channel is held.
+
+    `half` is the half-width of the band in the unit of the values.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flight.on_condition, [False]]).astype(np.int8)))
-    minutes, label = _minutes(flight), f"tolerance ±{half:.3g}"
+    minutes = _minutes(flight)
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         piece = values[start:stop]
         if np.ptp(piece) > _HELD * half:
-            continue  # a sweep of speed or a turn: nothing is held here
+            continue
         middle, span = float(np.median(piece)), minutes[[start, stop - 1]]
         axes.fill_between(span, middle - half, middle + half, color=ORANGE, alpha=0.3, lw=0, label=label)
         label = "_"  # one entry of the legend is enough
 
 
-def _values(flight: Flight, channel: str, unit: float) -> Array:
-    return _unwrapped(flight[channel]) if channel == "heading" else flight[channel] / unit
+def _values(flight: Flight, history: _History) -> Array:
+    values = flight[history.channel]
+    return _unwrapped(values) if history.channel == "heading" else values / history.si
 
 
 def _minutes(flight: Flight) -> Array:

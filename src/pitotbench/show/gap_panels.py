@@ -1,4 +1,4 @@
-"""Pictures of a gap: where it sits, what each effect takes out of it, what is left, and the card flown again."""
+"""Pictures of a gap: its map, the part that each effect explains, the rest, and the card flown again."""
 
 from collections.abc import Sequence
 
@@ -9,22 +9,25 @@ from matplotlib.patches import Rectangle
 
 from pitotbench.records.gap import Account, GapMap, History, Trace
 from pitotbench.records.verdict import Closure, Located
-from pitotbench.show.gap_words import words
+from pitotbench.show.quantity_words import words
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, RED, Panel, broken, canvas, panel, svg, thin
 from pitotbench.units import Array
 
 SHOWN = 6  # channels over time
-SEEN = 0.1  # of what is left over: less is not seen in a picture
-BIN = 4.0  # s, over which a channel is averaged for the eye
+VISIBLE = 0.1  # of the remaining gap: a smaller change by the patch cannot be read from a picture
+BIN = 4.0  # s: long enough to average the sensor noise, short enough for the phases of a maneuver
 
 
 def map_panels(found: GapMap) -> list[Panel]:
-    """The heat map before and after what was named, on one scale."""
+    """The map of the gap without and with the named effects in the model, on one scale."""
     scale = max(2.0 * found.threshold, float(np.nanmax(np.abs(found.before))))
-    note = f"Null flights stay below {found.threshold:.1f}σ; cells beyond are framed. Positive: measured is above."
+    note = (
+        f"Flights without an effect stay below {found.threshold:.1f}σ; cells above it are framed. "
+        "Positive: the measured value is larger."
+    )
     tables = [("Where the gap is [σ]", found.before)]
     if np.any(found.before != found.after):
-        tables.append(("What is left of it [σ]", found.after))
+        tables.append(("The remaining gap [σ]", found.after))
     return [_map_panel(title, found, values, scale, note) for title, values in tables]
 
 
@@ -49,73 +52,78 @@ def _map_panel(title: str, found: GapMap, values: Array, scale: float, note: str
 
 
 def _mark(axes: Axes, row: int, column: int, value: float, shade: float) -> None:
-    """A frame and the number, light on a dark shade (0 to 1, 0.5 is white)."""
+    """Draw a frame and the number, light on a dark shade (0 to 1, 0.5 is white)."""
     axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, edgecolor=INK, linewidth=0.8))
     color = "white" if abs(shade - 0.5) > 0.33 else INK
     axes.text(column, row, f"{value:+.0f}", ha="center", va="center", fontsize=6, color=color)
 
 
 def waterfall_panel(account: Account) -> Panel:
-    """The explainable gap, and what is left of it as the effects are added."""
+    """The explainable gap, and the part of it that remains as effect after effect is added."""
     closed = account.rounds[0].verdict.closure
     whole = max(closed.before - closed.noise, 1e-9)
-    lefts = [100.0, *(100.0 * (step.left - closed.noise) / whole for step in account.waterfall)]
+    remaining = [100.0, *(100.0 * (step.left - closed.noise) / whole for step in account.waterfall)]
     names = ["as measured", *(f"with {words(step.effect)}" for step in account.waterfall)]
 
     def draw(axes: Axes) -> None:
-        for i, left in enumerate(lefts):
-            axes.barh(i, left, color=GREY if i == 0 else GREEN, height=0.6)
+        for i, rest in enumerate(remaining):
+            axes.barh(i, rest, color=GREY if i == 0 else GREEN, height=0.6)
             if i:
-                axes.barh(i, lefts[i - 1] - left, left=left, color=ORANGE, alpha=0.45, height=0.6)
-            axes.text(max(left, 0.0) + 1.0, i, f"{left:.1f} %", va="center", fontsize=8)
+                axes.barh(i, remaining[i - 1] - rest, left=rest, color=ORANGE, alpha=0.45, height=0.6)
+            axes.text(max(rest, 0.0) + 1.0, i, f"{rest:.1f} %", va="center", fontsize=8)
         axes.set_yticks(range(len(names)), names)
         axes.invert_yaxis()
-        axes.set(xlabel="explainable gap that is left [%]", xlim=(min(0.0, *lefts), 114.0))
+        axes.set(xlabel="remaining part of the explainable gap [%]", xlim=(min(0.0, *remaining), 114.0))
         axes.grid(axis="y", visible=False)
 
     sums = f"{closed.before:,.0f} before, {closed.after:,.0f} after, {closed.noise:,.0f} noise"
-    note = f"Sums of squares in units of the noise: {sums}."
-    return panel("The gap, effect by effect", draw, note, size=(4.6, 1.1 + 0.42 * len(lefts)))
+    note = f"Sums of squares over noise variance: {sums}."
+    return panel("The gap, effect by effect", draw, note, size=(4.6, 1.1 + 0.42 * len(remaining)))
 
 
 def before_after_panel(closures: Sequence[tuple[str, Closure]]) -> Panel:
-    """The gap before and after the patch, on the fitted and on the held-out log."""
+    """The gap without and with the patch, on the fitted and on the held-out log."""
     size = (4.6, 1.3 + 0.6 * len(closures))
     return panel("Before and after", lambda axes: draw_closures(axes, closures), size=size)
 
 
 def draw_closures(axes: Axes, closures: Sequence[tuple[str, Closure]]) -> None:
-    """Two bars a log: the explainable gap before and with the patch, with G beside them."""
+    """Draw two bars a log, the explainable gap without and with the patch, and the share closed, G."""
     for i, (_, closed) in enumerate(closures):
-        axes.barh(i - 0.2, closed.before - closed.noise, color=GREY, height=0.36, label="_" if i else "before")
+        axes.barh(
+            i - 0.2, closed.before - closed.noise, color=GREY, height=0.36, label="_" if i else "without the patch"
+        )
         after = max(closed.after - closed.noise, 0.0)
         axes.barh(i + 0.2, after, color=GREEN, height=0.36, label="_" if i else "with the patch")
-        axes.text(after, i + 0.2, f"  G = {closed.share:.3f}", va="center", fontsize=8)
+        closed_share = f"{100.0 * closed.share:.1f} % closed (G = {closed.share:.3f})"
+        axes.annotate(
+            closed_share, (after, i + 0.2), (4.0, 0.0), textcoords="offset points", va="center", fontsize=8
+        )
     axes.set_yticks(range(len(closures)), [name for name, _ in closures])
     axes.invert_yaxis()
-    axes.set(xlabel="explainable gap [sum of squares in units of the noise]")
+    axes.set(xlabel="explainable gap, sum of squares over noise variance")
     axes.grid(axis="y", visible=False)
 
 
 def trace_panels(traces: Sequence[Trace], located: Sequence[Located]) -> list[Panel]:
-    """Channels over time: measured less simulated, and what the patch adds."""
+    """Channels over time: measured minus simulated, and the change by the patch."""
     return [_trace_panel(trace) for trace in telling(traces, located)[:SHOWN]]
 
 
 def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
-    """The channels in which a patch shows, the clearest first; without a patch those of the located gap."""
+    """The channels that the patch changes visibly, the clearest first; without a patch those of the located gap."""
     clear = {trace.channel: _clearness(trace) for trace in traces}
     if max(clear.values()) > 0.0:
-        found = [trace for trace in traces if clear[trace.channel] > SEEN]
-        return sorted(found, key=lambda trace: -clear[trace.channel])
+        visible = [trace for trace in traces if clear[trace.channel] > VISIBLE]
+        return sorted(visible, key=lambda trace: -clear[trace.channel])
     by_name = {trace.channel: trace for trace in traces}
     return [by_name[place.channel] for place in located if place.channel in by_name]
 
 
 def _clearness(trace: Trace) -> float:
-    """What the patch adds over what is left, root mean squares."""
-    left = float(np.sqrt(np.mean((trace.gap - trace.explained) ** 2)))
-    return float(np.sqrt(np.mean(trace.explained**2))) / max(left, 1e-12)
+    """The change by the patch over the remaining gap, root mean squares."""
+    remaining = float(np.sqrt(np.mean((trace.gap - trace.explained) ** 2)))
+    return float(np.sqrt(np.mean(trace.explained**2))) / max(remaining, 1e-12)
 
 
 def _trace_panel(trace: Trace) -> Panel:
@@ -123,16 +131,16 @@ def _trace_panel(trace: Trace) -> Panel:
 
 
 def draw_trace(axes: Axes, trace: Trace) -> None:
-    """A residual channel, its means over a few seconds, and what the patch adds."""
+    """Draw a residual channel, its means over a few seconds, and the change by the patch."""
     since = trace.time - trace.time[0]
     low, high = np.nanpercentile(trace.gap, [0.5, 99.5])
     time, gap, explained = broken(since, trace.gap, trace.explained)
     axes.plot(time / 60.0, np.clip(gap, low, high), color="#BBBBBB", lw=0.5, label="measured − simulated")
     middle = broken(*_averaged(since, trace.gap))
-    axes.plot(middle[0] / 60.0, middle[1], color=BLUE, lw=1.1, label=f"same, {BIN:g} s means")
+    axes.plot(middle[0] / 60.0, middle[1], color=BLUE, lw=1.1, label=f"{BIN:g} s means")
     if np.any(trace.explained):
-        axes.plot(time / 60.0, explained, color=RED, lw=1.1, label="what the patch adds")
-    axes.set(xlabel="time [min]", ylabel=f"{words(trace.channel)} [{trace.unit or '-'}]")
+        axes.plot(time / 60.0, explained, color=RED, lw=1.1, label="change by the patch")
+    axes.set(xlabel="time [min]", ylabel=f"{words(trace.channel)}{f' [{trace.unit}]' if trace.unit else ''}")
 
 
 def _averaged(time: Array, values: Array) -> tuple[Array, Array]:
@@ -143,7 +151,7 @@ def _averaged(time: Array, values: Array) -> tuple[Array, Array]:
 
 
 def history_panels(histories: Sequence[History]) -> list[Panel]:
-    """The card flown again: measured, simulated and patched, segment after segment."""
+    """The card flown again: the measured, the simulated and the patched history, segment after segment."""
     names = dict.fromkeys(history.quantity for history in histories)
     return [_history_panel(name, [h for h in histories if h.quantity == name]) for name in names]
 

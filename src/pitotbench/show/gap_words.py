@@ -1,39 +1,8 @@
-"""A verdict in plain sentences: what is missing, how large, how sure, and what closing it does."""
+"""A verdict in plain sentences: the missing effects, their sizes, the evidence, and the effect of the patch."""
 
-from collections.abc import Sequence
-
-from pitotbench.effects import EFFECTS
 from pitotbench.records.gap import Account
-from pitotbench.records.verdict import SURE, Candidate, Closure, Detectable, Located, Verdict
-
-UNITS = {
-    "_m2": "m²",
-    "_mps2": "m/s²",
-    "_mps": "m/s",
-    "_pa": "Pa",
-    "_kt": "kt",
-    "_kg": "kg",
-    "_m": "m",
-    "_s": "s",
-    "_k": "K",
-    "_deg": "°",
-    "_rad": "rad",
-    "_hz": "Hz",
-    "_radps": "rad/s",
-    "_ft": "ft",
-}
-
-
-def words(name: str) -> str:
-    """A name of a table as words."""
-    return name.replace("_", " ")
-
-
-def size_words(name: str, value: float, bound: float | None = None) -> str:
-    """A size with its bound and its unit: `drag area 0.12 ± 0.01 m²`."""
-    suffix = max((s for s in UNITS if name.endswith(s)), key=len, default="")
-    told = f"{value:.3g}" if bound is None else f"{value:.3g} ± {bound:.2g}"
-    return f"{words(name.removesuffix(suffix))} {told} {UNITS.get(suffix, '')}".rstrip()
+from pitotbench.records.verdict import SURE, Candidate, Closure, Located, Verdict
+from pitotbench.show.quantity_words import listed, size_words, words
 
 
 def effect_words(effect: Candidate) -> str:
@@ -42,46 +11,55 @@ def effect_words(effect: Candidate) -> str:
 
 
 def place_words(place: Located) -> str:
-    """A place of the gap."""
+    """A place of the gap: channel, phase or variable, and significance."""
     within = "in " if place.phase else ""
     return f"{words(place.channel)} {within}{words(place.where)} ({place.significance:+.0f}σ)"
 
 
 def sentences(account: Account) -> list[str]:
-    """The answer in plain sentences."""
+    """The answer in plain sentences, the most important first."""
     verdict = account.rounds[0].verdict
     lines = [_answer(verdict, account.null_flights)]
     if verdict.kind != "no_gap" and verdict.located:
-        lines.append(f"The gap is largest in {_listed([place_words(p) for p in verdict.located[:3]])}.")
+        lines.append(f"The gap is largest in {listed([place_words(p) for p in verdict.located[:3]])}.")
     if verdict.kind in SURE:
         lines.append(_closed(verdict, account.holdout))
-        lines.append(_looked(account))
+        lines += _later_passes(account)
     return lines
 
 
 def _answer(verdict: Verdict, null_flights: int) -> str:
     if verdict.kind == "no_gap":
-        return f"Simulation and measurement agree: no significant gap. {_sure(null_flights)}"
+        return f"Simulation and measurement agree: no significant gap. {_compared(null_flights)}"
     if verdict.kind == "unknown":
-        best = [f"{effect_words(c)}, at {c.score:.0f}σ" for c in verdict.candidates[:1]]
-        tried = [f"The best of the table, {told}, leaves a gap or does not hold on other parts." for told in best]
-        said = "There is a real gap, and nothing in the table of effects explains it."
-        return " ".join([said, *tried, _sure(null_flights)])
-    known = {candidate.name: candidate for candidate in verdict.candidates}
+        gap = "There is a significant gap, and no effect of the table explains it."
+        return f"{gap} {_best(verdict)}{_compared(null_flights)}"
+    candidates = {candidate.name: candidate for candidate in verdict.candidates}
     effects = []
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
-        told = [effect_words(known[n]) if n in known else words(n) for n in others]
-        effects.append(effect_words(effect) + (f" or, as well, {_listed(told, 'or')}" if told else ""))
+        rivals = [effect_words(candidates[n]) if n in candidates else words(n) for n in others]
+        effects.append(effect_words(effect) + (f" or, equally well, {listed(rivals, 'or')}" if rivals else ""))
     lead = "The model lacks " if verdict.kind == "named" else "The model lacks one of these: "
-    return f"{lead}{_listed(effects)}; ± is 2σ. {_sure(null_flights)}"
+    return f"{lead}{listed(effects)}; ± is 2σ. {_compared(null_flights)}"
 
 
-def _sure(null_flights: int) -> str:
-    if null_flights:
-        return f"Judged against {null_flights} flights of the same card without an effect."
+def _best(verdict: Verdict) -> str:
+    """The best candidate of an unknown cause, with the reason why it is refused; empty without a candidate."""
+    if not verdict.candidates:
+        return ""
+    best = verdict.candidates[0]
     return (
-        "No flights without an effect were there to judge by: the noise is the log's own, thresholds are half as "
-        "high again, and a size of a few σ should be flown again before it is believed."
+        f"The best candidate, {effect_words(best)}, with a score of {best.score:.0f}σ, leaves a gap or does not "
+        "explain parts of the log that it was not fitted to. "
+    )
+
+
+def _compared(null_flights: int) -> str:
+    if null_flights:
+        return f"The thresholds come from {null_flights} simulated flights of the same card without an effect."
+    return (
+        "There were no simulated flights without an effect to compare with: the noise level is that of this log, "
+        "and the thresholds are half as high again. Repeat the flight before you believe a size of a few σ."
     )
 
 
@@ -93,27 +71,18 @@ def _closed(verdict: Verdict, holdout: str) -> str:
 
 
 def closure_percent(closed: Closure) -> str:
-    """A closure in percent, one digit where it is near whole."""
+    """A closure in percent."""
     return f"{100.0 * closed.share:.0f} %"
 
 
-def _looked(account: Account) -> str:
+def _later_passes(account: Account) -> list[str]:
     if len(account.rounds) < 2:
-        return ""
-    last = account.rounds[-1]
-    more = [name for r in account.rounds[1:] for name in r.added]
-    added = f"A further look added {_listed([words(n) for n in more])}. " if more else ""
+        return []
+    more = [words(name) for each in account.rounds[1:] for name in each.added]
+    added = f"A further pass added {listed(more)}. " if more else ""
     end = {
-        "no_gap": "With that in the model nothing significant remains.",
-        "unknown": "With that in the model a gap remains that nothing in the table explains.",
+        "no_gap": "With that in the model, no significant gap remains.",
+        "unknown": "With that in the model, a gap remains that no effect of the table explains.",
     }
-    return added + end.get(last.verdict.kind, "More may remain: the looks at one log are limited.")
-
-
-def _listed(items: Sequence[str], word: str = "and") -> str:
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {word} {items[-1]}"
-
-
-def detectable_words(found: Detectable) -> tuple[str, str, str]:
-    """Family, effect and smallest size of it that would have shown."""
-    return EFFECTS[found.effect].family, words(found.effect), size_words(found.parameter, found.size)
+    more_possible = "More may remain: the number of passes over one log is limited."
+    return [added + end.get(account.rounds[-1].verdict.kind, more_possible)]

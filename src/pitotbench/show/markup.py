@@ -1,7 +1,4 @@
-"""Templates to HTML; text is escaped, drawings and finished parts are passed through by the templates. Tables to
-Markdown."""
-
-from collections.abc import Iterable, Sequence
+"""Templates to HTML. Text is escaped; the templates mark drawings and finished parts as safe."""
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -16,9 +13,3 @@ def render(template: str, **content: object) -> str:
         undefined=StrictUndefined,
     )
     return environment.get_template(template).render(**content)
-
-
-def markdown_table(headings: Sequence[str], rows: Iterable[Iterable[str]]) -> str:
-    """A Markdown table of headings and cells."""
-    lines = ("| " + " | ".join(cells) + " |" for cells in rows)
-    return "\n".join(["| " + " | ".join(headings) + " |", "|" + "---|" * len(headings), *lines])

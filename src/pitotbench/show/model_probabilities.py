@@ -1,23 +1,38 @@
-"""Which models a calibration with `--model auto` weighed, and what speaks for each."""
+"""The models that a calibration with `--model auto` weighed, with the probability and the criteria of each."""
 
-from html import escape
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from rich.box import SIMPLE_HEAVY
 from rich.console import Console
-from rich.table import Table
 
 from pitotbench.records.calibration import Calibration
+from pitotbench.show.columns import Column, html_table, print_table
 
-# Heading, and the key of the choice's row; of criteria the distance from the best model is shown.
-_COLUMNS = {"model": "model", "parameters": "parameters [-]", "weight": "weight [%]"}
-_LESS_IS_BETTER = {"aicc": "AICc − least [-]", "bic": "BIC − least [-]"}
-_MORE_IS_BETTER = {"log_likelihood": "ln L − greatest [-]", "held_out": "held-out ln p − greatest [-]"}
+_Choice = dict[str, Any]  # a row of `model_choice` in the calibration's diagnostics
 
 
-def probabilities_of(result: Calibration) -> list[dict[str, Any]]:
+def probabilities_of(result: Calibration) -> list[_Choice]:
     """The rows of the choice, empty where the model was named."""
     return list((result.diagnostics or {}).get("model_choice", []))
+
+
+def choice_columns(rows: Sequence[_Choice]) -> list[Column[_Choice]]:
+    """The columns of the table. A criterion is shown as its difference from the best model's."""
+
+    def criterion(heading: str, key: str, best: Callable[..., float]) -> Column[_Choice]:
+        values = [row[key] for row in rows if key in row]  # a model that the log does not determine has none
+        return Column(heading, lambda row: row[key] - best(values) if key in row else None, style="+.1f")
+
+    return [
+        Column("model", lambda row: row["model"]),
+        Column("chosen", lambda row: "chosen" if row["chosen"] else ""),
+        Column("parameters", lambda row: row.get("parameters"), style="d"),
+        Column("probability", lambda row: 100.0 * row["weight"], "%", ".1f"),
+        criterion("AICc − least", "aicc", min),
+        criterion("BIC − least", "bic", min),
+        criterion("ln likelihood − greatest", "log_likelihood", max),
+        criterion("held-out ln likelihood − greatest", "held_out", max),
+    ]
 
 
 def print_choice(result: Calibration, console: Console) -> None:
@@ -25,16 +40,9 @@ def print_choice(result: Calibration, console: Console) -> None:
     rows = probabilities_of(result)
     if not rows:
         return
-    table = Table(title="models weighed", title_justify="left", box=SIMPLE_HEAVY, pad_edge=False)
-    for heading in _headings():
-        table.add_column(heading.replace("[", "\\["), justify="left" if heading == "model" else "right")
-    for cells in _cells(rows):
-        table.add_row(*cells)
-    console.print(table)
-    sizes = (result.diagnostics or {}).get("departure", {})
-    console.print(
-        "departure from a law, rms in Δp/q_c: " + ", ".join(f"{size} {100 * p:.0f} %" for size, p in sizes.items())
-    )
+    print_table(choice_columns(rows), rows, console, "models weighed")
+    console.print(departure_line(result))
+    console.print()
 
 
 def choice_html(result: Calibration) -> str:
@@ -42,27 +50,14 @@ def choice_html(result: Calibration) -> str:
     rows = probabilities_of(result)
     if not rows:
         return ""
-    head = "".join(f"<th>{escape(heading)}</th>" for heading in _headings())
-    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>" for cells in _cells(rows))
     return (
-        '<details><summary>The models weighed</summary><div class="scroll"><table><thead>'
-        f"<tr>{head}</tr></thead><tbody>{body}</tbody></table></div></details>"
+        f"<details><summary>The models weighed</summary>{html_table(choice_columns(rows), rows)}"
+        f"<p>{departure_line(result)}</p></details>"
     )
 
 
-def _headings() -> list[str]:
-    return [*_COLUMNS.values(), *_LESS_IS_BETTER.values(), *_MORE_IS_BETTER.values()]
-
-
-def _cells(rows: list[dict[str, Any]]) -> list[list[str]]:
-    best = {key: min(row[key] for row in rows if key in row) for key in _LESS_IS_BETTER}
-    best |= {key: max(row[key] for row in rows if key in row) for key in _MORE_IS_BETTER}
-    return [
-        [
-            f"{row['model']}{' (chosen)' if row['chosen'] else ''}",
-            str(row.get("parameters", "-")),
-            f"{100.0 * row['weight']:.1f}",
-            *(f"{row[key] - best[key]:+.1f}" if key in row else "-" for key in best),
-        ]
-        for row in rows
-    ]
+def departure_line(result: Calibration) -> str:
+    """The probability of each size of a departure of the true curve from every model."""
+    sizes = (result.diagnostics or {}).get("departure", {})
+    parts = ", ".join(f"{size} with {100 * p:.0f} %" for size, p in sizes.items())
+    return f"departure of the curve from its model, rms in Δp/q_c, with its probability: {parts}"

@@ -1,4 +1,4 @@
-"""Pictures of a plan: 2σ against minutes with the Pareto front, 2σ against airspeed, ground tracks."""
+"""Pictures of a plan: the bound against minutes and against airspeed, and the ground tracks."""
 
 from collections.abc import Sequence
 from math import log
@@ -11,10 +11,10 @@ from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, 
 from pitotbench.units import KNOT, NAUTICAL_MILE
 
 _COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)
-_CURVES = 6  # of the best maneuvers
+_CURVES = 6  # best maneuvers drawn: one color each
 _TRACKS = 3
-# On the logarithmic axes: height of a line of names (a ratio), their width and how close dots count as close.
-_LINE, _NAME_WIDTH, _CLOSE = 0.94, 0.4, 0.2
+_LINE = 0.043  # height of a line of names, as a share of the axis
+_NAME_WIDTH, _CLOSE = 0.4, 0.2  # natural logarithms: the width of a name in minutes, the height of close dots
 _LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
 
 
@@ -24,26 +24,29 @@ def plan_panels(plan: Plan) -> list[Panel]:
         panel(
             "How well the curve is known, against minutes",
             lambda axes: draw_front(axes, plan),
-            "A dot is a card flown once; its line, the same card flown again and again. Black: the Pareto "
-            "front, the least 2σ that whole cards reach in so many minutes.",
+            "A dot is a card flown once, with its 1σ between flights. The line from a dot is the same card flown "
+            "repeatedly. Black: the Pareto front, the smallest bound that whole cards reach in so many minutes.",
             size=_LARGE,
         ),
         panel(
-            "2σ of the curve, by airspeed",
+            "±2σ of the curve, by airspeed",
             lambda axes: draw_curves(axes, plan.forecasts[:_CURVES]),
-            f"The {min(_CURVES, len(plan.forecasts))} best, each flown once.",
+            f"The {min(_CURVES, len(plan.forecasts))} best maneuvers, each flown once.",
         ),
         panel(
             "Ground covered",
             lambda axes: draw_tracks(axes, plan),
-            "The best, in the expected wind, recorded parts only; set-ups come on top.",
+            "The best maneuvers in the expected wind. Recorded parts only: the set-ups need more ground.",
             size=_SQUARE,
         ),
     ]
 
 
 def front(forecasts: Sequence[Forecast], last: float) -> list[tuple[float, float]]:
-    """Minutes and 2σ [m/s] that no other choice beats in both, up to `last` minutes: cards flown once or more."""
+    """Minutes and ±2σ [m/s] of the Pareto front, up to `last` minutes, for cards flown once or more.
+
+    No other choice takes fewer minutes and has a smaller bound.
+    """
     choices = [
         (times * each.minutes, each.mean / times**0.5)
         for each in forecasts
@@ -57,7 +60,7 @@ def front(forecasts: Sequence[Forecast], last: float) -> list[tuple[float, float
 
 
 def draw_front(axes: Axes, plan: Plan) -> None:
-    """2σ [kt] against minutes, both logarithmic: a line of slope −½ is a card flown again and again."""
+    """Draw ±2σ [kt] against minutes, both logarithmic: a line of slope −½ is a card flown repeatedly."""
     shown = [*plan.forecasts, *([plan.improved] if plan.improved else [])]
     last = 1.6 * max(each.minutes for each in shown)
     for each in shown:
@@ -74,7 +77,7 @@ def draw_front(axes: Axes, plan: Plan) -> None:
         axes.axhline(plan.want / KNOT, color=GREEN, ls="--", label=f"wanted, {plan.want / KNOT:g} kt")
     if plan.minutes is not None:
         axes.axvline(plan.minutes, color=ORANGE, ls="--", label=f"{plan.minutes:g} min")
-    axes.set(xscale="log", yscale="log", xlabel="time recorded [min]", ylabel="mean 2σ of the curve [kt]")
+    axes.set(xscale="log", yscale="log", xlabel="time recorded [min]", ylabel="mean ±2σ of the curve [kt]")
     axes.set_xlim(0.62 * min(each.minutes for each in shown), last)
     _name_dots(axes, plan, shown)
     _plain_ticks(axes)
@@ -88,12 +91,14 @@ def _look(plan: Plan, each: Forecast) -> tuple[str, str, float]:
 
 
 def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
-    """Names beside the dots, to the right where another dot is near on the left; pushed apart where close."""
+    """Write the names next to the dots; to the right where another dot is close on the left, and pushed apart."""
+    low, high = axes.get_ylim()
+    line = (low / high) ** _LINE  # the axis is logarithmic: a line down is a ratio
     lowest: list[tuple[bool, float, float]] = []  # side, minutes and height of the names written so far
     for each in sorted(shown, key=lambda f: -f.mean):
-        right = any(_is_beside(other, each) for other in shown)
+        right = any(_is_close_on_the_left(other, each) for other in shown)
         near = [h for side, m, h in lowest if side == right and abs(log(m / each.minutes)) < _NAME_WIDTH]
-        height = min([each.mean / KNOT, *(_LINE * h for h in near)])
+        height = min([each.mean / KNOT, *(line * h for h in near)])
         lowest.append((right, each.minutes, height))
         axes.annotate(
             each.maneuver.replace("_", " ") + (", improved" if each is plan.improved else ""),
@@ -102,18 +107,19 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
             ha="left" if right else "right",
             va="center",
             fontsize=8,
+            bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0.0, "pad": 0.5},
             color=_look(plan, each)[0] if each in (plan.best, plan.improved) else INK,
         )
 
 
-def _is_beside(other: Forecast, each: Forecast) -> bool:
+def _is_close_on_the_left(other: Forecast, each: Forecast) -> bool:
     """Whether another dot lies close to the left."""
     right, above = log(each.minutes / other.minutes), log(each.mean / other.mean)
     return 0.0 < right < _NAME_WIDTH and abs(above) < _CLOSE
 
 
 def _plain_ticks(axes: Axes) -> None:
-    """Plain numbers on logarithmic axes."""
+    """Put plain numbers on logarithmic axes."""
     for axis in (axes.xaxis, axes.yaxis):
         low, high = axis.get_view_interval()
         ticks = [m * 10.0**d for d in range(-4, 4) for m in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)]
@@ -123,7 +129,7 @@ def _plain_ticks(axes: Axes) -> None:
 
 
 def draw_curves(axes: Axes, forecasts: Sequence[Forecast]) -> None:
-    """2σ [kt] against indicated airspeed [kt]."""
+    """Draw ±2σ [kt] against indicated airspeed [kt]."""
     for number, each in enumerate(forecasts):
         axes.plot(
             each.airspeeds / KNOT,
@@ -131,12 +137,12 @@ def draw_curves(axes: Axes, forecasts: Sequence[Forecast]) -> None:
             color=_COLORS[number % len(_COLORS)],
             label=each.maneuver.replace("_", " "),
         )
-    axes.set(xlabel="indicated airspeed [kt]", ylabel="2σ of the curve [kt]")
+    axes.set(xlabel="indicated airspeed [kt]", ylabel="±2σ of the curve [kt]")
     axes.set_ylim(bottom=0.0)
 
 
 def draw_tracks(axes: Axes, plan: Plan) -> None:
-    """Ground tracks [nmi], each from its own corner, and the box where one was given."""
+    """Draw the ground tracks [nmi], each moved to the corner of the axes, and the box where one was given."""
     for number, each in enumerate(plan.forecasts[:_TRACKS]):
         north, east = each.track / NAUTICAL_MILE
         label = each.maneuver.replace("_", " ")

@@ -1,12 +1,12 @@
-"""What to keep in mind about a campaign's results: rules of the domain, applied to its numbers."""
+"""Cautions about a campaign's results: rules of the domain, applied to its numbers."""
 
 from collections.abc import Iterator, Sequence
 
 import pandas as pd
 
-from pitotbench.show.section_content import ShortAnswer
+from pitotbench.show.short_answer import ShortAnswer
 
-_OFTEN_OUTSIDE = 0.7  # a model whose curve is inside 2σ less often than this cannot take the true shape
+_OFTEN_OUTSIDE = 0.7  # share inside ±2σ: a model below it cannot take the shape of the true curve
 
 
 def remarks(results: pd.DataFrame, answers: Sequence[ShortAnswer]) -> list[str]:
@@ -15,14 +15,14 @@ def remarks(results: pd.DataFrame, answers: Sequence[ShortAnswer]) -> list[str]:
 
 
 def _warnings(answers: Sequence[ShortAnswer]) -> Iterator[str]:
-    """Each warning once, with the subjects that it belongs to."""
+    """Each warning once, with the flights or logs that it belongs to."""
     for text in dict.fromkeys(w for answer in answers for w in answer.warnings):
         subjects = ", ".join(answer.subject for answer in answers if text in answer.warnings)
         yield f"{subjects}: {text}."
 
 
 def _ranking(results: pd.DataFrame) -> Iterator[str]:
-    """The smallest residual is not the best-known curve."""
+    """A small residual does not mean a small bound of the curve."""
     if not len(results):
         return
     first = results[results["model"] == results["model"].iloc[0]]
@@ -32,9 +32,9 @@ def _ranking(results: pd.DataFrame) -> Iterator[str]:
     quiet, known = table["residual_two_sigma_kt"].idxmin(), table["two_sigma_kt"].idxmin()
     if quiet != known:
         yield (
-            f"{_words(quiet)} leaves the smallest residual ({_at(table, quiet, 'residual_two_sigma_kt')}), but "
-            f"{_words(known)} knows its curve best (mean 2σ {_at(table, known, 'two_sigma_kt')} against "
-            f"{_at(table, quiet, 'two_sigma_kt')}): do not choose a maneuver by its residual."
+            f"{_words(quiet)} has the smallest residual (2σ {_at(table, quiet, 'residual_two_sigma_kt')}), but "
+            f"{_words(known)} gives the smallest bound of the curve (mean ±2σ {_at(table, known, 'two_sigma_kt')} "
+            f"against {_at(table, quiet, 'two_sigma_kt')}): do not choose a maneuver by its residual."
         )
 
 
@@ -46,8 +46,8 @@ def _shapes(results: pd.DataFrame) -> Iterator[str]:
     stiff = [str(name) for name, value in share.items() if value < _OFTEN_OUTSIDE]
     if stiff and len(share) > 1:
         yield (
-            f"The true curve lies outside the 2σ of {' and '.join(stiff)} over much of the range: a bound tells "
-            "how noise moves a model's curve, not whether the model can take the true shape."
+            f"The true curve lies outside the ±2σ bound of {' and '.join(stiff)} over much of the range: the bound "
+            "says how far noise moves the curve of a model, not whether the model can take the true shape."
         )
 
 

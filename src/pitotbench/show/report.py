@@ -1,4 +1,4 @@
-"""The page: static, self-contained, one file that opens offline and travels by mail."""
+"""The page of a campaign and that of calibrated logs: one self-contained file each, which opens offline."""
 
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
@@ -6,19 +6,44 @@ from itertools import groupby
 
 import pandas as pd
 
+from pitotbench.show.campaign_table import campaign_html
+from pitotbench.show.columns import Column, html_table
 from pitotbench.show.markup import render
 from pitotbench.show.remarks import remarks
-from pitotbench.show.section_content import Section
+from pitotbench.show.section import Section
+from pitotbench.show.short_answer import ShortAnswer
 from pitotbench.show.summary import summary_panels
-from pitotbench.show.tables import campaign_html
 
 _MOST_NAMED = 2  # maneuvers that fit into a title
+
+
+def _correction(heading: str, number: int) -> Column[ShortAnswer]:
+    def value(answer: ShortAnswer) -> str:
+        correction = answer.corrections[number]
+        return f"{correction} at {correction.indicated_kt:.0f} KIAS"
+
+    return Column(heading, value)
+
+
+ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
+    Column("flight", lambda answer: answer.subject),
+    Column("model", lambda answer: answer.model),
+    *(_correction(heading, number) for number, heading in enumerate(("low speed", "middle speed", "high speed"))),
+    Column("wind", lambda answer: answer.wind_kt, "kt", ".1f"),
+    Column("wind from", lambda answer: answer.wind_from_deg, "°", "03.0f"),
+    Column("±2σ of the wind", lambda answer: answer.wind_two_sigma_kt, "kt", ".2f"),
+    Column("2σ of the residual", lambda answer: answer.residual_two_sigma_kt, "kt", ".2f"),
+)
 
 
 def campaign_page(
     subtitle: str, results: pd.DataFrame, sections: Sequence[Section], failures: Sequence[str], case: str
 ) -> str:
-    """The HTML of a campaign: the short answer, tables, summary pictures, a section a maneuver and data system."""
+    """The HTML of a campaign: the short answer, tables, summary pictures, a section a maneuver and data system.
+
+    `results` as in results.parquet; `failures`: a sentence a flight that gave no result; `case`: the TOML of the
+    first flight's case.
+    """
     first = results[results["model"] == results["model"].iloc[0]]
     return _page(
         title=f"Pitot-static calibration: {_flown(results)}",
@@ -33,8 +58,10 @@ def campaign_page(
     )
 
 
-def log_page(title: str, subtitle: str, sections: Sequence[Section]) -> str:
-    """The HTML of a calibration of measured logs."""
+def log_page(title: str, sections: Sequence[Section]) -> str:
+    """The HTML of calibrated logs; the line below the title says whether they were measured or simulated."""
+    origins = " and ".join(dict.fromkeys(section.group for section in sections))
+    subtitle = f"From {origins}" if len(sections) > 1 else f"From a {origins.removesuffix('s')}"
     notes = remarks(pd.DataFrame(), [section.answer for section in sections])
     return _page(title=title, subtitle=subtitle, sections=sections, notes=notes)
 
@@ -48,7 +75,12 @@ def _page(sections: Sequence[Section], **content: object) -> str:
     optional = {"failures": (), "table": "", "all_models": "", "panels": (), "case": ""}
     groups = [(name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)]
     return render(
-        "report.html", version=page_version(), sections=sections, groups=groups, **{**optional, **content}
+        "report.html",
+        version=page_version(),
+        sections=sections,
+        groups=groups,
+        answers=html_table(ANSWER_COLUMNS, [section.answer for section in sections]),
+        **{**optional, **content},
     )
 
 

@@ -1,70 +1,16 @@
-"""One part of a page: a maneuver as one data system saw it, or a measured log, in words and pictures."""
+"""A finished part of a page. Loads no drawing library: campaigns carry sections between processes."""
 
-from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from pitotbench.records.calibration import Calibration
-from pitotbench.records.fixed_speed_point import FixedSpeedPoint
-from pitotbench.records.flight import Flight
-from pitotbench.records.log import FlightLog
-from pitotbench.show.error_curves import curve_panels
-from pitotbench.show.fixed_speed_tables import points_html
-from pitotbench.show.flight_panels import flight_panels
-from pitotbench.show.markup import render
-from pitotbench.show.residuals import residual_panels
-from pitotbench.show.section_content import Section, ShortAnswer, short_answer_of
-from pitotbench.show.style import Panel
-from pitotbench.show.tables import curve_html
-from pitotbench.units import MetersPerSecond
+from pitotbench.show.short_answer import ShortAnswer
 
 
-def flight_section(
-    flight: Flight,
-    system: str,
-    results: Mapping[str, Calibration],
-    truth: Mapping[str, MetersPerSecond],
-    tolerances: Mapping[str, float] | None,
-    points: Sequence[FixedSpeedPoint] = (),
-) -> Section:
-    """The section of a simulated flight as one data system (`20/1`) saw it.
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A part of a page: its anchor, the group and the title in the page's index, its short answer, its HTML."""
 
-    `truth`: true correction [m/s] by model; `tolerances`: see `flight_panels`, or None where the flight itself
-    is already drawn in another section; `points` of fixed-speed methods go over the curve.
-    """
-    maneuver = flight.case.maneuver.replace("_", " ")
-    answer = short_answer_of(next(iter(results.values())), f"{maneuver} {system}")
-    flown = [] if tolerances is None else flight_panels(flight, tolerances)
-    name = f"{flight.case.maneuver}-{system.replace('/', '-')}"
-    html = _html(name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown, points)
-    return Section(name, maneuver, system, answer, html)
-
-
-def log_section(name: str, log: FlightLog, result: Calibration, points: Sequence[FixedSpeedPoint] = ()) -> Section:
-    """The section of a measured log, of which nobody knows the truth."""
-    answer = short_answer_of(result, name)
-    rows = f"{len(log):,} rows read, {result.samples:,} used."
-    anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
-    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points)
-    return Section(anchor, "logs", name, answer, html)
-
-
-def _html(
-    anchor: str,
-    title: str,
-    remark: str,
-    answer: ShortAnswer,
-    results: Mapping[str, Calibration],
-    truth: Mapping[str, MetersPerSecond] | None,
-    flown: Sequence[Panel],
-    points: Sequence[FixedSpeedPoint],
-) -> str:
-    first = next(iter(results.values()))
-    return render(
-        "section.html",
-        anchor=anchor,
-        title=title,
-        remark=remark,
-        answer=answer,
-        flown=flown,
-        panels=[*curve_panels(results, truth, points), *residual_panels(first)],
-        numbers=curve_html(first) + points_html(points),
-    )
+    anchor: str
+    group: str
+    title: str
+    answer: ShortAnswer
+    html: str

@@ -1,4 +1,4 @@
-"""How every picture looks, and how it becomes inline SVG: one stylesheet, colors for all kinds of color vision."""
+"""The stylesheet of every picture, and its way from axes to inline SVG."""
 
 import io
 import re
@@ -19,7 +19,7 @@ from pitotbench.units import Array
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
 INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
 WIDE, NARROW = (4.6, 2.9), (3.6, 2.5)  # in: two and three panels a row of a desktop page
-_MOST_POINTS = 1500
+_MOST_POINTS = 1500  # of a line: more cannot be distinguished at the size of a panel
 
 _SHEET = {
     "figure.facecolor": "white",
@@ -67,7 +67,7 @@ def panel(
     size: tuple[float, float] = WIDE,
     legend_columns: int = 3,
 ) -> Panel:
-    """A panel of a size [in] with what `draw` puts on its axes; labeled artists go to a legend above the data."""
+    """A panel of a size [in] with the axes that `draw` fills; labeled artists go to a legend above the data."""
     with drawn(draw, size, legend_columns) as figure:
         return Panel(title, svg(figure, title), note)
 
@@ -100,11 +100,11 @@ def svg(figure: Figure, label: str) -> str:
     text = re.sub(r'<g id="[^"]*"', "<g", text)
     head, rest = text.split(">", 1)
     head = re.sub(r' (width|height)="[^"]*pt"', "", head) + f' role="img" aria-label="{label}"'
-    return head + ">" + _own_names(rest)
+    return head + ">" + _unique_names(rest)
 
 
-def _own_names(text: str) -> str:
-    """Names of clips and markers made the drawing's own: a page holds many drawings."""
+def _unique_names(text: str) -> str:
+    """The drawing with names of clips and markers that no other drawing of a page has."""
     mark = sha256(text.encode()).hexdigest()[:8]
     return re.sub(r'(\bid="|url\(#|href="#)([^")]+)', rf"\1\2-{mark}", text)
 

@@ -1,11 +1,11 @@
-"""Pictures of a whole campaign: maneuvers side by side, by data system and by model."""
+"""Pictures of a campaign: its maneuvers compared, by data system and by model."""
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from pitotbench.show.campaign_table import campaign_table
 from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, Panel, panel
-from pitotbench.show.tables import campaign_table
 from pitotbench.units import Array
 
 _COLORS = (BLUE, SKY, GREEN, ORANGE, PURPLE, RED, GREY)
@@ -13,7 +13,7 @@ _BARS = 0.8  # share of a maneuver's place that bars fill
 
 
 def summary_panels(results: pd.DataFrame) -> list[Panel]:
-    """Residual 2σ, covering 2σ beside the true error, and, where several were fitted, the models."""
+    """2σ of the residual, the bound of the curve with the true error, and the models where several were fitted."""
     table = campaign_table(results)
     models = list(table["model"].unique())
     first = table[table["model"] == models[0]]
@@ -21,12 +21,12 @@ def summary_panels(results: pd.DataFrame) -> list[Panel]:
         panel(
             f"2σ of the residual ({models[0]})",
             lambda axes: draw_summary_bars(axes, first, "das", "residual_two_sigma_kt", "2σ of the residual [kt]"),
-            "How noisy the air and the sensors were: the published figure.",
+            "The scatter that gusts and sensor noise leave: the figure that the literature reports.",
         ),
         panel(
             f"How well the curve is known ({models[0]})",
             lambda axes: draw_knowledge(axes, first),
-            "Bars: mean 2σ of the curve, meant to cover. Black marks: twice the true rms error of these flights.",
+            "Bars: mean ±2σ bound of the curve. Black marks: twice the true rms error of these flights.",
         ),
     ]
     if len(models) > 1:
@@ -46,7 +46,7 @@ def summary_panels(results: pd.DataFrame) -> list[Panel]:
 
 
 def draw_summary_bars(axes: Axes, table: pd.DataFrame, kind: str, column: str, label: str) -> None:
-    """One group a maneuver, one bar a `kind` (das or model), of one column of the campaign's table."""
+    """Draw one column of the campaign's table: a group of bars a maneuver, a bar a `kind` (das or model)."""
     maneuvers = list(table["maneuver"].unique())
     kinds = list(table[kind].unique())
     width = _BARS / len(kinds)
@@ -60,8 +60,8 @@ def draw_summary_bars(axes: Axes, table: pd.DataFrame, kind: str, column: str, l
 
 
 def draw_knowledge(axes: Axes, table: pd.DataFrame) -> None:
-    """The mean covering 2σ as bars, twice the true rms error as marks on them."""
-    draw_summary_bars(axes, table, "das", "two_sigma_kt", "[kt]")
+    """Draw the mean bound of the curve as bars, and twice the true rms error as marks on them."""
+    draw_summary_bars(axes, table, "das", "two_sigma_kt", "mean ±2σ of the curve [kt]")
     maneuvers = list(table["maneuver"].unique())
     kinds = list(table["das"].unique())
     width, label = _BARS / len(kinds), "2 × true rms error"

@@ -1,4 +1,4 @@
-"""Fly a case in JSBSim. The only place that imports jsbsim."""
+"""Fly a case in JSBSim. No other package imports jsbsim."""
 
 from pitotbench.simulate.maneuvers import MANEUVERS as MANEUVERS
 from pitotbench.simulate.maneuvers import PAPER_MANEUVERS as PAPER_MANEUVERS

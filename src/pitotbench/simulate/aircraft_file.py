@@ -1,4 +1,4 @@
-"""The XML files of an aircraft."""
+"""Read the XML files of an aircraft."""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -7,9 +7,9 @@ from pitotbench.records.errors import BadInputError
 
 
 def parse_xml(file: Path, comments: bool = False) -> "ET.ElementTree[ET.Element]":
-    """The tree of an aircraft's file, with its comments where asked for.
+    """Parse an XML file of an aircraft and return its tree; `comments` keeps the XML comments.
 
-    Raises BadInputError, which names the file and the place, for a file that is not XML.
+    Raises BadInputError for a file that is not XML; the message names the file and the line.
     """
     try:
         return ET.parse(file, ET.XMLParser(target=ET.TreeBuilder(insert_comments=comments)))

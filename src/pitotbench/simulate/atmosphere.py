@@ -1,4 +1,4 @@
-"""The air a flight meets: steady wind, non-standard temperature, turbulence and its seed."""
+"""Set the air of a flight: steady wind, temperature above standard, turbulence and its seed."""
 
 from dataclasses import dataclass
 from math import cos, sin
@@ -19,15 +19,21 @@ SEVERITY = Catalog("turbulence", TURBULENCE_SEVERITY)
 
 
 class Settable(Protocol):
-    """Anything that takes values by the names of the property table."""
+    """Anything whose properties can be set by their names in the property table, such as a `Plant`."""
 
-    def set(self, name: str, value: float) -> None: ...
+    def set(self, name: str, value: float) -> None:
+        """Set a property [SI] by its name in the table."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
 class Air:
-    """Mean wind, toward north, east and down [m/s]; temperature above standard [K]; Milspec severity
-    (0 none, 1 light, 2 moderate) and the seed of its random numbers (1 .. 2³¹−1)."""
+    """The air of a flight.
+
+    `north`, `east` and `down` are the mean wind [m/s], the direction in which the air moves. `temperature_offset`
+    is the temperature above standard [K]. `severity` is the Milspec index of the turbulence (0 none, 1 light,
+    2 moderate) and `seed` starts its random numbers (1 to 2³¹−1).
+    """
 
     north: float = 0.0
     east: float = 0.0
@@ -38,10 +44,11 @@ class Air:
 
     @classmethod
     def of(cls, case: Case, warmer: float = 0.0) -> "Air":
-        """The air of a case, `warmer` [K] by its effects.
+        """Return the air of a case, made warmer by `warmer` [K] for its effects.
 
         Raises UnknownNameError for an unknown turbulence name.
         """
+        # A case says where the wind comes from, JSBSim where the air goes: hence the minus signs.
         wind = case.wind
         return cls(
             north=-wind.speed * cos(wind.from_direction),
@@ -54,25 +61,27 @@ class Air:
 
 
 def turbulence_seed(truth_seed: int) -> int:
-    """JSBSim's seed, 1 .. 2³¹−1, of a truth seed: 0 and 1 give JSBSim one and the same turbulence."""
+    """Return JSBSim's seed, 1 to 2³¹−1, for a truth seed."""
+    # JSBSim makes the same turbulence of the seeds 0 and 1. Hashing also keeps neighboring seeds independent.
     word = int(np.random.SeedSequence(truth_seed).generate_state(1, np.uint64)[0])
     return 1 + word % LARGEST_SEED
 
 
-def blow(plant: Settable, air: Air) -> None:
-    """Set the steady wind; JSBSim's wind properties name where the air goes, as `Air` does.
+def set_mean_wind(plant: Settable, air: Air) -> None:
+    """Set the steady wind of a plant. Call it after the initial conditions are set.
 
-    Call after the initial conditions: JSBSim's own wind initial conditions spoil the airspeed.
+    JSBSim can also set a wind with the initial conditions, but then it changes the airspeed that was asked for.
     """
     plant.set("mean_wind_north", air.north)
     plant.set("mean_wind_east", air.east)
     plant.set("mean_wind_down", air.down)
 
 
-def stir(plant: Settable, air: Air) -> None:
-    """Start the turbulence of the air; severity 0 leaves it smooth."""
+def start_turbulence(plant: Settable, air: Air) -> None:
+    """Start the turbulence of the air. With severity 0 the air stays smooth."""
     if air.severity == 0:
         return
+    # The type comes last: it switches the turbulence on, with seed and severity in place.
     plant.set("turbulence_seed", air.seed)
     plant.set("turbulence_low_wind", LOW_WIND[air.severity])
     plant.set("turbulence_severity", air.severity)

@@ -1,4 +1,4 @@
-"""What effects must know of an aircraft, read from its JSBSim files."""
+"""Read from an aircraft's JSBSim files the data that effects need: engines, aerodynamic functions, settings."""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -13,9 +13,9 @@ _INCHES = {"IN": 1.0, "FT": 12.0, "M": 12.0 / FOOT}
 
 
 def read_baseline(folder: Path) -> Baseline:
-    """The baseline of the aircraft in a folder: center of gravity, aerodynamic functions, engines, settings.
+    """Read the baseline of the aircraft in a folder: center of gravity, aerodynamic functions, engines, settings.
 
-    Raises BadInputError for a file that is not XML or holds text where a number belongs.
+    Raises BadInputError for a file that is not XML, or that holds text in place of a number.
     """
     root = parse_xml(folder / f"{folder.name}.xml").getroot()
     try:
@@ -42,6 +42,7 @@ def _functions(root: ET.Element) -> list[AeroFunction]:
 
 
 def _engine(folder: Path, element: ET.Element) -> Engine:
+    # An engine may stand in a file of its own or, in full, in the aircraft's file.
     file = folder / "Engines" / f"{element.get('file')}.xml"
     root = parse_xml(file).getroot() if file.is_file() else element
     fuel, friction = (float(root.findtext(tag) or 0.0) for tag in ("bsfc", "static-friction"))
@@ -49,6 +50,7 @@ def _engine(folder: Path, element: ET.Element) -> Engine:
 
 
 def _declared(folder: Path) -> dict[str, float]:
+    """Return the properties that any file of the folder declares with a value."""
     found = {}
     for file in sorted(folder.rglob("*.xml")):
         for element in parse_xml(file).getroot().iter("property"):

@@ -1,8 +1,9 @@
-"""The aircraft as a force meter: JSBSim moved along measured states, its engines running on the measured throttles.
+"""Use JSBSim as a force meter: put the aircraft into each measured state and read the forces of the model there.
 
-At each state the initial conditions are set anew, so that nothing drifts and no autopilot can hide a force;
-between two states the engines, governors and turbochargers run in JSBSim's own time. The result is the right-hand
-side of the equation-error method (Klein and Morelli, Aircraft System Identification, 2006, ch. 5).
+At each state the initial conditions are set anew. The model therefore cannot drift, and no autopilot can hide a
+force. Between two states the engines, governors and turbochargers run on at the measured throttles, because their
+power depends on the seconds before. The result is the right-hand side of the equation-error method (Klein and
+Morelli, Aircraft System Identification, 2006, ch. 5).
 """
 
 from collections.abc import Callable, Sequence
@@ -33,18 +34,20 @@ CONTROLS = (
     ("throttle_left", "throttle_bias_left", "throttle_left"),
     ("throttle_right", "throttle_bias_right", "throttle_right"),
 )
-PROBE = 0.1  # of a command, to learn how far it moves its control
+PROBE = 0.1  # of a command: the step by which the gain from command to position is measured
 
 
 def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool = True) -> Reaction:
     """Return the forces and angular accelerations of an aircraft along a measured motion, and its engine readings.
 
-    With `engines_run` false, time stands still after the first state. The thrust is then not that of the motion:
-    use only the difference of two such reactions, for effects that change forces of the air alone.
+    Parameters: plant, freshly loaded, which cannot be used again; motion, the measured states; loaded_mass [kg],
+    the mass of the loaded aircraft without any effect. Fuel is taken out of the tanks at every state until the
+    mass is the logged one.
 
-    `loaded_mass` [kg] is that of the aircraft as loaded, without what effects add: what the logged mass lacks of it
-    is taken out of the tanks at every state. The plant is used up: load a new one for the next motion. A state
-    takes some 100 µs at ten a second.
+    With `engines_run` false, time stands still after the first state. The thrust is then not that of the motion:
+    use only the difference of two such reactions, and only for effects that change aerodynamic forces.
+
+    At ten states a second, one state takes about 100 µs.
     Raises SimulationError where JSBSim refuses a state or the engines do not start.
     """
     fuel = _fuel(plant, motion, loaded_mass)
@@ -59,30 +62,34 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     steps = np.diff(motion.time, append=motion.time[-1] + TENTH)
     starts = np.isin(np.arange(len(rows)), [0, *gaps(motion.time)])
     for k in range(len(rows)):
+        # The run-in brings the engines to the state's power while the airplane is put back into it each tenth.
         for _ in range(round(RUN_IN / TENTH) if starts[k] and (engines_run or k == 0) else 0):
             _place(plant, states[k], servos, wanted[k], writers)
             plant.advance(round(TENTH / plant.time_step))
-        for _ in range(1 if engines_run else 2):  # once more for what reads the lift of the state before
+        # Functions that read the lift use that of the call before. With the engines stopped, nothing else has made
+        # such a call in this state.
+        for _ in range(1 if engines_run else 2):
             _place(plant, states[k], servos, wanted[k], writers)
         rows[k] = [read() for read in reads]
         rows[k, :3] /= mass[0]() * mass[1]
+        # Before a gap the engines do not run on: the run-in after it starts them anew.
         ends = k + 1 < len(rows) and starts[k + 1]
         plant.advance(0 if ends or not engines_run else max(1, round(steps[k] / plant.time_step)))
     return _reaction(rows)
 
 
 def _fuel(plant: Plant, motion: Motion, loaded_mass: float) -> Array:
-    """Return the fuel of each tank at each state [lb], (n, 2): as loaded, less its share of the mass burnt."""
+    """Return the fuel in each tank at each state [lb], (n, 2): the load less an equal share of the mass burnt."""
     full = np.array([plant.get(tank) for tank in TANKS])
     burnt = (loaded_mass - motion.mass) / POUND / len(TANKS)
     return np.clip(full - burnt[:, None], 0.0, full)  # a tank holds no more than its full load
 
 
 def _prepare(plant: Plant, motion: Motion) -> tuple[Array, Array]:
-    """Start the engines with the airplane held in flight.
+    """Start the engines while the airplane is held in flight.
 
-    Returns the geometric height [m] and the speed of sound [m/s] at the pressure of each state, in the atmosphere
-    of this plant.
+    Returns, in the atmosphere of this plant, the geometric height [m] and the speed of sound [m/s] at the pressure
+    of each state, (n,) each.
     """
     height = float(air.pressure_altitude(motion.static_pressure[0]))
     speed = float(air.calibrated_airspeed(air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])))
@@ -93,22 +100,26 @@ def _prepare(plant: Plant, motion: Motion) -> tuple[Array, Array]:
 
 
 def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
-    """Geometric height [m] and speed of sound [m/s] at each state's pressure, looked up in the plant's own air."""
+    """Return the geometric height [m] and the speed of sound [m/s] at each state's pressure, (n,) each.
+
+    They come from a table of the plant's atmosphere, which may be warmer than standard.
+    """
     low, high = (
         float(air.pressure_altitude(p)) for p in (motion.static_pressure.max(), motion.static_pressure.min())
     )
     levels = np.linspace(low - 600.0, high + 600.0, 25)
-    seen = np.empty((len(levels), 2))
+    table = np.empty((len(levels), 2))
     for i, level in enumerate(levels):
         plant.set("ic/h-sl-ft", float(level) / FOOT)
         plant.run_initial_conditions()
-        seen[i] = plant.get("static_pressure"), plant.get("atmosphere/a-fps") * FOOT
-    heights = np.interp(-np.log(motion.static_pressure), -np.log(seen[:, 0]), levels)
-    return heights, np.interp(heights, levels, seen[:, 1])
+        table[i] = plant.get("static_pressure"), plant.get("atmosphere/a-fps") * FOOT
+    # The logarithm of pressure is nearly linear in height, so 25 levels interpolate well.
+    heights = np.interp(-np.log(motion.static_pressure), -np.log(table[:, 0]), levels)
+    return heights, np.interp(heights, levels, table[:, 1])
 
 
 def _initial_conditions(motion: Motion, heights: Array, sound: Array) -> Array:
-    """The states as JSBSim's initial conditions in still air, in the order of `_IC`."""
+    """Return the states as JSBSim's initial conditions in still air, (n, 10), in the order of `_IC`."""
     speed = motion.mach * sound / FOOT
     flow = flow_direction(motion.angle_of_attack, motion.sideslip)
     return np.stack(
@@ -134,7 +145,7 @@ _IC = (
 
 @dataclass(slots=True)
 class _Servo:
-    """Moves one control to a measured position, whatever the aircraft's own systems add to the command."""
+    """Move one control to a measured position, even where systems of the aircraft add to the command."""
 
     write: Callable[[float], object]
     read: Callable[[], float]
@@ -144,7 +155,7 @@ class _Servo:
 
     @classmethod
     def probe(cls, plant: Plant, name: str, command: str, position: str) -> "_Servo":
-        """Learn how far the command moves the control."""
+        """Measure how far the command moves the control. Raises SimulationError where it does not move it."""
         read, factor = plant.getter(position)
         before = read()
         plant.set(command, PROBE)
@@ -157,7 +168,7 @@ class _Servo:
         return cls(plant.writer(command), read, factor, slope)
 
     def move(self, position: float) -> None:
-        """Command the position, given what the present command made of it."""
+        """Move the control to a position [SI]: change the command by the difference from the present position."""
         self.command += (position / self.factor - self.read()) / self.slope
         self.write(self.command)
 
@@ -165,7 +176,10 @@ class _Servo:
 def _place(
     plant: Plant, state: Array, servos: list[_Servo], wanted: Array, writers: Sequence[Callable[[float], bool]]
 ) -> None:
-    """Put the aircraft into a state: the second round moves the controls as the new state has changed them."""
+    """Put the aircraft into a state.
+
+    The controls move first: their systems may read the state, so a second call corrects what the first one changed.
+    """
     for servo, position in zip(servos, wanted, strict=True):
         servo.move(float(position))
     for write, value in zip(writers, state, strict=True):

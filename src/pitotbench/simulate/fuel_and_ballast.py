@@ -1,4 +1,4 @@
-"""The loading of an aircraft: fuel in its tanks, and ballast at its center of gravity for what fuel cannot be."""
+"""Load an aircraft to a mass: with fuel in its tanks and, where fuel is not enough, ballast."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -19,7 +19,7 @@ MOST_BALLAST = 1000.0  # kg: beyond it the mass is that of another airplane, or 
 
 @dataclass(frozen=True, slots=True)
 class Loading:
-    """A share of the fuel that the aircraft's file loads, and ballast [kg]."""
+    """The loading of an aircraft: `fuel`, the share of the fuel in its file (0 to 1), and `ballast` [kg]."""
 
     fuel: float = 1.0
     ballast: float = 0.0
@@ -27,7 +27,7 @@ class Loading:
 
 @cache
 def loaded_mass(aircraft: str) -> float:
-    """Mass of an aircraft as its file loads it, with its fuel [kg]."""
+    """Return the mass of an aircraft with the load and the fuel of its file [kg]."""
     plant = Plant.load(aircraft)
     plant.run_initial_conditions()  # until then JSBSim's mass lacks the fuel
     return plant.get("mass")
@@ -35,30 +35,30 @@ def loaded_mass(aircraft: str) -> float:
 
 @cache
 def loaded_fuel(aircraft: str) -> float:
-    """Mass of the fuel that an aircraft's file loads [kg]."""
+    """Return the mass of the fuel in an aircraft's file [kg]."""
     plant = Plant.load(aircraft)
     return sum(plant.get(tank) for tank in TANKS) * POUND
 
 
 def mass_of(aircraft: str, loading: Loading) -> float:
-    """Mass of an aircraft so loaded [kg]."""
+    """Return the mass of an aircraft with a loading [kg]."""
     return loaded_mass(aircraft) - (1.0 - loading.fuel) * loaded_fuel(aircraft) + loading.ballast
 
 
 def loading_of(aircraft: str, mass: float) -> Loading:
-    """The loading that gives an aircraft a mass [kg]: fuel as far as the tanks allow, the rest as ballast.
+    """Return the loading that gives an aircraft a mass [kg]: fuel as far as the tanks allow, then ballast.
 
-    Raises BadInputError where the mass is not that of this aircraft.
+    Raises BadInputError where the mass cannot be that of this aircraft.
     """
     ballast = ballast_for(aircraft, mass, mass)
     return Loading(1.0 - (loaded_mass(aircraft) + ballast - mass) / loaded_fuel(aircraft), ballast)
 
 
 def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
-    """The ballast [kg] with which fuel alone takes an aircraft from its heaviest to its lightest mass [kg];
-    negative where the aircraft is lighter than its file says with `LEAST_FUEL`.
+    """Return the ballast [kg] that lets fuel alone account for all masses from `heaviest` to `lightest` [kg].
 
-    Raises BadInputError where it would be more than `MOST_BALLAST`.
+    It is negative where the aircraft is lighter than its file says with `LEAST_FUEL` in the tanks.
+    Raises BadInputError where more than `MOST_BALLAST` would be needed.
     """
     full = loaded_mass(aircraft)
     least = full - (1.0 - LEAST_FUEL) * loaded_fuel(aircraft)
@@ -72,14 +72,15 @@ def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
 
 
 def ballast_overlay(aircraft: str, ballast: float) -> Overlay:
-    """Ballast [kg] at the center of gravity of an aircraft; empty for none."""
+    """Return an overlay that puts ballast [kg] at the center of gravity of an aircraft; empty for no ballast."""
     if not ballast:
         return Overlay()
     place = read_baseline(find_aircraft(aircraft)).center_of_gravity
+    # Times one: an expression must be XML, and a bare number is not.
     return Overlay(masses=(MassPoint(product(float(ballast) / POUND, 1.0), place),))
 
 
 def load_fuel(plant: Plant, share: float) -> None:
-    """Leave a share of the loaded fuel in the tanks of a plant that has not started yet."""
+    """Reduce the fuel in the tanks to a share of the load. Call it before the plant starts."""
     for tank in TANKS if share != 1.0 else ():
         plant.set(tank, share * plant.get(tank))

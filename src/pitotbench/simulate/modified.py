@@ -1,4 +1,4 @@
-"""The aircraft and the air of a case with its effects in them."""
+"""Put the effects of a case into its aircraft and its air, or write them as an aircraft variant."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -19,10 +19,10 @@ from pitotbench.simulate.variant import overlay_text, write_variant
 
 
 def overlay_of(case: Case) -> Overlay:
-    """What the effects of a case put on its aircraft and its air; those on the sensors are left to `sense`.
+    """Return what the effects of a case add to its aircraft and its air. Package `sense` applies those on sensors.
 
-    Raises UnknownNameError for an unknown effect, BadInputError for parameters that cannot be or an aircraft that
-    lacks what an effect changes.
+    Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters or for an aircraft that
+    lacks the part that an effect changes.
     """
     return _overlay(case.aircraft, chosen(case.effects))
 
@@ -42,12 +42,12 @@ def install_variant(
     provenance: Mapping[str, Any] | None = None,
     shelf: Path | None = None,
 ) -> Path:
-    """Write an aircraft with effects in it as a new one, `<aircraft>+<variant>`, which flies by that name.
+    """Write an aircraft with effects as a new aircraft, `<aircraft>+<variant>`, and return its folder.
 
-    It goes to `./aircraft` unless another shelf is given; `variant.toml` in its folder says which effects it holds
-    and where they come from (`provenance`, any TOML table). Returns the folder.
-    Raises BadInputError for effects that are not the aircraft's, for a bad name, and where the variant is there
-    already: nothing is overwritten.
+    The folder stands in `./aircraft` unless another `shelf` is given. Its `variant.toml` names the effects and
+    their origin (`provenance`, any TOML table).
+    Raises BadInputError for effects that do not act on an aircraft, for a name with forbidden characters, and for
+    a variant that exists: nothing is overwritten.
     """
     if not re.fullmatch(r"[A-Za-z0-9_.-]+", variant):
         raise BadInputError(f"variant {variant!r}: use letters, digits, dots, dashes and underscores")
@@ -58,20 +58,20 @@ def install_variant(
     if overlay.is_empty():
         raise BadInputError("a variant needs at least one effect of a size other than zero")
     folder = write_variant(find_aircraft(aircraft), shelf or OWN.resolve(), f"{aircraft}+{variant}", overlay)
-    told = [{"name": entry.name, "parameters": dict(entry.parameters)} for entry in effects]
-    table = {"aircraft": aircraft, "provenance": dict(provenance or {}), "effects": told}
+    entries = [{"name": entry.name, "parameters": dict(entry.parameters)} for entry in effects]
+    table = {"aircraft": aircraft, "provenance": dict(provenance or {}), "effects": entries}
     (folder / "variant.toml").write_text(write_toml(table), encoding="utf-8")
     return folder
 
 
 def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
-    """What effects add to the JSBSim file of an aircraft, as XML; empty where none of them acts on it."""
+    """Return as XML what effects add to the JSBSim file of an aircraft; empty where none acts on the aircraft."""
     overlay = _overlay(aircraft, chosen([e for e in effects if EFFECTS[e.name].acts_on == "aircraft"]))
     return "" if overlay.is_empty() else overlay_text(find_aircraft(aircraft), overlay)
 
 
 def require_free(aircraft: str, variant: str) -> None:
-    """Raise BadInputError where a variant cannot be written: a bad name, or one that is taken."""
+    """Raise BadInputError where a variant cannot be written: forbidden characters, or a name that is taken."""
     if not re.fullmatch(r"[A-Za-z0-9_.-]+", variant):
         raise BadInputError(f"variant {variant!r}: use letters, digits, dots, dashes and underscores")
     name = f"{aircraft}+{variant}"
@@ -80,6 +80,9 @@ def require_free(aircraft: str, variant: str) -> None:
 
 
 def mark_recording(plant: Plant) -> None:
-    """Tell effects that count time from the first recorded sample that it comes with the next step."""
+    """Set the time of the first recorded sample, which comes with the next step.
+
+    Effects such as a wind drift count their time from it.
+    """
     if plant.serves(RECORDING_START):
         plant.set(RECORDING_START, plant.get("time") + plant.time_step)

@@ -1,4 +1,4 @@
-"""JSBSim as a plant: load, start in the air, run. Its silent failures become errors here."""
+"""Load an aircraft in JSBSim, start it in the air and run it. JSBSim's silent failures become errors here."""
 
 import re
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.effects import Overlay
 from pitotbench.records.errors import BadInputError
-from pitotbench.simulate.atmosphere import Air, blow, stir
+from pitotbench.simulate.atmosphere import Air, set_mean_wind, start_turbulence
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.properties import PROPERTIES, Property, check_table, parse_catalog
 from pitotbench.simulate.variant import ROOT, write_variant
@@ -40,14 +40,14 @@ EFFECT_SIZE = re.compile(rf"{ROOT}(-\d+)?/[^/]+/[^/]+")  # the branch of an over
 
 
 class SimulationError(BadInputError):
-    """The case cannot be flown: the message says what happened, where, and what JSBSim reported."""
+    """The case cannot be flown. The message says what happened, where in the flight, and what JSBSim reported."""
 
 
 class Plant:
-    """One aircraft in JSBSim. A new flight takes a new plant: JSBSim's integrators survive a reset.
+    """One aircraft in JSBSim. Load a new plant for each flight: JSBSim's integrators keep their state at a reset.
 
-    `get` and `set` take names of the property table (SI units) or, with a slash in it, any property path of
-    JSBSim (its own units). Each call that meets a failure raises SimulationError.
+    `get` and `set` take a name of the property table, in SI units, or a property path of JSBSim, which holds a
+    slash and is in JSBSim's units. Methods raise SimulationError where JSBSim fails.
     """
 
     def __init__(self, fdm: Any, aircraft: str, transcript: "Transcript") -> None:
@@ -66,7 +66,7 @@ class Plant:
 
     @classmethod
     def load(cls, aircraft: str = "navajo", rate: float = 100.0, overlay: Overlay | None = None) -> "Plant":
-        """Load an aircraft of the hangar, to be run at a rate [Hz], with what effects put on it.
+        """Load an aircraft of the hangar, to be run at a rate [Hz], with the overlay of its effects.
 
         Raises UnknownNameError for an unknown aircraft or a property that it lacks, SimulationError where
         JSBSim refuses the file.
@@ -84,6 +84,7 @@ class Plant:
 
         from pitotbench.simulate.transcript import Transcript
 
+        # The logger comes first: JSBSim reports errors of a file while it loads, and never again.
         transcript = Transcript()
         jsbsim.set_logger(transcript)
         jsbsim.FGJSBBase().debug_lvl = 0  # type: ignore[no-untyped-call]
@@ -101,21 +102,22 @@ class Plant:
         return cls(fdm, aircraft, transcript)
 
     def getter(self, name: str) -> tuple[Callable[[], float], float]:
-        """The read function of a property and its SI factor; for loops that read at every step."""
+        """Return the read function of a property and its SI factor, for loops that read at every step."""
         if name not in self._getters:
             line = self._line(name)
             self._getters[name] = (self._tree.get_node(line.path).get_double_value, line.factor)
         return self._getters[name]
 
     def get(self, name: str) -> float:
-        """The present value of a property [SI by table name, JSBSim's unit by path]."""
+        """Return the present value of a property [SI by table name, JSBSim's unit by path]."""
         read, factor = self.getter(name)
         return read() * factor
 
     def set(self, name: str, value: float) -> None:
         """Set a writable property [SI by table name, JSBSim's unit by path].
 
-        Raises UnknownNameError for an unknown or read-only one, SimulationError for a value that is not finite.
+        Raises UnknownNameError for a property that is unknown or read-only, SimulationError for a value that is
+        not finite or that JSBSim does not accept.
         """
         if not isfinite(value):
             raise SimulationError(f"{name} must be a finite number, not {value}")
@@ -129,12 +131,12 @@ class Plant:
             raise SimulationError(f"JSBSim did not take {name} = {value}.{self._transcript.said()}")
 
     def writer(self, name: str) -> Callable[[float], bool]:
-        """The write function of a property, in JSBSim's own unit; for loops that write at every step."""
+        """Return the write function of a property, in JSBSim's unit, for loops that write at every step."""
         write: Callable[[float], bool] = self._tree.get_node(self._line(name).path).set_double_value
         return write
 
     def run_initial_conditions(self) -> None:
-        """Take over the initial conditions; engines and systems keep their state.
+        """Put the aircraft into its initial conditions; engines and systems keep their state.
 
         Raises SimulationError where JSBSim refuses them.
         """
@@ -142,7 +144,7 @@ class Plant:
             raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
 
     def serves(self, path: str) -> bool:
-        """Whether the aircraft has a property of this path."""
+        """Return whether the aircraft has a property of this path."""
         return path in self._access
 
     def _line(self, name: str) -> Property:
@@ -153,7 +155,7 @@ class Plant:
         return Property(name, name)
 
     def run(self, seconds: float) -> None:
-        """Run for a time [s], checking the flight ten times a second."""
+        """Run for a time [s] and check the flight ten times a second."""
         steps = round(seconds / self.time_step)
         batch = max(1, round(0.1 / self.time_step))
         for done in range(0, steps, batch):
@@ -161,15 +163,16 @@ class Plant:
             self.check()
 
     def advance(self, steps: int) -> None:
-        """Run a number of steps."""
+        """Run a number of steps. Raises SimulationError where JSBSim stops."""
         run = self.fdm.run
         for _ in range(steps):
             if not run():
                 raise self.failure("JSBSim stopped")
 
     def check(self) -> None:
-        """Raise SimulationError where the flight is no longer one: NaN, ground contact, departure."""
+        """Raise SimulationError where the state is not a number, the aircraft is on the ground, or it departed."""
         height, alpha, beta, roll = [read() for read in self._watched]
+        # The sum is finite only where all four are: one test instead of four.
         if not isfinite(height + alpha + beta + roll):
             raise self.failure("the state is not a number")
         if height < LOWEST_HEIGHT:
@@ -178,7 +181,7 @@ class Plant:
             raise self.failure("the aircraft departed from controlled flight; fly faster or bank less")
 
     def failure(self, what: str) -> SimulationError:
-        """An error that says what happened and where in the flight."""
+        """Return an error that says what happened, at which time, speed and height, and what JSBSim reported."""
         state = (
             f"{self.get('time'):.1f} s, {self.get('calibrated_airspeed') / KNOT:.1f} KCAS, "
             f"{self.get('altitude') / FOOT:.0f} ft, roll {degrees(self.get('roll')):.1f}°, "
@@ -196,9 +199,11 @@ class Plant:
     ) -> None:
         """Put the aircraft in the air, start it, and let the autopilot settle it in level flight.
 
-        Parameters: altitude, geometric [m]; airspeed, calibrated [m/s]; heading, true [rad]; air, still and
-        standard if not given; settle_limit [s]. JSBSim's trim does not work for a piston twin in the air, so
-        the autopilot flies it unrecorded: in smooth air first, then with the turbulence on.
+        Parameters: altitude, geometric [m]; airspeed, calibrated [m/s]; heading, true [rad]; air, by default still
+        and standard; settle_limit [s], the longest time to reach level flight.
+
+        JSBSim's trim does not work for a piston twin in the air. The autopilot therefore flies the aircraft into
+        level flight, unrecorded: first in smooth air, then for a time with the turbulence.
         Raises SimulationError where the engines do not start or level flight is not reached.
         """
         air = air or Air()
@@ -206,16 +211,16 @@ class Plant:
         self._engage(altitude, airspeed, heading)
         self._start_engines()
         self._settle(altitude, airspeed, heading, settle_limit)
-        stir(self, air)
+        start_turbulence(self, air)
         if air.severity:
             self.run(TURBULENCE_RUN_IN)
 
     def start_held(self, altitude: float, airspeed: float, heading: float = 0.0, air: Air | None = None) -> None:
-        """Put the aircraft in the air and start its engines while nothing moves it; `release` lets it fly again.
+        """Hold the aircraft at a place in the air and start its engines; `release` lets it fly.
 
-        For a force meter, which needs running engines but no level flight: what an effect adds may be more than
+        This serves the force meter, which needs running engines but no level flight. An effect may be more than
         the autopilot can hold, or more than the starter can turn. Every effect therefore has size zero until the
-        engines run at their governed speed. Parameters as for `start`, in smooth air.
+        engines run at their governed speed. Parameters are those of `start`; the air is smooth.
         Raises SimulationError where the engines do not start.
         """
         self._place(altitude, airspeed, heading, air or Air())
@@ -232,12 +237,13 @@ class Plant:
             self.set(path, size)
 
     def release(self) -> None:
-        """Let the aircraft move again, by the integrators that it was loaded with."""
+        """Let the aircraft move again, with the integrators that it was loaded with."""
         for path, integrator in self._integrators.items():
             self.set(path, integrator)
 
     def _place(self, altitude: float, airspeed: float, heading: float, air: Air) -> None:
-        """Initial conditions: place before speed (else the speed changes), then the wind added by hand."""
+        """Set the initial conditions: position, airspeed, and the wind on top of the ground velocity."""
+        # Position before speed: a latitude set after the airspeed turns 160 KCAS into 172.
         self.set("temperature_offset", air.temperature_offset)
         for path, value in (
             ("ic/lat-geod-deg", LATITUDE),
@@ -248,14 +254,15 @@ class Plant:
         ):
             self.set(path, value)
         self.run_initial_conditions()
+        # The airplane flies with the air: the ground velocity grows by the wind, so that the airspeed stays.
         ground = [self.get(f"velocity_{axis}") for axis in ("north", "east", "down")]
         for path, speed, wind in zip(("vn", "ve", "vd"), ground, (air.north, air.east, air.down), strict=True):
             self.set(f"ic/{path}-fps", (speed + wind) / FOOT)
         self.run_initial_conditions()
-        blow(self, air)
+        set_mean_wind(self, air)
 
     def _engage(self, altitude: float, airspeed: float, heading: float) -> None:
-        """Autopilot on: heading, altitude, airspeed by throttle."""
+        """Switch the autopilot on: hold heading, altitude, and airspeed by throttle."""
         self.set("lateral_mode", 1)
         self.set("heading_target", heading % (2.0 * pi))
         self.set("pitch_mode", 1)
@@ -264,7 +271,9 @@ class Plant:
         self.set("airspeed_target", airspeed)
 
     def _start_engines(self) -> None:
-        """Starter and magnetos until both run: `set-running` alone fails in a quarter of the conditions."""
+        """Turn the engines with starter and magnetos until both run. Raises SimulationError where they do not."""
+        # Setting `set-running` alone is simpler, but fails in a quarter of the heights and speeds.
+        # Gear up and mixture rich: the aircraft starts in the air, and JSBSim's defaults are those of a parked one.
         self.set("gear/gear-cmd-norm", 0.0)
         self.set("gear/gear-pos-norm", 0.0)
         for path in ("fcs/mixture-cmd-norm", "fcs/mixture-cmd-norm[1]"):
@@ -280,11 +289,12 @@ class Plant:
         raise self.failure("the engines do not start")
 
     def _settle(self, altitude: float, airspeed: float, heading: float, limit: float) -> None:
-        """Fly on until level flight is held, looking every few seconds after the first transient."""
+        """Fly on until level flight is held; check every few seconds once the first transient is over."""
         self.run(min(SETTLE_FIRST, limit))
         while True:
             speed = (self.get("calibrated_airspeed") - airspeed) / KNOT
             height = (self.get("altitude") - altitude) / FOOT
+            # Tighter than any card, so that a maneuver does not begin with the autopilot's transient.
             turned = degrees((self.get("heading") - heading + pi) % (2.0 * pi) - pi)
             if abs(speed) < 0.5 and abs(height) < 15.0 and abs(turned) < 1.0:
                 return

@@ -1,7 +1,8 @@
-"""The table between JSBSim and the bench: property, our name, SI factor, writable or not.
+"""The table between JSBSim and the bench: one line a property, with our name, its path, its factor to SI.
 
-SI value = property * factor. Names are those of `records/log.py` where both exist. A property that JSBSim
-would create on writing, or ignore, is caught by `check_table` when an aircraft is loaded.
+SI value = property * factor. Names are those of `channels.py` where both have the quantity. JSBSim creates a
+property that is written under a wrong path, without an error; `check_table` finds such paths when an aircraft is
+loaded.
 """
 
 from collections.abc import Iterable, Mapping
@@ -19,7 +20,7 @@ HORSEPOWER = 550.0 * POUND_FORCE * FOOT  # W
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """One line of the table; `per_mass` divides the recorded value by the mass of the same sample."""
+    """One line of the table. `per_mass` means that the recorded value is divided by the mass of the same sample."""
 
     name: str
     path: str
@@ -110,15 +111,15 @@ PROPERTIES = Catalog("property", {line.name: line for line in (*CHANNELS, *CONTR
 
 
 def parse_catalog(lines: Iterable[str]) -> dict[str, str]:
-    """JSBSim's property catalog as path -> access; its lines read `path (RW)`."""
+    """Return JSBSim's property catalog as a mapping from path to access; its lines read `path (RW)`."""
     pairs = (line.rsplit(" (", 1) for line in lines)
     return {path.strip(): access.rstrip(") ") for path, access in pairs}
 
 
 def check_table(aircraft: str, catalog: Mapping[str, str], table: Iterable[Property] | None = None) -> None:
-    """Check that an aircraft has every property of the table, readable and, where we write, writable.
+    """Check that an aircraft has every property of the table, and that those we write are writable.
 
-    Raises UnknownNameError naming the first missing property and the nearest that exists.
+    Raises UnknownNameError that names the first missing property and the nearest existing one.
     """
     for line in PROPERTIES.values() if table is None else table:
         access = catalog.get(line.path)

@@ -1,4 +1,4 @@
-"""Recording at the simulator's rate: one packed row a step, turned into SI channels block by block."""
+"""Record every channel at the simulator's rate: one packed row a step, converted to SI block by block."""
 
 import struct
 from collections.abc import Iterator, Sequence
@@ -10,14 +10,14 @@ from pitotbench.simulate.plant import Plant
 from pitotbench.simulate.properties import CHANNELS, Property
 from pitotbench.units import Array
 
-BLOCK = 1000  # rows packed before they are transposed: 0.4 MB, so that they are still in the cache
+BLOCK = 1000  # rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
 
 
 class Recorder:
-    """Runs a plant and keeps every channel of the table at every step.
+    """Run a plant and keep every channel of the table at every step.
 
-    Packing a row of cached reads into one reused buffer costs a quarter of a bare step of JSBSim; assigning
-    the row to an array costs a third.
+    Rows are packed into one buffer that is used again and again. This costs a quarter of the time of a bare step
+    of JSBSim; assigning each row to an array costs a third.
     """
 
     def __init__(self, plant: Plant, channels: Sequence[Property] = CHANNELS) -> None:
@@ -32,7 +32,7 @@ class Recorder:
         self._blocks: list[Array] = []
 
     def advance(self, steps: int) -> None:
-        """Run the plant a number of steps, recording after each."""
+        """Run the plant a number of steps and record after each. Raises SimulationError where JSBSim stops."""
         run, pack, rows, reads = self._plant.fdm.run, self._pack, self._rows.data, self._reads
         for count in _batches(steps, BLOCK):
             if self._end + count > BLOCK:
@@ -45,6 +45,7 @@ class Recorder:
             self._end = first + count
 
     def _flush(self) -> None:
+        # The product with the factors transposes the rows: one pass gives contiguous channels in SI.
         block = np.empty((len(self._channels), self._end))
         np.multiply(self._rows[: self._end].T, self._factors, out=block)
         finite = np.isfinite(block).all(axis=1)
@@ -55,9 +56,9 @@ class Recorder:
         self._end = 0
 
     def channels(self) -> dict[str, Array]:
-        """The recorded channels by name: SI, one array a channel, each contiguous.
+        """Return the recorded channels by name [SI], one contiguous array (n,) a channel.
 
-        Raises SimulationError, as `advance` does, where a value is not finite.
+        Raises SimulationError where a value is not finite.
         """
         self._flush()
         found = {
@@ -70,7 +71,7 @@ class Recorder:
 
 
 def record_channels(plant: Plant, seconds: float) -> dict[str, Array]:
-    """Run a plant for a time [s] and return its channels by name, SI, one value a step."""
+    """Run a plant for a time [s] and return its channels by name [SI], one value a step."""
     recorder = Recorder(plant)
     for count in _batches(round(seconds / plant.time_step), max(1, round(0.1 / plant.time_step))):
         recorder.advance(count)
@@ -79,5 +80,5 @@ def record_channels(plant: Plant, seconds: float) -> dict[str, Array]:
 
 
 def _batches(steps: int, batch: int) -> Iterator[int]:
-    """Sizes of at most `batch` that add up to `steps`."""
+    """Split `steps` into batches of at most `batch`."""
     return (min(batch, steps - done) for done in range(0, steps, batch))

@@ -1,4 +1,4 @@
-"""One flight: a case in, the truth of what was flown out."""
+"""Fly one case and return the truth of the flight."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -23,15 +23,15 @@ Progress = Callable[[float, str], None]
 
 
 def fly(case: Case, progress: Progress | None = None) -> Flight:
-    """Fly a case's maneuver and return the truth at 100 Hz.
+    """Fly the maneuver of a case and return the truth at 100 Hz.
 
-    Deterministic: one case gives one flight, bit for bit, in any process on one platform. Time is the
-    simulator's; it jumps where set-up between speeds was flown unrecorded. `progress(seconds, label)` is
-    called as each segment begins.
-    Raises UnknownNameError for an unknown aircraft, maneuver, card entry, turbulence, pilot or effect;
-    BadInputError for an effect's parameters that cannot be;
-    SimulationError where the case cannot be flown.
+    One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's; it jumps where
+    a set-up between speeds was flown unrecorded. `progress(seconds, label)` is called as each segment begins.
+
+    Raises UnknownNameError for an unknown aircraft, maneuver, card entry, turbulence, pilot or effect,
+    BadInputError for impossible parameters of an effect, SimulationError where the case cannot be flown.
     """
+    # Names are looked up before the aircraft is loaded, so that a spelling mistake costs no time.
     maneuver = MANEUVERS[case.maneuver]
     overlay = overlay_of(case)
     card = override(maneuver.card, case.card)
@@ -40,6 +40,7 @@ def fly(case: Case, progress: Progress | None = None) -> Flight:
     plant = Plant.load(case.aircraft, overlay=overlay + ballast_overlay(case.aircraft, case.ballast))
     load_fuel(plant, case.fuel)
     plant.start(case.altitude, card.speeds[0], air=air)
+    # Truth seed: the same one drives the pilot and, through the air, the turbulence.
     targets = Targets(card.speeds[0], 0.0, case.altitude)
     cockpit = Cockpit(plant, card, targets, pilot(plant, case.truth_seed))
     recorder, marks = Recorder(plant), Marks()
@@ -49,24 +50,24 @@ def fly(case: Case, progress: Progress | None = None) -> Flight:
 
 @dataclass(slots=True)
 class Marks:
-    """Label and condition of the recorded samples, run-length coded a tick."""
+    """Labels and on-condition flags of the recorded samples, stored once a tick with the number of steps."""
 
     labels: list[str] = field(default_factory=list)
     on_condition: list[bool] = field(default_factory=list)
     steps: list[int] = field(default_factory=list)
 
     def add(self, label: str, on_condition: bool, steps: int) -> None:
-        """Mark the next samples."""
+        """Mark the samples of the next steps."""
         self.labels.append(label)
         self.on_condition.append(on_condition)
         self.steps.append(steps)
 
     def segments(self) -> NDArray[np.str_]:
-        """A label a sample."""
+        """Return the label of each sample, (n,)."""
         return np.repeat(np.array(self.labels, dtype=np.str_), self.steps)
 
     def conditions(self) -> Booleans:
-        """True where a sample is on condition."""
+        """Return whether each sample is on condition, (n,)."""
         return np.repeat(np.array(self.on_condition, dtype=np.bool_), self.steps)
 
 
@@ -78,7 +79,7 @@ def _fly_card(
     marks: Marks,
     progress: Progress | None,
 ) -> None:
-    """Run plant and card in turn: the card decides once a tick, the plant runs the steps between."""
+    """Run the card and the plant in turn: the card decides once a tick, the plant runs the steps of the tick."""
     plant = cockpit.plant
     steps = round(TICK / plant.time_step)
     announced = ""
@@ -87,6 +88,7 @@ def _fly_card(
             announced = cockpit.label
             progress(plant.get("time"), announced)
         cockpit.fly()
+        # A tick is on condition where its first and its last state are.
         before = cockpit.on_condition()
         if cockpit.recorded and not marks.steps:
             mark_recording(plant)

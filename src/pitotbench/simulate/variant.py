@@ -1,4 +1,4 @@
-"""Aircraft variants: a copy of an aircraft's folder with the overlay of effects written into its JSBSim file."""
+"""Write aircraft variants: copies of an aircraft's folder with the overlay of effects in the JSBSim file."""
 
 import shutil
 import xml.etree.ElementTree as ET
@@ -17,10 +17,10 @@ NOT_YET = 1e9  # s, its value until recording begins
 
 
 def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> Path:
-    """Write a variant of an aircraft into a new folder `<shelf>/<name>` and return it.
+    """Write a variant of an aircraft into a new folder `<shelf>/<name>` and return the folder.
 
-    The original is copied, never changed; the file keeps its comments. A variant may itself be the original: the
-    new effects then come on top. Raises BadInputError where the folder is there already.
+    The original is copied, never changed, and the file keeps its comments. The original may itself be a variant:
+    the new effects are then added to its effects. Raises BadInputError where the folder exists.
     """
     folder = shelf / name
     if folder.exists():
@@ -29,7 +29,8 @@ def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> P
     _insert(tree.getroot(), overlay)
     ET.indent(tree)
     shelf.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(dir=shelf, prefix=".") as scratch:  # whole or not at all
+    # The copy is made in a hidden folder and renamed: an error leaves no incomplete variant.
+    with TemporaryDirectory(dir=shelf, prefix=".") as scratch:
         copy = Path(shutil.copytree(original, Path(scratch) / name))
         (copy / f"{original.name}.xml").unlink()
         tree.write(copy / f"{name}.xml", encoding="unicode")
@@ -38,8 +39,11 @@ def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> P
 
 
 def overlay_text(original: Path, overlay: Overlay) -> str:
-    """What a variant of an aircraft holds beyond the original, as the XML text of the elements that JSBSim loads,
-    each inside the part of the aircraft's file to which it is added."""
+    """Return the elements that a variant adds to the file of an aircraft, as XML text.
+
+    Each element stands inside the part of the file to which it is added.
+    """
+    # Elements are compared by identity: those that were there before the insertion are the original's.
     root = _parsed(original / f"{original.name}.xml").getroot()
     before = {id(element) for element in root.iter()}
     _insert(root, overlay)
@@ -50,7 +54,7 @@ def overlay_text(original: Path, overlay: Overlay) -> str:
 
 
 def _prune(element: ET.Element, old: set[int]) -> None:
-    """Leave only new elements and the way to them."""
+    """Remove all elements that are old and hold nothing new."""
     for child in list(element):
         _prune(child, old)
         if id(child) in old and (len(child) == 0 or not any(id(e) not in old for e in child.iter())):
@@ -62,7 +66,7 @@ def _parsed(file: Path) -> "ET.ElementTree[ET.Element]":
 
 
 def _insert(root: ET.Element, overlay: Overlay) -> None:
-    """Put each part of an overlay where JSBSim looks for it, under a branch of properties that is still free."""
+    """Put each part of an overlay where JSBSim looks for it, under a branch of properties that is not yet used."""
     taken = {element.get("name") for element in root.iter("system")}
     branch = next(name for n in range(1, 100) if (name := f"{ROOT}-{n}" if n > 1 else ROOT) not in taken)
     _insert_system(root, overlay, branch)
@@ -78,12 +82,12 @@ def _insert(root: ET.Element, overlay: Overlay) -> None:
 
 
 def _next_mass(root: ET.Element) -> int:
-    """The number that JSBSim gives to the next point mass."""
+    """Return the number that JSBSim gives to the next point mass."""
     return len(root.findall("mass_balance/pointmass"))
 
 
 def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
-    """A system with the sizes as properties and a component for every property that is written at each step."""
+    """Insert a system that declares the sizes and has a component for every property written at each step."""
     system = ET.Element("system", name=branch)
     declared = (*overlay.sizes, *(((RECORDING_START, NOT_YET),) if overlay.winds else ()))
     for path, value in declared:
@@ -100,13 +104,14 @@ def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
         component = ET.SubElement(channel, "fcs_function", name=f"{branch}/output-{number}")
         component.append(_function(None, value, branch))
         ET.SubElement(component, "output").text = path
+    # Systems run in the order of the file. This one runs after the aircraft's, so that its settings are the last.
     before = (i for i, element in enumerate(root) if element.tag in ("system", "propulsion"))
     position = max(before, default=-1) + 1  # a glider may have neither
     root.insert(position, system)
 
 
 def _gusts(overlay: Overlay) -> list[tuple[str, Expression]]:
-    """The wind of all terms, on the property that JSBSim adds to steady wind and turbulence."""
+    """Return the sum of the wind terms for each axis, on the property that JSBSim adds to wind and turbulence."""
     found = []
     for toward in ("north", "east", "down"):
         terms = [wind.value for wind in overlay.winds if wind.toward == toward]
@@ -150,5 +155,5 @@ def _part(element: ET.Element, path: str) -> ET.Element:
 
 
 def _on(branch: str, text: str) -> str:
-    """Text with the overlay's own properties under a branch."""
+    """Return the text with the properties of the overlay moved under a branch."""
     return text.replace(f"{ROOT}/", f"{branch}/")

@@ -21,7 +21,8 @@ def test_a_page_and_a_case_are_written(written):
     code, folder = written
     assert code == DONE
     page = (folder / "plan.html").read_text(encoding="utf-8")
-    for text in ("Pareto front", "time recorded [min]", "mean 2σ of the curve [kt]", "north [nmi]", "figure_eight"):
+    axes = ("time recorded [min]", "mean ±2σ of the curve [kt]", "north [nmi]")
+    for text in ("Pareto front", *axes, "figure_eight"):
         assert text in page
     assert "http" not in page.replace("http://www.w3.org", "")
     assert read_case(folder / "plan.toml").maneuver == "figure_eight"

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, FlightLog, fly, sense
-from pitotbench.bench.reconcile.reconciliation import aircraft_model, card_of, loaded_as
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.reconcile.log_card import card_of, loaded_as
 from pitotbench.effects import Overlay
 from pitotbench.reconcile.residuals.replay import motion_of
 from pitotbench.reconcile.residuals.track import track_of
@@ -49,7 +50,7 @@ def test_a_card_is_flown_at_the_first_mass_of_its_log(log: FlightLog) -> None:
     assert mass_of("navajo", Loading(loaded.fuel, loaded.ballast)) == pytest.approx(log.mass[0], abs=5.0)
 
 
-def test_a_card_that_tells_its_loading_is_left_as_it_is(log: FlightLog) -> None:
+def test_a_card_that_states_its_loading_is_not_changed(log: FlightLog) -> None:
     card = card_of(log.header, "navajo")
     assert card is not None
     assert loaded_as(card, log) is card

@@ -5,36 +5,33 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from pitotbench import Case, FlightLog, logbook
-from pitotbench.bench.reconcile import reconciliation, workflow
-from pitotbench.bench.reconcile.reconciliation import (
-    MOST_KEPT,
-    NOT_DECIDING,
-    AnalysisSetting,
-    _last_used,
-    knowledge,
-    reconcile,
-)
+from pitotbench.bench.fleet import run_tasks
+from pitotbench.bench.reconcile import null_cache, null_learning, reconciliation, workflow
+from pitotbench.bench.reconcile.null_cache import MOST_KEPT, NOT_DECIDING, _last_used
+from pitotbench.bench.reconcile.null_learning import null_distribution_of
+from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, reconcile_log
 from pitotbench.cli.app import main
-from pitotbench.reconcile.null_flights.knowledge_text import knowledge_text, read_knowledge
-from pitotbench.reconcile.null_flights.null_distribution import Knowledge
+from pitotbench.reconcile.null_flights.distribution_text import read_distribution, text_of
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, ScoreScale
+from pitotbench.reconcile.null_flights.null_measure import Measure
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.hangar import PACKAGE
 
 TEN = np.arange(1.0, 11.0)
 NOISE = NoiseModel(("one", "two"), np.array([[0.5, 0.1], [0.3, 1 / 3]]), np.array([1.0, 0.1]), np.eye(2))
-KNOWN = Knowledge(
-    *(NOISE, {"pod": 0.3}, {"pod": 1.1}, {"one||time": -0.2}, {"one||time": 1.0}, 3.9, 4.4, 8),
-    *({"level": (-1.0, 0.1)}, {"one": (0.0, 0.2)}, {"two": (1.0, 0.3)}),
+SCORES = ScoreScale({"pod": 0.3}, {"pod": 1.1}, {"one||time": -0.2}, {"one||time": 1.0})
+NULL = NullDistribution(
+    *(NOISE, SCORES, 3.9, 4.4, 8),
+    *({"level": Measure(-1.0, 0.1)}, {"one": Measure(0.0, 0.2)}, {"two": Measure(1.0, 0.3)}),
 )
 CARD = Case(maneuver="circle")
 LOG = FlightLog(
@@ -42,30 +39,16 @@ LOG = FlightLog(
 )
 
 
-class Inline:
-    """As much of an executor as the conductor needs, in this process."""
-
-    def __init__(self, *_: object) -> None:
-        pass
-
-    def __enter__(self) -> "Inline":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def map(self, work: Callable[[int], Any], numbers: range) -> Iterator[Any]:
-        return map(work, numbers)
-
-
 @pytest.fixture
 def flown(monkeypatch, tmp_path) -> list[AnalysisSetting]:
     """An empty cache, and flights that cost nothing: the setting in which each was laid out."""
     found: list[AnalysisSetting] = []
     monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(reconciliation, "ProcessPoolExecutor", Inline)
-    monkeypatch.setattr(reconciliation, "_null_study", lambda card, setting, number: found.append(setting))
-    monkeypatch.setattr(reconciliation, "learn", lambda studies: replace(KNOWN, flights=len(studies)))
+    monkeypatch.setattr(null_learning, "run_tasks", partial(run_tasks, jobs=1))
+    monkeypatch.setattr(null_learning, "_null_layout", lambda card, setting, number: found.append(setting))
+    monkeypatch.setattr(
+        null_learning, "learn_null_distribution", lambda layouts: replace(NULL, flights=len(layouts))
+    )
     return found
 
 
@@ -73,40 +56,44 @@ def entries(tmp_path: Path) -> list[Path]:
     return sorted((tmp_path / "cache").glob("*")) if (tmp_path / "cache").is_dir() else []
 
 
-def same(one: Knowledge, other: Knowledge) -> bool:
-    return knowledge_text(one) == knowledge_text(other)
+def same(one: NullDistribution, other: NullDistribution) -> bool:
+    return text_of(one) == text_of(other)
 
 
-def test_knowledge_reads_back_bit_for_bit():
-    back = read_knowledge(knowledge_text(KNOWN))
-    assert same(back, KNOWN)
-    assert back.noise.names == KNOWN.noise.names
+def test_a_null_distribution_reads_back_bit_for_bit():
+    back = read_distribution(text_of(NULL))
+    assert same(back, NULL)
+    assert back.noise.names == NULL.noise.names
     assert np.array_equal(back.noise.coefficients, NOISE.coefficients)
-    assert back.gusts == KNOWN.gusts
+    assert back.gust_levels == NULL.gust_levels
 
 
 def test_a_card_is_flown_once(flown, tmp_path):
-    first, second = knowledge(CARD), knowledge(CARD)
+    first, second = null_distribution_of(CARD), null_distribution_of(CARD)
     assert len(flown) == 8
     assert same(first, second)
     assert [file.suffix for file in entries(tmp_path)] == [".json"]
 
 
-GOOD = json.loads(knowledge_text(KNOWN))
+GOOD = json.loads(text_of(NULL))
 SPOILED = {
     "empty": b"",
-    "cut": knowledge_text(KNOWN).encode()[:-40],
+    "cut": text_of(NULL).encode()[:-40],
     "binary": bytes(range(256)),
     "another document": b"[1, 2]",
-    "a key less": json.dumps({k: v for k, v in GOOD.items() if k != "cell_spread"}).encode(),
+    "a key less": json.dumps({k: v for k, v in GOOD.items() if k != "channel_powers"}).encode(),
     "a threshold that is no number": json.dumps({**GOOD, "threshold": float("nan")}).encode(),
     "an infinite threshold": json.dumps({**GOOD, "cell_threshold": float("inf")}).encode(),
     "a threshold of zero": json.dumps({**GOOD, "threshold": 0.0}).encode(),
     "a threshold of text": json.dumps({**GOOD, "threshold": "x"}).encode(),
     "a number as text": json.dumps({**GOOD, "threshold": "3.9"}).encode(),
-    "a spread of zero": json.dumps({**GOOD, "spread": {"pod": 0.0}}).encode(),
-    "a deviation of zero": json.dumps({**GOOD, "powers": {"one": [0.0, 0.0]}}).encode(),
-    "a mean that is no number": json.dumps({**GOOD, "cell_mean": {"one||time": float("nan")}}).encode(),
+    "a spread of zero": json.dumps({**GOOD, "scores": {**GOOD["scores"], "effect_spread": {"pod": 0.0}}}).encode(),
+    "a deviation of zero": json.dumps(
+        {**GOOD, "channel_powers": {"one": {"mean": 0.0, "deviation": 0.0}}}
+    ).encode(),
+    "a mean that is no number": json.dumps(
+        {**GOOD, "scores": {**GOOD["scores"], "cell_mean": {"one||time": float("nan")}}}
+    ).encode(),
     "noise of another size": json.dumps({**GOOD, "noise": {**GOOD["noise"], "deviations": [1.0]}}).encode(),
     "ragged noise": json.dumps({**GOOD, "noise": {**GOOD["noise"], "coefficients": [[0.1], [0.1, 0.2]]}}).encode(),
     "other flights": json.dumps({**GOOD, "flights": 4}).encode(),
@@ -115,43 +102,45 @@ SPOILED = {
 
 @pytest.mark.parametrize("content", SPOILED.values(), ids=SPOILED.keys())
 def test_a_spoiled_entry_is_flown_again_and_replaced(flown, tmp_path, content: bytes) -> None:
-    knowledge(CARD)
+    null_distribution_of(CARD)
     (place,) = entries(tmp_path)
     place.write_bytes(content)
     said: list[str] = []
-    assert same(knowledge(CARD, progress=said.append), KNOWN)
+    assert same(null_distribution_of(CARD, progress=said.append), NULL)
     assert len(flown) == 16
     assert "flown again" in said[0]
-    assert same(read_knowledge(place.read_bytes()), KNOWN)
+    assert same(read_distribution(place.read_bytes()), NULL)
 
 
 def test_an_entry_that_cannot_be_read_is_flown_again(flown, tmp_path):
-    knowledge(CARD)
+    null_distribution_of(CARD)
     (place,) = entries(tmp_path)
     place.unlink()
     place.mkdir()
-    assert same(knowledge(CARD), KNOWN)
+    assert same(null_distribution_of(CARD), NULL)
     assert len(flown) == 16
 
 
 def test_a_cache_that_cannot_be_written_costs_no_answer(flown, tmp_path):
     (tmp_path / "cache").write_text("a file where the folder should be")
     said: list[str] = []
-    assert same(knowledge(CARD, progress=said.append), KNOWN)
+    assert same(null_distribution_of(CARD, progress=said.append), NULL)
     assert "not kept" in said[-1]
 
 
 def test_a_number_that_is_not_finite_is_never_written(flown, tmp_path, monkeypatch):
-    monkeypatch.setattr(reconciliation, "learn", lambda studies: replace(KNOWN, threshold=float("nan")))
-    knowledge(CARD)
+    monkeypatch.setattr(
+        null_learning, "learn_null_distribution", lambda layouts: replace(NULL, threshold=float("nan"))
+    )
+    null_distribution_of(CARD)
     assert entries(tmp_path) == []
 
 
 def test_without_keeping_nothing_is_read_and_nothing_written(flown, tmp_path):
-    knowledge(CARD, keep=False)
+    null_distribution_of(CARD, keep=False)
     assert entries(tmp_path) == []
-    knowledge(CARD)
-    knowledge(CARD, keep=False)
+    null_distribution_of(CARD)
+    null_distribution_of(CARD, keep=False)
     assert len(flown) == 24
 
 
@@ -161,28 +150,28 @@ def test_null_flights_are_laid_out_in_the_setting_of_the_log_and_kept_apart_by_i
         AnalysisSetting(day_known=True, mach_max=0.2),
     ]
     for setting in settings:
-        knowledge(CARD, setting=setting)
+        null_distribution_of(CARD, setting=setting)
     assert flown[::8] == settings
     assert len(entries(tmp_path)) == 3
 
 
 def test_the_key_holds_card_loading_flights_and_versions(flown, tmp_path, monkeypatch):
     for card in (CARD, replace(CARD, fuel=0.4), replace(CARD, ballast=50.0), replace(CARD, turbulence="none")):
-        knowledge(card)
-    knowledge(CARD, flights=6)
+        null_distribution_of(card)
+    null_distribution_of(CARD, flights=6)
     for name in ("jsbsim", "numpy", "scipy"):
-        monkeypatch.setattr(reconciliation, "version", lambda asked, name=name: f"{asked == name}")
-        knowledge(CARD)
+        monkeypatch.setattr(null_cache, "version", lambda asked, name=name: f"{asked == name}")
+        null_distribution_of(CARD)
     assert len(entries(tmp_path)) == 8
 
 
 def test_the_key_holds_the_files_of_the_aircraft(flown, tmp_path, monkeypatch):
     folder = tmp_path / "plane"
     (folder / "Engines").mkdir(parents=True)
-    monkeypatch.setattr(reconciliation, "find_aircraft", lambda name: folder)
+    monkeypatch.setattr(null_cache, "find_aircraft", lambda name: folder)
     for text in ("<a/>", "<b/>"):
         (folder / "Engines" / "engine.xml").write_text(text)
-        knowledge(CARD)
+        null_distribution_of(CARD)
     assert len(entries(tmp_path)) == 2
 
 
@@ -202,43 +191,43 @@ def test_a_change_of_code_that_judges_flies_again_and_one_of_a_page_does_not(flo
     copy = Path(
         shutil.copytree(PACKAGE, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__", "aircraft"))
     )
-    monkeypatch.setattr(reconciliation, "PACKAGE", copy)
-    knowledge(CARD)
+    monkeypatch.setattr(null_cache, "PACKAGE", copy)
+    null_distribution_of(CARD)
     changed = sorted(
         {f for f in (*copy.glob("*.py"), *copy.glob("*/__init__.py")) if f.parent.name not in NOT_DECIDING}
     )
     for count, file in enumerate(changed, start=2):
         file.write_text(file.read_text() + "\nADDED = 1\n")
-        knowledge(CARD)
+        null_distribution_of(CARD)
         assert len(entries(tmp_path)) == count, file
     (copy / "show" / "style.py").write_text("")
-    knowledge(CARD)
+    null_distribution_of(CARD)
     assert len(entries(tmp_path)) == len(changed) + 1
 
 
 def test_two_runs_at_a_time_both_get_an_answer_and_one_entry_is_left(flown, tmp_path, monkeypatch):
-    once = reconciliation._null_study
+    once = null_learning._null_layout
 
     def while_another_run_writes(card: Case, setting: AnalysisSetting, number: int) -> None:
-        monkeypatch.setattr(reconciliation, "_null_study", once)
+        monkeypatch.setattr(null_learning, "_null_layout", once)
         if number == 3:
-            assert same(knowledge(card, setting=setting), KNOWN)
+            assert same(null_distribution_of(card, setting=setting), NULL)
 
-    monkeypatch.setattr(reconciliation, "_null_study", while_another_run_writes)
-    assert same(knowledge(CARD), KNOWN)
+    monkeypatch.setattr(null_learning, "_null_layout", while_another_run_writes)
+    assert same(null_distribution_of(CARD), NULL)
     assert len(entries(tmp_path)) == 1
 
 
 def test_the_cache_is_bounded_and_the_entries_used_last_stay(flown, tmp_path):
-    knowledge(CARD)
+    null_distribution_of(CARD)
     (used,) = entries(tmp_path)
     for i in range(MOST_KEPT + 5):
         old = tmp_path / "cache" / (f"null-{i:024d}.json" if i % 10 else f".null-{i:024d}.json.0.part")
         old.write_text("{}")
         os.utime(old, (1000.0 + i, 1000.0 + i))
     os.utime(used, (1.0, 1.0))
-    knowledge(CARD)  # used again: now it is younger than all the others
-    knowledge(replace(CARD, fuel=0.4))
+    null_distribution_of(CARD)  # used again: now it is younger than all the others
+    null_distribution_of(replace(CARD, fuel=0.4))
     left = entries(tmp_path)
     assert len(left) == MOST_KEPT
     assert used in left
@@ -250,7 +239,7 @@ def test_other_files_of_the_folder_are_not_touched(flown, tmp_path):
     (tmp_path / "cache").mkdir()
     for i in range(MOST_KEPT + 5):
         (tmp_path / "cache" / f"flight-{i}.csv").write_text("")
-    knowledge(CARD)
+    null_distribution_of(CARD)
     assert len(entries(tmp_path)) == MOST_KEPT + 6
 
 
@@ -276,10 +265,10 @@ def test_without_an_aircraft_model_the_mass_of_the_log_does_not_matter(monkeypat
         asked.append(card)
         raise BadInputError("far enough")
 
-    monkeypatch.setattr(reconciliation, "knowledge", stop)
+    monkeypatch.setattr(reconciliation, "null_distribution_of", stop)
     jet = replace(LOG, mass=np.full(len(LOG), 20_000.0))
     with pytest.raises(BadInputError, match="far enough"):
-        reconcile(jet, "none", card=CARD)
+        reconcile_log(jet, "none", card=CARD)
     assert asked == [CARD]
 
 
@@ -295,7 +284,7 @@ def test_a_reconciliation_hands_on_setting_and_keeping(monkeypatch):
         asked.append((setting, keep))
         raise BadInputError("far enough")
 
-    monkeypatch.setattr(reconciliation, "knowledge", stop)
+    monkeypatch.setattr(reconciliation, "null_distribution_of", stop)
     with pytest.raises(BadInputError, match="far enough"):
-        reconcile(LOG, card=CARD, setting=AnalysisSetting(static_error=True), keep=False)
+        reconcile_log(LOG, card=CARD, setting=AnalysisSetting(static_error=True), keep=False)
     assert asked == [(AnalysisSetting(day_known=True, static_error=True), False)]

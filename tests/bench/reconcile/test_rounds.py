@@ -1,12 +1,12 @@
-"""Look again: with what was named in the model nothing is left, and without it the gap is still there."""
+"""Further looks: with the named effect in the model no gap remains, and with a wrong one the gap remains."""
 
 from dataclasses import replace
 
 import pytest
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench.reconcile.reconciliation import reconcile
-from pitotbench.bench.reconcile.reflight import wind_of
+from pitotbench.bench.reconcile.reconciliation import reconcile_log
+from pitotbench.bench.reconcile.reflight import wind_of_log
 from pitotbench.bench.reconcile.rounds import look_until_quiet
 from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
 from pitotbench.records.case import EffectSpec
@@ -34,15 +34,15 @@ def test_a_second_look_with_the_latency_in_the_model_is_quiet(late):
 
 
 def test_a_wrong_patch_is_not_quiet(late):
-    found = reconcile(late, "none")
+    found = reconcile_log(late, "none")
     size = found.verdict.effects[0].sizes[0]
     wrong = replace(found.verdict.effects[0], sizes=(replace(size, value=-size.value),))
     wrong_way = replace(found, verdict=replace(found.verdict, effects=(wrong,)))
-    rounds, _, _ = look_until_quiet(late, "none", wrong_way)
+    rounds = look_until_quiet(late, "none", wrong_way).rounds
     assert rounds[1].verdict.kind != "no_gap"
 
 
 def test_the_wind_of_a_log_is_that_of_the_case(late):
-    wind = wind_of(late)
+    wind = wind_of_log(late)
     assert wind.speed / KNOT == pytest.approx(15.0, abs=1.5)
     assert wind.from_direction / DEGREE == pytest.approx(300.0, abs=6.0)

@@ -6,8 +6,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pitotbench.evidence.bounds.coverage import FIRST_SCORED_SEED, TURBULENCE
-from pitotbench.evidence.bounds.scorings import SCORINGS, SYSTEMS
+from pitotbench.evidence.bounds.coverage import TURBULENCE
+from pitotbench.evidence.bounds.scorings import SCORINGS
+from pitotbench.evidence.random_truth import FIRST_SCORED_SEED
+from pitotbench.sense import SYSTEMS
 from pitotbench.simulate import MANEUVERS
 
 DOCS = Path(__file__).parents[3] / "docs"

@@ -6,8 +6,8 @@ import pytest
 
 from pitotbench import air
 from pitotbench.bench import true_curve
-from pitotbench.evidence.bounds.coverage import Trial
 from pitotbench.evidence.bounds.truths_outside import TRUTHS, score_outside, summarize, truth_of
+from pitotbench.evidence.experiment import Trial
 from pitotbench.pressure_error import MODELS
 from pitotbench.units import KNOT
 
@@ -35,7 +35,7 @@ def test_truths_can_be_flown_and_repeat(name):
 
 
 def test_scores_of_one_flight():
-    rows = score_outside(Trial("rapid_decel", "none", 2), "20/1", ["bump"])
+    rows = score_outside(Trial("rapid_decel", "none", 2), ("bump",), "20/1")
     table = summarize(pd.DataFrame(rows))
     assert list(table["model"]) == ["auto", "inverse+"]
     assert (table["answers"] == 1).all()

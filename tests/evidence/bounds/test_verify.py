@@ -3,11 +3,12 @@
 import pandas as pd
 
 from pitotbench.evidence.bounds import verify as module
-from pitotbench.evidence.bounds.coverage import FIRST_SCORED_SEED
 from pitotbench.evidence.bounds.scorings import SCORINGS
+from pitotbench.evidence.experiment import Budget
+from pitotbench.evidence.random_truth import FIRST_SCORED_SEED
 
 
-def rows_of(trial, store=None, asked=()):
+def rows_of(trial, asked):
     names = ("coverage", "band_coverage", "wind_coverage", "white_coverage")
     figures = dict.fromkeys(names, 1.0) | {
         f"{name}_kt": 0.1 * (trial.seed % 3) for name in ("two_sigma", "mean_error", "rms_error", "paper_rms_error")
@@ -20,12 +21,12 @@ def rows_of(trial, store=None, asked=()):
 def test_only_what_is_missing_is_scored(tmp_path, monkeypatch):
     seen = []
 
-    def score(trial, store=None, asked=()):
+    def score(trial, asked, store=None):
         seen.append((trial.seed, tuple(asked)))
-        return rows_of(trial, store, asked)
+        return rows_of(trial, asked)
 
     monkeypatch.setattr(module, "score_trial", score)
-    budget = module.Budget(jobs=1, rows=tmp_path / "rows.parquet")
+    budget = Budget(jobs=1, rows=tmp_path / "rows.parquet")
     module.verify(2, tmp_path, budget, ["constant wind"])
     assert {seed for seed, _ in seen} == {FIRST_SCORED_SEED, FIRST_SCORED_SEED + 1}
     seen.clear()

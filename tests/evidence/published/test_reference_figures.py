@@ -37,6 +37,16 @@ def test_power_at_constant_manifold_pressure_does_not_depend_on_height(pressure_
     assert powers[1] == pytest.approx(powers[0], rel=0.02)
 
 
+def test_difference_and_tolerance_stand_in_one_unit(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = [ReferenceRow(figure, figure.value - 0.5) for figure in FIGURES]
+    monkeypatch.setattr("pitotbench.evidence.reference_figures.fly_reference", lambda aircraft: rows)
+    for figure, line in zip(FIGURES, reference_table("navajo").splitlines()[2:], strict=True):
+        difference, tolerance = (cell.strip() for cell in line.split("|")[4:6])
+        assert difference.split(" ", 1)[1] == tolerance.split(" ", 1)[1]
+        if figure.tolerance_unit != "%":
+            assert difference == f"-0.5 {figure.tolerance_unit}"
+
+
 def test_the_table_has_a_line_a_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [ReferenceRow(figure, 1.05 * figure.value) for figure in FIGURES]
     monkeypatch.setattr("pitotbench.evidence.reference_figures.fly_reference", lambda aircraft: rows)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pitotbench import bench
+from pitotbench.evidence.study.conduct import fly_sorties
 from pitotbench.evidence.study.curve_points import fixed_speed_rows
 from pitotbench.evidence.study.looks import PAPER, Look
 from pitotbench.evidence.study.measured_sorties import measure_sortie
@@ -47,7 +48,8 @@ def test_a_sortie_gives_what_the_bench_gives():
 
 
 def test_a_case_that_cannot_be_flown_is_named():
-    measured = measure_sortie(Sortie("smooth", Case(maneuver="circle", card={"speeds_kt": [400.0]}), ()))
+    impossible = Sortie("smooth", Case(maneuver="circle", card={"speeds_kt": [400.0]}), ())
+    (measured,) = fly_sorties([impossible], jobs=1)
     assert not measured.flights
     assert "circle" in measured.failures[0]
 
@@ -55,7 +57,7 @@ def test_a_case_that_cannot_be_flown_is_named():
 def test_fixed_speed_points_lie_on_the_truth(smooth_flights):
     flight = smooth_flights["four_leg"]
     points = fixed_speed_rows(bench.sense(flight, "50/50"))
-    assert [round(p["airspeed_kt"], -1) for p in points] == [160.0, 140.0, 120.0, 100.0]
+    assert sorted(round(p["airspeed_kt"], -1) for p in points) == [100.0, 120.0, 140.0, 160.0]
     speed = np.array([p["airspeed_kt"] for p in points]) * KNOT
     truth = bench.true_correction(flight.case.pressure_error, speed) / KNOT
     np.testing.assert_allclose([p["correction_kt"] for p in points], truth, atol=0.1)

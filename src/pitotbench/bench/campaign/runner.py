@@ -1,25 +1,16 @@
-"""Fly many cases and keep what comes out: plan, run, store, and a page that shows it."""
+"""Run a campaign: plan its flights, fly them, store the results and write a page."""
 
-import os
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pandas as pd
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
-from pitotbench.bench.campaign.perform import TaskOutcome, executor_for, run_tasks
+from pitotbench.bench.campaign.perform import TaskOutcome, lost_task, perform_task
 from pitotbench.bench.campaign.results_folder import RESULTS, appearing_folder, results_table
 from pitotbench.bench.campaign.tasks import Task, plan_tasks
+from pitotbench.bench.fleet import Failure, run_tasks
 from pitotbench.calibrate import CalibrationOptions
+from pitotbench.logbook import write_text
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import write_case
 from pitotbench.records.errors import NoAnswerError
@@ -57,19 +48,20 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
     NoAnswerError where no flight gave a result.
     """
     # A first plan with no folder refuses wrong names before a folder exists.
-    tasks = _tasks(request, "")
-    jobs = request.jobs or min(os.cpu_count() or 1, len(tasks))
-    with appearing_folder(request.out) as scratch, executor_for(jobs, request.scheduler) as executor:
+    _tasks(request, "")
+    with appearing_folder(request.out) as scratch:
         tasks = _tasks(request, str(scratch.resolve()))
-        with _progress() as bar:
-            line = bar.add_task("flying", total=len(tasks))
-            outcomes = run_tasks(tasks, executor, lambda: bar.advance(line))
+        results = run_tasks(perform_task, tasks, request.jobs, request.scheduler, "flying")
+        outcomes = [
+            lost_task(task, result) if isinstance(result, Failure) else result
+            for task, result in zip(tasks, results, strict=True)
+        ]
         table = results_table(outcomes)
         failures = tuple(text for outcome in outcomes for text in outcome.failures)
         if not len(table):
             raise NoAnswerError("no flight gave a result: " + "; ".join(failures[:3]))
         table.to_parquet(scratch / RESULTS, index=False)
-        (scratch / "report.html").write_text(_page(request, tasks[0], table, outcomes, failures), encoding="utf-8")
+        write_text(scratch / "report.html", _page(request, tasks[0], table, outcomes, failures))
     return CampaignResult(table, failures, request.out)
 
 
@@ -101,15 +93,3 @@ def _page(
     )
     sections = [section for outcome in outcomes for section in outcome.sections]
     return campaign_page(subtitle, table, sections, failures, write_case(task.case))
-
-
-def _progress() -> Progress:
-    """A bar on standard error; quiet when that is not a terminal."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    return Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty(), transient=True)

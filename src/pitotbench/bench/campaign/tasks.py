@@ -1,22 +1,21 @@
-"""What a campaign flies: one task is one flight, sensed by every data system, calibrated with every model."""
+"""The tasks of a campaign: one is one flight, sensed by every data system and calibrated with every model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.calibrate.options import require_model
+from pitotbench.pressure_error import PAPER_MODELS
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError
 from pitotbench.sense import SYSTEMS, data_system
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.maneuvers import maneuvers_named
 
-PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")  # Martos et al. 2011, Fig 9
-
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One flight and all that is done with it."""
+    """One flight, how it is sensed and calibrated, and where its files go."""
 
     case: Case
     systems: tuple[str, ...]

@@ -12,11 +12,12 @@ from math import exp, sqrt
 import numpy as np
 
 from pitotbench import air
+from pitotbench.effects.air.turbulence_scale import LENGTH as LENGTH_FT
 from pitotbench.records.case import TURBULENCE_SEVERITY, Case
 from pitotbench.records.flight import Flight
 from pitotbench.units import FOOT, Array
 
-LENGTH = 1750.0 * FOOT  # of the Dryden spectra, above 2,000 ft
+LENGTH = LENGTH_FT * FOOT  # of the Dryden spectra, above 2,000 ft
 MEAN_LENGTH = 0.75 * LENGTH  # of one isotropic process with the mean low-frequency power of both components
 # MIL-F-8785C, Fig. 7: standard deviation [ft/s] at heights [ft], by severity.
 _HEIGHTS = (500.0, 1750.0, 3750.0, 7500.0, 15000.0)
@@ -31,7 +32,7 @@ def gust_deviation(case: Case) -> float:
 
 
 def stirred(flight: Flight, turbulence: str, seed: int) -> Flight:
-    """The smooth flight as air data would have seen it in turbulence.
+    """The smooth flight as air data would have sensed it in turbulence.
 
     Ground velocity stays (an airplane is heavier than its gusts are long), so airspeed and total pressure change.
     """

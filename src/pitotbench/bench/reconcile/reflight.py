@@ -1,15 +1,14 @@
-"""The card of a log flown again by the simulator, without and with the patch."""
+"""Fly the card of a log again in the simulator, without and with the patch."""
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from math import atan2, hypot, pi
-from multiprocessing import get_context
 
 from pitotbench.bench import fly
+from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.reconcile.card_comparison import compare_cards
-from pitotbench.reconcile.residuals.layout import mean_wind
+from pitotbench.reconcile.residuals.layout import mean_wind_of
 from pitotbench.reconcile.residuals.track import track_of
 from pitotbench.records.case import Case, EffectSpec, Wind
 from pitotbench.records.errors import BadInputError
@@ -17,25 +16,26 @@ from pitotbench.records.gap import FlownAgain
 from pitotbench.records.log import FlightLog
 from pitotbench.sense import record
 
-FLIGHTS = 3  # of either airplane, so that chance can be told
+FLIGHTS = 3  # of either airplane, so that their differences show chance
 SEED = 760_001  # truth and sensor seeds count up from here
 
 
 def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) -> FlownAgain:
-    """A log beside its card as the simulator flies it, in the wind of the log, without and with effects.
+    """Compare a log with its card as the simulator flies it, in the wind of the log, without and with effects.
 
-    A reason instead where there is no card or it cannot be flown.
+    Returns only a reason where there is no card, or where it cannot be flown.
     """
     if card is None:
-        return FlownAgain(skipped="no card: the log's header tells none and --card was not given")
+        return FlownAgain(skipped="no card: the header of the log holds none and --card was not given")
     if log.segment is None:
-        return FlownAgain(skipped="the log has no column `segment`: nothing says which part is which of the card")
-    base = replace(card, wind=wind_of(log), effects=())
+        return FlownAgain(
+            skipped="the log has no column `segment`: its parts cannot be matched to those of the card"
+        )
+    base = replace(card, wind=wind_of_log(log), effects=())
     cases = [replace(base, truth_seed=SEED + i, sensor_seed=SEED + i) for i in range(FLIGHTS)]
     patched = [replace(case, effects=tuple(effects)) for case in cases] if effects else []
     try:
-        with ProcessPoolExecutor(min(os.cpu_count() or 1, FLIGHTS), get_context("spawn")) as pool:
-            logs = list(pool.map(_flown, [*cases, *patched]))
+        logs = require_all(run_tasks(_flown, [*cases, *patched], min(os.cpu_count() or 1, FLIGHTS)))
     except BadInputError as error:
         return FlownAgain(skipped=f"the card cannot be flown: {error}")
     return compare_cards(log, logs[:FLIGHTS], logs[FLIGHTS:] or logs[:FLIGHTS])
@@ -45,7 +45,7 @@ def _flown(case: Case) -> FlightLog:
     return record(fly(case), case.das, case.sensor_seed)
 
 
-def wind_of(log: FlightLog) -> Wind:
-    """The mean wind as the log tells it: ground velocity less velocity through the air."""
-    north, east, _ = mean_wind(track_of(log))
+def wind_of_log(log: FlightLog) -> Wind:
+    """Return the mean wind of a log: ground velocity less velocity through the air."""
+    north, east, _ = mean_wind_of(track_of(log))
     return Wind(hypot(north, east), (atan2(-east, -north)) % (2.0 * pi), 0.0)

@@ -1,10 +1,11 @@
-"""One reconciliation from the log to all that a report shows."""
+"""One reconciliation, from the log to all that a report shows."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, card_of, loaded_as, reconcile
+from pitotbench.bench.reconcile import Progress
+from pitotbench.bench.reconcile.log_card import card_of, loaded_as
+from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, reconcile_log
 from pitotbench.bench.reconcile.reflight import fly_again
 from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of
 from pitotbench.reconcile.decide.patches import Patch
@@ -13,12 +14,10 @@ from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.log import FlightLog
 
-Progress = Callable[[str], None]
-
 
 @dataclass(frozen=True, slots=True)
 class NamedLog:
-    """A log with the name it is told by."""
+    """A log with the name that reports give it."""
 
     name: str
     log: FlightLog
@@ -26,9 +25,9 @@ class NamedLog:
 
 @dataclass(frozen=True, slots=True)
 class FullReconciliation:
-    """A reconciliation, the account of it, and its patch."""
+    """The reconciliation of a log, the account of it for a report, and its patch."""
 
-    found: Reconciliation
+    reconciliation: Reconciliation
     account: Account
     patch: Patch
 
@@ -44,21 +43,22 @@ def reconcile_fully(
     refly_holdout: bool = True,
     keep: bool = True,
 ) -> FullReconciliation:
-    """Reconcile, look again until nothing significant is left, fly the cards again (unless told not to).
+    """Reconcile a log, judge it again until nothing significant remains, and fly its card again.
 
-    Without `keep` null flights are neither looked up nor kept.
+    With `refly` the card of the log is flown again, with `refly_holdout` that of the held-out log as well. Without
+    `keep` null flights are neither looked up nor kept.
     Raises BadInputError for a log that cannot be used.
     """
     say = progress or (lambda text: None)
     other = holdout.log if holdout else None
-    found = reconcile(measured.log, aircraft, other, card, progress=progress, setting=setting, keep=keep)
-    rounds, more, shapes = look_until_quiet(measured.log, aircraft, found, setting, progress)
-    made = patch_of(found, more, shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
-    effects = entries(made)
+    first = reconcile_log(measured.log, aircraft, other, card, progress=progress, setting=setting, keep=keep)
+    looks = look_until_quiet(measured.log, aircraft, first, setting, progress)
+    patch = patch_of(first, looks.added, looks.shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
+    effects = entries(patch)
     flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
     if refly:
         say("flying the card again")
-        flown = fly_again(measured.log, found.card, effects)
+        flown = fly_again(measured.log, first.card, effects)
     if refly and refly_holdout and holdout is not None:
         say("flying the card of the held-out log again")
         again = card or card_of(holdout.log.header, aircraft)
@@ -69,18 +69,18 @@ def reconcile_fully(
         log=measured.name,
         aircraft=aircraft,
         holdout=holdout.name if holdout else "",
-        rounds=rounds,
-        gap_map=gap_map(found.naming, found.known),
-        waterfall=waterfall(found.naming),
-        traces=traces(found.naming),
-        patch=made.text,
+        rounds=looks.rounds,
+        gap_map=gap_map(first.naming, first.null),
+        waterfall=waterfall(first.naming),
+        traces=traces(first.naming),
+        patch=patch.text,
         flown=flown,
         flown_holdout=flown_holdout,
-        null_flights=found.known.flights,
+        null_flights=first.null.flights,
     )
-    return FullReconciliation(found, account, made)
+    return FullReconciliation(first, account, patch)
 
 
-def entries(made: Patch) -> tuple[EffectSpec, ...]:
-    """A patch as effects of a case."""
-    return tuple(EffectSpec(name, sizes) for name, sizes in made.entries)
+def entries(patch: Patch) -> tuple[EffectSpec, ...]:
+    """Return a patch as effects of a case."""
+    return tuple(EffectSpec(name, sizes) for name, sizes in patch.entries)

@@ -47,7 +47,7 @@ _BENCH = "pitotbench flight log"  # begins the `format` of a synthetic log's hea
 
 
 @dataclass(frozen=True, slots=True)
-class Located:
+class ErrorPlace:
     """Where the error sits, the probability that it is the static source's (None where it was stated or assumed),
     the structure with its fit, the answer (a mixture where two places are likely), and the probability that wind
     triangle and altitude equation differ by so much about the curve by chance (None where only one speaks of it, or
@@ -69,7 +69,7 @@ def assumed_location(header: Mapping[str, object]) -> str:
 
 def fit_located(
     log: FlightLog, options: CalibrationOptions, structure: Structure, obs: Observations, start: Array
-) -> Located:
+) -> ErrorPlace:
     """Fit with the error where the options say, or where the log says (`auto`).
 
     `structure` without altitude rows; `start` θ (p,).
@@ -87,7 +87,7 @@ def fit_located(
     answer = posterior_of(fit)
     if stated is None and assumed == STATIC:
         answer = _widened(answer, posterior_of(fit_covering(_at(structure, False), obs, start)))
-    return Located(assumed, None, bare, fit, answer)
+    return ErrorPlace(assumed, None, bare, fit, answer)
 
 
 def _at(structure: Structure, static: bool, rows: AltitudeRows | None = None) -> Structure:
@@ -96,14 +96,14 @@ def _at(structure: Structure, static: bool, rows: AltitudeRows | None = None) ->
 
 def _with_height(
     stated: str | None, assumed: str, bare: Structure, rows: AltitudeRows, obs: Observations, start: Array
-) -> Located:
+) -> ErrorPlace:
     """The triangle on coarse blocks, then what the altitude rows add to it; the likely places are fitted."""
     near = approach(bare, obs, start)
     joint, gain, chance = _with_rows(near, bare, rows)
     moved = _at(bare, True, rows)
     if stated is not None:
         fit = settle(moved, obs, joint)
-        return Located(stated, None, moved, fit, posterior_of(fit), chance)
+        return ErrorPlace(stated, None, moved, fit, posterior_of(fit), chance)
     odds = gain - _evidence_without_curve(rows, joint.noise[-NOISE_COUNT:], gain)
     probability = float(1.0 / (1.0 + np.exp(-np.clip(odds, -_CERTAIN, _CERTAIN))))
     elsewhere = IMPACT if assumed == IMPACT else TOTAL
@@ -112,7 +112,7 @@ def _with_height(
     fits = {name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > _SURE}
     best = max(fits, key=lambda name: shares[name])
     answer = _mixed([(shares[name], posterior_of(fit)) for name, fit in fits.items()])
-    return Located(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
+    return ErrorPlace(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
 
 
 def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float, float | None]:

@@ -12,7 +12,8 @@ from pitotbench.calibrate.accuracy import Accuracies, accuracies_of
 from pitotbench.calibrate.gps_legs.leg_air import LegAir, leg_air
 from pitotbench.calibrate.gps_legs.leg_noise import LinearizedGroup, two_sigma
 from pitotbench.calibrate.gps_legs.legs import SteadyGroup, steady_groups
-from pitotbench.calibrate.gps_legs.methods import circle_fit, fixed_speed, horseshoe
+from pitotbench.calibrate.gps_legs.methods import circle_fit, circle_gain, fixed_speed, horseshoe
+from pitotbench.calibrate.one_thread import one_thread
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.rows.observations import observe
 from pitotbench.calibrate.rows.steady_blocks import SECOND
@@ -23,7 +24,7 @@ from pitotbench.units import DEGREE, Array
 
 _METHODS = {3: "three_leg", 4: "four_leg"}
 _ROUNDS = 4  # the wind turns the flight path, the flight path turns what is taken off: settles at once
-_STEP = 0.01  # m/s, for the differences that say what an answer owes to each second of data
+_STEP = 0.01  # m/s, for the differences that say what an answer owes to each leg
 _RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the card's tolerance on heading
 
 
@@ -47,7 +48,11 @@ def fixed_speed_points(log: FlightLog, options: CalibrationOptions | None = None
     the accuracies.
     Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or turns.
     """
-    options = options or CalibrationOptions()
+    with one_thread():
+        return _points(log, options or CalibrationOptions())
+
+
+def _points(log: FlightLog, options: CalibrationOptions) -> tuple[FixedSpeedPoint, ...]:
     obs = observe(log, options)
     solved = [_solve(group) for group in steady_groups(log, obs)]
     if not solved:
@@ -84,7 +89,7 @@ def _solve(group: SteadyGroup) -> _Solved:
     rest = np.linalg.norm(velocity - answer[1:], axis=1) - answer[0]
     if group.turning or group.legs > 4:
         spread = float(rest.std(ddof=3))
-    gain = np.stack([(_answer(group, moved)[0] - answer) / _STEP for moved in _each_moved(velocity, along)])
+    gain = circle_gain(velocity, answer) if group.turning else _leg_gain(group, velocity, along)
     method = "turn" if group.turning else _METHODS.get(group.legs, "many_leg")
     problem = LinearizedGroup(blocks.time, rest, along, gain, float(answer[0]))
     return _Solved(group, method, velocity, answer, spread, problem)
@@ -109,9 +114,18 @@ def _horseshoe(one: _Solved, bound: Array) -> list[tuple[_Solved, Array]]:
     return []
 
 
-def _each_moved(velocity: Array, along: Array) -> list[Array]:
-    """The ground velocities with one second after the other a step faster along its flight path."""
-    return [velocity + _STEP * (np.arange(len(velocity)) == row)[:, None] * along for row in range(len(velocity))]
+def _leg_gain(group: SteadyGroup, velocity: Array, along: Array) -> Array:
+    """What a step of 1 m/s along the flight path in each second does to the answer, (n, 3). The legs' means alone
+    count: these are moved, one after the other."""
+    mean = group.leg_means(velocity)
+    slope = np.empty((*mean.shape, 3))
+    for place in np.ndindex(mean.shape):
+        ahead, behind = mean.copy(), mean.copy()
+        ahead[place] += _STEP
+        behind[place] -= _STEP
+        slope[place] = (_answer_of_legs(ahead)[0] - _answer_of_legs(behind)[0]) / (2.0 * _STEP)
+    share = along / np.bincount(group.leg)[group.leg][:, None]
+    return np.asarray(np.einsum("nc,nck->nk", share, slope[group.leg]))
 
 
 def _direction(velocity: Array, answer: Array) -> Array:
@@ -121,10 +135,12 @@ def _direction(velocity: Array, answer: Array) -> Array:
 
 def _answer(group: SteadyGroup, velocity: Array) -> tuple[Array, float | None]:
     """Airspeed and wind [V, W_N, W_E] by the method that fits the group, and the spread of three-leg answers."""
-    if group.turning:
-        return circle_fit(velocity), None
-    mean = group.leg_means(velocity)
-    if group.legs > 4:
+    return (circle_fit(velocity), None) if group.turning else _answer_of_legs(group.leg_means(velocity))
+
+
+def _answer_of_legs(mean: Array) -> tuple[Array, float | None]:
+    """The same of the mean ground velocities of legs, (k, 2)."""
+    if len(mean) > 4:
         return circle_fit(mean), None
     found = fixed_speed(np.linalg.norm(mean, axis=1), np.arctan2(mean[:, 1], mean[:, 0]))
     toward = found.wind_from + np.pi

@@ -86,3 +86,20 @@ def circle_fit(velocity: Array) -> Array:
         jacobian = np.column_stack([np.ones(len(velocity)), through_air / distance[:, None]])
         answer = answer + np.linalg.lstsq(jacobian, distance - answer[0])[0]
     return answer
+
+
+def circle_gain(velocity: Array, answer: Array) -> Array:
+    """What a step of 1 m/s along the flight path in each ground velocity (n, 2) does to the answer of `circle_fit`,
+    (n, 3).
+
+    By the implicit function theorem: the fit's gradient, the sum of r (1, u) with residuals r and unit vectors u of
+    the flight path, stays zero. A step along u changes r alone.
+    """
+    through_air = velocity - answer[1:]
+    distance = np.linalg.norm(through_air, axis=1)
+    unit = through_air / distance[:, None]
+    jacobian = np.column_stack([np.ones(len(velocity)), unit])
+    curvature = jacobian.T @ jacobian
+    bend = (distance - answer[0]) / distance  # the residuals turn the unit vectors a little
+    curvature[1:, 1:] += bend.sum() * np.eye(2) - (unit * bend[:, None]).T @ unit
+    return np.linalg.solve(curvature, jacobian.T).T

@@ -40,13 +40,15 @@ class SteadyBlocks:
         """Ground track without jumps [rad]."""
         return np.unwrap(np.arctan2(self.east, self.north))
 
-    def at(self, rows: Booleans) -> "SteadyBlocks":
+    def at(self, rows: Booleans | NDArray[np.intp]) -> "SteadyBlocks":
         """The chosen blocks."""
         return SteadyBlocks(*(getattr(self, field.name)[rows] for field in fields(self)))
 
     def pieces(self) -> list["SteadyBlocks"]:
         """The pieces apart, in order."""
-        return [self.at(self.piece == number) for number in np.unique(self.piece)]
+        order = np.argsort(self.piece, kind="stable")
+        first = np.flatnonzero(np.diff(self.piece[order], prepend=-1))
+        return [self.at(rows) for rows in np.split(order, first[1:])] if len(order) else []
 
 
 def labeled(log: FlightLog) -> bool:
@@ -62,12 +64,8 @@ def block_means(log: FlightLog, obs: Observations) -> SteadyBlocks:
     north, east = obs.velocity_north, obs.velocity_east
     channels = np.stack([north, east, airspeed, obs.static_pressure, obs.probe_temperature, np.hypot(north, east)])
     rows_a_block = SECOND / float(np.median(np.diff(obs.time)))
-    parts = [
-        _means(obs.time[rows], channels[:, rows], rows_a_block, number)
-        for number in np.unique(run[run >= 0])
-        if (rows := run == number).any()
-    ]
-    table = np.concatenate(parts, axis=1) if parts else np.zeros((8, 0))
+    rows = np.flatnonzero(run >= 0)
+    table = _means(obs.time[rows], channels[:, rows], rows_a_block, run[rows])
     table[1:3] *= table[6] / np.hypot(*table[1:3])  # the mean of a turning vector is too short
     time, north, east, airspeed, pressure, temperature, _, number = table
     return SteadyBlocks(time, north, east, airspeed, pressure, temperature, number.astype(np.intp))
@@ -90,11 +88,18 @@ def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
     return np.where(on, np.concatenate([[0], np.cumsum(changed)]), -1)
 
 
-def _means(time: Seconds, channels: Array, rows_a_block: float, number: int) -> Array:
-    """Time, means and the run's number, (c + 2, blocks), of one run; incomplete blocks are left out."""
+def _means(time: Seconds, channels: Array, rows_a_block: float, run: NDArray[np.intp]) -> Array:
+    """Time, means and the run's number, (c + 2, blocks), of rows in their runs; incomplete blocks are left out."""
+    if not len(run):
+        return np.zeros((len(channels) + 2, 0))
+    begun = np.diff(run, prepend=-1) != 0
+    start = time[begun][np.cumsum(begun) - 1]  # of the run that a row is in
     # The blocks that have rows, not all up to the last: beside a wrong time stamp those would fill any memory.
-    block = np.floor((time - time[0]) / SECOND + 1e-6)
-    second, index, count = np.unique(block, return_inverse=True, return_counts=True)
+    block = np.floor((time - start) / SECOND + 1e-6)
+    first = np.flatnonzero(begun | (np.diff(block, prepend=-1.0) != 0.0))
+    count = np.diff(first, append=len(run))
+    index = np.repeat(np.arange(len(first)), count)
     whole = count >= _WHOLE * rows_a_block
     means = np.stack([np.bincount(index, channel) for channel in channels])[:, whole] / count[whole]
-    return np.vstack([time[0] + (second[whole] + 0.5) * SECOND, means, np.full(int(whole.sum()), number)])
+    middle = start[first] + (block[first] + 0.5) * SECOND
+    return np.vstack([middle[whole], means, run[first][whole]])

@@ -1,4 +1,4 @@
-"""Air warmer or colder than the case says, all the way up."""
+"""Air that is warmer or colder than the case says, at all heights."""
 
 from collections.abc import Mapping
 
@@ -15,9 +15,9 @@ NONSTANDARD_TEMPERATURE = AirEffect(
     name="nonstandard_temperature",
     family="air",
     acts_on="air",
-    parameters=(Parameter("warmer_k", 10.0, -40.0, 40.0, "temperature above what the case says"),),
+    parameters=(Parameter("warmer_k", 10.0, -40.0, 40.0, "temperature above that of the case"),),
     source="ISO 2533 standard atmosphere and its hot and cold days (MIL-STD-210)",
-    what="The air is warmer or colder than thought: power, true airspeed and heights change.",
+    what="The air is warmer or colder than the case says: power, true airspeed and heights change.",
     shows_in=CHANGING_HEIGHT,
     build=_build,
 )

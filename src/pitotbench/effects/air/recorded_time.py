@@ -1,4 +1,4 @@
-"""Time since the first recorded sample, as a log knows it and as JSBSim computes it."""
+"""Time since the first recorded sample, in a log and as an expression of JSBSim."""
 
 import numpy as np
 
@@ -11,10 +11,10 @@ ELAPSED = operation("max", 0.0, difference("simulation/sim-time-sec", RECORDING_
 
 
 def elapsed(signals: Signals) -> Seconds:
-    """Time since the first sample [s]."""
+    """Return the time since the first sample [s], (n,)."""
     return np.asarray(signals.time - signals.time[0])
 
 
 def clipped(term: Term) -> str:
-    """A term held within 0 and 1."""
+    """Return an expression that limits a term to 0 … 1."""
     return operation("max", 0.0, operation("min", 1.0, term))

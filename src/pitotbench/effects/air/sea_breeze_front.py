@@ -1,4 +1,4 @@
-"""A front passes: the wind steps from one vector to another within seconds."""
+"""A front passes, and the wind changes from one vector to another within seconds."""
 
 from collections.abc import Mapping
 
@@ -17,12 +17,13 @@ PARAMETERS = (
     Parameter("north_mps", 2.5, -20.0, 20.0, "step of the wind toward north"),
     Parameter("east_mps", -2.0, -20.0, 20.0, "step of the wind toward east"),
     Parameter("at_s", 120.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True),
-    Parameter("width_s", 10.0, 0.5, 600.0, "time that it takes", shape=True),
+    Parameter("width_s", 10.0, 0.5, 600.0, "duration of the change", shape=True),
 )
 
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     north, east, at, width = (size(NAME, p.name) for p in PARAMETERS)
+    # The step is a ramp of the given width, held at 0 before it and at 1 after it. JSBSim's winds are in ft/s.
     share = clipped(quotient(difference(ELAPSED, at), width))
     winds = tuple(
         WindTerm(toward, product(path, 1.0 / FOOT, share)) for toward, path in (("north", north), ("east", east))
@@ -41,7 +42,7 @@ SEA_BREEZE_FRONT = AirEffect(
     acts_on="air",
     parameters=PARAMETERS,
     source="Simpson 1994, Sea Breeze and Local Winds: changes of 2 to 8 m/s across some hundred meters",
-    what="A front passes and the wind steps.",
+    what="A front passes, and the wind changes within seconds.",
     shows_in=TURNING,
     build=_build,
     wind=_wind,

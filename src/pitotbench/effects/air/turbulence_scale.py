@@ -1,7 +1,7 @@
 """Gusts of another length: the spectrum keeps its strength and moves in frequency.
 
-Dryden's gust along the path is white noise through 1/(1 + L s/V), so a lead-lag filter (1 + L s/V)/(1 + L' s/V)
-with a gain of sqrt(L'/L) gives exactly the gust of length L'; for the gusts across it is close.
+Dryden's gust along the path is white noise through 1/(1 + L s/V). A lead-lag filter (1 + L s/V)/(1 + L' s/V) with a
+gain of sqrt(L'/L) therefore gives exactly the gust of length L'. For the gusts across the path it is close.
 """
 
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ def _filter(toward: str) -> str:
 
 
 def _unless_off(value: Expression) -> Expression:
-    """Exactly zero at zero change, where the filter would leave a rounding."""
+    """Return an expression that is exactly zero at zero change, where the filter would leave a rounding error."""
     return operation("ifthen", operation("eq", _CHANGE, 0.0), 0.0, value)
 
 
@@ -57,7 +57,7 @@ TURBULENCE_SCALE = AirEffect(
     acts_on="air",
     parameters=(Parameter("change", -0.6, -0.9, 3.0, "gusts longer by this share"),),
     source="MIL-F-8785C 1980, §3.7.2: Dryden spectra, 1,750 ft above 2,000 ft",
-    what="The gusts are longer or shorter than thought.",
+    what="The gusts are longer or shorter than the case says.",
     shows_in=STEADY_LEGS,  # long gusts need long legs
     build=_build,
 )

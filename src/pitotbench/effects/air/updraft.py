@@ -1,4 +1,4 @@
-"""A stretch of rising or sinking air, with edges of some seconds."""
+"""Rising or sinking air for some time, with edges of a few seconds."""
 
 from collections.abc import Mapping
 
@@ -13,11 +13,11 @@ from pitotbench.effects.signals import Signals
 from pitotbench.units import FOOT, Array
 
 NAME = "updraft"
-EDGE = 5.0  # s
+EDGE = 5.0  # s: a thermal's edge of some 300 m at 120 kt; an instant step would be no flow of air
 PARAMETERS = (
     Parameter("up_mps", 1.0, -10.0, 10.0, "speed of the rising air"),
     Parameter("from_s", 60.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True),
-    Parameter("for_s", 60.0, 5.0, 1e5, "time that it lasts", shape=True),
+    Parameter("for_s", 60.0, 5.0, 1e5, "duration", shape=True),
 )
 
 

@@ -15,8 +15,8 @@ from pitotbench.units import FOOT, Array
 NAME = "wind_drift"
 MINUTE = 60.0  # s
 PARAMETERS = (
-    Parameter("north_mps_per_min", 0.15, -2.0, 2.0, "change of the wind toward north, a minute"),
-    Parameter("east_mps_per_min", -0.10, -2.0, 2.0, "change of the wind toward east, a minute"),
+    Parameter("north_mps_per_min", 0.15, -2.0, 2.0, "change of the wind toward north, per minute"),
+    Parameter("east_mps_per_min", -0.10, -2.0, 2.0, "change of the wind toward east, per minute"),
 )
 
 

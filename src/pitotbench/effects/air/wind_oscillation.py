@@ -1,4 +1,4 @@
-"""A wind that swings to and fro: waves in the lee of hills."""
+"""A wind that oscillates: waves in the lee of hills."""
 
 from collections.abc import Mapping
 from math import pi
@@ -17,7 +17,7 @@ NAME = "wind_oscillation"
 PARAMETERS = (
     Parameter("north_mps", 0.8, -10.0, 10.0, "amplitude of the wind toward north"),
     Parameter("east_mps", -0.6, -10.0, 10.0, "amplitude of the wind toward east"),
-    Parameter("period_s", 400.0, 20.0, 7200.0, "time of a whole swing, which begins at zero", shape=True),
+    Parameter("period_s", 400.0, 20.0, 7200.0, "period of the oscillation, which begins at zero", shape=True),
 )
 
 
@@ -41,7 +41,7 @@ WIND_OSCILLATION = AirEffect(
     acts_on="air",
     parameters=PARAMETERS,
     source="Holton 2004, Dynamic Meteorology: trapped lee waves of 5 to 25 km, met in minutes of flight",
-    what="The wind swings to and fro during the flight.",
+    what="The wind oscillates during the flight.",
     shows_in=TURNING,  # each circle measures the wind anew
     variant_of="wind_drift",
     build=_build,

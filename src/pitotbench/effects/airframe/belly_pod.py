@@ -1,4 +1,4 @@
-"""A pod or antenna on the airplane that the model does not have: drag that goes with dynamic pressure."""
+"""A pod or antenna that the model lacks: drag in proportion to dynamic pressure."""
 
 from collections.abc import Mapping
 
@@ -24,7 +24,7 @@ BELLY_POD = AircraftEffect(
     parameters=(Parameter("drag_area_m2", 0.1, -0.2, 0.8, "drag area: drag over dynamic pressure"),),
     source="Hoerner 1965, Fluid-Dynamic Drag, ch. 13: 0.1 on the frontal area of a fairing to 1 for blunt bodies; "
     "Martos, Kiszely and Foster 2011: the pod on the airplane, not in the model",
-    what="Something in the wind that the model does not have: less speed for the power.",
+    what="A pod or antenna that the model lacks adds drag: less speed for the power.",
     shows_in=RANGE_OF_AIRSPEED,
     build=_build,
 )

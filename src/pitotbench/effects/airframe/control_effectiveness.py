@@ -1,4 +1,4 @@
-"""Controls that do more or less than in the model: every force and moment of a surface scales."""
+"""Controls that are more or less effective than in the model: every force and moment of a surface is scaled."""
 
 from collections.abc import Mapping
 
@@ -18,6 +18,7 @@ AXES = ("LIFT", "DRAG", "SIDE", "ROLL", "PITCH", "YAW")
 
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+    # A share of each function that reads the surface is added to its axis; the aircraft's functions stay unchanged.
     added = [
         AxisFunction(axis, product(size(NAME, key), function))
         for key in SURFACES

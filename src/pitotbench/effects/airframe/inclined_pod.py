@@ -1,4 +1,4 @@
-"""A pod whose drag grows as it stands across the flow."""
+"""A pod whose drag grows with the angle of attack."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from pitotbench.units import FOOT
 NAME = "inclined_pod"
 PARAMETERS = (
     Parameter("drag_area_m2", 0.08, -0.2, 0.8, "drag area with the pod along the flow"),
-    Parameter("growth_per_rad2", 30.0, 0.0, 300.0, "share by which it grows, a square radian", shape=True),
+    Parameter("growth_per_rad2", 30.0, 0.0, 300.0, "relative growth of the drag, per square radian", shape=True),
 )
 
 
@@ -31,7 +31,7 @@ INCLINED_POD = AircraftEffect(
     acts_on="aircraft",
     parameters=PARAMETERS,
     source="Hoerner 1965, Fluid-Dynamic Drag, ch. 13: bodies across the flow, cross-flow drag",
-    what="Something in the wind that the model does not have, and that drags more at high angles of attack.",
+    what="A pod that the model lacks adds drag, and more at high angles of attack.",
     shows_in=RANGE_OF_AIRSPEED,  # the angle of attack is largest at the lowest airspeed
     variant_of="belly_pod",
     build=_build,

@@ -22,7 +22,7 @@ INDUCED_DRAG = AircraftEffect(
     acts_on="aircraft",
     parameters=(Parameter("factor", 0.010, -0.05, 0.08, "added k of C_D = C_D0 + k C_L²"),),
     source="lifting line, k = 1/(π A e): e 0.72 to 0.64 at an aspect ratio of 7.2 adds 0.008",
-    what="The wing costs more drag for its lift: slower at low speed and in turns.",
+    what="The wing has more drag for its lift: slower at low speed and in turns.",
     shows_in=TURNING,
     build=_build,
 )

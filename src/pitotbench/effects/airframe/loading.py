@@ -1,4 +1,4 @@
-"""Loading: more or less mass at the center of gravity, or ballast moved along the airplane."""
+"""Loading: more or less mass at the center of gravity, or a center of gravity farther aft or forward."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,7 @@ from pitotbench.effects.expression import product, size
 from pitotbench.effects.overlay import Baseline, MassPoint, Overlay
 from pitotbench.units import FOOT, POUND
 
-ARM = 100.0  # in, over which ballast is moved
+ARM = 100.0  # in, over which ballast is moved; any arm gives the same moment
 _MASS, _AFT = size("mass", "mass_kg"), size("center_of_gravity", "aft_m")
 
 
@@ -19,6 +19,8 @@ def _mass(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
 
 def _center_of_gravity(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     x, y, z = baseline.center_of_gravity
+    # Ballast is added aft and the same ballast is taken away at the center of gravity: the mass stays, the moment
+    # changes. The file's inches are the unit of the arm.
     moved = product(_AFT, 12.0 / (FOOT * ARM), "inertia/weight-lbs")
     masses = (MassPoint(moved, (x + ARM, y, z)), MassPoint(product(-1.0, moved), (x, y, z)))
     return Overlay(sizes=((_AFT, sizes["aft_m"]),), masses=masses)
@@ -41,7 +43,7 @@ CENTER_OF_GRAVITY = AircraftEffect(
     acts_on="aircraft",
     parameters=(Parameter("aft_m", 0.06, -0.25, 0.25, "center of gravity behind that of the model"),),
     source="type certificate limits of the class: a range of some 0.3 m",
-    what="The center of gravity is elsewhere: elevator and pitch stability change.",
+    what="The center of gravity is not where the model has it: elevator and pitch stability change.",
     shows_in=RANGE_OF_AIRSPEED,
     build=_center_of_gravity,
 )

@@ -1,4 +1,4 @@
-"""A drag polar that bends up at high lift, where the flow begins to part from the wing."""
+"""A drag polar that bends up at high lift, where the flow begins to separate from the wing."""
 
 from collections.abc import Mapping
 
@@ -30,7 +30,7 @@ POLAR_BEND = AircraftEffect(
     acts_on="aircraft",
     parameters=PARAMETERS,
     source="Hoerner 1965, Fluid-Dynamic Drag, ch. 7: viscous drag due to lift grows with (C_L - C_L0)²",
-    what="The wing costs more drag at high lift: slower at low speed and in turns.",
+    what="The wing has more drag at high lift: slower at low speed and in turns.",
     shows_in=TURNING,  # high lift without slow flight
     variant_of="induced_drag",
     build=_build,

@@ -17,6 +17,7 @@ _LENGTHS = {"PITCH": "metrics/cbarw-ft", "ROLL": "metrics/bw-ft", "YAW": "metric
 
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+    # Moment = dynamic pressure × wing area × reference length × coefficient, as in the aircraft's file.
     paths = [size(NAME, p.name) for p in PARAMETERS]
     moments = [
         AxisFunction(axis, product("aero/qbar-psf", "metrics/Sw-sqft", length, path))
@@ -31,7 +32,7 @@ TRIM_OFFSET = AircraftEffect(
     acts_on="aircraft",
     parameters=PARAMETERS,
     source="rigging tolerances of maintenance manuals, 1 to 2° of tab or tail setting (estimate: 0.015 in pitch)",
-    what="The airplane is rigged or trimmed otherwise: surfaces stand elsewhere in straight flight.",
+    what="Rigging or trim differs: the surfaces have other positions in straight flight.",
     shows_in=RANGE_OF_AIRSPEED,
     build=_build,
 )

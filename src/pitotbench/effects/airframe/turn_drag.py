@@ -1,4 +1,4 @@
-"""Drag that only a bank brings: surfaces deflected, skidding, a person's hands in the turn."""
+"""Drag that appears only in a bank: deflected surfaces, a skid, the pilot's control movements in the turn."""
 
 from collections.abc import Mapping
 
@@ -13,6 +13,7 @@ _COEFFICIENT = size(NAME, "coefficient_at_30deg")
 
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+    # sin² is the same for both sides and flat in level flight; over that of 30° it gives the coefficient there.
     sine = operation("sin", "attitude/phi-rad")
     drag = product("aero/qbar-psf", "metrics/Sw-sqft", _COEFFICIENT, sine, sine, 1.0 / SIN_SQUARED_30)
     return Overlay(sizes=((_COEFFICIENT, sizes["coefficient_at_30deg"]),), functions=(AxisFunction("DRAG", drag),))

@@ -1,4 +1,4 @@
-"""Drag that goes with the rate of turn instead of the bank."""
+"""Drag in proportion to the rate of turn instead of the bank."""
 
 from collections.abc import Mapping
 
@@ -26,7 +26,7 @@ TURN_RATE_DRAG = AircraftEffect(
     parameters=(
         Parameter("coefficient_at_3degps", 0.004, -0.01, 0.04, "added drag coefficient at 3°/s, linear in it"),
     ),
-    source="our form beside sin² of bank: rudder and aileron held against the turn go with its rate",
+    source="our form, an alternative to sin² of bank: rudder and aileron held against the turn grow with its rate",
     what="The airplane loses more speed in turns than the model.",
     shows_in=TURNING,
     variant_of="turn_drag",

@@ -1,1 +1,1 @@
-"""Effects in the data system: clocks, samples, words, sensors other than pressure."""
+"""Effects in the data system: clocks, samples, word lengths, and sensors other than pressure."""

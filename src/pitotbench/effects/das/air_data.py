@@ -1,3 +1,3 @@
-"""The channels that come over the air-data bus, which a fault of that bus changes together."""
+"""The channels of the air-data bus. A fault of the bus changes them together."""
 
 AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature")

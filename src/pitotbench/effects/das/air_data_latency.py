@@ -1,4 +1,4 @@
-"""Air data that are stamped when they arrive: a delay of the bus, alike for all of them."""
+"""Air data that are stamped when they arrive: one delay of the bus for all of them."""
 
 from collections.abc import Mapping
 

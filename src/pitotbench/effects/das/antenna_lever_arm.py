@@ -1,4 +1,4 @@
-"""The GPS antenna is not at the center of gravity: its velocity holds what rotation adds."""
+"""A GPS antenna that is not at the center of gravity: rotation adds to its velocity."""
 
 from collections.abc import Mapping
 
@@ -15,6 +15,7 @@ ATTITUDE = ("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate")
 def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
     roll, pitch, heading, p, q, r = (signals[name] for name in ATTITUDE)
     x, y, z = sizes["forward_m"], sizes["right_m"], sizes["down_m"]
+    # ω × r in body axes; the log's velocity is in earth axes.
     swing = np.stack([q * z - r * y, r * x - p * z, p * y - q * x])
     added = body_to_earth(swing, roll, pitch, heading)
     names = ("velocity_north", "velocity_east", "velocity_down")
@@ -33,7 +34,7 @@ ANTENNA_LEVER_ARM = SensorEffect(
         Parameter("down_m", -1.0, -5.0, 5.0, "antenna below it"),
     ),
     source="rigid-body kinematics, v = v_cg + ω × r (Stevens and Lewis 2003, Aircraft Control and Simulation)",
-    what="GPS velocity is that of the antenna, which swings about the center of gravity.",
+    what="GPS velocity is that of the antenna, which moves around the center of gravity.",
     shows_in=TURNING,
     changes=("velocity_north", "velocity_east"),
     also=("velocity_down",),

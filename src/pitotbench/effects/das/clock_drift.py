@@ -1,4 +1,4 @@
-"""Two clocks: the recorder's runs slow or fast against GPS time, so that GPS data slide along the air data."""
+"""Two clocks that differ: the recorder's runs slow or fast against GPS time, so a latency grows with time."""
 
 from collections.abc import Mapping
 
@@ -21,7 +21,7 @@ CLOCK_DRIFT = SensorEffect(
     acts_on="sensors",
     parameters=(Parameter("drift_ppm", 500.0, -5000.0, 5000.0, "GPS data late, a millionth of the time flown"),),
     source="quartz clocks: 20 to 100 ppm by data sheet, some 1,000 ppm for a loaded computer's timer",
-    what="The clocks of air data and GPS run apart during the flight.",
+    what="The clocks of air data and GPS drift apart during the flight.",
     shows_in=CHANGING_AIRSPEED,
     changes=("velocity_north", "velocity_east"),
     also=("velocity_down", "altitude"),

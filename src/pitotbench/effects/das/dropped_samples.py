@@ -1,4 +1,4 @@
-"""Lost frames of air data, filled by the recorder with the last good one."""
+"""Lost frames of air data, which the recorder fills with the last good one."""
 
 from collections.abc import Mapping
 
@@ -11,6 +11,8 @@ from pitotbench.effects.signals import Signals
 
 
 def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    # Bursts begin at random, so often that the share of lost rows comes out right. The first row of a stretch is
+    # never lost: the recorder has no earlier value to repeat.
     draw = np.random.default_rng(int(sizes["seed"]))
     start, lost = sizes["fraction"] / sizes["burst_rows"], np.zeros(len(signals), dtype=np.bool_)
     begun = np.flatnonzero(draw.random(len(signals)) < start)
@@ -31,7 +33,7 @@ DROPPED_SAMPLES = SensorEffect(
         Parameter("seed", 1.0, 0.0, 1e6, "which rows are lost", shape=True),
     ),
     source="Gilbert 1960, Bell System Technical Journal 39: losses come in bursts",
-    what="Some rows of air data are lost, and the last good one stands in their place.",
+    what="Some rows of air data are lost; the recorder repeats the last good one.",
     shows_in=CHANGING_AIRSPEED,  # a row that repeats shows only while the pressure changes
     changes=("impact_pressure", "static_pressure"),
     also=("total_temperature",),

@@ -1,4 +1,4 @@
-"""A GPS solution is stamped when it arrives, not when it was true."""
+"""A GPS solution that is stamped when it arrives, not when it was true."""
 
 from collections.abc import Mapping
 

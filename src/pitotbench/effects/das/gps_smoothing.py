@@ -1,4 +1,4 @@
-"""A receiver that filters its velocity: late in a ramp, and blunt where the velocity turns."""
+"""A receiver that filters its velocity: late in a ramp, and rounded where the velocity changes direction."""
 
 from collections.abc import Mapping
 

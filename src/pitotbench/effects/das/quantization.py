@@ -1,4 +1,4 @@
-"""A word too short for its range: pressures come in steps."""
+"""A word that is too short for its range: pressures are recorded in steps."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""A bus that brings new air data less often than the recorder writes rows: values repeat."""
+"""A bus that delivers new air data less often than the recorder writes rows: values repeat."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""The temperature probe: it recovers less than the whole ram rise, or reads too warm."""
+"""Errors of the temperature probe: it measures less than the whole ram rise, or reads too warm."""
 
 from collections.abc import Mapping
 
@@ -13,6 +13,7 @@ SOURCE = "Trenkle and Reinhardt 1973, AGARDograph 160 vol. 2: recovery 0.6 to 0.
 
 
 def _recovery(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    # Noise can make the impact pressure slightly negative at rest, where the Mach number is zero.
     mach = air.mach_from_impact_pressure(signals["impact_pressure"].clip(min=0.0), signals["static_pressure"])
     static = air.air_temperature(signals["total_temperature"], mach)
     return signals.with_channels(total_temperature=air.total_temperature(static, mach, 1.0 - sizes["deficit"]))
@@ -26,9 +27,9 @@ RECOVERY_DEFICIT = SensorEffect(
     name="recovery_deficit",
     family="das",
     acts_on="sensors",
-    parameters=(Parameter("deficit", 0.2, -0.2, 1.0, "one less the recovery factor, against what is assumed"),),
+    parameters=(Parameter("deficit", 0.2, -0.2, 1.0, "one minus the recovery factor, against full recovery"),),
     source=SOURCE,
-    what="The temperature probe feels only part of the ram rise.",
+    what="The temperature probe measures only part of the ram rise.",
     shows_in=TEMPERATURE,
     changes=("total_temperature",),
     needs=("impact_pressure", "static_pressure"),

@@ -1,4 +1,4 @@
-"""The static source feels the direction of the flow: errors that go with angle of attack or sideslip."""
+"""A static source that depends on the direction of the flow: errors with angle of attack or sideslip."""
 
 from collections.abc import Mapping
 
@@ -25,9 +25,9 @@ ALPHA_STATIC_ERROR = SensorEffect(
     name="alpha_static_error",
     family="pneumatic",
     acts_on="sensors",
-    parameters=(Parameter("slope_per_rad", 0.15, -1.0, 1.0, "static error over impact pressure a radian"),),
+    parameters=(Parameter("slope_per_rad", 0.15, -1.0, 1.0, "static error over impact pressure per radian"),),
     source=SOURCE,
-    what="The static pressure errs with angle of attack, so that turns and heavy weights read otherwise.",
+    what="The static-pressure error depends on angle of attack, so it changes in turns and with weight.",
     shows_in=RANGE_OF_AIRSPEED,
     changes=PRESSURES,
     needs=("angle_of_attack",),
@@ -39,11 +39,11 @@ SIDESLIP_STATIC_ERROR = SensorEffect(
     family="pneumatic",
     acts_on="sensors",
     parameters=(
-        Parameter("slope_per_rad", 0.10, -2.0, 2.0, "static error over impact pressure a radian: one port only"),
-        Parameter("curvature_per_rad2", -1.5, -10.0, 10.0, "the same a square radian: what two joined ports leave"),
+        Parameter("slope_per_rad", 0.10, -2.0, 2.0, "static error over impact pressure per radian: one port only"),
+        Parameter("curvature_per_rad2", -1.5, -10.0, 10.0, "the same per square radian: two joined ports keep it"),
     ),
     source=SOURCE,
-    what="The static pressure errs in sideslip.",
+    what="The static pressure has an error in sideslip.",
     shows_in=SIDESLIP,
     changes=PRESSURES,
     needs=("sideslip",),

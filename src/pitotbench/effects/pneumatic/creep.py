@@ -1,4 +1,4 @@
-"""An elastic element that creeps: part of each change of pressure arrives slowly."""
+"""A transducer whose elastic element creeps: part of each pressure change appears slowly."""
 
 from collections.abc import Mapping
 
@@ -19,12 +19,12 @@ CREEP = SensorEffect(
     family="pneumatic",
     acts_on="sensors",
     parameters=(
-        Parameter("fraction", 0.02, -0.2, 0.3, "part of a change that arrives slowly"),
+        Parameter("fraction", 0.02, -0.2, 0.3, "part of a change that appears slowly"),
         Parameter("creep_s", 40.0, 1.0, 1000.0, "time constant of that part", shape=True),
     ),
     source="Gracey 1980, NASA RP-1046: drift and after-effect of elastic capsules; one relaxation time",
-    what="Readings differ going up and coming down, by how fast one does.",
-    shows_in=CHANGING_AIRSPEED,  # its slow part arrives in the legs that are held between
+    what="Readings differ between rising and falling pressure, and the difference depends on the rate.",
+    shows_in=CHANGING_AIRSPEED,  # the slow part appears in the legs between the changes
     variant_of="hysteresis",
     changes=("impact_pressure",),
     function=_apply,

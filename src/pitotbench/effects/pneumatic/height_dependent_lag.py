@@ -1,4 +1,4 @@
-"""A line's time constant grows as the air thins: lag in proportion to viscosity over static pressure."""
+"""A line whose lag grows with height, in proportion to viscosity over static pressure."""
 
 from collections.abc import Mapping
 
@@ -14,6 +14,7 @@ from pitotbench.effects.signals import Signals
 def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
     static = signals["static_pressure"]
     temperature = air.standard_temperature(air.pressure_altitude(static))
+    # Relative to sea level; the viscosity of air rises nearly as temperature to the power of 0.75.
     viscosity = (temperature / air.SEA_LEVEL_TEMPERATURE) ** 0.75
     lag = np.asarray(sizes["sea_level_lag_s"] * viscosity * air.SEA_LEVEL_PRESSURE / static)
     total = first_order_varying(signals, signals["impact_pressure"] + static, lag)

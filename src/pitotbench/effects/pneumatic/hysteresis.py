@@ -1,4 +1,4 @@
-"""A transducer that reads otherwise going up than coming down: the play operator."""
+"""A transducer that reads differently at rising and falling pressure: the play operator."""
 
 from collections.abc import Mapping
 from itertools import accumulate
@@ -12,7 +12,10 @@ from pitotbench.units import Array
 
 
 def play(values: Array, width: float) -> Array:
-    """The play operator: follows the input at half a width [its unit] behind, and stays while the input turns."""
+    """Apply the play operator to values, (n,): the output follows half a width [same unit] behind the input.
+
+    Where the input turns back, the output stays until the input has moved by a whole width.
+    """
     half = 0.5 * width
     followed = accumulate(values.tolist(), lambda held, u: min(max(held, u - half), u + half))
     return np.fromiter(followed, dtype=np.float64, count=len(values))
@@ -26,7 +29,7 @@ HYSTERESIS = SensorEffect(
     name="hysteresis",
     family="pneumatic",
     acts_on="sensors",
-    parameters=(Parameter("width_pa", 25.0, 1.0, 300.0, "difference between readings going up and coming down"),),
+    parameters=(Parameter("width_pa", 25.0, 1.0, 300.0, "reading at falling minus reading at rising pressure"),),
     source="Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis; data sheets: 0.1 % of full scale",
     what="Decelerations read higher than accelerations at the same speed.",
     shows_in=CHANGING_AIRSPEED,

@@ -1,4 +1,4 @@
-"""The pressure of a long thin line follows late: first order, one time constant a line."""
+"""Lag of a long thin pressure line: first order, one time constant for each line."""
 
 from collections.abc import Mapping
 
@@ -12,12 +12,14 @@ PRESSURES = ("impact_pressure", "static_pressure")
 
 
 def _pitot(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    # The line carries the total pressure; the differential transducer subtracts a static pressure that is not late.
     static = signals["static_pressure"]
     total = first_order(signals, signals["impact_pressure"] + static, sizes["lag_s"])
     return signals.with_channels(impact_pressure=total - static)
 
 
 def _static(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    # Both transducers are connected to this line, so its delay appears in both, with opposite signs.
     static = signals["static_pressure"]
     late = first_order(signals, static, sizes["lag_s"])
     return signals.with_channels(static_pressure=late, impact_pressure=signals["impact_pressure"] + static - late)

@@ -1,4 +1,4 @@
-"""A leak between the pitot and the static line: air flows through both, and each loses pressure on the way."""
+"""A leak between the pitot and the static line: air flows through both, with a pressure drop in each."""
 
 from collections.abc import Mapping
 
@@ -19,7 +19,7 @@ LINE_LEAK = SensorEffect(
     acts_on="sensors",
     parameters=(
         Parameter("fraction", 0.02, 0.001, 0.3, "share of the impact pressure that leaks away"),
-        Parameter("static_share", 0.5, 0.0, 1.0, "part of it that appears in the static line", shape=True),
+        Parameter("static_share", 0.5, 0.0, 1.0, "part of the loss that appears in the static line", shape=True),
     ),
     source="laminar flow through three resistances in series, pitot line, leak, static line (Hagen-Poiseuille); "
     "leak checks of 14 CFR 23.1325",

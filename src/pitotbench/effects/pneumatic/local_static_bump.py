@@ -1,4 +1,4 @@
-"""A static-source error that comes and goes within a band of airspeed, as a moving separation makes it."""
+"""A static-source error within a narrow band of airspeed, such as a moving flow separation causes."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""A short, wide line with a large volume rings: a second-order response of the total-pressure line."""
+"""A total-pressure line that oscillates: second-order response of a short, wide line with a large volume."""
 
 from collections.abc import Mapping
 
@@ -23,7 +23,7 @@ SECOND_ORDER_LINE = SensorEffect(
         Parameter("damping", 0.6, 0.2, 2.0, "damping ratio", shape=True),
     ),
     source="Doebelin 1990, Measurement Systems: pressure line and volume as a second-order system",
-    what="The total-pressure line is late and rings.",
+    what="The total-pressure line is late and oscillates.",
     shows_in=CHANGING_AIRSPEED,
     variant_of="pitot_lag",
     changes=("impact_pressure",),

@@ -1,4 +1,4 @@
-"""The static source reads otherwise than when it was calibrated: another curve over airspeed."""
+"""A static source that changed since it was calibrated: another curve over airspeed."""
 
 from collections.abc import Mapping
 

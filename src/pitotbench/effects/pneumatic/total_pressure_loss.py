@@ -1,4 +1,4 @@
-"""The pitot tube does not bring the whole total pressure: a burr, or a flow from the side."""
+"""A pitot tube that loses total pressure: a burr at its mouth, or inclined flow."""
 
 from collections.abc import Mapping
 
@@ -35,7 +35,7 @@ INCLINED_PITOT_LOSS = SensorEffect(
     name="inclined_pitot_loss",
     family="pneumatic",
     acts_on="sensors",
-    parameters=(Parameter("loss_per_rad2", 1.0, -5.0, 10.0, "loss over impact pressure a square radian"),),
+    parameters=(Parameter("loss_per_rad2", 1.0, -5.0, 10.0, "loss over impact pressure per square radian"),),
     source=SOURCE,
     what="The pitot tube reads too low at high angles of attack.",
     shows_in=RANGE_OF_AIRSPEED,  # the angle of attack is largest at the lowest airspeed

@@ -1,4 +1,4 @@
-"""A transducer's zero that moves: with time since the recording began, or with temperature."""
+"""A transducer whose zero drifts: with time since the start of the recording, or with temperature."""
 
 from collections.abc import Mapping
 
@@ -16,6 +16,7 @@ def _with_time(signals: Signals, sizes: Mapping[str, float]) -> Signals:
 
 
 def _with_temperature(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    # The drift counts from the first sample: a zero is usually taken before the flight.
     warmer = signals["total_temperature"] - signals["total_temperature"][0]
     return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["shift_pa_per_k"] * warmer)
 
@@ -24,7 +25,7 @@ TIME_DRIFT = SensorEffect(
     name="time_drift",
     family="pneumatic",
     acts_on="sensors",
-    parameters=(Parameter("rate_pa_per_min", 3.0, -30.0, 30.0, "zero shift a minute since the first sample"),),
+    parameters=(Parameter("rate_pa_per_min", 3.0, -30.0, 30.0, "zero shift per minute since the first sample"),),
     source=SOURCE,
     what="The impact-pressure transducer drifts while it warms up.",
     shows_in=EARLY_AND_LATE,
@@ -36,7 +37,7 @@ TEMPERATURE_DRIFT = SensorEffect(
     name="temperature_drift",
     family="pneumatic",
     acts_on="sensors",
-    parameters=(Parameter("shift_pa_per_k", 6.0, -60.0, 60.0, "zero shift a kelvin from the first sample"),),
+    parameters=(Parameter("shift_pa_per_k", 6.0, -60.0, 60.0, "zero shift per kelvin from the first sample"),),
     source=SOURCE,
     what="The impact-pressure transducer drifts with temperature.",
     shows_in=CHANGING_HEIGHT,

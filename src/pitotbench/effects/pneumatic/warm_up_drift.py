@@ -1,4 +1,4 @@
-"""A zero that moves while the transducer warms up, and then stays."""
+"""A transducer whose zero drifts while it warms up, and then stays."""
 
 from collections.abc import Mapping
 
@@ -19,7 +19,7 @@ WARM_UP_DRIFT = SensorEffect(
     family="pneumatic",
     acts_on="sensors",
     parameters=(
-        Parameter("shift_pa", 30.0, -300.0, 300.0, "zero shift in the end"),
+        Parameter("shift_pa", 30.0, -300.0, 300.0, "zero shift after the warm-up"),
         Parameter("warm_up_s", 180.0, 5.0, 3600.0, "time constant of the warming", shape=True),
     ),
     source="transducer data sheets: warm-up shift; a lumped thermal mass warms exponentially",

@@ -1,4 +1,4 @@
-"""Water in the pitot line: a column whose weight goes with acceleration and pitch, and that chokes the line."""
+"""Water in the pitot line: its weight adds pressure with acceleration and pitch, and it restricts the line."""
 
 from collections.abc import Mapping
 
@@ -23,10 +23,10 @@ WATER_IN_LINE = SensorEffect(
     acts_on="sensors",
     parameters=(
         Parameter("column_m", 0.03, -0.3, 0.3, "length of the water column along the airplane, tube ahead"),
-        Parameter("lag_s", 0.8, 0.0, 20.0, "time constant of the choked line"),
+        Parameter("lag_s", 0.8, 0.0, 20.0, "time constant of the restricted line"),
     ),
     source="hydrostatics, density times specific force times length; Gracey 1980, NASA RP-1046: water in lines",
-    what="Water stands in the pitot line: the reading is late and goes with pitch and acceleration.",
+    what="Water stands in the pitot line: the reading is late and changes with pitch and acceleration.",
     shows_in=CHANGING_AIRSPEED,
     changes=("impact_pressure",),
     needs=("static_pressure", "specific_force_x"),

@@ -1,4 +1,4 @@
-"""Transducers that do not read zero at zero."""
+"""Transducers that do not read zero at zero pressure."""
 
 from collections.abc import Mapping
 
@@ -33,7 +33,7 @@ STATIC_ZERO_OFFSET = SensorEffect(
     name="static_zero_offset",
     family="pneumatic",
     acts_on="sensors",
-    parameters=(Parameter("offset_pa", 80.0, -500.0, 500.0, "static pressure read too high"),),
+    parameters=(Parameter("offset_pa", 80.0, -500.0, 500.0, "reading above the true static pressure"),),
     source=SOURCE,
     what="The static-pressure transducer reads too high or too low by a constant.",
     shows_in=CHANGING_HEIGHT,

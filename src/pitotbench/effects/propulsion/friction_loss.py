@@ -1,4 +1,4 @@
-"""Engines that lose a constant power, whatever they give: friction, or an accessory that is driven."""
+"""Engines that lose a constant power at any setting: friction, or a driven accessory."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""The manifold-pressure gauges read wrong. The engines do not know: only what is recorded changes."""
+"""Manifold-pressure gauges that read wrong. The power stays: only the recorded pressure changes."""
 
 from collections.abc import Mapping
 

@@ -18,6 +18,7 @@ def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
         fuel = baseline.engines[engine].fuel_per_power
         if fuel <= 0.0:
             raise BadInputError(f"effect {NAME!r} needs piston engines that state their bsfc; leave it out")
+        # JSBSim's power is fuel flow over bsfc: a larger bsfc takes power away and leaves the fuel flow.
         path = f"propulsion/engine[{engine}]/bsfc-lbs_hphr"
         settings.append(PropertySetting(path, quotient(fuel, difference(1.0, size(NAME, key)))))
     return Overlay(sizes=tuple((size(NAME, key), value) for key, value in sizes.items()), settings=tuple(settings))
@@ -32,7 +33,7 @@ POWER_DEFICIT = AircraftEffect(
         Parameter("right_fraction", 0.03, -0.3, 0.5, "the same for the right engine"),
     ),
     source="Heywood 1988, Internal Combustion Engine Fundamentals: indicated power less friction; wear of 5 %",
-    what="An engine gives less power than its manifold pressure and speed tell.",
+    what="An engine gives less power than its manifold pressure and speed indicate.",
     shows_in=POWER,
     build=_build,
 )

@@ -1,4 +1,4 @@
-"""Propellers that give less thrust for the power they take: nicked, or not the propeller of the model."""
+"""Propellers that give less thrust for their power: damaged, or of another type than in the model."""
 
 from collections.abc import Mapping
 
@@ -24,7 +24,7 @@ PROPELLER_EFFICIENCY = AircraftEffect(
     family="propulsion",
     acts_on="aircraft",
     parameters=(
-        Parameter("left_change", -0.04, -0.4, 0.2, "thrust of the left propeller more by this share"),
+        Parameter("left_change", -0.04, -0.4, 0.2, "relative change of the left propeller's thrust"),
         Parameter("right_change", -0.04, -0.4, 0.2, "the same for the right propeller"),
     ),
     source="McCormick 1995: installed efficiency errs by some 5 %; the change is a force at the propeller",

@@ -1,4 +1,4 @@
-"""Levers that stand together while the throttles do not."""
+"""Throttles that differ while their levers stand together."""
 
 from collections.abc import Mapping
 
@@ -14,6 +14,7 @@ _PATHS = {"left": "ap/throttle-bias-left-norm", "right": "ap/throttle-bias-right
 
 def _build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
     require_declared(NAME, baseline, *_PATHS.values())
+    # Times one: an expression must be XML, and the bare path of a property is not.
     settings = tuple(PropertySetting(path, product(size(NAME, side), 1.0)) for side, path in _PATHS.items())
     return Overlay(sizes=tuple((size(NAME, key), value) for key, value in sizes.items()), settings=settings)
 
@@ -27,7 +28,7 @@ THROTTLE_RIGGING = AircraftEffect(
         Parameter("right", -0.02, -0.2, 0.2, "right throttle more open"),
     ),
     source="cable rigging: lever stagger of some 2 % of travel (estimate)",
-    what="The engines do not pull alike with the levers together.",
+    what="The engines give different power with the levers together.",
     shows_in=POWER,
     build=_build,
 )

@@ -1,83 +1,38 @@
 """Do the bounds cover? Many flights with random truth in every cell; the noise stays unknown to the estimator."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
 from pitotbench import bench
 from pitotbench.bench.flight_store import FlightStore
-from pitotbench.evidence.bounds.figures import rms
+from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms, scored
 from pitotbench.evidence.bounds.scorings import SCORINGS, Scoring
+from pitotbench.evidence.experiment import Row, Trial
+from pitotbench.evidence.random_truth import random_case
 from pitotbench.records.calibration import Calibration
-from pitotbench.records.case import Case, PressureErrorSpec, Wind
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.units import KNOT, Array
 
 TURBULENCE = ("none", "light", "moderate")
-FIRST_SCORED_SEED = 100_001  # development uses seeds below; the two never meet
-STRONGEST_WIND = 25.0 * KNOT
-
-# Random truth: the default curve's terms, each times a random size (standard deviations below).
-_CALM_FLIGHTS = 20
-_CENTER = np.array([-0.06, 0.006, 0.06])
-_SPREAD = np.array([0.03, 0.004, 0.03])
 
 
-@dataclass(frozen=True, slots=True)
-class Trial:
-    """One flight of the coverage campaign."""
-
-    maneuver: str
-    turbulence: str
-    seed: int
-
-    def case(self) -> Case:
-        """The case, its wind and its pressure error drawn from the trial's seed.
-
-        In calm air only the sensors are random: 20 flights, each in its own wind, are sensed again and again.
-        """
-        calm = self.turbulence == "none"
-        flown = FIRST_SCORED_SEED + (self.seed - FIRST_SCORED_SEED) % _CALM_FLIGHTS if calm else self.seed
-        rng = np.random.default_rng([self.seed, 77])
-        _random_wind(rng)
-        parameters = tuple(float(k) for k in _CENTER + _SPREAD * rng.standard_normal(3))
-        return Case(
-            maneuver=self.maneuver,
-            turbulence=self.turbulence,
-            wind=_random_wind(np.random.default_rng([flown, 77])),
-            pressure_error=PressureErrorSpec(parameters=parameters),
-            truth_seed=flown,
-            sensor_seed=self.seed,
-        )
-
-
-def _random_wind(rng: np.random.Generator) -> Wind:
-    speed, direction = STRONGEST_WIND * np.sqrt(rng.uniform()), rng.uniform(0.0, 2.0 * np.pi)
-    return Wind(speed=float(speed), from_direction=float(direction))
-
-
-def trials(maneuvers: Sequence[str], seeds: int, first: int = FIRST_SCORED_SEED) -> list[Trial]:
-    """All trials, seed by seed, so that a campaign cut short has every cell equally often."""
-    return [Trial(m, t, s) for s in range(first, first + seeds) for m in maneuvers for t in TURBULENCE]
-
-
-def score_trial(
-    trial: Trial, store: FlightStore | None = None, asked: Sequence[str] = tuple(SCORINGS)
-) -> list[dict[str, object]]:
-    """Fly a trial once, sense it by every data system, calibrate as every asked scoring says; one row each."""
-    case = trial.case()
+def score_trial(trial: Trial, scorings: tuple[str, ...], store: FlightStore | None = None) -> list[Row]:
+    """Fly a trial once, sense it by every data system, calibrate as every scoring says; a row each."""
+    case = random_case(trial)
     flight = bench.fly(case) if store is None else store.fly(case)
-    return [row for name in asked for row in _rows(trial, flight, SCORINGS[name])]
+    return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]
 
 
-def _rows(trial: Trial, flight: Flight, scoring: Scoring) -> Iterator[dict[str, object]]:
-    flown, wind = scoring.blow(flight, trial.seed)
+def _rows(trial: Trial, flight: Flight, scoring: Scoring) -> Iterator[Row]:
+    flown, wind = scoring.in_wind(flight, trial.seed)
+    cell: Row = {"scoring": scoring.name, "maneuver": trial.maneuver, "turbulence": trial.turbulence}
     for system in scoring.systems:
-        log = scoring.spoil(bench.sense(flown, system), trial.seed)
-        base = {"scoring": scoring.name, **_cell(trial), "das": system, "seed": trial.seed}
+        log = scoring.with_errors(bench.sense(flown, system), trial.seed)
+        base = cell | {"das": system, "seed": trial.seed}
         try:
             ours = bench.calibrate(log, scoring.options)
             paper = (
@@ -89,28 +44,20 @@ def _rows(trial: Trial, flight: Flight, scoring: Scoring) -> Iterator[dict[str, 
         yield base | {"failed": ""} | _figures(flown, wind, ours, paper)
 
 
-def _cell(trial: Trial) -> dict[str, object]:
-    return {"maneuver": trial.maneuver, "turbulence": trial.turbulence}
-
-
-def _figures(flight: Flight, wind: Array, ours: Calibration, paper: Calibration) -> dict[str, object]:
-    curve, inside = ours.curve, bench.scored(ours.curve)
-    truth = bench.true_correction(flight.case.pressure_error, curve.indicated_airspeed)
-    error, bound = (curve.correction - truth)[inside], curve.two_sigma[inside]
-    published = (paper.curve.correction - truth)[inside]
-    wind_error = np.array([ours.wind.north.value, ours.wind.east.value]) - wind
-    wind_bound = np.array([ours.wind.north.two_sigma, ours.wind.east.two_sigma])
+def _figures(flight: Flight, wind: Array, ours: Calibration, paper: Calibration) -> Row:
+    curve, truth, inside = ours.curve, flight.case.pressure_error, scored(ours.curve)
+    found = compare_curve(curve, truth)
     return {
-        "coverage": float(np.mean(np.abs(error) <= bound)),
-        "band_coverage": float(np.all(np.abs(error) <= curve.simultaneous_two_sigma[inside])),
-        "white_coverage": float(np.mean(np.abs(error) <= curve.white_two_sigma[inside])),
-        "wind_coverage": float(np.mean(np.abs(wind_error) <= wind_bound)),
-        "two_sigma_kt": float(np.mean(bound)) / KNOT,
-        "mean_error_kt": float(np.mean(error)) / KNOT,
-        "rms_error_kt": float(np.sqrt(np.mean(error**2))) / KNOT,
-        "paper_rms_error_kt": float(np.sqrt(np.mean(published**2))) / KNOT,
+        "coverage": found.inside,
+        "band_coverage": float(replace(found, two_sigma=curve.simultaneous_two_sigma[inside]).all_inside),
+        "white_coverage": replace(found, two_sigma=curve.white_two_sigma[inside]).inside,
+        "wind_coverage": compare_wind(ours.wind, wind).inside,
+        "two_sigma_kt": found.mean_two_sigma / KNOT,
+        "mean_error_kt": found.mean_error / KNOT,
+        "rms_error_kt": found.rms_error / KNOT,
+        "paper_rms_error_kt": compare_curve(paper.curve, truth).rms_error / KNOT,
         "residual_two_sigma_kt": ours.residual_two_sigma / KNOT,
-        "finite": bool(np.all(np.isfinite(bound)) and np.all(bound > 0.0)),
+        "finite": bool(np.all(np.isfinite(found.two_sigma)) and np.all(found.two_sigma > 0.0)),
     }
 
 

@@ -1,11 +1,11 @@
-"""What scored calibrations come down to: shares inside the bounds, bounds and errors, of one and over seeds."""
+"""The figures of scored calibrations: shares inside the bounds, bounds and errors, of one and over seeds."""
 
 from collections.abc import Sequence
 
-import numpy as np
 import pandas as pd
 
 from pitotbench import bench
+from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
@@ -16,20 +16,19 @@ from pitotbench.units import KNOT
 def figures(result: Calibration, flight: Flight) -> dict[str, float]:
     """Of one calibration against the truth of its flight: shares of the curve (100 to 160 KIAS) and of the wind's
     components inside 2σ [%], mean 2σ and rms error of the curve and of the wind [kt]."""
-    score = bench.score(result, flight)
-    wind = np.array([result.wind.north.value, result.wind.east.value]) - bench.wind_toward(flight.case.wind)[:2]
-    bound = np.array([result.wind.north.two_sigma, result.wind.east.two_sigma])
+    curve = compare_curve(result.curve, flight.case.pressure_error)
+    wind = compare_wind(result.wind, bench.wind_toward(flight.case.wind)[:2])
     return {
-        "coverage_percent": 100.0 * score.curve_coverage,
-        "wind_coverage_percent": 100.0 * float(np.mean(np.abs(wind) <= bound)),
-        "two_sigma_kt": score.two_sigma / KNOT,
-        "rms_error_kt": score.curve_rms_error / KNOT,
-        "wind_two_sigma_kt": float(np.mean(bound)) / KNOT,
-        "wind_rms_error_kt": float(np.sqrt(np.mean(wind**2))) / KNOT,
+        "coverage_percent": 100.0 * curve.inside,
+        "wind_coverage_percent": 100.0 * wind.inside,
+        "two_sigma_kt": curve.mean_two_sigma / KNOT,
+        "rms_error_kt": curve.rms_error / KNOT,
+        "wind_two_sigma_kt": wind.mean_two_sigma / KNOT,
+        "wind_rms_error_kt": wind.rms_error / KNOT,
     }
 
 
-def scored(log: FlightLog, options: bench.CalibrationOptions, flight: Flight) -> dict[str, float]:
+def figures_of_log(log: FlightLog, options: bench.CalibrationOptions, flight: Flight) -> dict[str, float]:
     """The figures of a log calibrated with some options; none where it does not determine the answer."""
     try:
         return figures(bench.calibrate(log, options), flight)
@@ -50,8 +49,3 @@ def over_seeds(rows: pd.DataFrame, by: Sequence[str], of: Sequence[str] = ("",))
         table[f"mean {whose}2σ [kt]"] = groups[f"{name}two_sigma_kt"].mean()
         table[f"{whose}rms error [kt]"] = groups[f"{name}rms_error_kt"].apply(rms)
     return table.reset_index()
-
-
-def rms(values: pd.Series) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))

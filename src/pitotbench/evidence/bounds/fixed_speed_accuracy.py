@@ -2,33 +2,32 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
+import pandas as pd
 from scipy.interpolate import CubicSpline
 
-from pitotbench.bench import calibrate, fixed_speed_points, fly, sense, true_correction, wind_toward
+from pitotbench.bench import calibrate, fixed_speed_points, fly, sense, wind_toward
+from pitotbench.bench.truth_comparison import Comparison, compare_points
+from pitotbench.evidence.experiment import Budget, Experiment, Row, Trial, run_experiment
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.case import Case, Wind
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
-from pitotbench.units import KNOT, Array
+from pitotbench.units import KNOT
 
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """A maneuver, and what is left of its log before the points are looked for."""
+    """A maneuver, and the part of its log in which the points are looked for."""
 
     maneuver: str
-    seen: Callable[[FlightLog], FlightLog]
+    part: Callable[[FlightLog], FlightLog]
 
 
-@dataclass(frozen=True, slots=True)
-class Reduced:
-    """A simulated log with the curve found in it."""
-
-    case: Case
-    log: FlightLog
-    curve: ErrorCurve
+def _whole(log: FlightLog) -> FlightLog:
+    return log
 
 
 def _unlabeled(log: FlightLog) -> FlightLog:
@@ -41,59 +40,78 @@ def _without_the_last_leg(log: FlightLog) -> FlightLog:
 
 
 WAYS = {
-    "four legs, labeled": Way("four_leg", lambda log: log),
+    "four legs, labeled": Way("four_leg", _whole),
     "four legs, found": Way("four_leg", _unlabeled),
     "three legs, labeled": Way("four_leg", _without_the_last_leg),
-    "turn, labeled": Way("circle", lambda log: log),
+    "turn, labeled": Way("circle", _whole),
     "turn, found": Way("circle", _unlabeled),
 }
 
 
-def score_fixed_speed(turbulence: str, das: str, seeds: Sequence[int]) -> Iterator[str]:
+def score_fixed_speed(turbulence: str, das: str, seeds: Sequence[int], jobs: int | None = None) -> Iterator[str]:
     """A line of figures for each way and method: share of points inside 2σ, mean and rms error, mean 2σ, share of
     winds (both components) inside 2σ, share of points inside twice the spread, and the rms difference to the curve
     of the whole log with the share of it inside the point's 2σ."""
-    flown = {
-        maneuver: [_reduced(_case(maneuver, turbulence, seed), das) for seed in seeds]
-        for maneuver in dict.fromkeys(way.maneuver for way in WAYS.values())
-    }
-    for name, way in WAYS.items():
-        found = [(log, point) for log in flown[way.maneuver] for point in fixed_speed_points(way.seen(log.log))]
-        for method in dict.fromkeys(point.method for _, point in found):
-            rows = np.array([_errors(log, point) for log, point in found if point.method == method])
-            yield f"{turbulence:5s} | {name:19s} | {method:9s} | {_figures(rows)}"
+    maneuvers = tuple(dict.fromkeys(way.maneuver for way in WAYS.values()))
+    experiment = Experiment(partial(points_of, das=das), maneuvers, (turbulence,), tuple(WAYS), "way")
+    rows = run_experiment(experiment, seeds, Budget(jobs))
+    for name in WAYS:
+        for method, group in rows[rows["way"] == name].groupby("method", sort=False):
+            yield f"{turbulence:5s} | {name:19s} | {method:9s} | {_figures(group)}"
 
 
-def _case(maneuver: str, turbulence: str, seed: int) -> Case:
-    """A case with a wind of its own, up to 25 kt from anywhere."""
-    rng = np.random.default_rng(7000 + seed)
-    wind = Wind(speed=rng.uniform(0.0, 25.0) * KNOT, from_direction=rng.uniform(0.0, 2.0 * np.pi))
-    return Case(maneuver=maneuver, turbulence=turbulence, truth_seed=seed, sensor_seed=seed, wind=wind)
-
-
-def _reduced(case: Case, das: str) -> Reduced:
+def points_of(trial: Trial, ways: tuple[str, ...], das: str) -> list[Row]:
+    """Fly once and calibrate the whole log; a row for each fixed-speed point of each way of its maneuver."""
+    case = _case(trial)
     log = sense(fly(case), das)
-    return Reduced(case, log, calibrate(log).curve)
+    curve = calibrate(log).curve
+    rows: list[Row] = []
+    for name in (name for name in ways if WAYS[name].maneuver == trial.maneuver):
+        cell: Row = {"way": name, "maneuver": trial.maneuver, "turbulence": trial.turbulence, "seed": trial.seed}
+        rows += [cell | _errors(case, curve, point) for point in fixed_speed_points(WAYS[name].part(log))]
+    return rows
 
 
-def _errors(flown: Reduced, point: FixedSpeedPoint) -> Array:
-    """Error, 2σ and spread of the airspeed, larger error and 2σ of the wind, correction less the curve's [kt]."""
-    case, curve = flown.case, flown.curve
-    error = point.correction - true_correction(case.pressure_error, np.array([point.indicated_airspeed]))[0]
-    wind = np.abs(np.array([point.wind_north, point.wind_east]) - wind_toward(case.wind)[:2]).max()
-    spread = np.nan if point.spread is None else point.spread
-    off = point.correction - float(
-        CubicSpline(curve.indicated_airspeed, curve.correction)(point.indicated_airspeed)
+def _case(trial: Trial) -> Case:
+    """A case with a wind of its seed, up to 25 kt from anywhere, and the default pressure error."""
+    rng = np.random.default_rng(7000 + trial.seed)
+    wind = Wind(speed=rng.uniform(0.0, 25.0) * KNOT, from_direction=rng.uniform(0.0, 2.0 * np.pi))
+    return Case(
+        maneuver=trial.maneuver,
+        turbulence=trial.turbulence,
+        truth_seed=trial.seed,
+        sensor_seed=trial.seed,
+        wind=wind,
     )
-    return np.array([error, point.two_sigma, spread, wind, point.wind_two_sigma, off]) / KNOT
 
 
-def _figures(rows: Array) -> str:
-    error, bound, spread, wind, wind_bound, off = rows.T
-    doubled = "-" if np.isnan(spread).all() else f"{np.mean(np.abs(error) <= 2.0 * spread):.0%}"
+def _errors(case: Case, curve: ErrorCurve, point: FixedSpeedPoint) -> Row:
+    """Error, 2σ and spread of the airspeed, larger error and 2σ of the wind, correction less the curve's [kt]."""
+    found = compare_points([point], case.pressure_error)
+    wind = np.abs(np.array([point.wind_north, point.wind_east]) - wind_toward(case.wind)[:2]).max()
+    at_speed = float(CubicSpline(curve.indicated_airspeed, curve.correction)(point.indicated_airspeed))
+    return {
+        "method": point.method,
+        "error_kt": found.mean_error / KNOT,
+        "two_sigma_kt": point.two_sigma / KNOT,
+        "spread_kt": np.nan if point.spread is None else point.spread / KNOT,
+        "wind_error_kt": wind / KNOT,
+        "wind_two_sigma_kt": point.wind_two_sigma / KNOT,
+        "less_curve_kt": (point.correction - at_speed) / KNOT,
+    }
+
+
+def _figures(rows: pd.DataFrame) -> str:
+    """The figures of the points of one way and method."""
+    column = {name: rows[name].to_numpy() for name in rows if str(name).endswith("_kt")}
+    two_sigma, spread = column["two_sigma_kt"], column["spread_kt"]
+    points = Comparison(column["error_kt"], two_sigma)
+    doubled = "-" if np.isnan(spread).all() else f"{replace(points, two_sigma=2.0 * spread).inside:.0%}"
+    wind = Comparison(column["wind_error_kt"], column["wind_two_sigma_kt"])
+    off = Comparison(column["less_curve_kt"], two_sigma)
     return (
-        f"{len(error):3d} points | inside {np.mean(np.abs(error) <= bound):4.0%} | "
-        f"mean {error.mean():+.3f} rms {np.sqrt(np.mean(error**2)):.3f} 2σ {bound.mean():.3f} kt | "
-        f"wind inside {np.mean(wind <= wind_bound):4.0%} | inside two spreads {doubled} | "
-        f"less curve rms {np.sqrt(np.mean(off**2)):.3f} kt, inside {np.mean(np.abs(off) <= bound):4.0%}"
+        f"{len(rows):3d} points | inside {points.inside:4.0%} | "
+        f"mean {points.mean_error:+.3f} rms {points.rms_error:.3f} 2σ {points.mean_two_sigma:.3f} kt | "
+        f"wind inside {wind.inside:4.0%} | inside two spreads {doubled} | "
+        f"less curve rms {off.rms_error:.3f} kt, inside {off.inside:4.0%}"
     )

@@ -1,19 +1,17 @@
 """Scalar and vector form on the same flights, with heading and vanes off: what attitude and flow angles add."""
 
-import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
-from rich.console import Console
-from rich.progress import track
 
 from pitotbench import bench
-from pitotbench.bench.campaign.perform import executor_for
 from pitotbench.calibrate.options import FORMS
-from pitotbench.evidence.bounds.coverage import Trial
-from pitotbench.evidence.bounds.figures import over_seeds, scored
+from pitotbench.evidence.bounds.figures import figures_of_log, over_seeds
+from pitotbench.evidence.experiment import Experiment, Row, Trial
+from pitotbench.evidence.random_truth import random_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.simulate import PAPER_MANEUVERS
@@ -22,20 +20,15 @@ FIRST_SCORED_SEED = 300_001
 _HEADING, _VANES = np.radians(1.0), np.radians(0.5)  # standard deviations of constant errors
 
 
-def score_all(seeds: Sequence[int], turbulence: str, das: str, jobs: int) -> list[dict[str, object]]:
-    """Rows of all published maneuvers; a progress bar on a terminal."""
-    flown = [Trial(maneuver, turbulence, seed) for seed in seeds for maneuver in PAPER_MANEUVERS]
-    systems, quiet = [das] * len(flown), not sys.stderr.isatty()
-    with executor_for(jobs, None) as pool:
-        results = (map if pool is None else pool.map)(score_forms, flown, systems)
-        done = track(results, "flights", len(flown), console=Console(stderr=True), disable=quiet)
-        return [row for found in done for row in found]
+def forms_experiment(turbulence: str, das: str) -> Experiment:
+    """All published maneuvers in one turbulence, each log calibrated in both forms."""
+    return Experiment(partial(score_forms, das=das), PAPER_MANEUVERS, (turbulence,), FORMS, "form")
 
 
-def score_forms(trial: Trial, das: str) -> list[dict[str, object]]:
-    """Fly once, calibrate in both forms, with heading and vanes off by random constants; one row a form."""
-    flight = bench.fly(trial.case())
-    return list(_rows(trial, flight, _turned(bench.sense(flight, das), trial.seed)))
+def score_forms(trial: Trial, forms: tuple[str, ...], das: str) -> list[Row]:
+    """Fly once, calibrate in each form, with heading and vanes off by random constants; a row a form."""
+    flight = bench.fly(random_case(trial))
+    return list(_rows(trial, forms, flight, _turned(bench.sense(flight, das), trial.seed)))
 
 
 def _turned(log: FlightLog, seed: int) -> FlightLog:
@@ -50,10 +43,10 @@ def _turned(log: FlightLog, seed: int) -> FlightLog:
     )
 
 
-def _rows(trial: Trial, flight: Flight, log: FlightLog) -> Iterator[dict[str, object]]:
-    for form in FORMS:
-        base = {"maneuver": trial.maneuver, "turbulence": trial.turbulence, "form": form, "seed": trial.seed}
-        yield base | scored(log, bench.CalibrationOptions(form=form), flight)
+def _rows(trial: Trial, forms: tuple[str, ...], flight: Flight, log: FlightLog) -> Iterator[Row]:
+    for form in forms:
+        base: Row = {"maneuver": trial.maneuver, "turbulence": trial.turbulence, "form": form, "seed": trial.seed}
+        yield base | figures_of_log(log, bench.CalibrationOptions(form=form), flight)
 
 
 def summarize_forms(rows: pd.DataFrame) -> pd.DataFrame:

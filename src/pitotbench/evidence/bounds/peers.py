@@ -1,4 +1,4 @@
-"""The bounds that others publish for the same fit, each from its equations, held against the truth beside ours.
+"""The bounds that others publish for the same fit, each from its equations, compared with the truth as ours is.
 
 All but the filter start from output error with white residuals (Jacobian J, residual v, both as airspeed) and
 differ in what they make of the residual's memory. They are references for comparison: nothing else uses them.
@@ -6,13 +6,16 @@ differ in what they make of the residual's memory. They are references for compa
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pandas as pd
 from scipy.signal import fftconvolve
 
 from pitotbench import air, bench
+from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.flight_store import FlightStore
+from pitotbench.bench.truth_comparison import Comparison, compare_curve, compare_points, rms, scored
 from pitotbench.calibrate.gls.covering_fit import CoveringFit, fit_covering
 from pitotbench.calibrate.gls.linearized_problem import Structure
 from pitotbench.calibrate.model.curve_map import CurveMap
@@ -20,7 +23,8 @@ from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.paper import airspeed_outputs, fit_scalar
 from pitotbench.calibrate.rows.observations import Observations, observe
 from pitotbench.estimate.restricted_likelihood import solve
-from pitotbench.evidence.bounds.coverage import trials
+from pitotbench.evidence.experiment import Row, Trial
+from pitotbench.evidence.random_truth import FIRST_SCORED_SEED, random_case
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
@@ -81,11 +85,11 @@ COVARIANCES: dict[str, Callable[[PeerCase], Array]] = {
 }
 
 
-def peer_rows(flight: Flight, das: str) -> list[dict[str, object]]:
+def peer_rows(flight: Flight, das: str) -> list[Row]:
     """Coverage and bound of each peer on one flight, and ours: one row each, speeds in m/s."""
     log = bench.sense(flight, das)
     ours = bench.calibrate(log)
-    speeds, inside = ours.curve.indicated_airspeed, bench.scored(ours.curve)
+    speeds, inside = ours.curve.indicated_airspeed, scored(ours.curve)
     truth = bench.true_correction(flight.case.pressure_error, speeds)
     model = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
     obs = observe(log, bench.CalibrationOptions())
@@ -101,22 +105,21 @@ def peer_rows(flight: Flight, das: str) -> list[dict[str, object]]:
     value, variance = scale_filter(log, obs, speeds)
     rows.append(_row("1 Hz filter of wind and scale", (value - truth)[inside], variance[inside]))
     rows += _spread_rows(log, flight)
-    ours_error = (ours.curve.correction - truth)[inside]
-    return [*rows, _row("pitotbench", ours_error, (0.5 * ours.curve.two_sigma[inside]) ** 2)]
+    beside_truth = compare_curve(ours.curve, flight.case.pressure_error)
+    return [*rows, _row("pitotbench", beside_truth.error, (0.5 * beside_truth.two_sigma) ** 2)]
 
 
-def _spread_rows(log: FlightLog, flight: Flight) -> list[dict[str, object]]:
-    """Legs and turns at one speed each, bounded by the scatter of what the method has too much of, as for
-    four legs (Gray 1998); none where the maneuver holds no speed on headings enough."""
+def _spread_rows(log: FlightLog, flight: Flight) -> list[Row]:
+    """Legs and turns at one speed each, bounded by the scatter of their redundant solutions, as for four legs
+    (Gray 1998); no row where the maneuver holds no speed on enough headings."""
     try:
         points = [point for point in bench.fixed_speed_points(log) if point.spread is not None]
     except NoAnswerError:
         return []
     if not points:
         return []
-    found, speeds, spread = np.array([(p.correction, p.indicated_airspeed, p.spread) for p in points]).T
-    truth = bench.true_correction(flight.case.pressure_error, speeds)
-    return [_row("per-point spread, fixed speed", found - truth, spread**2)]
+    error = compare_points(points, flight.case.pressure_error).error
+    return [_row("per-point spread, fixed speed", error, np.array([point.spread for point in points]) ** 2)]
 
 
 def _white_case(model: PredictionModel, obs: Observations) -> tuple[Array, PeerCase]:
@@ -126,13 +129,13 @@ def _white_case(model: PredictionModel, obs: Observations) -> tuple[Array, PeerC
 
 
 def _row(name: str, error: Array, variance: Array) -> dict[str, object]:
-    bound = 2.0 * np.sqrt(np.maximum(variance, 0.0))
+    found = Comparison(error, 2.0 * np.sqrt(np.maximum(variance, 0.0)))
     return {
         "bound": name,
-        "coverage": float(np.mean(np.abs(error) <= bound)),
+        "coverage": found.inside,
         "negative": bool(np.any(variance < 0.0)),
-        "two_sigma": float(np.mean(bound)),
-        "rms_error": float(np.sqrt(np.mean(error**2))),
+        "two_sigma": found.mean_two_sigma,
+        "rms_error": found.rms_error,
     }
 
 
@@ -175,7 +178,7 @@ class _Fitted:
 def _fitted(flight: Flight, das: str) -> _Fitted:
     log = bench.sense(flight, das)
     ours = bench.calibrate(log)
-    speeds = ours.curve.indicated_airspeed[bench.scored(ours.curve)]
+    speeds = ours.curve.indicated_airspeed[scored(ours.curve)]
     model = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
     obs = observe(log, bench.CalibrationOptions())
     fit = fit_covering(Structure(model, (), False), obs, fit_scalar(model, obs).theta)
@@ -185,8 +188,8 @@ def _fitted(flight: Flight, das: str) -> _Fitted:
     return _Fitted(fit, gradient, curve, bench.true_correction(flight.case.pressure_error, speeds))
 
 
-def known_noise_rows(fitted: Sequence[_Fitted]) -> list[dict[str, object]]:
-    """The estimator that knows the noise model: ours, told the mean of what all flights of the cell showed."""
+def known_noise_rows(fitted: Sequence[_Fitted]) -> list[Row]:
+    """Our estimator with the noise known: the mean of the noise that the flights of the cell showed."""
     modes = [max(each.fit.nodes, key=lambda node: node.weight).noise for each in fitted]
     noise = np.mean(modes, axis=0)
     rows = []
@@ -203,19 +206,15 @@ def comparison(
     turbulence: str = "light",
     systems: tuple[str, ...] = ("20/1", "50/50"),
     store: FlightStore | None = None,
+    jobs: int | None = None,
 ) -> pd.DataFrame:
-    """All bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means over flights."""
-    fly = bench.fly if store is None else store.fly
-    rows: list[dict[str, object]] = []
-    fitted: dict[tuple[str, str], list[_Fitted]] = {}
-    for trial in trials(list(PAPER_MANEUVERS), seeds):
-        if trial.turbulence == turbulence:
-            flight = fly(trial.case())
-            for das in systems:
-                rows += [{"maneuver": trial.maneuver, "das": das} | row for row in peer_rows(flight, das)]
-                fitted.setdefault((trial.maneuver, das), []).append(_fitted(flight, das))
-    for (maneuver, das), cell in fitted.items():
-        rows += [{"maneuver": maneuver, "das": das} | row for row in known_noise_rows(cell)]
+    """All bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means over flights.
+
+    A task is a maneuver with all its flights: the estimator that knows the noise needs the fits of all of them, and
+    a fit stays in its process.
+    """
+    work = partial(_maneuver_rows, seeds=seeds, turbulence=turbulence, systems=systems, store=store)
+    rows = [row for found in require_all(run_tasks(work, PAPER_MANEUVERS, jobs)) for row in found]
     table = pd.DataFrame(rows)
     table = table.sort_values(["maneuver", "das"], kind="stable")
     groups = table.groupby(["maneuver", "das", "bound"], sort=False)
@@ -224,6 +223,23 @@ def comparison(
             "inside 2σ [%]": 100.0 * groups["coverage"].mean(),
             "negative variance [% of flights]": 100.0 * groups["negative"].mean(),
             "mean 2σ [kt]": groups["two_sigma"].mean() / KNOT,
-            "true rms error [kt]": groups["rms_error"].apply(lambda e: float(np.sqrt(np.mean(e**2)))) / KNOT,
+            "true rms error [kt]": groups["rms_error"].apply(rms) / KNOT,
         }
     ).reset_index()
+
+
+def _maneuver_rows(
+    maneuver: str, seeds: int, turbulence: str, systems: tuple[str, ...], store: FlightStore | None
+) -> list[Row]:
+    """The rows of all flights of one maneuver, and those of the estimator that knows the noise."""
+    fly = bench.fly if store is None else store.fly
+    rows: list[Row] = []
+    fitted: dict[str, list[_Fitted]] = {das: [] for das in systems}
+    for seed in range(FIRST_SCORED_SEED, FIRST_SCORED_SEED + seeds):
+        flight = fly(random_case(Trial(maneuver, turbulence, seed)))
+        for das in systems:
+            rows += [{"maneuver": maneuver, "das": das} | row for row in peer_rows(flight, das)]
+            fitted[das].append(_fitted(flight, das))
+    for das, cell in fitted.items():
+        rows += [{"maneuver": maneuver, "das": das} | row for row in known_noise_rows(cell)]
+    return rows

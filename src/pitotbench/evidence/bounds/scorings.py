@@ -1,4 +1,4 @@
-"""What the coverage campaign asks of the bounds: which air, which systematic errors, which accuracies are told."""
+"""What the coverage campaign asks of the bounds: which wind, which systematic errors, which stated accuracies."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -10,26 +10,26 @@ from pitotbench.calibrate import Accuracies, CalibrationOptions
 from pitotbench.catalog import Catalog
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
+from pitotbench.sense import SYSTEMS
 from pitotbench.units import Array
 
-SYSTEMS = ("20/1", "50/50", "100/100")
 STATED = Accuracies(temperature_k=1.0, recovery_factor=0.02, static_pressure_pa=50.0, velocity_mps=0.1)
 SLOW_CHANGE, SLOW_TIME = 1.0, 600.0  # m/s rms in so many seconds, as a random walk
 
-Blow = Callable[[Flight, int], tuple[Flight, Array]]
-Spoil = Callable[[FlightLog, int], FlightLog]
+InWind = Callable[[Flight, int], tuple[Flight, Array]]
+WithErrors = Callable[[FlightLog, int], FlightLog]
 
 
 @dataclass(frozen=True, slots=True)
 class Scoring:
-    """One question: what blows beside the mean wind (flight and seed to the flight in it and its mean wind, toward
-    north and east [m/s]), what spoils the log, and how it is calibrated."""
+    """One question: the wind beside the case's (`in_wind`: from a flight and a seed to the flight in that wind and
+    its mean wind toward north and east [m/s]), the errors of the sensors, and how the log is calibrated."""
 
     name: str
     systems: tuple[str, ...]
     options: CalibrationOptions
-    blow: Blow
-    spoil: Spoil
+    in_wind: InWind
+    with_errors: WithErrors
     against_paper: bool = False
 
 
@@ -44,13 +44,13 @@ def slow(flight: Flight, seed: int) -> tuple[Flight, Array]:
     steps = np.random.default_rng([seed, 79]).standard_normal((2, int(elapsed[-1]) + 2))
     walk = np.cumsum(steps, axis=1) * SLOW_CHANGE / np.sqrt(2.0 * SLOW_TIME)
     change = np.stack([np.interp(elapsed, np.arange(walk.shape[1]), part) for part in walk])
-    blown = {f"velocity_{axis}": flight[f"velocity_{axis}"] + part for axis, part in _axes(change)}
+    moved = {f"velocity_{axis}": flight[f"velocity_{axis}"] + part for axis, part in _axes(change)}
     mean = bench.wind_toward(flight.case.wind)[:2] + change.mean(axis=1)
-    return replace(flight, channels={**flight.channels, **blown}), mean
+    return replace(flight, channels={**flight.channels, **moved}), mean
 
 
-def healthy(log: FlightLog, seed: int) -> FlightLog:
-    """The log as it is."""
+def as_sensed(log: FlightLog, seed: int) -> FlightLog:
+    """The log without further errors."""
     return log
 
 
@@ -76,8 +76,8 @@ def _axes(values: Array) -> list[tuple[str, Array]]:
 
 
 _ALL = (
-    Scoring("constant wind", SYSTEMS, CalibrationOptions(), steady, healthy, against_paper=True),
-    Scoring("systematic errors", SYSTEMS, CalibrationOptions(accuracies=STATED), steady, systematic),
-    Scoring("slow wind", ("50/50",), CalibrationOptions(wind="drifting"), slow, healthy),
+    Scoring("constant wind", tuple(SYSTEMS), CalibrationOptions(), steady, as_sensed, against_paper=True),
+    Scoring("systematic errors", tuple(SYSTEMS), CalibrationOptions(accuracies=STATED), steady, systematic),
+    Scoring("slow wind", ("50/50",), CalibrationOptions(wind="drifting"), slow, as_sensed),
 )
 SCORINGS: Catalog[Scoring] = Catalog("scoring", {scoring.name: scoring for scoring in _ALL})

@@ -2,13 +2,15 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
 
 from pitotbench import air, bench
-from pitotbench.evidence.bounds.coverage import Trial
-from pitotbench.evidence.bounds.figures import over_seeds, scored
+from pitotbench.evidence.bounds.figures import figures_of_log, over_seeds
+from pitotbench.evidence.experiment import Experiment, Row, Trial
+from pitotbench.evidence.random_truth import random_case, random_parameters
 from pitotbench.pressure_error import REFERENCE_PRESSURE
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.flight import Flight
@@ -22,7 +24,7 @@ Shape = Callable[[Array, np.random.Generator], Array]
 
 
 def _inverse_plus(speed: Array, rng: np.random.Generator) -> Array:
-    k = np.array([-0.06, 0.006, 0.06]) + np.array([0.03, 0.004, 0.03]) * rng.standard_normal(3)
+    k = random_parameters(rng)
     x = air.impact_pressure(speed * KNOT) / REFERENCE_PRESSURE
     return np.asarray(k[0] + k[1] * x + k[2] / x)
 
@@ -68,21 +70,27 @@ def truth_of(name: str, seed: int) -> PressureErrorSpec:
     )
 
 
-def score_outside(trial: Trial, das: str, truths: Sequence[str] = tuple(TRUTHS)) -> list[dict[str, object]]:
-    """Fly once; sense with every truth; calibrate with `auto` and with Inverse+; one row each."""
-    flight = bench.fly(trial.case())
-    rows: list[dict[str, object]] = []
+def outside_experiment(maneuvers: Sequence[str], turbulence: str, das: str) -> Experiment:
+    """Some maneuvers in one turbulence; every flight is sensed with every truth."""
+    return Experiment(partial(score_outside, das=das), tuple(maneuvers), (turbulence,), tuple(TRUTHS), "truth")
+
+
+def score_outside(trial: Trial, truths: tuple[str, ...], das: str) -> list[Row]:
+    """Fly once; sense with every truth; calibrate with `auto` and with Inverse+; a row each."""
+    flight = bench.fly(random_case(trial))
+    rows: list[Row] = []
     for name in truths:
         case = replace(flight.case, pressure_error=truth_of(name, trial.seed))
         rows += _rows(trial, name, replace(flight, case=case), das)
     return rows
 
 
-def _rows(trial: Trial, name: str, flight: Flight, das: str) -> Iterator[dict[str, object]]:
+def _rows(trial: Trial, name: str, flight: Flight, das: str) -> Iterator[Row]:
     log = bench.sense(flight, das)
+    cell: Row = {"maneuver": trial.maneuver, "turbulence": trial.turbulence, "truth": name}
     for model in MODELS:
-        base = {"maneuver": trial.maneuver, "truth": name, "model": model, "seed": trial.seed}
-        yield base | scored(log, bench.CalibrationOptions(model=model), flight)
+        base = cell | {"model": model, "seed": trial.seed}
+        yield base | figures_of_log(log, bench.CalibrationOptions(model=model), flight)
 
 
 def summarize(rows: pd.DataFrame) -> pd.DataFrame:

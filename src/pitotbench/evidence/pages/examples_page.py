@@ -1,4 +1,4 @@
-"""Stories of hidden effects as a Markdown page with a picture each."""
+"""Examples of a reconciliation with a hidden cause, as a Markdown page with a picture each."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,59 +7,64 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from pitotbench.records.gap import Account, Tolerance
-from pitotbench.records.verdict import SURE, Candidate, Located
+from pitotbench.records.verdict import SURE, Candidate, Located, Verdict
+from pitotbench.show.columns import Column, markdown_table
 from pitotbench.show.gap_panels import draw_closures, draw_trace, telling
-from pitotbench.show.gap_words import place_words, size_words, words
+from pitotbench.show.gap_words import place_words
+from pitotbench.show.quantity_words import size_words, words
 from pitotbench.show.style import BLUE, GREY, canvas
-from pitotbench.show.verdict_text import SAID
+from pitotbench.show.verdict_tables import KIND_WORDS
 
 _PLACES = 6
-_HEAD = """# Reconcile, told on flights in which the cause is hidden
+_HEAD = """# Reconcile, on flights with a hidden cause
 
-Each flight holds something that the model of the airplane does not. `pitotbench reconcile` sees the log, the model,
-and null flights of the same card; the truth is told here only after its answer. Sizes are ± 2σ; G is the share of
-the explainable gap that the patch closes, on the fitted flight and on another one of that card that was not used.
+Each flight contains an effect that the model of the airplane lacks. `pitotbench reconcile` gets the log, the
+model, and simulated flights of the same card without an effect (null flights); it does not get the truth. ± is 2σ.
+G is the share of the explainable gap that the patch closes, on the fitted flight and on another flight of that
+card that was not used.
 {provenance}
 
-| story | verdict | named | truth | G, fitted | G, held out | looks |
-|---|---|---|---|---|---|---|
-{rows}
+{table}
 """
 
 
 @dataclass(frozen=True, slots=True)
 class ExampleChapter:
-    """What a page tells of one flight: `truth` are the hidden sizes by effect, or words where no effect of the
-    table was hidden; `calibrations` are (what, residual 2σ [kt])."""
+    """The content of the page on one flight: `symptom` is the report of a crew, `truth` holds the hidden sizes by
+    effect, or words where no effect of the table was hidden. `calibrations`: (turn data, 2σ of the residual [kt]).
+    """
 
     name: str
     title: str
-    told: str
+    symptom: str
     account: Account
     truth: Mapping[str, Mapping[str, float]] | str
     calibrations: tuple[tuple[str, float], ...] = ()
 
 
 def examples_page(chapters: Sequence[ExampleChapter], provenance: str) -> str:
-    """The Markdown of all chapters; their pictures are `stories/<name>.png`."""
-    rows = "\n".join(_row(chapter) for chapter in chapters)
-    return _HEAD.format(provenance=provenance, rows=rows) + "".join(_chapter(each) for each in chapters)
+    """The Markdown of all chapters; their pictures are `reconcile-examples/<name>.png`."""
+    table = markdown_table(_COLUMNS, chapters)
+    return _HEAD.format(provenance=provenance, table=table) + "".join(_chapter(each) for each in chapters)
 
 
-def _row(chapter: ExampleChapter) -> str:
-    verdict = chapter.account.rounds[0].verdict
-    sure = verdict.kind in SURE
+def _verdict(chapter: ExampleChapter) -> Verdict:
+    return chapter.account.rounds[0].verdict
+
+
+def _effects(chapter: ExampleChapter) -> str:
+    return "; ".join(_named(chapter.account)) if _verdict(chapter).kind in SURE else "nothing"
+
+
+def _fitted_closure(chapter: ExampleChapter) -> float | None:
+    verdict = _verdict(chapter)
+    return verdict.closure.share if verdict.kind in SURE else None
+
+
+def _held_out_closure(chapter: ExampleChapter) -> float | None:
+    verdict = _verdict(chapter)
     held = verdict.closure_holdout
-    cells = [
-        chapter.title,
-        SAID[verdict.kind],
-        "; ".join(_named(chapter.account)) if sure else "nothing",
-        _truth(chapter),
-        f"{verdict.closure.share:.3f}" if sure else "",
-        f"{held.share:.3f}" if sure and held is not None else "",
-        str(len(chapter.account.rounds)),
-    ]
-    return "| " + " | ".join(cells) + " |"
+    return held.share if verdict.kind in SURE and held is not None else None
 
 
 def _truth(chapter: ExampleChapter) -> str:
@@ -72,15 +77,15 @@ def _truth(chapter: ExampleChapter) -> str:
 
 
 def _named(account: Account) -> list[str]:
-    """Each effect of each look with its sizes, and what it was not told from with the size that would have."""
-    found = []
+    """Each effect of each pass with its sizes, and the effects that cannot be distinguished from it."""
+    named = []
     for number, each in enumerate(account.rounds):
         known = {candidate.name: candidate for candidate in each.verdict.candidates}
         for effect, others in zip(each.verdict.effects, each.verdict.alternatives, strict=True):
-            beside = [_sized(known[name]) if name in known else words(name) for name in others]
-            like = f" or {' or '.join(beside)}" if beside else ""
-            found.append(_sized(effect) + like + (f" (look {number + 1})" if number else ""))
-    return found if any(each.added for each in account.rounds) else []
+            rivals = [_sized(known[name]) if name in known else words(name) for name in others]
+            like = f" or {' or '.join(rivals)}" if rivals else ""
+            named.append(_sized(effect) + like + (f" (pass {number + 1})" if number else ""))
+    return named if any(each.added for each in account.rounds) else []
 
 
 def _sized(effect: Candidate) -> str:
@@ -88,29 +93,41 @@ def _sized(effect: Candidate) -> str:
     return f"{words(effect.name)}: {sizes}"
 
 
+_COLUMNS: tuple[Column[ExampleChapter], ...] = (
+    Column("example", lambda chapter: chapter.title),
+    Column("verdict", lambda chapter: KIND_WORDS[_verdict(chapter).kind]),
+    Column("named", _effects),
+    Column("truth", _truth),
+    Column("G, fitted", _fitted_closure, style=".3f"),
+    Column("G, held out", _held_out_closure, style=".3f"),
+    Column("passes", lambda chapter: len(chapter.account.rounds), style="d"),
+)
+
+
 def _chapter(chapter: ExampleChapter) -> str:
     account, verdict = chapter.account, chapter.account.rounds[0].verdict
-    lines = [f"\n## {chapter.title}\n", f"**Seen.** {chapter.told}{_turn_data(chapter)}\n"]
-    lines.append(f"**Located.** {'; '.join(place_words(p) for p in verdict.located[:3])}.\n")
-    said = f"**{SAID[verdict.kind].capitalize()}.**"
+    lines = [f"\n## {chapter.title}\n", f"**Symptom.** {chapter.symptom}{_turn_data(chapter)}\n"]
+    lines.append(f"**Place of the gap.** {'; '.join(place_words(p) for p in verdict.located[:3])}.\n")
+    said = f"**{KIND_WORDS[verdict.kind].capitalize()}.**"
     if verdict.kind in SURE:
         lines.append(f"{said} {'; '.join(_named(account))}. Truth: {_truth(chapter)}.\n")
-        lines.append(f"**Added.**\n\n```toml\n{_entries(account.patch)}```\n")
+        lines.append(f"**Patch.**\n\n```toml\n{_entries(account.patch)}```\n")
     else:
         best = verdict.candidates[0]
-        ratio = f"held-out over in-sample gain {best.held_out_ratio:.2f}"
+        ratio = f"gain on held-out parts / gain on fitted parts {best.held_out_ratio:.2f}"
         lines.append(f"{said} Truth: {_truth(chapter)}.\n")
-        lines.append(f"The best of the table would be {_sized(best)} ({best.score:.0f}σ, {ratio}).\n")
+        lines.append(f"The best candidate is {_sized(best)} ({best.score:.0f}σ, {ratio}).\n")
     lines.append(f"**The gap.** {_gap(account)}\n")
-    lines.append(f"![{chapter.title}: where, when, and what is left](stories/{chapter.name}.png)\n")
+    caption = f"{chapter.title}: where and when the gap is, and how much of it remains"
+    lines.append(f"![{caption}](reconcile-examples/{chapter.name}.png)\n")
     return "\n".join(lines)
 
 
 def _turn_data(chapter: ExampleChapter) -> str:
     if not chapter.calibrations:
         return ""
-    told = ", ".join(f"{what} {value:.2f} kt" for what, value in chapter.calibrations)
-    return f" Residual 2σ of a calibration with these turn data: {told}."
+    residuals = ", ".join(f"{data} {value:.2f} kt" for data, value in chapter.calibrations)
+    return f" 2σ of the residual of a calibration with these turn data: {residuals}."
 
 
 def _entries(patch: str) -> str:
@@ -120,20 +137,20 @@ def _entries(patch: str) -> str:
 def _gap(account: Account) -> str:
     verdict, last = account.rounds[0].verdict, account.rounds[-1].verdict
     closed, held = verdict.closure, verdict.closure_holdout
-    told = f"Sum of squares in units of the noise: {closed.before:,.0f} before"
+    text = f"Sum of squares over noise variance: {closed.before:,.0f} before"
     if verdict.kind in SURE:
-        told += f", {closed.after:,.0f} with the patch, {closed.noise:,.0f} noise (G = {closed.share:.3f})"
+        text += f", {closed.after:,.0f} with the patch, {closed.noise:,.0f} noise (G = {closed.share:.3f})"
         if held is not None:
-            told += f"; held out {held.before:,.0f}, {held.after:,.0f}, {held.noise:,.0f} (G = {held.share:.3f})"
+            text += f"; held out {held.before:,.0f}, {held.after:,.0f}, {held.noise:,.0f} (G = {held.share:.3f})"
         if len(account.rounds) > 1:
-            told += f". Look {len(account.rounds)}, with all of that in the model: {SAID[last.kind]}"
+            text += f". Pass {len(account.rounds)}, with all of that in the model: {KIND_WORDS[last.kind]}"
     else:
-        told += f", {closed.noise:,.0f} noise; nothing is added"
-    return told + "." + _flown(account)
+        text += f", {closed.noise:,.0f} noise; nothing is added"
+    return text + "." + _flown(account)
 
 
 def _flown(account: Account) -> str:
-    """What flying the card again says, of the quantity that it says most of."""
+    """The quantity that the patch changes most on the card flown again, in a sentence."""
     if not account.flown.tolerances:
         return ""
     most = max(account.flown.tolerances, key=_moved)
@@ -148,7 +165,7 @@ def _moved(tolerance: Tolerance) -> float:
 
 
 def example_picture(account: Account, path: Path) -> None:
-    """Where the gap is, when, and what is left of it, as PNG."""
+    """Draw where and when the gap is, and how much of it remains, as PNG."""
     verdict = account.rounds[0].verdict
     closures = [("fitted", verdict.closure)]
     if verdict.closure_holdout is not None:
@@ -167,12 +184,12 @@ def example_picture(account: Account, path: Path) -> None:
 
 
 def draw_places(axes: Axes, places: Sequence[Located], threshold: float) -> None:
-    """The most significant place of every channel as bars [σ], with what null flights stay below."""
+    """Draw the most significant place of every channel as bars [σ], and the threshold of the null flights."""
     names = [f"{words(p.channel)},\n{words(p.where)}" for p in places]
     axes.barh(range(len(places)), [p.significance for p in places], color=BLUE, height=0.6)
     for side in (-threshold, threshold):
         axes.axvline(side, color=GREY, ls="--", lw=0.9)
     axes.set_yticks(range(len(places)), names, fontsize=7.5)
     axes.invert_yaxis()
-    axes.set(xlabel="measured − simulated [σ]; dashed: null flights")
+    axes.set(xlabel="measured − simulated [σ]; dashed: threshold of null flights")
     axes.grid(axis="y", visible=False)

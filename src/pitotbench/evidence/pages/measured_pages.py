@@ -1,43 +1,43 @@
-"""Pages under docs/ that tell what a campaign measured, beside the coverage campaign's own."""
+"""Pages under docs/ with the results of campaigns other than the coverage campaign."""
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
 import pandas as pd
 
-from pitotbench.show.markup import markdown_table
+from pitotbench.show.columns import frame_columns, frame_rows, markdown_table
 
-_PEERS = """# The bound beside its peers
+_PEERS = """# The bound compared with published ones
 
 Every row is fitted to the same flights: {count} a maneuver (seeds {first} to {last}, {date:%Y-%m-%d}), light
-turbulence, random wind and Inverse+ error. `python scripts/compare_bounds.py --seeds {count}` repeats it. A 2σ
-should hold 95 % of the curve.
+turbulence, random wind and Inverse+ error. `python scripts/compare_bounds.py --seeds {count}` repeats it. A ±2σ
+bound should contain 95 % of the curve.
 
-- *white residuals*: Cramér-Rao bound of output error, residuals without memory (Klein and Morelli 2006).
-- *colored residuals, all lags*: the residual's autocorrelation put into that bound (Morelli and Klein 1997).
+- *white residuals*: Cramér-Rao bound of output error for uncorrelated residuals (Klein and Morelli 2006).
+- *colored residuals, all lags*: that bound with the autocorrelation of the residual (Morelli and Klein 1997).
 - *HAC*: the same with a Bartlett window (Newey and West 1987).
 - *1 Hz filter of wind and scale*: an extended Kalman filter as small autopilots run it.
 - *per-point spread, fixed speed*: legs or turns at one speed each, bounded by twice their scatter (points, not the
   whole curve; no row where a maneuver holds no speed).
-- *pitotbench*: `two_sigma_kt`; the last row is told the noise's levels and length instead of finding them.
+- *pitotbench*: `two_sigma_kt`. For the last row the noise's levels and length are given, not estimated.
 
 {table}
 
-Not knowing the noise widens the bound to {sharpness:.2f} times that of the estimator that knows it.
+Because it has to estimate the noise, the bound is {sharpness:.2f} times as wide as for known noise.
 """
 _FORMS = """# Scalar and vector form
 
 Both forms on the same flights: seeds {first} to {last}, {turbulence} turbulence, {das} Hz, random wind and Inverse+
 error, {date:%Y-%m-%d}. Heading is off by a random constant (1° standard deviation), each vane by another (0.5°).
-A 2σ should hold 95 %. [method.md](method.md) says what the vector form adds.
+A ±2σ bound should contain 95 % of the curve. [method.md](method.md) explains what the vector form adds.
 `python scripts/verify_forms.py --seeds {count}` repeats it.
 
 {table}
 """
-_AUTO = """# `--model auto` on curves that no model of the table can draw
+_AUTO = """# `--model auto` on curves that no model of the table can represent
 
-Every flight is sensed with {truths} truths ({names}), their parameters random. Seeds {first} to {last},
-{turbulence} turbulence, {das} Hz, {date:%Y-%m-%d}. A 2σ should hold 95 %.
+Every flight is recorded with {truths} truths ({names}), their parameters random. Seeds {first} to {last},
+{turbulence} turbulence, {das} Hz, {date:%Y-%m-%d}. A ±2σ bound should contain 95 % of the curve.
 `python scripts/verify_auto.py --maneuver {maneuver} --seeds {count} --first {first}` repeats it.
 
 {table}
@@ -45,19 +45,19 @@ Every flight is sensed with {truths} truths ({names}), their parameters random. 
 
 
 def peers_page(table: pd.DataFrame, seeds: Sequence[int]) -> str:
-    """The bounds of others beside ours, as Markdown."""
+    """The bounds of published methods and of pitotbench, as Markdown."""
     wide = table.pivot_table(index=["maneuver", "das"], columns="bound", values="mean 2σ [kt]")
     sharpness = float((wide["pitotbench"] / wide["pitotbench, if the noise were known"]).mean())
     return _PEERS.format(table=_markdown(table), sharpness=sharpness, **_flown(seeds))
 
 
 def forms_page(table: pd.DataFrame, seeds: Sequence[int], asked: Mapping[str, str]) -> str:
-    """Both forms on the same flights, as Markdown; `asked`: turbulence and das."""
+    """Both forms on the same flights, as Markdown; `asked` holds turbulence and das."""
     return _FORMS.format(table=_markdown(table), **asked, **_flown(seeds))
 
 
 def auto_page(table: pd.DataFrame, truths: Sequence[str], seeds: Sequence[int], asked: Mapping[str, str]) -> str:
-    """Models weighed on truths outside their table, as Markdown; `asked`: maneuver, turbulence and das."""
+    """Models weighed on truths outside their table, as Markdown; `asked` holds maneuver, turbulence and das."""
     names = ", ".join(truths)
     return _AUTO.format(table=_markdown(table), truths=len(truths), names=names, **asked, **_flown(seeds))
 
@@ -68,8 +68,4 @@ def _flown(seeds: Sequence[int]) -> dict[str, object]:
 
 def _markdown(table: pd.DataFrame) -> str:
     """A frame as a Markdown table, its columns' names as headings, numbers with three digits."""
-    return markdown_table([str(n) for n in table.columns], (map(_cell, r) for r in table.itertuples(index=False)))
-
-
-def _cell(value: object) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+    return markdown_table(frame_columns(table, ".3g"), frame_rows(table))

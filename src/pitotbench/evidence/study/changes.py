@@ -31,7 +31,7 @@ def _with(flight: Flight, **channels: Array) -> Flight:
     return replace(flight, channels={**flight.channels, **channels})
 
 
-def _blown(flight: Flight, speed: Array, direction: float) -> Flight:
+def _with_wind(flight: Flight, speed: Array, direction: float) -> Flight:
     """More wind of a speed [m/s] a sample, toward a direction [rad]."""
     north, east = speed * np.cos(direction), speed * np.sin(direction)
     return _with(
@@ -49,13 +49,13 @@ def _direction(flight: Flight) -> float:
 def wind_change(flight: Flight, knots_a_minute: float) -> Flight:
     """A wind that grows steadily toward a random direction, with the clock of the flight."""
     since = (flight["time"] - flight["time"].mean()) / MINUTE
-    return _blown(flight, knots_a_minute * KNOT * since, _direction(flight))
+    return _with_wind(flight, knots_a_minute * KNOT * since, _direction(flight))
 
 
 def shear(flight: Flight, knots_a_hundred_feet: float) -> Flight:
     """A wind that grows with altitude toward a random direction."""
     above = (flight["altitude"] - flight["altitude"].mean()) / HUNDRED_FEET
-    return _blown(flight, knots_a_hundred_feet * KNOT * above, _direction(flight))
+    return _with_wind(flight, knots_a_hundred_feet * KNOT * above, _direction(flight))
 
 
 def vertical_speed(flight: Flight, times: float) -> Flight:

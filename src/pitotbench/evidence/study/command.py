@@ -20,7 +20,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scheduler", help="address of a dask scheduler, tcp://host:port")
     parser.add_argument("--out", type=Path, default=Path("out", "study"), help="folder (default: %(default)s)")
     parser.add_argument("--docs", type=Path, help="write study.md and its pictures into this folder")
-    parser.add_argument("--tables", type=Path, help="show the numbers of an earlier --out; nothing is flown")
+    parser.add_argument("--tables", type=Path, help="answer from the tables of an earlier --out; nothing is flown")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,30 +1,19 @@
 """Conduct the study: plan, fly, answer every claim, show."""
 
-import os
-import sys
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
-from pitotbench.bench.campaign.perform import executor_for
+from pitotbench.bench.fleet import Failure, run_tasks
 from pitotbench.evidence.study.claims import CLAIMS, Finding
-from pitotbench.evidence.study.measured_sorties import Measured, measure_sortie
+from pitotbench.evidence.study.measured_sorties import Measured, lost_sortie, measure_sortie
 from pitotbench.evidence.study.page_content import study_page_of
 from pitotbench.evidence.study.settings import Sortie
 from pitotbench.evidence.study.sorties import plan_sorties
 from pitotbench.evidence.study.study_tables import TABLES, StudyTables
+from pitotbench.logbook import atomic, write_text
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 
@@ -33,7 +22,7 @@ class StudyRequest:
     """How many seeds (1 to `seeds`, truth and sensors), where to write, how many processes or which cluster.
 
     `sweeps`: fly what the paper left open as well. `docs`: a folder that gets `study.md` and its pictures.
-    `tables`: the `out` of an earlier run, whose numbers are told again instead of flying.
+    `tables`: the `out` of an earlier run, whose tables are answered from instead of flying.
     """
 
     seeds: int = 1
@@ -68,21 +57,20 @@ def run_study(request: StudyRequest) -> StudyResult:
     """
     if request.tables is not None:
         return _answered(request, _read(request.tables), (), 0)
-    measured = _fly(request)
+    measured = fly_sorties(plan_sorties(request.seeds, request.sweeps), request.jobs, request.scheduler)
     failures = tuple(text for done in measured for text in done.failures)
     if not any(done.fits for done in measured):
         raise NoAnswerError("no flight gave a result: " + "; ".join(failures[:3]))
     return _answered(request, StudyTables.of(measured), failures, sum(not done.flights for done in measured))
 
 
-def _fly(request: StudyRequest) -> list[Measured]:
-    sorties, measured = plan_sorties(request.seeds, request.sweeps), []
-    with executor_for(request.jobs or os.cpu_count() or 1, request.scheduler) as executor, _progress() as bar:
-        line = bar.add_task("flying", total=len(sorties))
-        for done in _results(executor, sorties):
-            measured.append(done)
-            bar.advance(line)
-    return measured
+def fly_sorties(sorties: Sequence[Sortie], jobs: int | None = None, scheduler: str | None = None) -> list[Measured]:
+    """What was measured of each sortie, in their order; of one that could not be flown, the reason."""
+    results = run_tasks(measure_sortie, sorties, jobs, scheduler, "flying")
+    return [
+        lost_sortie(sortie, result.reason) if isinstance(result, Failure) else result
+        for sortie, result in zip(sorties, results, strict=True)
+    ]
 
 
 def _read(folder: Path) -> StudyTables:
@@ -98,11 +86,6 @@ def _answered(request: StudyRequest, evidence: StudyTables, failures: tuple[str,
     return StudyResult(evidence, findings, _write(request, evidence, findings), failures, lost)
 
 
-def _results(executor: Executor | None, sorties: Sequence[Sortie]) -> Iterator[Measured]:
-    """In the order of the plan, whatever the order in which they end."""
-    return map(measure_sortie, sorties) if executor is None else executor.map(measure_sortie, sorties)
-
-
 def _write(request: StudyRequest, evidence: StudyTables, findings: dict[str, Finding]) -> tuple[Path, ...]:
     from pitotbench.evidence.pages.study_page import study_html, write_document  # loads the drawing library
 
@@ -112,19 +95,8 @@ def _write(request: StudyRequest, evidence: StudyTables, findings: dict[str, Fin
     except OSError as error:
         raise BadInputError(f"{request.out}: cannot be made: {error.strerror}; choose another --out") from error
     report = request.out / "report.html"
-    report.write_text(study_html(page), encoding="utf-8")
+    write_text(report, study_html(page))
     for name in TABLES:
-        getattr(evidence, name).to_parquet(request.out / f"{name}.parquet", index=False)
+        with atomic(request.out / f"{name}.parquet") as scratch:
+            getattr(evidence, name).to_parquet(scratch, index=False)
     return (report, write_document(page, request.docs)) if request.docs else (report,)
-
-
-def _progress() -> Progress:
-    """A bar on standard error; quiet when that is not a terminal."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    return Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty(), transient=True)

@@ -1,17 +1,12 @@
 """Curves to look at: a calibration over airspeed, and the points of the conventional method beside it."""
 
-import numpy as np
-
-from pitotbench import air, bench
-from pitotbench.calibrate import fixed_speed
+from pitotbench import bench
+from pitotbench.evidence.experiment import Row
 from pitotbench.evidence.study.looks import Look
-from pitotbench.evidence.study.measures import Row
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT
-
-_FEWEST = 4  # legs of a speed
 
 
 def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
@@ -35,34 +30,13 @@ def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
 
 
 def fixed_speed_rows(log: FlightLog) -> list[Row]:
-    """The four-leg method at each speed of a 4-Leg log: calibrated minus indicated airspeed [kt].
-
-    The conventional reduction: the mean ground velocity of every leg on condition, one true airspeed a circuit.
-    """
-    if log.segment is None or log.on_condition is None or log.total_temperature is None:
-        return []
-    names = np.array([name if name.startswith("leg") else "" for name in log.segment])
-    rows: list[Row] = []
-    for speed in dict.fromkeys(name.split()[1] for name in names if name):
-        of_speed = np.char.startswith(names, f"leg {speed} ") & log.on_condition
-        legs = [of_speed & (names == name) for name in dict.fromkeys(names[of_speed].tolist())]
-        if len(legs) == _FEWEST:
-            rows.append(_point(log, of_speed, legs))
-    return rows
-
-
-def _point(log: FlightLog, rows: np.ndarray, legs: list[np.ndarray]) -> Row:
-    north = np.array([log.velocity_north[leg].mean() for leg in legs])
-    east = np.array([log.velocity_east[leg].mean() for leg in legs])
-    found = fixed_speed(np.hypot(north, east), np.arctan2(east, north))
-    static, impact = float(log.static_pressure[rows].mean()), float(log.impact_pressure[rows].mean())
-    assert log.total_temperature is not None
-    mach = air.mach_from_impact_pressure(impact, static)
-    temperature = air.air_temperature(float(log.total_temperature[rows].mean()), mach)
-    true_impact = air.impact_pressure_from_true_airspeed(found.true_airspeed, static, temperature)
-    indicated = float(air.calibrated_airspeed(impact))
-    return {
-        "kind": "fixed speed",
-        "airspeed_kt": indicated / KNOT,
-        "correction_kt": (float(air.calibrated_airspeed(true_impact)) - indicated) / KNOT,
-    }
+    """The four-leg points of a log: calibrated minus indicated airspeed [kt] at indicated airspeeds [kt]."""
+    return [
+        {
+            "kind": "fixed speed",
+            "airspeed_kt": point.indicated_airspeed / KNOT,
+            "correction_kt": point.correction / KNOT,
+        }
+        for point in bench.cross_check(log)
+        if point.method == "four_leg"
+    ]

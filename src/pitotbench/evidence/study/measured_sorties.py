@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench import bench
+from pitotbench.evidence.experiment import Row
 from pitotbench.evidence.study.curve_points import curve_rows, fixed_speed_rows
 from pitotbench.evidence.study.looks import sense_look
-from pitotbench.evidence.study.measures import Row, density_rows, fit, flight_row
+from pitotbench.evidence.study.measures import density_rows, fit, flight_row
 from pitotbench.evidence.study.settings import Sortie
-from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import NAUTICAL_MILE
@@ -30,12 +30,9 @@ class Measured:
 
 
 def measure_sortie(sortie: Sortie) -> Measured:
-    """Fly, sense, fit, measure. A flight that cannot be flown becomes a failure in words, not an end."""
+    """Fly, sense, fit, measure. Raises BadInputError where the case cannot be flown."""
     case = sortie.case
-    try:
-        flight = bench.fly(case)
-    except (BadInputError, NoAnswerError) as error:
-        return Measured(failures=(f"{case.maneuver} seed {case.truth_seed} {sortie.setting}: {error}",))
+    flight = bench.fly(case)
     key: Row = {
         "setting": sortie.setting,
         "variant": sortie.variant,
@@ -51,6 +48,12 @@ def measure_sortie(sortie: Sortie) -> Measured:
         curves=tuple(key | row for row in curves),
         failures=tuple(f"{' '.join(map(str, key.values()))}: {row['failed']}" for row in fits if row["failed"]),
     )
+
+
+def lost_sortie(sortie: Sortie, reason: str) -> Measured:
+    """What there is of a sortie that gave nothing: the reason."""
+    case = sortie.case
+    return Measured(failures=(f"{case.maneuver} seed {case.truth_seed} {sortie.setting}: {reason}",))
 
 
 def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:

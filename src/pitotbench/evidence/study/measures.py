@@ -3,6 +3,8 @@
 import numpy as np
 
 from pitotbench import bench
+from pitotbench.bench.truth_comparison import compare_curve, compare_wind, scored
+from pitotbench.evidence.experiment import Row
 from pitotbench.evidence.study.changes import TURNING
 from pitotbench.evidence.study.looks import Look
 from pitotbench.evidence.study.workload import workload
@@ -12,7 +14,6 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import FOOT, KNOT, Array
 
-Row = dict[str, object]
 DENSITY_EDGES = np.arange(90.0, 172.5, 2.5)  # kt
 BLOCK = 5.0  # s, about the memory of a gust: residuals averaged over it count as independent
 _SPLIT = 130.0 * KNOT  # where Step Decrease changes its heading
@@ -38,7 +39,7 @@ def look_row(look: Look) -> Row:
 
 
 def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | None]:
-    """Fit a log and hold it against the truth of its flight; `failed` says why there are no numbers."""
+    """Fit a log and compare it with the truth of its flight; `failed` says why there are no numbers."""
     try:
         result = bench.calibrate(log, look.options)
     except (NoAnswerError, BadInputError) as error:
@@ -61,16 +62,15 @@ def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | 
 
 def _error_parts(result: Calibration, flight: Flight) -> Row:
     """Mean error of the curve, its lower half minus its upper half, and the error of the wind [kt]."""
-    curve, inside = result.curve, bench.scored(result.curve)
-    truth = bench.true_correction(flight.case.pressure_error, curve.indicated_airspeed)
-    error, low = curve.correction - truth, curve.indicated_airspeed < _SPLIT
-    wind = bench.wind_toward(flight.case.wind)
-    tilt = float(np.mean(error[inside & low]) - np.mean(error[inside & ~low])) if (inside & low).any() else 0.0
+    error = compare_curve(result.curve, flight.case.pressure_error).error
+    slow = result.curve.indicated_airspeed[scored(result.curve)] < _SPLIT
+    tilt = float(np.mean(error[slow]) - np.mean(error[~slow])) if slow.any() else 0.0
+    north, east = compare_wind(result.wind, bench.wind_toward(flight.case.wind)[:2]).error
     return {
-        "mean_error_kt": float(np.mean(error[inside])) / KNOT,
+        "mean_error_kt": float(np.mean(error)) / KNOT,
         "tilt_kt": tilt / KNOT,
-        "wind_north_error_kt": (result.wind.north.value - float(wind[0])) / KNOT,
-        "wind_east_error_kt": (result.wind.east.value - float(wind[1])) / KNOT,
+        "wind_north_error_kt": float(north) / KNOT,
+        "wind_east_error_kt": float(east) / KNOT,
     }
 
 

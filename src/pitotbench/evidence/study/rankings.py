@@ -3,12 +3,13 @@
 import numpy as np
 import pandas as pd
 
+from pitotbench.bench.truth_comparison import rms
 from pitotbench.evidence.pages.chart_data import Chart, Lines, LineSeries
 from pitotbench.evidence.study.charting import maneuver_bars
 from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER, named
 from pitotbench.evidence.study.settings import BOTH_WAYS
 from pitotbench.evidence.study.study_tables import Spread, StudyTables, rank_agreement, signed
-from pitotbench.evidence.study.sweeps.sweep import Reply, rms
+from pitotbench.evidence.study.sweeps.sweep import Reply
 
 _FEWEST = 9  # seeds: a correlation of fewer says nothing
 _SHOWN = ("step_decrease", "rapid_decel", "race_track", "four_leg", BOTH_WAYS)

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field, replace
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.evidence.study.looks import COVERING, PAPER, Look
+from pitotbench.pressure_error import PAPER_MODELS
 from pitotbench.records.case import Case, EffectSpec, Wind
+from pitotbench.sense import SYSTEMS
 from pitotbench.simulate.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT
 
-SYSTEMS = ("20/1", "50/50", "100/100")
-PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")
-SPECIFICATION = 0.1  # of the injected noise: the instrument's own
+SPECIFICATION = 0.1  # of the injected noise: that of the instrument's specification
 BOTH_WAYS = "step_both_ways"  # Step Decrease with every speed on both headings
 STEEPER = (4.0, 8.0, 12.0, 16.0, 24.0)
 STEEP = 12.0  # times the vertical speed: where data rates are compared
@@ -136,7 +136,7 @@ STRAIGHT = Look("20/1", replace(PAPER, model="quadratic", on_condition=True))  #
 
 
 def quiet_looks() -> tuple[Look, ...]:
-    """With and without V_down, the pressure and the velocity as quiet as the instruments' own."""
+    """With and without V_down, the pressure and the velocity as quiet as specified."""
     return tuple(
         Look("50/50", replace(PAPER, use_down=down), noise=SPECIFICATION, gps_noise=SPECIFICATION)
         for down in (True, False)

@@ -1,1 +1,1 @@
-"""From evidence to a verdict: weigh, name, close, patch, advise."""
+"""From residuals and signatures to a verdict: weigh, name, close, patch, advise."""

@@ -1,4 +1,4 @@
-"""Say what to fly next: what tells two explanations apart, or makes a size better known."""
+"""Advise what to fly next, to separate two explanations or to sharpen a size."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ DIAGNOSTIC = "diagnostic (climb, descent, steady sideslips, turn, idle and back:
 def flights_to_fly(kind: str, groups: Sequence[Sequence[str]]) -> tuple[str, ...]:
     """Return the sentences of advice for a verdict of a kind.
 
-    Each of `groups` holds the name of an effect that was found, then the names of those that fit as well.
+    Each of `groups` holds the name of an effect that was found, then the names of those that fit equally well.
     """
     if kind == "no_gap":
         return ("nothing to separate; the smallest sizes that would have shown are listed",)
@@ -23,13 +23,12 @@ def flights_to_fly(kind: str, groups: Sequence[Sequence[str]]) -> tuple[str, ...
 
 
 def _for_group(names: Sequence[str]) -> str:
-    """What to fly for effects that fit as well as each other, or for a single one."""
-    flown = list(dict.fromkeys(str(EFFECTS[name].shows_in) for name in names))
+    """The advice for effects that fit equally well, or for a single one."""
+    shown_by = list(dict.fromkeys(str(EFFECTS[name].shows_in) for name in names))
     if len(names) == 1:
-        return f"to sharpen {names[0]}: {flown[0]}"
+        return f"to sharpen {names[0]}: {shown_by[0]}"
     listed = ", ".join(names)
-    if len(flown) == 1:
-        return (
-            f"{listed} act alike in any maneuver of this kind; look at the airplane, or sharpen both by: {flown[0]}"
-        )
-    return f"to tell {listed} apart: fly {DIAGNOSTIC}; or " + "; or ".join(flown)
+    if len(shown_by) == 1:
+        alike = f"{listed} act alike in any maneuver of this kind"
+        return f"{alike}; look at the airplane, or sharpen both by: {shown_by[0]}"
+    return f"to tell {listed} apart: fly {DIAGNOSTIC}; or " + "; or ".join(shown_by)

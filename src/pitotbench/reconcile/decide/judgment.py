@@ -1,4 +1,4 @@
-"""From a log to a verdict: check, locate, name, close, advise, each step a function of this room."""
+"""From a log that is laid out to a verdict: name, examine what remains, close, advise."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,71 +9,73 @@ from pitotbench.catalog import Catalog
 from pitotbench.effects import Effect
 from pitotbench.reconcile.decide.advice_for import flights_to_fly
 from pitotbench.reconcile.decide.closure import closure_of
-from pitotbench.reconcile.decide.explanations import estimates
+from pitotbench.reconcile.decide.explanations import SMALLEST_GAIN, estimates
 from pitotbench.reconcile.decide.naming import Naming, name_effects
 from pitotbench.reconcile.decide.normal_equations import NormalEquations
-from pitotbench.reconcile.null_flights.gust_levels import turbulence
-from pitotbench.reconcile.null_flights.null_distribution import Knowledge
-from pitotbench.reconcile.null_flights.periodic import swinging
-from pitotbench.reconcile.null_flights.wander import unexplained
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconcile.null_flights.gust_levels import turbulence_candidates
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
+from pitotbench.reconcile.null_flights.periodic import periodic_channels
+from pitotbench.reconcile.null_flights.wander import wandering_channels
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import FITTED, Layout, columns_of, lay_out, scaled_to, weigh_layout
-from pitotbench.reconcile.signatures.refine import at_sizes, without
-from pitotbench.reconcile.signatures.signatures import AircraftModel
+from pitotbench.reconcile.residuals.layout import Layout, lay_out
+from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
+from pitotbench.reconcile.residuals.scene import AircraftModel
+from pitotbench.reconcile.signatures.hypotheses import FITTED
+from pitotbench.reconcile.signatures.refine import at_sizes, without_sensor_effect
+from pitotbench.reconcile.signatures.signatures import columns_of
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Closure, Detectable, Kind, Verdict
 
 
-def judge(layout: Layout, known: Knowledge) -> tuple[Verdict, Naming]:
-    """The verdict on a log that is laid out, and the naming behind it."""
-    named = name_effects(layout, known)
-    rest = _explained(named)
-    seen = turbulence(rest, known.gusts)
-    gained = named.fit.gain
-    odd = () if seen else unexplained(rest, named.layout, known.noise, known.powers, gained)
-    odd = (*odd, *swinging(rest, known.noise, known.swings, gained))
-    effects = (*layout.found.effects, *_effects(named), *seen)
-    alternatives = (*((),) * len(layout.found.effects), *named.alternatives, *(("turbulence_scale",),) * len(seen))
-    kind: Kind = "unknown" if odd and not layout.found.effects else named.kind
-    if kind in ("named", "no_gap") and effects:
+def judge(layout: Layout, null: NullDistribution) -> tuple[Verdict, Naming]:
+    """Return the verdict on a log that is laid out, and the naming from which it follows."""
+    naming = name_effects(layout, null)
+    explained = _without_named(naming)
+    gusts = turbulence_candidates(explained, null.gust_levels)
+    # Other turbulence than that of the card makes every channel wander.
+    wandering = () if gusts else wandering_channels(explained, naming.layout, null, naming.fit.gain)
+    unexplained = (*wandering, *periodic_channels(explained, null, naming.fit.gain))
+    counted = layout.checked.effects
+    effects = (*counted, *_named_effects(naming), *gusts)
+    alternatives = (*((),) * len(counted), *naming.alternatives, *(("turbulence_scale",),) * len(gusts))
+    kind: Kind = "unknown" if unexplained and not counted else naming.kind
+    if kind in ("named", "one_of", "no_gap") and effects:
         kind = "one_of" if any(alternatives) else "named"
     groups = [(e.name, *others) for e, others in zip(effects, alternatives, strict=True)]
+    equations, fit = naming.equations, naming.fit
     verdict = Verdict(
         kind=kind,
         effects=effects,
         alternatives=alternatives,
-        candidates=named.candidates,
-        located=(*odd, *(named.leftover if kind == "unknown" and named.chosen else named.located)),
-        checks=layout.found.checks,
-        closure=closure_of(named.evidence, named.fit.columns, named.fit.sizes.tolist(), _cells(named.layout)),
-        smallest_detectable=smallest_detectable(named.evidence, named.layout, known, named.fit.columns),
+        candidates=naming.candidates,
+        located=(*unexplained, *(naming.remaining if kind == "unknown" and naming.chosen else naming.located)),
+        checks=layout.checked.checks,
+        closure=closure_of(equations, fit.columns, fit.sizes.tolist(), _cells(naming.layout)),
+        smallest_detectable=smallest_detectable(equations, naming.layout, null, fit.columns),
         advice=flights_to_fly(kind, groups),
-        notes=_notes(layout, known, named),
+        notes=_notes(layout, null, naming),
     )
-    return verdict, named
+    return verdict, naming
 
 
-def _effects(named: Naming) -> tuple[Candidate, ...]:
+def _named_effects(naming: Naming) -> tuple[Candidate, ...]:
     """The chosen effects with their sizes as fitted together."""
-    columns = columns_of(named.layout.signatures)
-    found = []
-    for effect in named.chosen:
-        others = [c for n in named.chosen if n != effect for c in columns[n]]
-        alone = named.evidence.fit(columns[effect], given=others)
-        ratio = named.evidence.held_out_gain(columns[effect], others) / max(alone.gain, 1e-9)
-        sizes = estimates(named.layout.signatures, alone)
-        found.append(Candidate(effect, sizes, float(np.sqrt(alone.gain)), ratio, True))
-    return tuple(found)
+    columns = columns_of(naming.layout.signatures)
+    effects = []
+    for effect in naming.chosen:
+        others = [c for n in naming.chosen if n != effect for c in columns[n]]
+        fit = naming.equations.fit(columns[effect], given=others)
+        ratio = naming.equations.held_out_gain(columns[effect], others) / max(fit.gain, SMALLEST_GAIN)
+        sizes = estimates(naming.layout.signatures, fit)
+        effects.append(Candidate(effect, sizes, float(np.sqrt(fit.gain)), ratio, True))
+    return tuple(effects)
 
 
-def _explained(named: Naming) -> Layout:
-    """The study with what was named taken out of its residuals."""
-    layout = named.layout
-    columns = [layout.signatures[c].column for c in named.fit.columns]
-    taken = sum(
-        (c * s for c, s in zip(columns, named.fit.sizes, strict=True)), np.zeros_like(layout.residuals.values)
-    )
-    return replace(layout, residuals=replace(layout.residuals, values=layout.residuals.values - taken))
+def _without_named(naming: Naming) -> Layout:
+    """The layout with the named effects subtracted from its residuals."""
+    columns = [naming.layout.signatures[c].column for c in naming.fit.columns]
+    return naming.layout.without(columns, naming.fit.sizes)
 
 
 def _cells(layout: Layout) -> list[int]:
@@ -81,57 +83,61 @@ def _cells(layout: Layout) -> list[int]:
 
 
 def smallest_detectable(
-    weighed: NormalEquations, layout: Layout, known: Knowledge, given: Sequence[int] = ()
+    equations: NormalEquations, layout: Layout, null: NullDistribution, given: Sequence[int] = ()
 ) -> tuple[Detectable, ...]:
-    """The size of each effect that would have reached the threshold half of the time, what was named being
-    known."""
-    found = []
+    """Return the size of each effect that would reach its threshold half of the time.
+
+    The columns `given` are those of the named effects, which are fitted together with each size.
+    """
+    sizes = []
     for index, signature in enumerate(layout.signatures):
         if index in given or FITTED[signature.effect].variant_of:
             continue
-        deviation = float(weighed.fit([index], given).deviations[0])
+        deviation = float(equations.fit([index], given).deviations[0])
         parameter = FITTED[signature.effect].parameter(signature.parameter)
-        size = known.needed(signature.effect) * deviation
+        size = null.threshold_of(signature.effect) * deviation
         if 0.0 < size <= max(abs(parameter.low), abs(parameter.high)):
-            found.append(Detectable(signature.effect, signature.parameter, size))
-    return tuple(found)
+            sizes.append(Detectable(signature.effect, signature.parameter, size))
+    return tuple(sizes)
 
 
-def _notes(layout: Layout, known: Knowledge, named: Naming) -> tuple[str, ...]:
+def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str, ...]:
+    """Sentences on the limits of a verdict."""
     notes = []
-    if known.flights == 0:
+    if null.flights == 0:
         notes.append("no null flights of this card: noise from the log itself, thresholds one half above theory")
-    if layout.scene.model is None:
+    if layout.scene.force_model is None:
         notes.append("no aircraft model: sensors and air alone are judged")
-    seen = {s.effect for s in layout.signatures}
-    hidden = [n for n, effect in FITTED.items() if n not in seen and not effect.variant_of]
+    shown = {s.effect for s in layout.signatures}
+    hidden = [n for n, effect in FITTED.items() if n not in shown and not effect.variant_of]
     if hidden:
         notes.append("cannot be seen in the channels of this log: " + ", ".join(hidden))
-    noise = scaled_to(known.noise, layout).deviations / known.noise.deviations
-    loud = [f"{n} ({r:.1f} times)" for n, r in zip(known.noise.names, noise, strict=True) if r > 1.3]
-    if loud and known.flights:
-        notes.append("more noise than on null flights: " + ", ".join(loud))
+    ratios = scaled_to(null.noise, layout).deviations / null.noise.deviations
+    noisy = [
+        f"{n} ({r:.1f} times)" for n, r in zip(null.noise.names, ratios, strict=True) if r > THRESHOLDS.noise_noted
+    ]
+    if noisy and null.flights:
+        notes.append("more noise than on null flights: " + ", ".join(noisy))
     return tuple(notes)
 
 
 def hold_out(
-    log: FlightLog, aircraft: AircraftModel | None, known: Knowledge, named: Naming, setting: AnalysisSetting
+    log: FlightLog, aircraft: AircraftModel | None, null: NullDistribution, naming: Naming, setting: AnalysisSetting
 ) -> Closure:
-    """What the named effects, with the sizes already found, close on another log."""
-    chosen: Catalog[Effect] = Catalog("effect", {n: FITTED[n] for n in named.chosen})
+    """Return the closure of the named effects on another log, with the sizes fitted before."""
+    chosen: Catalog[Effect] = Catalog("effect", {n: FITTED[n] for n in naming.chosen})
     layout = lay_out(log, aircraft, setting, chosen)
-    sizes = {
-        (named.layout.signatures[c].effect, named.layout.signatures[c].parameter): float(v)
-        for c, v in zip(named.fit.columns, named.fit.sizes, strict=True)
-    }
-    for effect in named.chosen:
-        layout = without(layout, layout, effect, {p: v for (n, p), v in sizes.items() if n == effect})
+    signatures = [naming.layout.signatures[c] for c in naming.fit.columns]
+    sizes = {(s.effect, s.parameter): float(v) for s, v in zip(signatures, naming.fit.sizes, strict=True)}
+    for effect in naming.chosen:
+        of_effect = {p: v for (n, p), v in sizes.items() if n == effect}
+        layout = without_sensor_effect(layout, layout, effect, of_effect)
     layout = at_sizes(layout, sizes)
-    weighed = weigh_layout(layout, scaled_to(known.noise, layout))
+    equations = whitened_equations(layout, scaled_to(null.noise, layout))
     values = [sizes[s.effect, s.parameter] for s in layout.signatures]
-    return closure_of(weighed, range(len(values)), values, _cells(layout))
+    return closure_of(equations, range(len(values)), values, _cells(layout))
 
 
 def with_hold_out(verdict: Verdict, held: Closure) -> Verdict:
-    """The verdict with the closure on a held-out log."""
+    """Return the verdict with the closure on a held-out log."""
     return replace(verdict, closure_holdout=held)

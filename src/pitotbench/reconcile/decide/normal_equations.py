@@ -1,8 +1,8 @@
-"""All that hypotheses need of a log: one matrix of inner products of whitened columns, block by block.
+"""The normal equations of a log: inner products of whitened columns, block by block of time.
 
-Columns are nuisances, signatures of effects, cells without physics, and the residuals themselves. Every fit, joint
-fit, held-out fit and distance between two explanations is then algebra on small matrices (generalized least
-squares; priors enter as rows of data: Rasmussen and Williams 2006, §2.7).
+Columns are the free parameters, the signatures of effects, the cells, and the residuals. Every fit, joint fit and
+held-out fit is then algebra on small matrices (generalized least squares; priors enter as rows of data: Rasmussen
+and Williams 2006, §2.7).
 """
 
 from collections.abc import Sequence
@@ -10,16 +10,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
-BLOCKS = 8
-CONTAINED = 0.98  # share of a column's sum of squares that others must make up to contain it
-SINGULAR = 1e-6  # share of a column that the others must leave for it to be one of its own
+BLOCKS = 8  # of time: each is left out once, and holds a phase of a maneuver
+SINGULAR = 1e-6  # share of a column that the others must not reproduce for it to be independent
+SMALLEST = 1e-300  # sum of squares of an empty column, so that it can be divided by
+ROUNDING = 1e-13  # singular values below this share of the largest are rounding
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """Sizes of some columns with their covariance, nuisances free; `gain` is the fall of the sum of squares."""
+    """Sizes of some columns, (k,), with their covariance, (k, k), fitted together with the free parameters.
+
+    `gain` is the fall of the sum of squares by these columns.
+    """
 
     columns: tuple[int, ...]
     sizes: Array
@@ -34,84 +39,94 @@ class Fit:
 
 @dataclass(frozen=True, slots=True)
 class NormalEquations:
-    """Inner products by block of time, (b, m, m): `nuisances` columns first, then signatures and cells, the
-    residual last; `prior` holds the nuisances' prior precisions, `inner` the products with the nuisances taken
-    out."""
+    """Inner products by block of time, (b, m, m).
+
+    The first `free` columns are the free parameters, with the prior precisions `prior`, (k,). Signatures and cells
+    follow; the residual is last. `inner` holds the sums over all blocks after elimination of the free parameters,
+    so that its columns count from the first signature.
+    """
 
     products: Array
-    nuisances: int
+    free: int
     prior: Array
     inner: Array
 
     def fit(self, columns: Sequence[int], given: Sequence[int] = ()) -> Fit:
-        """Fit columns, with others `given` free as well; the gain is over those alone."""
+        """Fit columns together with others that are `given`; the gain is over the given ones alone."""
         sizes, covariance, gain = _solve(self.inner, [*given, *columns])
         base = _solve(self.inner, given)[2]
         first = len(given)
         return Fit(tuple(columns), sizes[first:], covariance[first:, first:], max(0.0, gain - base))
 
     def scores(self, columns: Sequence[int], given: Sequence[int] = ()) -> Array:
-        """Size over its deviation of each column on its own, with others `given` free; 0 where they leave
-        nothing."""
-        chosen, taken = list(columns), list(given)
+        """Return the size of each column alone over its deviation, with others `given` in the fit.
+
+        It is 0 for a column that the given ones reproduce.
+        """
+        chosen, others = list(columns), list(given)
         power, product = np.diag(self.inner)[chosen].copy(), self.inner[chosen, -1].copy()
         whole = power.copy()
-        if taken:
-            inverse = _solve(self.inner, taken)[1]
-            across = self.inner[np.ix_(chosen, taken)]
+        if others:
+            inverse = _solve(self.inner, others)[1]
+            across = self.inner[np.ix_(chosen, others)]
             power -= np.einsum("ij,jk,ik->i", across, inverse, across)
-            product -= across @ inverse @ self.inner[taken, -1]
-        usable = power > SINGULAR * np.maximum(whole, 1e-300)
+            product -= across @ inverse @ self.inner[others, -1]
+        usable = power > SINGULAR * np.maximum(whole, SMALLEST)
         return np.where(usable, product / np.sqrt(np.where(usable, power, 1.0)), 0.0)
 
     def gain_along(self, columns: Sequence[int], proportions: Sequence[float], given: Sequence[int] = ()) -> float:
-        """The gain of columns in fixed proportions, one size for all, with others `given` free; 0 where these leave
-        nothing."""
+        """Return the gain of columns in fixed proportions, with one size for all and others `given` in the fit.
+
+        It is 0 where the given ones reproduce the columns.
+        """
         inner, w, chosen = self.inner, np.asarray(proportions), list(columns)
         power = w @ inner[np.ix_(chosen, chosen)] @ w
         product, whole = w @ inner[chosen, -1], power
         if given:
-            taken = list(given)
-            across = w @ inner[np.ix_(chosen, taken)]
-            inverse = _solve(inner, taken)[1]
+            others = list(given)
+            across = w @ inner[np.ix_(chosen, others)]
+            inverse = _solve(inner, others)[1]
             power = power - across @ inverse @ across
-            product = product - across @ inverse @ inner[taken, -1]
+            product = product - across @ inverse @ inner[others, -1]
         return float(product**2 / power) if power > SINGULAR * whole else 0.0
 
     def contains(self, columns: Sequence[int], others: Sequence[int]) -> bool:
-        """Whether some columns can make up the others, nuisances being free."""
+        """Whether some columns, with the free parameters, can reproduce the others."""
         inner, chosen = self.inner, list(columns)
         inverse = _solve(inner, chosen)[1]
         across = inner[np.ix_(list(others), chosen)]
-        made = np.einsum("ij,jk,ik->i", across, inverse, across)
-        return bool(np.all(made > CONTAINED * np.diag(inner)[list(others)]))
+        reproduced = np.einsum("ij,jk,ik->i", across, inverse, across)
+        return bool(np.all(reproduced > THRESHOLDS.contained * np.diag(inner)[list(others)]))
 
-    def left(self, columns: Sequence[int]) -> float:
-        """Sum of squares left after fitting nuisances and some columns."""
+    def remaining(self, columns: Sequence[int]) -> float:
+        """Return the sum of squares that remains after a fit of the free parameters and some columns."""
         return float(self.inner[-1, -1] - _solve(self.inner, columns)[2])
 
     def held_out_gain(self, columns: Sequence[int], given: Sequence[int] = ()) -> float:
-        """What the columns save in each block when sizes and nuisances are fitted to the other blocks, summed, and
-        what they save in the priors, which are data of no block."""
+        """Return the fall of the sum of squares by some columns in blocks that the fit does not use.
+
+        For each block, sizes and free parameters are fitted to the other blocks. The fall in the priors, which are
+        data of no block, is added once.
+        """
         total = self.products.sum(axis=0)
-        stretched = self.nuisance_sizes(given) ** 2 - self.nuisance_sizes([*given, *columns]) ** 2
-        return float(self.prior @ stretched) + sum(
+        in_priors = self.free_sizes(given) ** 2 - self.free_sizes([*given, *columns]) ** 2
+        return float(self.prior @ in_priors) + sum(
             self._misfit(here, total - here, given) - self._misfit(here, total - here, [*given, *columns])
             for here in self.products
         )
 
     def _misfit(self, here: Array, others: Array, columns: Sequence[int]) -> float:
-        """Sum of squares of a block under what the other blocks say."""
-        k = self.nuisances
+        """Sum of squares of a block with sizes fitted to the other blocks."""
+        k = self.free
         used = [*range(k), *(k + c for c in columns)]
         normal = others[np.ix_(used, used)]
         normal[np.arange(k), np.arange(k)] += self.prior
-        answer = _solve_scaled(normal, others[used, -1])
-        return float(here[-1, -1] - 2.0 * answer @ here[used, -1] + answer @ here[np.ix_(used, used)] @ answer)
+        sizes = _solve_scaled(normal, others[used, -1])
+        return float(here[-1, -1] - 2.0 * sizes @ here[used, -1] + sizes @ here[np.ix_(used, used)] @ sizes)
 
-    def nuisance_sizes(self, columns: Sequence[int] = ()) -> Array:
-        """The nuisances fitted together with some columns."""
-        k = self.nuisances
+    def free_sizes(self, columns: Sequence[int] = ()) -> Array:
+        """Return the sizes of the free parameters, (k,), fitted together with some columns."""
+        k = self.free
         used = [*range(k), *(k + c for c in columns)]
         total = self.products.sum(axis=0)
         normal = total[np.ix_(used, used)]
@@ -119,17 +134,17 @@ class NormalEquations:
         return _solve_scaled(normal, total[used, -1])[:k]
 
 
-def equations_from(products: Array, nuisances: int, deviations: Array) -> NormalEquations:
-    """Evidence from inner products and the nuisances' prior deviations."""
+def equations_from(products: Array, free: int, deviations: Array) -> NormalEquations:
+    """Return the equations of inner products, (b, m, m), and the prior deviations of the free parameters, (k,)."""
     prior = 1.0 / deviations**2
-    total, k = products.sum(axis=0), nuisances
+    total, k = products.sum(axis=0), free
     normal = total[:k, :k] + np.diag(prior)
-    taken = np.stack([_solve_scaled(normal, column) for column in total[:k, k:].T], axis=1)
-    return NormalEquations(products, nuisances, prior, total[k:, k:] - total[k:, :k] @ taken)
+    eliminated = np.stack([_solve_scaled(normal, column) for column in total[:k, k:].T], axis=1)
+    return NormalEquations(products, free, prior, total[k:, k:] - total[k:, :k] @ eliminated)
 
 
 def inner_products(columns: Array, residual: Array, blocks: int = BLOCKS) -> Array:
-    """Inner products by block, (b, k + 1, k + 1), of whitened columns (n, c, k) and the residual (n, c)."""
+    """Return inner products by block, (b, k + 1, k + 1), of whitened columns (n, c, k) and the residual (n, c)."""
     every = np.concatenate([columns, residual[:, :, None]], axis=2)
     parts = [part.reshape(-1, every.shape[2]) for part in np.array_split(every, blocks)]
     return np.stack([part.T @ part for part in parts])
@@ -141,7 +156,7 @@ def _solve(inner: Array, columns: Sequence[int]) -> tuple[Array, Array, float]:
     if not chosen:
         return np.zeros(0), np.zeros((0, 0)), 0.0
     normal, right = inner[np.ix_(chosen, chosen)], inner[chosen, -1]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), SMALLEST))
     values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
     usable = values > SINGULAR
     inverse = (vectors[:, usable] / values[usable]) @ vectors[:, usable].T * np.outer(scale, scale)
@@ -150,6 +165,7 @@ def _solve(inner: Array, columns: Sequence[int]) -> tuple[Array, Array, float]:
 
 
 def _solve_scaled(normal: Array, right: Array) -> Array:
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    solved = np.linalg.lstsq(normal * np.outer(scale, scale), right * scale, rcond=1e-13)[0]
+    """Sizes of normal equations that may be singular, each column scaled to 1."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), SMALLEST))
+    solved = np.linalg.lstsq(normal * np.outer(scale, scale), right * scale, rcond=ROUNDING)[0]
     return np.asarray(solved * scale)

@@ -1,4 +1,4 @@
-"""Add: what was named, as data that a case file takes, each number with its bound and where it came from."""
+"""The patch: the named effects as entries of a case file, each size with its bound and its source."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -6,13 +6,16 @@ from dataclasses import dataclass
 from pitotbench.effects import EFFECTS
 from pitotbench.records.verdict import Candidate
 
-DIGITS = 5
+DIGITS = 5  # significant ones of a size: more than any bound needs
 Shapes = Mapping[str, Mapping[str, float]]  # by effect: the time of an event, and the like
 
 
 @dataclass(frozen=True, slots=True)
 class Patch:
-    """Effects with sizes, as entries of a case file; `text` is TOML with bounds and provenance as comments."""
+    """Effects with sizes, as entries of a case file.
+
+    `text` is TOML with the bounds and the source as comments.
+    """
 
     entries: tuple[tuple[str, dict[str, float]], ...]
     text: str
@@ -25,11 +28,11 @@ def patch_of_effects(
     shapes: Shapes | None = None,
     others: Sequence[Sequence[Candidate]] = (),
 ) -> Patch:
-    """The patch for some effects. `source` names the log, `date` says when it was made; `shapes` are those that
-    were fitted; `others` hold, for each effect, those that the log does not tell from it: they stand in comments,
-    to be put in its place.
+    """Return the patch for some effects.
 
-    Sizes outside the plausible range are brought to its edge, and shapes left out keep what is typical.
+    `source` names the log, `date` is the date of the patch, and `shapes` are those that were fitted. `others` hold,
+    for each effect, the effects that the log cannot separate from it; they stand in comments, ready to replace it.
+    Sizes outside the plausible range are set to its end. Shapes without an entry keep their typical value.
     """
     entries, lines = [], [f"# found in {source}", f"# {date}"]
     for number, effect in enumerate(effects):
@@ -37,8 +40,8 @@ def patch_of_effects(
         entries.append((effect.name, sizes))
         lines += ["", *_entry(effect, sizes)]
         for other in others[number] if number < len(others) else ():
-            told = _entry(other, _sizes(other))
-            lines += ["", "# the log does not tell it from:", *(f"# {line}".rstrip() for line in told)]
+            alternative = _entry(other, _sizes(other))
+            lines += ["", "# the log does not tell it from:", *(f"# {line}".rstrip() for line in alternative)]
     return Patch(tuple(entries), "\n".join(lines) + "\n")
 
 

@@ -1,1 +1,1 @@
-"""What residuals look like without any effect, learned from flights of the same card."""
+"""What null flights (flights without an effect) show by chance: the noise, and the spread of every score."""

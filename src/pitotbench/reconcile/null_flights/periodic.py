@@ -1,52 +1,64 @@
-"""Errors that swing with a period of their own: a line in the spectrum of what nothing explains.
+"""Errors with a period of their own: a line in the spectrum of a channel that null flights do not have.
 
-An error that follows no phase of flight and no variable leaves every mean where it was, and beneath gusts it adds
-little to the sum of squares; but all of it stands at one frequency (Schuster 1898, the periodogram). Each channel
-is looked at without what the others tell of it, so that gusts, which all of them feel, hide less.
+An error that follows neither a phase of flight nor a variable does not change any mean, and beneath gusts it adds
+little to the sum of squares. But all of it stands at one frequency (Schuster 1898, the periodogram). From each
+channel its prediction by the others is subtracted, because gusts show in all of them and would hide the line.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench.reconcile.decide.scoring import usual
-from pitotbench.reconcile.residuals.layout import Layout, noise_residuals
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
+from pitotbench.reconcile.null_flights.null_measure import Measure, measures_over
+from pitotbench.reconcile.residuals.layout import Layout
+from pitotbench.reconcile.residuals.layout_noise import noise_residuals
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.records.verdict import Located
 
-THRESHOLD = 6.4  # deviations: one log in two hundred by Student's t of eight flights, over some twenty channels
-ALLOWED = 0.1  # share of the explained sum of squares that an imperfect signature may leave at one frequency
-SLOWEST = 3  # periods in a log, from which an error is said to swing
-LEAST = 0.22  # deviation of the logarithm of the largest of some 300 exponential numbers (Gumbel 1958)
+SMALLEST = 1e-12  # of a power whose logarithm is taken
 
 
-def swings(layout: Layout, noise: NoiseModel) -> dict[str, tuple[float, float]]:
-    """The strongest line of each channel: the logarithm of its power, a fall of the sum of squares, and its period
-    [s]."""
-    seen = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
-    white = noise.given_others(seen)
+@dataclass(frozen=True, slots=True)
+class SpectralLine:
+    """The strongest line of a channel: the logarithm of its power (a sum of squares), and its period [s]."""
+
+    log_power: float
+    period: float
+
+
+def spectral_lines(layout: Layout, noise: NoiseModel) -> dict[str, SpectralLine]:
+    """Return the strongest line of each channel."""
+    innovations = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
+    white = noise.given_others(innovations)
     power = 2.0 * np.abs(np.fft.rfft(white, axis=0)) ** 2 / len(white)
     period = len(white) * layout.grid.step / np.maximum(np.arange(len(power)), 1)
-    power[:SLOWEST] = 0.0
-    best = power.argmax(axis=0)
-    found = zip(layout.residuals.names, best, strict=True)
-    return {n: (float(np.log(power[k, i] + 1e-12)), float(period[k])) for i, (n, k) in enumerate(found)}
+    power[: THRESHOLDS.line_periods] = 0.0
+    strongest = power.argmax(axis=0)
+    return {
+        name: SpectralLine(float(np.log(power[k, i] + SMALLEST)), float(period[k]))
+        for i, (name, k) in enumerate(zip(layout.residuals.names, strongest, strict=True))
+    }
 
 
-def usual_swings(found: Sequence[Mapping[str, tuple[float, float]]]) -> dict[str, tuple[float, float]]:
-    """Mean and deviation of each channel's strongest line on null flights."""
-    return usual([{name: value for name, (value, _) in each.items()} for each in found], LEAST)
+def lines_over(flights: Sequence[Mapping[str, SpectralLine]]) -> dict[str, Measure]:
+    """Return mean and deviation of the log power of each channel's strongest line over null flights."""
+    log_powers = [{name: line.log_power for name, line in each.items()} for each in flights]
+    return measures_over(log_powers, THRESHOLDS.line_deviation_lowest)
 
 
-def swinging(
-    layout: Layout, noise: NoiseModel, known: Mapping[str, tuple[float, float]], explained: float
-) -> tuple[Located, ...]:
-    """Channels with a line that null flights do not have, the worst one first, stronger than a share of what has
-    been explained, a sum of squares, may leave."""
-    seen, found = swings(layout, noise), []
-    for name, (mean, deviation) in known.items():
-        value, period = seen[name]
-        told = (value - mean) / deviation
-        if told > THRESHOLD and np.exp(value) > ALLOWED * explained:
-            found.append(Located(name, "", f"a period of {period:.0f} s", told))
-    return tuple(sorted(found, key=lambda place: -place.significance))
+def periodic_channels(layout: Layout, null: NullDistribution, explained: float) -> tuple[Located, ...]:
+    """Return the channels with a line that null flights do not have, the worst one first.
+
+    `explained` is the fall of the sum of squares by the named effects. A line counts if it is significant and is
+    more than a share of `explained` that an imperfect signature may leave.
+    """
+    lines, located = spectral_lines(layout, null.noise), []
+    for name, on_null in null.spectral_lines.items():
+        score = on_null.standardized(lines[name].log_power)
+        is_large = np.exp(lines[name].log_power) > THRESHOLDS.remaining_share * explained
+        if score > THRESHOLDS.remaining_line and is_large:
+            located.append(Located(name, "", f"a period of {lines[name].period:.0f} s", score))
+    return tuple(sorted(located, key=lambda place: -place.significance))

@@ -1,52 +1,64 @@
-"""How much a channel wanders, against null flights: what neither an effect nor a place to look explains.
+"""How far a channel wanders, against null flights: a gap that neither an effect nor a cell explains.
 
-A gap that follows no variable, as an error that swings with a period of its own, leaves every mean where it was; it
-shows only in the sum of squares of its channel.
+A gap that follows no variable, such as an error with a period of its own, does not change any mean. It shows only
+in the sum of squares of its channel.
 """
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pitotbench.reconcile.decide.scoring import usual
-from pitotbench.reconcile.residuals.layout import Layout, noise_residuals
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
+from pitotbench.reconcile.null_flights.null_measure import Measure, measures_over
+from pitotbench.reconcile.residuals.layout import Layout
+from pitotbench.reconcile.residuals.layout_noise import noise_residuals
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.records.verdict import Located
 
-THRESHOLD = 6.4  # deviations: one log in two hundred by Student's t of eight flights, over some twenty channels
-GUSTY = ("airspeed_along", "airspeed_across", "airspeed_down")  # judged by gusts.py where there is turbulence
-ALLOWED = 0.1  # share of the explained sum of squares that an imperfect signature may leave
-SAME = 0.5  # share of a channel's surplus from which what is left is not the rest of what was named
-CALM = 0.1  # m/s, deviation of gusts below which the air counts as calm
+GUSTY = ("airspeed_along", "airspeed_across", "airspeed_down")  # in turbulence, gust_levels.py judges these
+SMALLEST = 1e-12  # of a mean square whose logarithm is taken
 
 
-def powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
-    """Logarithm of the mean square innovation of each channel, nuisances taken out."""
-    white = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
-    used = white[np.any(white != 0.0, axis=1)]
-    return dict(zip(layout.residuals.names, np.log(np.mean(used**2, axis=0) + 1e-12).tolist(), strict=True))
+def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
+    """Return the logarithm of the mean square innovation of each channel, without free parameters."""
+    innovations = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
+    used = innovations[np.any(innovations != 0.0, axis=1)]
+    powers = np.log(np.mean(used**2, axis=0) + SMALLEST)
+    return dict(zip(layout.residuals.names, powers.tolist(), strict=True))
 
 
-def usual_powers(
-    found: Sequence[Mapping[str, float]], instants: int, gusts: Mapping[str, tuple[float, float]]
-) -> dict[str, tuple[float, float]]:
-    """Mean and deviation of each channel's power on null flights, of some instants each; the deviation is never
-    below that of white noise."""
-    gusty = gusts["level"][0] > np.log(CALM)
-    judged = [{n: v for n, v in each.items() if not (gusty and n in GUSTY)} for each in found]
-    return usual(judged, float(np.sqrt(2.0 / instants)))
+def powers_over(
+    flights: Sequence[Mapping[str, float]], instants: int, gusts: Mapping[str, Measure]
+) -> dict[str, Measure]:
+    """Return mean and deviation of the power of each channel over null flights of so many instants each.
+
+    No deviation is below that of white noise. In turbulence the channels of the wind triangle are not included.
+    """
+    turbulent = gusts["level"].mean > np.log(THRESHOLDS.calm_gusts)
+    judged = [{n: v for n, v in each.items() if not (turbulent and n in GUSTY)} for each in flights]
+    return measures_over(judged, float(np.sqrt(2.0 / instants)))
 
 
-def unexplained(
-    layout: Layout, before: Layout, noise: NoiseModel, known: Mapping[str, tuple[float, float]], explained: float
+def wandering_channels(
+    layout: Layout, before: Layout, null: NullDistribution, explained: float
 ) -> tuple[Located, ...]:
-    """Channels that wander more than on null flights, the worst one first, by more than a share of what has been
-    explained, a sum of squares, may leave, and by most of what the channel showed `before` that was taken out: a
-    velocity that is late follows the gusts as well, which no signature knows."""
-    seen, first, found = powers(layout, noise), powers(before, noise), []
-    for name, (mean, deviation) in known.items():
-        told = (seen[name] - mean) / deviation
-        left, shown = (float(np.exp(p[name]) - np.exp(mean)) for p in (seen, first))
-        if told > THRESHOLD and len(layout.grid) * left > ALLOWED * explained and left > SAME * shown:
-            found.append(Located(name, "", "", told))
-    return tuple(sorted(found, key=lambda place: -place.significance))
+    """Return the channels that wander more than on null flights, the worst one first.
+
+    `layout` is the log without the named effects, `before` the log with them, and `explained` the fall of the sum
+    of squares by them. A channel counts if its surplus over null flights is significant, is more than a share of
+    `explained` that an imperfect signature may leave, and is more than half of its surplus before. With the last
+    rule a late velocity counts as explained, although its gusts, which no signature contains, are late as well.
+    """
+    powers, powers_before = channel_powers(layout, null.noise), channel_powers(before, null.noise)
+    located = []
+    for name, on_null in null.channel_powers.items():
+        score = on_null.standardized(powers[name])
+        surplus, surplus_before = (
+            float(np.exp(each[name]) - np.exp(on_null.mean)) for each in (powers, powers_before)
+        )
+        is_large = len(layout.grid) * surplus > THRESHOLDS.remaining_share * explained
+        is_new = surplus > THRESHOLDS.wander_share * surplus_before
+        if score > THRESHOLDS.remaining_wander and is_large and is_new:
+            located.append(Located(name, "", "", score))
+    return tuple(sorted(located, key=lambda place: -place.significance))

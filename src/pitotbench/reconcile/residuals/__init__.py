@@ -1,1 +1,1 @@
-"""From the log to residuals: what the model predicts for each channel, with the free parameters beside it."""
+"""From a log to residuals: measured less predicted for each channel, and the free parameters of every log."""

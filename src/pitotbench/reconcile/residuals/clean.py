@@ -1,9 +1,8 @@
-"""A track without noise and without gusts, on which the effects act: what they change there is their signature.
+"""The clean track: a track without noise and without gusts, on which signatures are computed.
 
-A signature made of noisy signals would carry their noise, which the residuals carry as well, and the two would
-correlate: a lag of the very noise that is being explained looks like a lag of the airplane. So impact pressure is
-rebuilt from the ground velocity and the wind, and all else is smoothed by local parabolas (Savitzky and Golay
-1964).
+A signature made of noisy signals would carry their noise. The residuals carry the same noise, so that the two would
+correlate: a lag of this noise looks like a lag of the airplane. Therefore the impact pressure is rebuilt from the
+ground velocity and the wind, and all other channels are smoothed by local parabolas (Savitzky and Golay 1964).
 """
 
 from collections.abc import Mapping
@@ -18,15 +17,16 @@ from pitotbench.reconcile.residuals.track import GPS_CHANNELS, Track, mach_numbe
 from pitotbench.units import Array
 
 WINDOW = 3.0  # s, of the local parabolas
-# s, for the GPS: over 3 s its noise, which the residuals carry too, made a latency of 0.30 s come out as 0.24 s.
+# s, for the GPS: with 3 s the noise of its velocity made a latency of 0.30 s come out as 0.24 s.
 GPS_WINDOW = 4.5
-SLOW_WINDOW = 20.0  # s, of what pressure height says beyond the vertical speed's integral
-KEPT = ("throttle_left", "throttle_right", "mass")  # steps are real there
+# s, of pressure height less the integral of the vertical speed: long, for the integral holds the quick changes.
+SLOW_WINDOW = 20.0
+UNSMOOTHED = ("throttle_left", "throttle_right", "mass")  # steps of these channels are real
 
 
 def clean_track(track: Track, wind: Array) -> Track:
-    """The smoothed track; wind is toward north, east, down [m/s], (3,)."""
-    changing = {name: values for name, values in track.channels.items() if name not in KEPT}
+    """Return the smoothed track; `wind` is toward north, east, down [m/s], (3,)."""
+    changing = {name: values for name, values in track.channels.items() if name not in UNSMOOTHED}
     smooth = track.replaced({name: _smoothed(track, values, WINDOW) for name, values in changing.items()})
     smooth = smooth.replaced({"static_pressure": _static_pressure(track, smooth)})
     smooth = smooth.replaced(_impact_pressure(smooth, wind))
@@ -34,7 +34,7 @@ def clean_track(track: Track, wind: Array) -> Track:
 
 
 def _static_pressure(track: Track, smooth: Track) -> Array:
-    """Static pressure whose quick changes are those of the vertical speed, not of its own noise."""
+    """Static pressure whose quick changes come from the vertical speed and not from sensor noise."""
     down = smooth["velocity_down"] if "velocity_down" in smooth else air_velocity(smooth)[2]
     climbed = -np.cumsum(down) * track.row_period
     height = air.pressure_altitude(track["static_pressure"])
@@ -51,7 +51,7 @@ def _smoothed(track: Track, values: Array, window: float) -> Array:
 
 
 def _impact_pressure(track: Track, wind: Array) -> Mapping[str, Array]:
-    """Impact pressure of the flight through the air as ground velocity and wind give it."""
+    """Impact pressure of the airspeed that ground velocity and wind give."""
     through = np.stack(air_velocity(track), axis=1)
     along = through / true_airspeed_along(track)[:, None]
     names = ("velocity_north", "velocity_east", "velocity_down")

@@ -1,4 +1,4 @@
-"""The instants at which residuals are taken, and the one filter for all that is measured."""
+"""The instants at which residuals are taken, and the one filter that all measured channels pass."""
 
 from dataclasses import dataclass
 
@@ -11,14 +11,18 @@ from pitotbench.units import Array
 
 Indices = NDArray[np.intp]
 
-STEP = 0.5  # s between instants; the period of the fixes where that is longer
-MARGIN = 1.0  # s left out at both ends of a stretch
+STEP = 0.5  # s between instants; the period of the GPS fixes where it is longer
+MARGIN = 1.0  # s at both ends of a stretch that are not used: the filter and the smoothing end there
 
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Center rows of the instants, (n,); `first` is true at the first of every stretch; `step` [s] between them;
-    `taps` are the filter's weights over the rows around a center, symmetric, their sum one."""
+    """The instants of a track.
+
+    `rows` are the rows at the centers, (n,); `first` is true at the first instant of every stretch; `step` [s] is
+    the time between instants. `taps` are the weights of the filter over the rows around a center: symmetric, with
+    the sum 1. A slow GPS is not filtered (`filters_gps` is False).
+    """
 
     rows: Indices
     first: NDArray[np.bool_]
@@ -30,20 +34,20 @@ class Grid:
         return len(self.rows)
 
     def smooth(self, values: Array, gps: bool = False) -> Array:
-        """A channel at the instants, filtered; fixes of a slow GPS as they are."""
+        """Return a channel at the instants, filtered; the fixes of a slow GPS are taken as they are."""
         return self._at(self.rows, values, gps)
 
     def smooth_answer(self, values: Array, rows: Indices) -> Array:
-        """Columns given at some rows, (m, k), seen at the instants through the same filter, (n, k)."""
+        """Return columns given at some rows, (m, k), at the instants through the same filter, (n, k)."""
         half = len(self.taps) // 2
         wanted = np.clip(self.rows[:, None] + np.arange(-half, half + 1), rows[0], rows[-1])
-        left = np.clip(np.searchsorted(rows, wanted, side="right") - 1, 0, len(rows) - 2)
-        share = (wanted - rows[left]) / (rows[left + 1] - rows[left])
-        near = np.arange(len(wanted))[:, None] * np.ones_like(left)
+        before = np.clip(np.searchsorted(rows, wanted, side="right") - 1, 0, len(rows) - 2)
+        share = (wanted - rows[before]) / (rows[before + 1] - rows[before])
+        instant = np.arange(len(wanted))[:, None] * np.ones_like(before)
         weights = coo_array(
             (
                 np.concatenate([(self.taps * (1.0 - share)).ravel(), (self.taps * share).ravel()]),
-                (np.tile(near.ravel(), 2), np.concatenate([left.ravel(), left.ravel() + 1])),
+                (np.tile(instant.ravel(), 2), np.concatenate([before.ravel(), before.ravel() + 1])),
             ),
             shape=(len(wanted), len(rows)),
         )
@@ -57,22 +61,27 @@ class Grid:
         return np.asarray(values[around] @ self.taps)
 
     def mean_between(self, values: Array, gps: bool = False) -> Array:
-        """Mean of a channel from the instant before to each instant, by the trapezoidal rule on all rows between,
-        seen through the same filter as velocities; 0 at the first of every stretch."""
+        """Return the mean of a channel from the previous instant to each instant; 0 at the first of every stretch.
+
+        The integral by the trapezoidal rule passes the same filter as velocities do.
+        """
         total = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]))])
-        seen = self.smooth(total, gps)
+        integral = self.smooth(total, gps)
         rows = np.diff(self.rows, prepend=self.rows[0])
-        mean = np.diff(seen, prepend=seen[0]) / np.maximum(rows, 1)
+        mean = np.diff(integral, prepend=integral[0]) / np.maximum(rows, 1)
         return np.where(self.first, 0.0, mean)
 
-    def rate(self, seen: Array, track: Track) -> Array:
-        """Difference quotient of values at the instants, from the one before; 0 at the first of every stretch."""
+    def rate(self, values: Array, track: Track) -> Array:
+        """Return the change a second since the previous instant of values at the instants, (n,).
+
+        It is 0 at the first instant of every stretch.
+        """
         seconds = np.maximum(np.diff(self.rows, prepend=self.rows[0]), 1) * track.row_period
-        return np.where(self.first, 0.0, np.diff(seen, prepend=seen[0]) / seconds)
+        return np.where(self.first, 0.0, np.diff(values, prepend=values[0]) / seconds)
 
 
 def grid_of(track: Track) -> Grid:
-    """The instants of a track."""
+    """Return the instants of a track."""
     slow = track.fix_period >= SLOW_GPS
     margin = int(np.ceil(MARGIN / track.row_period))
     half = max(1, round(HALF_WINDOW / track.row_period))

@@ -1,8 +1,8 @@
-"""Residual channels: every measured quantity minus what the others, and the aircraft model, say it should be.
+"""Residual channels: every measured quantity minus its prediction from the others and the aircraft model.
 
-Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground velocity), force
-and moment, engine. Each channel is zero but for noise where sensors and model are true; wind and sensor biases are
-taken out later as columns of a regression.
+Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground velocity), force and
+moment, engine. Each channel is noise alone where sensors and model are true. Wind and sensor biases are free
+parameters of the regression.
 """
 
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ from pitotbench.units import Array, MetersPerSecond
 
 FORCES, MOMENTS, ENGINES = REACTION_NAMES[:3], REACTION_NAMES[3:6], REACTION_NAMES[6:]
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
-TIMING = 0.1  # s, one step of the replay
-NEAR = 4  # instants on either side
-QUICK = 6.0  # times the usual rate: gusts and sensor noise stay below
+TIMING = 0.1  # s, one step of the replay: by so much the model may be early or late
+NEAR = 4  # instants on either side over which an error of timing shows
+QUICK = 6.0  # times the median rate: gusts and sensor noise stay below
 UNITS = {
     **dict.fromkeys(("airspeed_along", "airspeed_across", "airspeed_down"), "m/s"),
     "pressure_height": "m",
@@ -41,15 +41,18 @@ FAMILIES = {
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Directions at the instants that belong to the log, not to a hypothesis: along the flight through the air and
-    across it, in the horizontal (n, 3) each, toward north, east, down."""
+    """Horizontal directions at the instants: along the flight through the air and across it.
+
+    Each is a unit vector toward north, east, down, (n, 3). They come from the log and stay the same for every
+    hypothesis.
+    """
 
     along: Array
     across: Array
 
     @classmethod
     def of(cls, track: Track, grid: Grid) -> "Frame":
-        """From the air velocity of the log itself."""
+        """Return the frame of the measured air velocity."""
         level = np.stack([grid.smooth(v) for v in air_velocity(track)], axis=1)[:, :2]
         level = level / np.linalg.norm(level, axis=1)[:, None]
         zero = np.zeros(len(level))
@@ -58,20 +61,22 @@ class Frame:
         )
 
     def turned(self, vectors: Array, down: bool) -> Array:
-        """Components along, across and, where asked for, down of vectors toward north, east, down."""
+        """Return the components along, across and (with `down`) down of vectors toward north, east, down."""
         parts = [np.sum(self.along * vectors, axis=1), np.sum(self.across * vectors, axis=1)]
         return np.stack([*parts, vectors[:, 2]] if down else parts, axis=1)
 
 
 def true_airspeed_along(track: Track) -> MetersPerSecond:
-    """True airspeed [m/s] of a track's pressures and temperature."""
+    """Return the true airspeed [m/s] of the pressures and temperature of a track."""
     mach = mach_number(track)
     return mach * air.sound_speed(outside_temperature(track, mach))
 
 
 def air_velocity(track: Track) -> tuple[Array, Array, Array]:
-    """Velocity through the air toward north, east, down [m/s]; without vanes the flow is taken to be level and
-    along the nose."""
+    """Return the velocity through the air toward north, east, down [m/s].
+
+    Without vanes the flow is assumed to be level and along the nose.
+    """
     speed = true_airspeed_along(track)
     alpha = track["angle_of_attack"] if "angle_of_attack" in track else track["pitch"]
     beta = track["sideslip"] if "sideslip" in track else np.zeros_like(speed)
@@ -82,8 +87,11 @@ def air_velocity(track: Track) -> tuple[Array, Array, Array]:
 
 @dataclass(frozen=True, slots=True)
 class ChannelResiduals:
-    """Residual channels by name, (n, c); `slack` is the deviation that adds to the noise where the model changes
-    quickly or an instant says little."""
+    """Residual channels by name, (n, c).
+
+    `slack` is a standard deviation that adds to the noise, (n, c), where the model changes quickly or an instant
+    holds little information.
+    """
 
     names: tuple[str, ...]
     values: Array
@@ -91,24 +99,27 @@ class ChannelResiduals:
 
 
 def channel_residuals(track: Track, grid: Grid, frame: Frame, model: Replay | None) -> ChannelResiduals:
-    """All residual channels that a track allows; with a model also forces, moments and engines.
+    """Return all residual channels that a track allows; with a model also forces, moments and engines.
 
-    With a replay of another track the model's answer is moved to this one's state, to first order.
+    The answer of a model that was moved along another track is shifted to this state, to first order.
     """
     parts = _triangle(track, grid, frame) | _height(track, grid) | _temperature(track, grid)
-    late: dict[str, Array] = _kinematic(track, grid, frame)
+    rates: dict[str, Array] = _kinematic(track, grid, frame)
     if model is not None:
         answer = model.shifted(motion_of(track, model.rows))
-        seen = grid.smooth_answer(answer, model.rows)
-        parts |= _forces(track, grid, seen) | _engines(track, grid, seen)
-        late |= _moments(track, grid, model, answer)
-    values = np.stack([*parts.values(), *late.values()], axis=1)
-    return ChannelResiduals((*parts, *late), values, np.zeros_like(values))
+        predicted = grid.smooth_answer(answer, model.rows)
+        parts |= _forces(track, grid, predicted) | _engines(track, grid, predicted)
+        rates |= _moments(track, grid, model, answer)
+    values = np.stack([*parts.values(), *rates.values()], axis=1)
+    return ChannelResiduals((*parts, *rates), values, np.zeros_like(values))
 
 
 def slack(grid: Grid, model: Replay | None, names: tuple[str, ...]) -> Array:
-    """What a model that is early or late by `TIMING` errs where it changes quickly: an engine's answer to a lever,
-    a propeller that meets its stop; seen by the instants near it as well, (n, c)."""
+    """Return the error of a model that is early or late by `TIMING` where it changes quickly, (n, c).
+
+    Examples: an engine that answers to a lever, a propeller that meets its stop. The instants near it get the same
+    slack.
+    """
     loose = np.zeros((len(grid), len(names)))
     if model is None:
         return loose
@@ -135,8 +146,8 @@ def _triangle(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
 def _height(track: Track, grid: Grid) -> dict[str, Array]:
     if "altitude" not in track:
         return {}
-    seen = grid.smooth(air.pressure_altitude(track["static_pressure"]))
-    return {"pressure_height": seen - grid.smooth(track["altitude"], gps=True)}
+    height = grid.smooth(air.pressure_altitude(track["static_pressure"]))
+    return {"pressure_height": height - grid.smooth(track["altitude"], gps=True)}
 
 
 def _temperature(track: Track, grid: Grid) -> dict[str, Array]:
@@ -165,22 +176,24 @@ def _kinematic(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
     }
 
 
-def _forces(track: Track, grid: Grid, seen: Array) -> dict[str, Array]:
-    return {name: grid.smooth(track[name]) - seen[:, i] for i, name in enumerate(FORCES)}
+def _forces(track: Track, grid: Grid, predicted: Array) -> dict[str, Array]:
+    return {name: grid.smooth(track[name]) - predicted[:, i] for i, name in enumerate(FORCES)}
 
 
-def _engines(track: Track, grid: Grid, seen: Array) -> dict[str, Array]:
+def _engines(track: Track, grid: Grid, predicted: Array) -> dict[str, Array]:
     column = {name: i for i, name in enumerate(REACTION_NAMES)}
     present = [name for name in ENGINES if name in track]
     split = grid.smooth(track["throttle_left"] - track["throttle_right"])
-    return {name: grid.smooth(track[name]) - seen[:, column[name]] for name in present} | {"throttle_split": split}
+    return {name: grid.smooth(track[name]) - predicted[:, column[name]] for name in present} | {
+        "throttle_split": split
+    }
 
 
 def _moments(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str, Array]:
-    """Change of a body rate over a step against the mean angular acceleration."""
-    found = {}
+    """Change of each body rate over a step less the mean angular acceleration of the model."""
+    residuals = {}
     for i, (rate, name) in enumerate(zip(RATES, MOMENTS, strict=True), start=len(FORCES)):
         moved = grid.rate(grid.smooth(track[rate]), track)
         felt = np.interp(np.arange(len(track.time)), model.rows, answer[:, i])
-        found[name] = np.where(grid.first, 0.0, moved - grid.mean_between(felt))
-    return found
+        residuals[name] = np.where(grid.first, 0.0, moved - grid.mean_between(felt))
+    return residuals

@@ -1,5 +1,4 @@
-"""From a track to the motion that the force meter is moved along, and how its answer shifts with the measured
-state."""
+"""Move the aircraft model along a track: its answer, and how this answer changes with the measured state."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -14,7 +13,7 @@ from pitotbench.units import Array, Kelvin
 
 React = Callable[[Motion], Reaction]
 
-# What a wrong sensor shifts the model's state by, and the step for its difference quotient.
+# The states that a wrong sensor shifts, with the step for the difference quotient: small beside a maneuver.
 VARIED: Mapping[str, float] = {
     "temperature_offset": 2.0,
     "mach": 0.002,
@@ -22,7 +21,7 @@ VARIED: Mapping[str, float] = {
     "angle_of_attack": 0.005,
     "sideslip": 0.005,
 }
-FINE, COARSE = 0.1, 1.0  # s between states: for the answer, for how it changes
+FINE, COARSE = 0.1, 1.0  # s between states: for the answer, and for its changes, which are slow
 NEEDED = (
     *("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "elevator", "aileron", "rudder"),
     *("throttle_left", "throttle_right", "mass", "angle_of_attack", "sideslip", "specific_force_x"),
@@ -32,8 +31,11 @@ REACTION_NAMES = tuple(Reaction.__dataclass_fields__)
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """A model's answer along a track: `rows` of the track, (m,), ten a second; `values` (m, 12) in the order of a
-    Reaction's fields; `slopes` by what is varied, each (m, 12)."""
+    """The answer of a model along a track.
+
+    `rows` of the track, (m,), ten a second; `values` (m, 12) in the order of the fields of a Reaction; `slopes`
+    are the changes of the values by one unit of each state in `VARIED`, (m, 12) each.
+    """
 
     rows: NDArray[np.intp]
     motion: Motion
@@ -41,7 +43,7 @@ class Replay:
     slopes: Mapping[str, Array]
 
     def shifted(self, motion: Motion) -> Array:
-        """The model's answer at another measured state, to first order, (m, 12)."""
+        """Return the answer at another measured state, to first order, (m, 12)."""
         values = self.values.copy()
         for name, slope in self.slopes.items():
             moved = np.broadcast_to(getattr(motion, name) - getattr(self.motion, name), len(values))
@@ -50,12 +52,12 @@ class Replay:
 
 
 def can_replay(track: Track) -> bool:
-    """Whether a track holds all that the force meter needs."""
+    """Whether a track has all channels that the force meter needs."""
     return all(name in track for name in NEEDED)
 
 
 def replay_rows(track: Track, step: float) -> NDArray[np.intp]:
-    """Rows at which the model is asked: every `step` [s], both ends of every stretch."""
+    """Return the rows at which the model is evaluated: every `step` [s] and both ends of every stretch."""
     every = max(1, round(step / track.row_period))
     parts = [
         np.append(np.arange(a, b - 1, every), b - 1) for a, b in zip(track.start[:-1], track.start[1:], strict=True)
@@ -64,8 +66,11 @@ def replay_rows(track: Track, step: float) -> NDArray[np.intp]:
 
 
 def motion_of(track: Track, rows: NDArray[np.intp]) -> Motion:
-    """The measured motion at rows of a track: states as means over a step around each, throttles over the step that
-    follows, in which the engines answer to them."""
+    """Return the measured motion at rows of a track.
+
+    States are means over a step around each row. Throttles are means over the step that follows, in which the
+    engines answer to them.
+    """
     names = [n for n in Motion.__dataclass_fields__ if n in track and n != "static_pressure"]
     mach = mach_number(track)
     warm = outside_temperature(track, mach) - air.standard_temperature(
@@ -83,7 +88,7 @@ def motion_of(track: Track, rows: NDArray[np.intp]) -> Motion:
 
 
 def _means(rows: NDArray[np.intp], every: int, length: int, back: float) -> Callable[[Array], Array]:
-    """Means over `every` row steps by the trapezoidal rule, of which a share `back` lies before each row."""
+    """Means over `every` row steps by the trapezoidal rule; a share `back` of the steps lies before each row."""
     first = -round(back * every)
     weights = np.ones(every + 1)
     weights[[0, -1]] = 0.5
@@ -95,7 +100,7 @@ def _means(rows: NDArray[np.intp], every: int, length: int, back: float) -> Call
 
 
 def outside_temperature(track: Track, mach: Array) -> Kelvin:
-    """Air temperature [K] of a track: measured, or that of a standard day."""
+    """Return the air temperature [K] of a track: measured, or that of a standard day."""
     if "air_temperature" in track:
         return track["air_temperature"]
     if "total_temperature" in track:
@@ -104,7 +109,7 @@ def outside_temperature(track: Track, mach: Array) -> Kelvin:
 
 
 def replay_motion(track: Track, react: React) -> Replay:
-    """Move the model along a track: once for its answer, and five times in coarse steps for the slopes."""
+    """Move the model along a track: once for its answer, and once for each slope in coarse steps."""
     rows = replay_rows(track, FINE)
     motion = motion_of(track, rows)
     return Replay(rows, motion, answer(react, motion), _slopes(track, rows, react))
@@ -122,11 +127,11 @@ def _slopes(track: Track, rows: NDArray[np.intp], react: React) -> dict[str, Arr
 
 
 def spread(rows: NDArray[np.intp], coarse: NDArray[np.intp], values: Array) -> Array:
-    """Values at coarse rows, (k, 12), linearly in between at all rows, (m, 12)."""
+    """Interpolate values at coarse rows, (k, 12), linearly to all rows, (m, 12)."""
     return np.stack([np.interp(rows, coarse, column) for column in values.T], axis=1)
 
 
 def answer(react: React, motion: Motion) -> Array:
-    """A model's answer as one array, (m, 12)."""
+    """Return the answer of a model as one array, (m, 12)."""
     reaction = react(motion)
     return np.stack([getattr(reaction, name) for name in REACTION_NAMES], axis=1)

@@ -1,8 +1,8 @@
-"""A measured log made regular: uniform rows in stretches between pauses, GPS interpolated between its fixes.
+"""The track: a measured log on uniform rows, in stretches between pauses, with the GPS interpolated between fixes.
 
-Both sides of every comparison go through the same symmetric filter at the same instants. What a comparison must
-not contain: a hold of the last fix, a window that leans to one side, a rectangle rule; each looks like a delay of
-half a sample interval.
+Both sides of every comparison pass the same symmetric filter at the same instants. A comparison must not contain a
+hold of the last fix, a window that is not symmetric, or a rectangle rule: each looks like a delay of half a sample
+interval.
 """
 
 from collections.abc import Mapping
@@ -23,14 +23,18 @@ Indices = NDArray[np.intp]
 
 GPS_CHANNELS, AIR_CHANNELS = numbers_from("gps"), numbers_from("air")
 HALF_WINDOW = 0.2  # s, of the filter
-SLOW_GPS = 0.3  # s between fixes from which they are taken as they are, unfiltered
+SLOW_GPS = 0.3  # s between fixes from which they are not filtered: the filter would hold one or two of them
 SHORTEST = 10.0  # s, of a stretch that is used
+FEWEST_FIXES = 4  # of a stretch, for a cubic spline
 
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """Channels by the field names of a FlightLog, each (n,), on uniform rows; `start` holds the first row of every
-    stretch and the number of rows; `fix` the rows of the GPS fixes, `fix_period` [s]."""
+    """Channels by the field names of a FlightLog, each (n,), on uniform rows.
+
+    `start` holds the first row of every stretch and, last, the number of rows. `fix` holds the rows of the GPS
+    fixes, `fix_period` and `row_period` are in seconds.
+    """
 
     time: Seconds
     channels: Mapping[str, Array]
@@ -46,15 +50,15 @@ class Track:
         return name in self.channels
 
     def replaced(self, changed: Mapping[str, Array]) -> "Track":
-        """The same rows with some channels changed."""
+        """Return the same rows with some channels replaced."""
         merged = {**self.channels, **changed}
         return Track(self.time, merged, self.start, self.fix, self.fix_period, self.row_period)
 
 
 def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
-    """A log as a track; `fresh_air` is false on rows whose air data only repeat those before.
+    """Return the track of a log; `fresh_air` is false on rows whose air data only repeat the previous row.
 
-    A few lost rows are filled by interpolation; a pause in the recording ends a stretch.
+    Lost rows are filled by interpolation; a pause in the recording ends a stretch.
     Raises BadInputError where no stretch is long enough to be used, or where the GPS velocity never changes.
     """
     period = interval(log.time)
@@ -82,7 +86,7 @@ def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
 
 
 def mach_number(track: Track) -> Array:
-    """Mach number as the pressures give it; that of 1 Pa where the impact pressure reads less."""
+    """Return the Mach number of the pressures, (n,); impact pressures below 1 Pa count as 1 Pa."""
     return air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
 
 
@@ -91,13 +95,13 @@ def _long_enough(time: Seconds) -> bool:
 
 
 def _uniform(time: Seconds, period: float) -> Seconds:
-    """Times a period apart that cover those of a stretch."""
+    """Uniform times that cover a stretch."""
     count = round(float(time[-1] - time[0]) / period) + 1
     return np.asarray(time[0] + period * np.arange(count))
 
 
 def _new(name: str, gps: Booleans, air_data: Booleans | None) -> Booleans | None:
-    """Which rows bring a new sample of a channel; None where all do."""
+    """The rows with a new sample of a channel; None where all rows are new."""
     return gps if name in GPS_CHANNELS else air_data if name in AIR_CHANNELS else None
 
 
@@ -105,19 +109,19 @@ def _regular(log: FlightLog, name: str, rows: slice, time: Seconds, fresh: Boole
     """One channel of one stretch on uniform rows."""
     values = np.asarray(getattr(log, name), dtype=np.float64)[rows]
     values = np.unwrap(values) if CHANNELS[name].wraps else values
-    known = log.time[rows]
+    recorded = log.time[rows]
     if fresh is not None and not fresh[rows].all():
         new = fresh[rows].copy()
-        new[0] = False  # what is held from before the stretch has no known time
-        if new.sum() < 4:
-            return np.interp(time, known, values)
-        inside = np.clip(time, known[new][0], known[new][-1])
-        return np.asarray(CubicSpline(known[new], values[new])(inside))
-    return np.interp(time, known, values)
+        new[0] = False  # a fix that is held from before the stretch has no known time
+        if new.sum() < FEWEST_FIXES:
+            return np.interp(time, recorded, values)
+        inside = np.clip(time, recorded[new][0], recorded[new][-1])
+        return np.asarray(CubicSpline(recorded[new], values[new])(inside))
+    return np.interp(time, recorded, values)
 
 
 def _rows_of(time: Seconds, wanted: Seconds, period: float) -> Indices:
-    """Rows whose time is that of a fix."""
+    """Rows whose time is the time of a fix."""
     row = np.clip(np.searchsorted(time, wanted - 0.5 * period), 0, len(time) - 1)
-    found: Indices = row[np.abs(time[row] - wanted) < 0.51 * period]
-    return found
+    at_fix: Indices = row[np.abs(time[row] - wanted) < 0.51 * period]  # half a row, and rounding
+    return at_fix

@@ -1,1 +1,1 @@
-"""What each effect would do to the residuals of this flight."""
+"""What each effect of the table would change in the residuals of a log."""

@@ -1,80 +1,37 @@
-"""Turn every effect of the table into a hypothesis, with a signature: what the effect does to the residuals.
+"""Turn every effect of the table into a hypothesis, with a signature: the change of the residuals by the effect.
 
 A signature is the residuals with the effect less those without it, computed by the effect's code itself. An effect
 on the sensors acts on the clean track, an effect in the air adds its wind, and an effect on the aircraft changes
 the reaction of the force meter.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import singledispatch
 
 import numpy as np
 
 from pitotbench import air
 from pitotbench.catalog import Catalog
 from pitotbench.effects import AircraftEffect, AirEffect, Baseline, Effect, Overlay, SensorEffect, Signals
-from pitotbench.reconcile.residuals.clean import clean_track
-from pitotbench.reconcile.residuals.free_parameters import in_triangle
-from pitotbench.reconcile.residuals.grid import Grid, grid_of
-from pitotbench.reconcile.residuals.predicted_channels import ChannelResiduals, Frame, channel_residuals
-from pitotbench.reconcile.residuals.replay import COARSE, Replay, answer, motion_of, replay_rows, spread
-from pitotbench.reconcile.residuals.track import Track, mach_number
-from pitotbench.records.motion import Motion, Reaction
+from pitotbench.reconcile.residuals.free_parameters import residuals_of_wind
+from pitotbench.reconcile.residuals.predicted_channels import channel_residuals
+from pitotbench.reconcile.residuals.replay import COARSE, answer, replay_rows, spread
+from pitotbench.reconcile.residuals.scene import Scene
+from pitotbench.reconcile.residuals.track import mach_number
 from pitotbench.units import Array
 
-OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths move no engine
+OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths do not change an engine
 THROTTLE_BIAS = {"ap/throttle-bias-left-norm": 1.0, "ap/throttle-bias-right-norm": -1.0}
-
-# The force meter: a motion, the overlay to put on the aircraft, and whether the engines run along.
-ReactWith = Callable[[Motion, Overlay, bool], Reaction]
-
-
-@dataclass(frozen=True, slots=True)
-class AircraftModel:
-    """An aircraft of the analyst: a force meter that takes overlays, and the data that effects need of it."""
-
-    name: str
-    react: ReactWith
-    baseline: Baseline
-
-
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """The data that signatures are computed from; `react` and `baseline` are None without an aircraft model."""
-
-    clean: Track
-    grid: Grid
-    frame: Frame
-    model: Replay | None
-    base: ChannelResiduals  # of the clean track
-    react: ReactWith | None
-    baseline: Baseline | None
-    coarse: Motion | None  # of the clean track, in coarse steps
-    plain: Array | None  # reaction of the untouched aircraft to it
-    held: Array | None  # the same reaction with the engines held
-
-
-def scene(track: Track, wind: Array, model: Replay | None, aircraft: AircraftModel | None) -> Scene:
-    """Return the scene of a track; `wind` toward north, east, down [m/s], (3,), is that of the clean track."""
-    grid = grid_of(track)
-    frame = Frame.of(track, grid)
-    clean = clean_track(track, wind)
-    base = channel_residuals(clean, grid, frame, model)
-    if aircraft is None:
-        return Scene(clean, grid, frame, model, base, None, None, None, None, None)
-    coarse = motion_of(clean, replay_rows(clean, COARSE))
-    react = aircraft.react
-    plain = answer(lambda motion: react(motion, Overlay(), True), coarse)
-    held = answer(lambda motion: react(motion, Overlay(), False), coarse)
-    return Scene(clean, grid, frame, model, base, react, aircraft.baseline, coarse, plain, held)
+NO_AIRCRAFT = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data of an aircraft
 
 
 @dataclass(frozen=True, slots=True)
 class Signature:
     """The change of the residuals by one unit of a parameter, `column` (n, c).
 
-    It is the change by `size` units, divided by `size`, as effects are not quite linear. `shapes` holds the shapes
-    of the effect that are not typical.
+    It is the change by `size` units, divided by `size`, because effects are not quite linear. `shapes` holds the
+    shapes of the effect that are not typical.
     """
 
     effect: str
@@ -89,89 +46,97 @@ def signatures_of(scene: Scene, effects: Catalog[Effect]) -> tuple[Signature, ..
     return tuple(s for effect in effects.values() for s in _of_effect(scene, effect))
 
 
+def columns_of(signatures: Sequence[Signature]) -> Mapping[str, tuple[int, ...]]:
+    """Return the columns of the normal equations that belong to each effect."""
+    columns: dict[str, tuple[int, ...]] = {}
+    for index, signature in enumerate(signatures):
+        columns[signature.effect] = (*columns.get(signature.effect, ()), index)
+    return columns
+
+
 def _of_effect(scene: Scene, effect: Effect) -> Iterator[Signature]:
     for parameter in effect.parameters:
         if not parameter.shape:
-            found = signature(scene, effect, parameter.name, parameter.typical)
-            if found is not None:
-                yield found
+            signature = signature_of(scene, effect, parameter.name, parameter.typical)
+            if signature is not None:
+                yield signature
 
 
-def signature(scene: Scene, effect: Effect, parameter: str, size: float) -> Signature | None:
-    """Return the signature of one parameter at a size, the other sizes zero and the shapes typical.
+def signature_of(scene: Scene, effect: Effect, parameter: str, size: float) -> Signature | None:
+    """Return the signature of one parameter at a size, with the other sizes zero and the shapes typical.
 
-    None where this log cannot show it: a channel that it changes is missing, or no residual moves.
+    None where this log cannot show it: a channel that it changes is missing, or no residual changes.
     """
-    moved = change(scene, effect, effect.complete({parameter: size}))
+    moved = residual_change(effect, scene, effect.complete({parameter: size}))
     if moved is None or not np.any(np.abs(moved) > 0.0):
         return None
     return Signature(effect.name, parameter, size, moved / size)
 
 
-def change(scene: Scene, effect: Effect, sizes: dict[str, float]) -> Array | None:
-    """Return the change of the residuals by an effect of these sizes, (n, c); None where the log cannot show it."""
-    if isinstance(effect, SensorEffect):
-        return _sensed(scene, effect, sizes)
-    if isinstance(effect, AirEffect):
-        return _blown(scene, effect, sizes)
-    return _felt(scene, effect, sizes) if isinstance(effect, AircraftEffect) else None
+@singledispatch
+def residual_change(effect: Effect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+    """Return the change of the residuals by an effect of these sizes, (n, c); None where the log cannot show it.
+
+    Each class of effects registers how it acts on a scene.
+    """
+    return None
 
 
-def _sensed(scene: Scene, effect: SensorEffect, sizes: dict[str, float]) -> Array | None:
+@residual_change.register
+def _sensor_change(effect: SensorEffect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+    """The change by an effect on the sensors, which acts on the clean track."""
     clean = scene.clean
     if not all(name in clean for name in (*effect.needs, *effect.changes)):
         return None
     applied = effect.apply(Signals(clean.time, clean.channels), sizes)
     changed = {name: applied[name] for name in applied if applied[name] is not clean.channels.get(name)}
-    after = channel_residuals(clean.replaced(changed), scene.grid, scene.frame, scene.model)
-    return after.values - scene.base.values
+    return scene.change_by(clean.replaced(changed))
 
 
-def _blown(scene: Scene, effect: AirEffect, sizes: dict[str, float]) -> Array | None:
+@residual_change.register
+def _air_change(effect: AirEffect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+    """The change by an effect in the air: its wind, or its temperature."""
     if effect.wind is not None:
         wind = effect.wind(Signals(scene.clean.time, scene.clean.channels), sizes)
-        seen = np.stack([scene.grid.smooth(np.asarray(part)) for part in wind], axis=1)
-        return in_triangle(seen, scene.frame, scene.base)
-    warmer = effect.overlay(sizes, scene.baseline or Baseline("none", (0.0, 0.0, 0.0))).temperature_offset
+        at_instants = np.stack([scene.grid.smooth(np.asarray(part)) for part in wind], axis=1)
+        return residuals_of_wind(at_instants, scene)
+    baseline = NO_AIRCRAFT if scene.force_model is None else scene.force_model.aircraft.baseline
+    warmer = effect.overlay(sizes, baseline).temperature_offset
     return _warmed(scene, warmer) if warmer else None
+
+
+@residual_change.register
+def _aircraft_change(effect: AircraftEffect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+    """The change by an effect on the aircraft: the reaction with it less that without, to the same motion."""
+    model = scene.force_model
+    if model is None:
+        return None
+    overlay = effect.overlay(sizes, model.aircraft.baseline)
+    split = _throttle_split(overlay)
+    if split is not None:
+        return _in_split(scene, split)
+    run = not _spares_engines(overlay)
+    reaction = answer(lambda motion: model.aircraft.react(motion, overlay, run), model.coarse)
+    missing = (model.running if run else model.held) - reaction
+    rows = replay_rows(scene.clean, COARSE)
+    replay = replace(model.replay, values=model.replay.values + spread(model.replay.rows, rows, missing))
+    return channel_residuals(scene.clean, scene.grid, scene.frame, replay).values - scene.base.values
 
 
 def _warmed(scene: Scene, warmer: float) -> Array | None:
     """The change by a warmer column of air from standard pressure at sea level up: H_p = h T₀/(T₀ + ΔT)."""
-    names = scene.base.names
-    if "pressure_height" not in names or "temperature" not in names:
+    height, temperature = scene.channel("pressure_height"), scene.channel("temperature")
+    if height is None or temperature is None:
         return None
     lower = scene.grid.smooth(scene.clean["altitude"]) * warmer / (air.SEA_LEVEL_TEMPERATURE + warmer)
-    moved = np.zeros_like(scene.base.values)
-    moved[:, names.index("pressure_height")] = -lower
-    mach = scene.grid.smooth(mach_number(scene.clean))  # a warmer air warms more at the probe
-    moved[:, names.index("temperature")] = air.total_temperature(warmer - air.LAPSE_RATE * lower, mach)
+    moved = scene.blank()
+    moved[:, height] = -lower
+    mach = scene.grid.smooth(mach_number(scene.clean))  # the rise of temperature at the probe grows with Mach
+    moved[:, temperature] = air.total_temperature(warmer - air.LAPSE_RATE * lower, mach)
     return moved
 
 
-def _felt(scene: Scene, effect: AircraftEffect, sizes: dict[str, float]) -> Array | None:
-    """The change by an effect of the aircraft: the reaction with it less that without, to the same motion."""
-    if (
-        scene.model is None
-        or scene.react is None
-        or scene.baseline is None
-        or scene.coarse is None
-        or scene.plain is None
-        or scene.held is None
-    ):
-        return None
-    overlay, react = effect.overlay(sizes, scene.baseline), scene.react
-    split = _throttle_split(overlay)
-    if split is not None:
-        return _in_split(scene, split)
-    run = not _leaves_engines(overlay)
-    missed = (scene.plain if run else scene.held) - answer(lambda m: react(m, overlay, run), scene.coarse)
-    rows = replay_rows(scene.clean, COARSE)
-    model = replace(scene.model, values=scene.model.values + spread(scene.model.rows, rows, missed))
-    return channel_residuals(scene.clean, scene.grid, scene.frame, model).values - scene.base.values
-
-
-def _leaves_engines(overlay: Overlay) -> bool:
+def _spares_engines(overlay: Overlay) -> bool:
     """Whether an overlay adds only forces and moments of the air, so that thrust cancels in the difference."""
     elsewhere = [s for s in overlay.settings if not s.path.startswith(OF_THE_AIR)]
     return not (elsewhere or overlay.masses or overlay.forces or overlay.filters)
@@ -195,8 +160,9 @@ def _throttle_split(overlay: Overlay) -> float | None:
 
 
 def _in_split(scene: Scene, split: float) -> Array | None:
-    if "throttle_split" not in scene.base.names:
+    column = scene.channel("throttle_split")
+    if column is None:
         return None
-    moved = np.zeros_like(scene.base.values)
-    moved[:, scene.base.names.index("throttle_split")] = split
+    moved = scene.blank()
+    moved[:, column] = split
     return moved

@@ -1,4 +1,4 @@
-"""The table of maneuvers: a newcomer is one file and one line here."""
+"""The table of maneuvers. A new maneuver is one file and one line here."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,10 +25,11 @@ from pitotbench.simulate.maneuvers.phases import Ticks
 
 @dataclass(frozen=True, slots=True)
 class Maneuver:
-    """A maneuver: its card and the logic that flies it.
+    """A maneuver: its card and the function that flies it.
 
-    `fly(cockpit, card)` yields once a tick. `minutes` is the paper's simulator time (Martos et al. 2011,
-    Table 2), None for a maneuver that is not the paper's. `kind` is the label of its on-condition segments.
+    `fly(cockpit, card)` yields once a tick. `minutes` is the time in the paper's simulator (Martos et al. 2011,
+    Table 2), None for a maneuver that is not the paper's. `kind` begins the label of its on-condition segments,
+    for example `leg`.
     """
 
     name: str
@@ -39,7 +40,7 @@ class Maneuver:
 
     @property
     def description(self) -> str:
-        """The card's docstring: how the paper flies it, with the source, and what is ours."""
+        """The card's docstring on one line: how the paper flies the maneuver, the source, and what is ours."""
         return " ".join((type(self.card).__doc__ or "").split())
 
 
@@ -58,20 +59,20 @@ _TABLE = (
 
 MANEUVERS = Catalog("maneuver", {maneuver.name: maneuver for maneuver in _TABLE})
 PAPER_MANEUVERS = tuple(maneuver.name for maneuver in _TABLE if maneuver.minutes is not None)
-"""The five of Martos et al. (2011), which are held against the paper."""
+"""The five maneuvers of Martos et al. (2011), which are compared with the paper."""
 GROUPS: dict[str, tuple[str, ...]] = {"all": PAPER_MANEUVERS, "every": tuple(MANEUVERS)}
 """Words that stand for several maneuvers, the same in every command."""
 
 
 def maneuvers_named(text: str) -> tuple[str, ...]:
-    """The maneuvers of a comma list, each once; `all` stands for the paper's five, `every` for the whole table.
+    """Return the names in a list with commas, each once. `all` stands for the paper's five, `every` for all.
 
-    Raises UnknownNameError for a name that is not in the table, BadInputError where none is named.
+    Raises UnknownNameError for a name that is not in the table, BadInputError for an empty list.
     """
     chosen = [part.strip() for part in text.split(",") if part.strip()]
     if not chosen:
         raise BadInputError("no maneuver is named: give one, several with commas, all (the paper's five) or every")
     names = [name for part in chosen for name in GROUPS.get(part, (part,))]
     for name in names:
-        _ = MANEUVERS[name]
+        _ = MANEUVERS[name]  # raises for an unknown name
     return tuple(dict.fromkeys(names))

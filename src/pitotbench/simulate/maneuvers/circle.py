@@ -1,4 +1,4 @@
-"""Circle: a full turn at constant bank and speed, once a speed."""
+"""Circle: a full turn at constant bank and airspeed, one for each airspeed."""
 
 from dataclasses import dataclass
 from math import degrees, pi
@@ -33,7 +33,7 @@ class CircleCard(Card):
 
 
 def fly(cockpit: Cockpit, card: CircleCard) -> Ticks:
-    """For each speed: set up unrecorded, roll in and settle, circle."""
+    """Fly the card. At each speed: set up unrecorded, roll in, settle, circle."""
     for speed in card.speeds:
         yield from set_up(cockpit, speed, card.heading)
         cockpit.hold_bank(card.bank)

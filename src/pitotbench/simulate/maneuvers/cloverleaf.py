@@ -1,4 +1,4 @@
-"""Cloverleaf: at each speed three short legs 120° apart that cross at one place, joined by steep turns."""
+"""Cloverleaf: at each speed three short legs 120° apart that cross over one place, joined by steep turns."""
 
 from dataclasses import dataclass
 from math import degrees
@@ -11,11 +11,12 @@ from pitotbench.units import KNOT
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CloverleafCard(Card):
-    """Ours: after the cloverleaf that flight-test handbooks fly at one speed: legs on three headings that cross at
-    one place, each followed by a turn of 240° to the right; then slower. ±2 KCAS, ±5°, ±50 ft on the legs.
+    """Ours: the cloverleaf that flight-test handbooks fly at one speed, with legs on three headings that cross
+    over one place, each followed by a turn of 240° to the right; then the same at a lower speed. ±2 KCAS, ±5°
+    and ±50 ft on the legs.
 
-    The legs are wings level, as the airplane will be used, and the turns between them are data too: they bring
-    every heading and average gusts out.
+    The legs calibrate the airplane with wings level, as it is normally flown. The turns are data as well: they
+    pass every heading, and gusts average out in them.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt")
@@ -35,7 +36,7 @@ class CloverleafCard(Card):
 
 
 def fly(cockpit: Cockpit, card: CloverleafCard) -> Ticks:
-    """Set up unrecorded; at each speed leg and turn around the headings; slow down on the last one."""
+    """Fly the card: set up unrecorded; at each speed a leg and a turn for each heading; slow down between."""
     first = card.headings[0]
     yield from set_up(cockpit, card.speeds[0], first)
     for index, (speed, dwell) in enumerate(zip(card.speeds, card.dwells, strict=True)):

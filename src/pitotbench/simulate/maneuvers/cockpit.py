@@ -1,4 +1,4 @@
-"""What a card sees and moves: smoothed instruments, autopilot targets, the label of the segment."""
+"""The cockpit that a card flies from: smoothed instruments, autopilot targets, the label of the segment."""
 
 from dataclasses import dataclass
 from math import atan, degrees, hypot, pi
@@ -10,7 +10,7 @@ from pitotbench.units import KNOT, STANDARD_GRAVITY
 
 TICK = 0.1  # s between two looks at the instruments
 EYE_TIME = 3.0  # s, over which the eye averages the airspeed needle about the inertial speed
-SEEN = (
+INSTRUMENTS = (
     *("calibrated_airspeed", "true_airspeed", "heading", "roll", "altitude"),
     *("velocity_north", "velocity_east", "mean_wind_north", "mean_wind_east"),
 )
@@ -21,7 +21,7 @@ DIRECT, AIRSPEED_HOLD, MANIFOLD_PRESSURE_HOLD = 0, 1, 2  # ap/throttle-mode
 
 @dataclass(slots=True)
 class Targets:
-    """What is flown: calibrated airspeed [m/s], true heading [rad], geometric altitude [m], bank [rad]."""
+    """The values to hold: calibrated airspeed [m/s], true heading [rad], geometric altitude [m], bank [rad]."""
 
     airspeed: float
     heading: float
@@ -30,11 +30,11 @@ class Targets:
 
 
 class Cockpit:
-    """The instruments as a pilot's eye reads them, and the controls of the autopilot.
+    """The instruments as a pilot reads them, and the controls of the autopilot.
 
-    `airspeed` is the needle smoothed over `EYE_TIME` about the inertial speed, so that gusts average out and a
-    true change of speed does not lag. `begin` names the segment, says whether it is recorded and which quantities
-    must be in tolerance for a sample to be on condition.
+    `airspeed` [m/s] is the needle as the eye averages it: gusts are smoothed over `EYE_TIME`, and a change of the
+    inertial speed is followed at once, so that a true change of speed does not lag. `begin` names the segment,
+    says whether it is recorded, and which quantities must be in tolerance for a sample to be on condition.
     """
 
     def __init__(self, plant: Plant, card: Card, targets: Targets, hands: Hands | None = None) -> None:
@@ -46,7 +46,9 @@ class Cockpit:
         self.label = "set-up"
         self.recorded = False
         self._judged: tuple[str, ...] = ()
-        self._reads = [plant.getter(name) for name in SEEN]
+        self._reads = [plant.getter(name) for name in INSTRUMENTS]
+        # The first look needs an airspeed and finds a jump of the inertial speed from zero; the second assignment
+        # removes that jump.
         self.airspeed = plant.get("calibrated_airspeed")
         self._inertial = 0.0
         self.look()
@@ -56,32 +58,33 @@ class Cockpit:
         self._hands.command("altitude_target", targets.altitude)
 
     def look(self) -> None:
-        """Read the instruments; called once a tick. The inertial speed is that through the mean wind."""
+        """Read the instruments, once a tick."""
         needle, self.true_airspeed, self.heading, self.bank, self.altitude, north, east, *wind = [
             read() * factor for read, factor in self._reads
         ]
+        # A complementary filter: the speed through the mean wind gives fast changes, the needle the slow ones.
         before, self._inertial = self._inertial, hypot(north - wind[0], east - wind[1])
         self.airspeed += (self._inertial - before) * needle / self.true_airspeed
         self.airspeed += (needle - self.airspeed) * TICK / EYE_TIME
 
     def fly(self) -> None:
-        """Let the hands do what the deviations of this tick ask for."""
+        """Let the pilot correct the deviations of this tick."""
         self._hands.tick(self.deviation, TICK)
 
     def begin(self, label: str, *judged: str, recorded: bool = True) -> None:
-        """Start a segment; `judged` are among airspeed, heading, altitude, with the card's tolerances."""
+        """Start a segment. `judged` names quantities held to the card's tolerances: airspeed, heading, altitude."""
         self.label, self._judged, self.recorded = label, judged, recorded
 
     def on_condition(self) -> bool:
-        """Whether all judged quantities are within tolerance; False where none is judged."""
+        """Return whether all judged quantities are within tolerance; False where none is judged."""
         return bool(self._judged) and self.within(*self._judged)
 
     def within(self, *quantities: str) -> bool:
-        """Whether quantities (airspeed, heading, altitude) are within the card's tolerances."""
+        """Return whether quantities (airspeed, heading, altitude) are within the card's tolerances."""
         return all(abs(self.deviation(q)) <= self._tolerances[q] for q in quantities)
 
     def deviation(self, quantity: str) -> float:
-        """Read minus target [SI]; headings the short way around."""
+        """Return the reading minus the target [SI]; for a heading, the short way around."""
         difference: float = getattr(self, quantity) - getattr(self.targets, quantity)
         return (difference + pi) % (2.0 * pi) - pi if quantity == "heading" else difference
 
@@ -109,7 +112,7 @@ class Cockpit:
         self._hands.command("altitude_target", altitude)
 
     def hold_sideslip(self, sideslip: float) -> None:
-        """Hold a sideslip [rad] by rudder, wind from the right positive; the heading stays held by bank."""
+        """Hold a sideslip [rad] by rudder, flow from the right positive; bank holds the heading."""
         self._hands.command("sideslip_target", sideslip)
 
     def set_manifold_pressure(self, pressure: float) -> None:
@@ -123,15 +126,18 @@ class Cockpit:
         self._hands.command("throttle_mode", DIRECT)
 
     def manifold_pressure(self) -> float:
-        """Manifold pressure [Pa], mean of both engines."""
+        """Return the manifold pressure [Pa], mean of both engines."""
         return 0.5 * (self.plant.get("manifold_pressure_left") + self.plant.get("manifold_pressure_right"))
 
     def turn_bank(self) -> float:
-        """The bank [rad] of a level, coordinated turn at the card's rate and the present true airspeed."""
+        """Return the bank [rad] of a level, coordinated turn at the card's rate and the present true airspeed.
+
+        The bank limit of the card is the largest value.
+        """
         bank = atan(self.true_airspeed * self.card.turn_rate / STANDARD_GRAVITY)
         return min(bank, self.card.bank_limit)
 
     def name(self, kind: str, detail: str = "") -> str:
-        """A segment's label: kind, target airspeed, heading, detail."""
+        """Return the label of a segment: kind, target airspeed, heading, detail. For example `leg 160 kt 090°`."""
         label = f"{kind} {self.targets.airspeed / KNOT:.0f} kt {degrees(self.targets.heading):03.0f}°"
         return f"{label} {detail}".rstrip()

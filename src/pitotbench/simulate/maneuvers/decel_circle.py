@@ -13,12 +13,12 @@ JUDGED = ("airspeed", "altitude")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DecelCircleCard(Card):
-    """Ours: the Circle of Martos et al. (2011), III.A: but steeper, and slowed down in the turn, so that nothing
-    but the first speed has to be set up. ±2 KCAS and ±50 ft in the dwells.
+    """Ours: the Circle of Martos et al. (2011), III.A, but steeper, and slowed down in the turn, so that only the
+    first speed has to be set up. ±2 KCAS and ±50 ft in the dwells.
 
-    Every speed meets every heading, so the wind and the curve are two unknowns, not one; and the turn carries the
-    airplane's direction around faster than a gust dies, so that more of the gusts averages out in the same time.
-    A quadratic is best known on average with half the time at the middle speed and a quarter at each end.
+    Every speed is flown on every heading, so the wind and the curve are two unknowns, not one. The airplane turns
+    faster than gusts decay, so gusts average out sooner than on straight legs. Half the time is at the middle
+    speed and a quarter at each end: for a quadratic curve this gives the smallest mean variance.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt")
@@ -38,7 +38,7 @@ class DecelCircleCard(Card):
 
 
 def fly(cockpit: Cockpit, card: DecelCircleCard) -> Ticks:
-    """Set up unrecorded; roll in; then dwell at each speed and slow down to the next."""
+    """Fly the card: set up unrecorded, roll in, then dwell at each speed and slow down to the next."""
     yield from set_up(cockpit, card.speeds[0], card.heading)
     cockpit.hold_bank(card.bank)
     for index, (speed, dwell) in enumerate(zip(card.speeds, card.dwells, strict=True)):

@@ -1,4 +1,4 @@
-"""Diagnostic: what the calibration maneuvers lack, so that causes which look alike in them come apart."""
+"""Diagnostic: climb, descent, sideslips and power changes, which separate causes that calibrations confuse."""
 
 from dataclasses import dataclass
 from math import pi
@@ -19,14 +19,15 @@ from pitotbench.simulate.maneuvers.phases import (
 from pitotbench.units import FOOT, KNOT
 
 CLIMB_LIMIT = 240.0  # s, for either change of height
-LEVEL_OFF = 10.0  # m short of the height, from which a climb is over
+LEVEL_OFF = 10.0  # m below or above the target height: a climb or descent ends there
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnosticCard(Card):
-    """Ours: at the first speed a climb and a descent at constant airspeed (static line against pitot line, height
-    against time), steady-heading sideslips to both sides (sideslip error, rudder), a turn to the reciprocal
-    (GPS against air data), and power to idle and back on one heading (lag against latency, drag against power).
+    """Ours: at the first speed a climb and a descent at constant airspeed (they separate a slow static line from a
+    slow pitot line, and height from time), steady-heading sideslips to both sides (sideslip error, rudder), a turn
+    to the reciprocal (GPS against air data), and power to idle and back on one heading (lag against latency, drag
+    against power).
     """
 
     speeds: tuple[float, ...] = quantity((150.0, 110.0), "kt")
@@ -45,7 +46,7 @@ class DiagnosticCard(Card):
 
 
 def fly(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
-    """Set up unrecorded; leg, climb, descent, sideslips, turn, idle and back."""
+    """Fly the card: set up unrecorded; leg, climb, descent, sideslips, turn, power to idle and back."""
     fast, slow = card.speeds[0], card.speeds[-1]
     yield from set_up(cockpit, fast, card.heading)
     base = cockpit.targets.altitude
@@ -64,7 +65,7 @@ def fly(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
 
 
 def _change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
-    """Climb or descend to an altitude [m] at constant airspeed, and settle there."""
+    """Climb or descend to an altitude [m] at constant airspeed and settle there."""
     cockpit.hold_altitude(altitude)
     cockpit.begin(cockpit.name(label))
     what = f"{label} to {altitude / FOOT:.0f} ft"
@@ -73,7 +74,7 @@ def _change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
 
 
 def _sideslip(cockpit: Cockpit, label: str, angle: float, seconds: float) -> Ticks:
-    """A steady-heading sideslip [rad] for a time [s], and out of it."""
+    """Hold a steady-heading sideslip [rad] for a time [s], then end it."""
     cockpit.hold_sideslip(angle)
     cockpit.begin(cockpit.name(label))
     yield from wait(seconds)

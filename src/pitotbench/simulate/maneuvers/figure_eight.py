@@ -1,4 +1,4 @@
-"""Figure eight: at each speed steep full turns to one side and then to the other, slowing down between."""
+"""Figure eight: at each speed, steep full turns to one side and then to the other."""
 
 from dataclasses import dataclass
 from math import degrees, pi
@@ -16,8 +16,8 @@ class FigureEightCard(Card):
     """Ours: the Circle of Martos et al. (2011), III.A, steeper, to both sides, and slowed down in the turn, so
     that only the first speed has to be set up. ±2 KCAS and ±50 ft in the turns.
 
-    What depends on the side of the turn (a probe beside the flow, a sideslip) shows as a difference of the halves
-    and cancels in their mean. Each eight ends over the place where it began, but for the wind.
+    An error that depends on the side of the turn (a probe at an angle to the flow, a sideslip) shows as a
+    difference of the two halves and cancels in their mean. Without wind, each eight ends where it began.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt")
@@ -39,12 +39,12 @@ class FigureEightCard(Card):
 
 
 def fly(cockpit: Cockpit, card: FigureEightCard) -> Ticks:
-    """Set up unrecorded; at each speed turn to one side, then to the other; slow down in the turn."""
+    """Fly the card: set up unrecorded; at each speed turn to one side, then to the other; slow down in the turn."""
     yield from set_up(cockpit, card.speeds[0], card.heading)
     bank = -card.bank
     for index, (speed, turns) in enumerate(zip(card.speeds, card.turns, strict=True)):
         for half in range(2):
-            # A new speed begins on the side where the last one ended: one roll less.
+            # A new speed begins on the side where the last one ended, which saves a roll.
             bank = bank if index and not half else -bank
             cockpit.hold_bank(bank)
             what = f"{speed / KNOT:.0f} kt bank {degrees(bank):.0f}°"

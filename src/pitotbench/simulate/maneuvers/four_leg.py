@@ -1,4 +1,4 @@
-"""4-Leg: four straight legs 90° apart at each speed, a few seconds on condition each."""
+"""4-Leg: at each speed four straight legs 90° apart, each a few seconds on condition."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ class FourLegCard(Card):
     """Martos et al. (2011), III.A: 160, 140, 120 and 100 KCAS, straight legs 90° apart, 5 to 10 s on condition
     a leg, ±1 KCAS, ±2°, ±50 ft, a circuit in 5 to 7 minutes (Table 2: 21 minutes in all).
 
-    Ours: standard-rate turns, the last closing the circuit; `settle` after each; `dwell` on condition.
+    Ours: standard-rate turns, the last of which closes the circuit; `settle` after each turn; `dwell` on condition.
     """
 
     headings: tuple[float, ...] = quantity((0.0, 90.0, 180.0, 270.0), "deg")
@@ -21,7 +21,7 @@ class FourLegCard(Card):
 
 
 def fly(cockpit: Cockpit, card: FourLegCard) -> Ticks:
-    """For each speed: set up unrecorded, then leg, turn and settle around the headings and closed."""
+    """Fly the card. At each speed: set up unrecorded, then leg, turn and settle on each heading."""
     for speed in card.speeds:
         yield from set_up(cockpit, speed, card.headings[0])
         for here, following in zip(card.headings, (*card.headings[1:], card.headings[0]), strict=True):

@@ -1,4 +1,4 @@
-"""The pieces that cards are made of. Each is a generator that yields once a tick, while the plant runs."""
+"""The phases of flight that cards are made of: generators that yield once a tick, while the plant runs."""
 
 from collections.abc import Callable, Iterator
 from math import degrees, pi, tan
@@ -11,11 +11,11 @@ Ticks = Iterator[None]
 
 SET_UP_LIMIT = 240.0  # s, to reach a speed; idle 160 to 100 kt takes half a minute
 SET_UP_HOLD = 5.0  # s, on speed before a set-up is over
-SET_UP_AIRSPEED = 0.4 * KNOT  # m/s, off at most ..
-SET_UP_PATIENCE = 60.0  # s, .. for so long; then the card's tolerance will do
-SET_UP_WORST = 4.0 * KNOT  # m/s, off at the limit without being an error
+SET_UP_AIRSPEED = 0.4 * KNOT  # m/s: largest deviation during the patience; tighter than any card's tolerance
+SET_UP_PATIENCE = 60.0  # s; after it the card's tolerance is enough
+SET_UP_WORST = 4.0 * KNOT  # m/s: largest deviation at the limit that turbulence may explain; more is an error
 ROLL_OUT_LIMIT = 40.0  # s
-THERE = 5.0 * DEGREE  # past a heading by less is being on it
+THERE = 5.0 * DEGREE  # an airplane past its new heading by less does not turn a full circle to reach it
 LEVEL = 3.0 * DEGREE  # bank below which a turn is over
 ALL = ("airspeed", "heading", "altitude")
 ACCELERATION_LIMIT = 180.0  # s, for either change of speed
@@ -29,7 +29,7 @@ def wait(seconds: float) -> Ticks:
 
 
 def until(cockpit: Cockpit, reached: Callable[[], bool], limit: float, what: str) -> Ticks:
-    """Fly on until a condition is met. Raises SimulationError, naming it, after a limit [s]."""
+    """Fly on until a condition is met. Raises SimulationError, which names it as `what`, after a limit [s]."""
     for _ in range(round(limit / TICK)):
         if reached():
             return
@@ -38,7 +38,7 @@ def until(cockpit: Cockpit, reached: Callable[[], bool], limit: float, what: str
 
 
 def set_up(cockpit: Cockpit, airspeed: float, heading: float) -> Ticks:
-    """Reach an airspeed [m/s] and heading [rad] in level flight, unrecorded: the paper's times exclude it.
+    """Reach an airspeed [m/s] and heading [rad] in level flight. Not recorded: the paper's times exclude set-ups.
 
     Raises SimulationError where the aircraft does not get there.
     """
@@ -61,7 +61,7 @@ def set_up(cockpit: Cockpit, airspeed: float, heading: float) -> Ticks:
 
 
 def settle(cockpit: Cockpit, label: str = "", quantities: tuple[str, ...] = ALL) -> Ticks:
-    """Let the aircraft settle for the card's time, up to twice that until quantities are within tolerances."""
+    """Let the aircraft settle for the card's time; for up to twice that while quantities are out of tolerance."""
     cockpit.begin(label or cockpit.name("settle"))
     yield from wait(cockpit.card.settle)
     for _ in range(round(cockpit.card.settle / TICK)):
@@ -77,9 +77,9 @@ def leg(cockpit: Cockpit, seconds: float, *judged: str) -> Ticks:
 
 
 def turn(cockpit: Cockpit, heading: float) -> Ticks:
-    """Turn right to a heading [rad] at the card's bank, roll out on it.
+    """Turn right to a heading [rad] at the card's bank and roll out on it.
 
-    Bank is held until the lead of the roll-out, so that a turn by 180° has one direction only.
+    The bank is held until the roll-out begins, so that a turn by 180° cannot go to the left.
     """
     angle, bank = (heading - cockpit.heading) % (2.0 * pi), cockpit.turn_bank()
     if angle > 2.0 * pi - THERE:  # already there, a little past it
@@ -98,10 +98,12 @@ def turn(cockpit: Cockpit, heading: float) -> Ticks:
 
 
 def sweep(cockpit: Cockpit, angle: float, bank: float, lead: bool = False) -> Ticks:
-    """Turn through an angle [rad] to either side at a held bank [rad], less the lead of a roll-out.
+    """Turn through an angle [rad] at a constant bank [rad]; the sign of the bank is the side of the turn.
 
-    Raises SimulationError where it takes far longer than the bank's turn rate says.
+    With `lead`, stop early by the angle that the roll-out needs.
+    Raises SimulationError where it takes far longer than the turn rate of the bank says.
     """
+    # The turn is measured by adding small changes of heading: it may be more than a full circle.
     rate = STANDARD_GRAVITY * tan(abs(bank)) / cockpit.true_airspeed
     swept = 0.0
     for _ in range(round((2.0 * angle / rate + ROLL_OUT_LIMIT) / TICK)):
@@ -114,7 +116,8 @@ def sweep(cockpit: Cockpit, angle: float, bank: float, lead: bool = False) -> Ti
 
 
 def _roll_out_lead(cockpit: Cockpit) -> float:
-    """Heading [rad] that passes while the wings are rolled level at the card's roll rate."""
+    """Return the change of heading [rad] while the wings are rolled level at the card's roll rate."""
+    # During the roll-out the turn rate falls to zero nearly linearly, so its mean is half the present one.
     roll = max(cockpit.bank, 0.0)
     rate = STANDARD_GRAVITY * tan(roll) / cockpit.true_airspeed
     return 0.5 * rate * roll / cockpit.card.roll_rate_limit
@@ -132,7 +135,7 @@ def accelerate(cockpit: Cockpit, airspeed: float) -> Ticks:
 
 
 def decelerate(cockpit: Cockpit, airspeed: float, label: str) -> Ticks:
-    """Slow down by throttle, at the card's rate at most, to near an airspeed [m/s], wherever the airplane heads.
+    """Slow down by throttle to near an airspeed [m/s], at most at the card's rate, straight or in a turn.
 
     Raises SimulationError where the speed is not reached.
     """
@@ -143,15 +146,15 @@ def decelerate(cockpit: Cockpit, airspeed: float, label: str) -> Ticks:
 
 
 def require_steep_turns(bank: float) -> None:
-    """Raise BadInputError for a bank [rad] that is no turn or that no airplane of this kind is flown at."""
+    """Raise BadInputError for a bank [rad] below 5° or above 60°, to either side."""
     if not 5.0 * DEGREE <= abs(bank) <= 60.0 * DEGREE:
         raise BadInputError("the bank of a circle lies between 5° and 60°, to either side")
 
 
 def step_down(cockpit: Cockpit, step: float, step_time: float, floor: float, *judged: str) -> Ticks:
-    """Take off manifold pressure in steps [Pa] of a time [s] until an airspeed [m/s] is reached.
+    """Reduce the manifold pressure in steps [Pa], one each `step_time` [s], until the airspeed is `floor` [m/s].
 
-    Raises SimulationError where the power is at idle before.
+    Raises SimulationError where the power is at idle before that.
     """
     pressure, number = cockpit.manifold_pressure(), 0
     while cockpit.airspeed > floor:

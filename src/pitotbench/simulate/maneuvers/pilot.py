@@ -1,11 +1,12 @@
-"""Who flies: the autopilot alone, or a person whose hands are late, whose eye has a threshold and who drifts.
+"""Pilots: the autopilot alone, or a model of a person with a reaction time, a threshold and a random drift.
 
-The person is an intermittent controller (Craik 1948; Neilson and others since): between corrections what is
-held drifts at random (the remnant of McRuer and Jex 1967); a deviation is noticed only beyond what the gauge
-shows at a glance, and corrected in part; then the pilot waits for the aircraft to answer. Stick and rudder
-stay with the autopilot, so this is a model of how well targets are held, not of handling qualities. All sizes
-are estimates, set so that a good pilot keeps the paper's tolerances most of the time in smooth air and a busy
-one does not.
+The person is an intermittent controller (Craik 1948; Neilson and others since). Between corrections the held
+value drifts at random (the remnant of McRuer and Jex 1967). A deviation is noticed only when it is larger than a
+glance at the gauge shows. It is corrected in part; then the pilot waits for the aircraft to respond.
+
+The autopilot keeps stick and rudder, so this models how well targets are held, not handling qualities. All sizes
+are estimates: a good pilot stays within the paper's tolerances most of the time in smooth air, a busy one does
+not.
 """
 
 from collections import deque
@@ -19,15 +20,18 @@ from pitotbench.simulate.plant import Plant
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT
 
 CORRECTED = 0.7  # share of a noticed deviation that one correction takes out
-PURSUED = 5.0  # thresholds; a deviation beyond is a change under way, not an error to correct
+PURSUED = 5.0  # thresholds; a larger deviation is a commanded change under way, not an error to correct
 HELD_IN_MODE = {"airspeed": ("throttle_mode", 1), "heading": ("lateral_mode", 1), "bank": ("lateral_mode", 2)}
 
 
 @dataclass(frozen=True, slots=True)
 class Skill:
-    """How a person flies: reaction [s]; per quantity the patience [s] to see what a correction does, the
-    threshold [SI] at which a deviation is noticed and the drift [SI a square-root second] of what is held;
-    manifold-pressure setting error [Pa, σ]."""
+    """How well a person flies.
+
+    `reaction` [s] is the delay of each command. For each quantity, `patience` [s] is the wait after a correction,
+    `thresholds` [SI] the deviation that is noticed, `drifts` [SI per square-root second] the random walk of the
+    held value. `setting_error` [Pa, 1σ] is the error of a manifold-pressure setting.
+    """
 
     reaction: float
     patience: Mapping[str, float]
@@ -46,7 +50,7 @@ HABITS = {
 
 
 def _skill(reaction: float, coarseness: float) -> Skill:
-    """Habits with thresholds and drifts made coarser by a factor."""
+    """Return a skill with the habits above, thresholds and drifts multiplied by `coarseness`."""
     return Skill(
         reaction,
         patience={quantity: habit[0] for quantity, habit in HABITS.items()},
@@ -57,7 +61,7 @@ def _skill(reaction: float, coarseness: float) -> Skill:
 
 
 class Hands:
-    """The autopilot alone: what the card commands is set at once and held exactly."""
+    """The autopilot alone: each command of the card is set at once and held exactly."""
 
     def __init__(self, plant: Plant, truth_seed: int = 1) -> None:
         self._plant = plant
@@ -67,7 +71,7 @@ class Hands:
         self._plant.set(name, value)
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Let time pass; `deviation(quantity)` is read minus target [SI]."""
+        """Let time pass [s]; `deviation(quantity)` is the reading minus the target [SI]. Nothing is corrected."""
 
 
 class Person(Hands):
@@ -85,13 +89,13 @@ class Person(Hands):
         self._next_look: dict[str, float] = {}
 
     def command(self, name: str, value: float) -> None:
-        """Set a control after the reaction time; a manifold pressure is set with an error."""
+        """Set a control [SI] after the reaction time; a manifold pressure is set with an error."""
         if name == "manifold_pressure_target":
             value += self._random.normal(0.0, self.skill.setting_error)
         self._waiting.append((self._now + self.skill.reaction, name, value))
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
-        """Do what is due, drift, notice and correct."""
+        """Set the commands that are due, then let held values drift and correct the deviations noticed."""
         self._now += seconds
         while self._waiting and self._waiting[0][0] <= self._now:
             _, name, value = self._waiting.popleft()
@@ -111,6 +115,7 @@ class Person(Hands):
         threshold = self.skill.thresholds[quantity]
         offset = self._offsets.get(quantity, 0.0)
         offset += self._random.normal(0.0, self.skill.drifts[quantity] * seconds**0.5)
+        # A person looks again only after the patience: a correction needs time to show.
         noticed = threshold < abs(deviation) < PURSUED * threshold
         if noticed and self._now >= self._next_look.get(quantity, 0.0):
             offset -= CORRECTED * deviation
@@ -120,7 +125,7 @@ class Person(Hands):
 
 
 class BusyPerson(Person):
-    """The same person with other things to do: late, coarse, and drifting twice as far."""
+    """The same person with other tasks: twice the reaction time, thresholds, drifts and setting error."""
 
     skill = _skill(1.0, 2.0)
 

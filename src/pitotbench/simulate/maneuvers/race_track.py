@@ -1,4 +1,4 @@
-"""Race Track: two long legs on reciprocal headings at each speed."""
+"""Race Track: at each speed two long legs on reciprocal headings."""
 
 from dataclasses import dataclass
 from math import pi
@@ -13,7 +13,7 @@ class RaceTrackCard(Card):
     """Martos et al. (2011), III.A: 160, 140, 120 and 100 KCAS, 60 s on condition on each of two reciprocal
     headings, ±1 KCAS, ±2°, ±50 ft, a circuit in 3 to 4 minutes (Table 2: 15 minutes in all).
 
-    Ours: the second turn closes the circuit and belongs to its time; `settle` follows the first.
+    Ours: the second turn closes the circuit and counts in its time; `settle` follows the first turn.
     """
 
     heading: float = quantity(0.0, "deg")
@@ -23,7 +23,7 @@ class RaceTrackCard(Card):
 
 
 def fly(cockpit: Cockpit, card: RaceTrackCard) -> Ticks:
-    """For each speed: set up unrecorded, leg out, turn, settle, leg back, turn."""
+    """Fly the card. At each speed: set up unrecorded, leg out, turn, settle, leg back, turn."""
     for speed in card.speeds:
         yield from set_up(cockpit, speed, card.heading)
         yield from leg(cockpit, card.dwell)

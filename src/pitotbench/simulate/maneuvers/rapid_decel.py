@@ -1,4 +1,4 @@
-"""Rapid Deceleration: power to idle and slow down, then once more on the reciprocal heading."""
+"""Rapid Deceleration: power to idle and slow down, then the same on the reciprocal heading."""
 
 from dataclasses import dataclass
 from math import pi
@@ -25,8 +25,8 @@ class RapidDecelCard(Card):
     """Martos et al. (2011), III.A: at 160 KCAS power to idle, slow to 100 KCAS; a turn to the reciprocal; the
     same again. ±2°, ±50 ft, no airspeed tolerance; under 5 minutes (Table 2: 5).
 
-    Ours: `dwell` at the first speed before the power comes back; the turn is flown at the last speed and the
-    aircraft then accelerates on the new heading, settles and repeats.
+    Ours: `dwell` at the first speed before the power is reduced. The turn is flown at the last speed; the aircraft
+    then accelerates on the new heading, settles and repeats.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt")
@@ -42,7 +42,7 @@ class RapidDecelCard(Card):
 
 
 def fly(cockpit: Cockpit, card: RapidDecelCard) -> Ticks:
-    """Set up unrecorded; then leg and deceleration, with turn, acceleration and settling between."""
+    """Fly the card: set up unrecorded; then leg and deceleration, with turn, acceleration and settling between."""
     heading, fast, slow = card.heading, card.speeds[0], card.speeds[-1]
     yield from set_up(cockpit, fast, heading)
     for run in range(card.repeats):

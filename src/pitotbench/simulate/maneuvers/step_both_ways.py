@@ -13,10 +13,10 @@ JUDGED = ("heading", "altitude")
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepBothWaysCard(Card):
     """Step Decrease of Martos et al. (2011), III.A, with every speed on both headings, so that the wind along the
-    track and the curve are no longer one unknown. ±2°, ±50 ft, no airspeed tolerance.
+    track and the curve are two unknowns, not one. ±2°, ±50 ft, no airspeed tolerance.
 
     Ours: all but the steps. From the first speed to the last on one heading, a turn to the reciprocal at the last
-    speed, acceleration, and the same again; larger steps make room for it in the same minutes.
+    speed, acceleration, and the same again. Larger steps keep the time at that of the paper's maneuver.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt")
@@ -34,7 +34,7 @@ class StepBothWaysCard(Card):
 
 
 def fly(cockpit: Cockpit, card: StepBothWaysCard) -> Ticks:
-    """Set up unrecorded; then leg and power steps, with turn, acceleration and settling between."""
+    """Fly the card: set up unrecorded; then leg and power steps, with turn, acceleration and settling between."""
     heading, fast, slow = card.heading, card.speeds[0], card.speeds[-1]
     yield from set_up(cockpit, fast, heading)
     for run in range(card.repeats):

@@ -16,8 +16,8 @@ class StepDecreaseCard(Card):
     130 KCAS; a turn to the reciprocal; the same to 100 KCAS. ±2°, ±50 ft, no airspeed tolerance; 5 to 6
     minutes (Table 2: 6).
 
-    Ours: `dwell` at the first speed of each heading before the power comes back; `speeds` are where a
-    descent through the speeds starts and ends.
+    Ours: `dwell` at the first speed of each heading before the power is reduced; `speeds` are those at which each
+    deceleration starts and ends.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt")
@@ -34,7 +34,7 @@ class StepDecreaseCard(Card):
 
 
 def fly(cockpit: Cockpit, card: StepDecreaseCard) -> Ticks:
-    """Set up unrecorded; then, for each pair of speeds: leg, power steps, turn to the reciprocal, settle."""
+    """Fly the card: set up unrecorded; then, for each pair of speeds, leg, power steps, turn, settle."""
     heading = card.heading
     yield from set_up(cockpit, card.speeds[0], heading)
     for index, floor in enumerate(card.speeds[1:]):

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
+from pitotbench.bench.truth_comparison import rms
 from pitotbench.evidence.pages.chart_data import Chart, Lines, LineSeries
 from pitotbench.evidence.study.claims.claim import Claim, Finding, verdict
 from pitotbench.evidence.study.maneuver_names import NAMES, named
@@ -61,7 +62,7 @@ def fixed_speed_gap(evidence: StudyTables) -> float:
     if points.empty or curve.empty:
         return float("nan")
     at = np.interp(points["airspeed_kt"], curve["airspeed_kt"], curve["correction_kt"])
-    return float(np.sqrt(np.mean((points["correction_kt"].to_numpy() - at) ** 2)))
+    return rms(points["correction_kt"].to_numpy() - at)
 
 
 def _figure(evidence: StudyTables, maneuver: str) -> Chart:

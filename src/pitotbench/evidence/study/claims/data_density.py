@@ -6,8 +6,8 @@ import pandas as pd
 from pitotbench.evidence.pages.chart_data import Bars, BarSeries, Lines, LineSeries
 from pitotbench.evidence.study.claims.claim import Claim, Finding, verdict
 from pitotbench.evidence.study.expected_noise import airspeed_noise
-from pitotbench.evidence.study.settings import SYSTEMS
 from pitotbench.evidence.study.study_tables import Spread, StudyTables, percent_above, ratio, signed
+from pitotbench.sense import SYSTEMS
 
 CARDS = (
     ("four_leg", "standard", "4-Leg, four speeds"),

@@ -5,8 +5,9 @@ import pandas as pd
 from pitotbench.evidence.study.charting import maneuver_bars
 from pitotbench.evidence.study.claims.claim import Claim, Finding, verdict
 from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER, named
-from pitotbench.evidence.study.settings import ALIKE, SYSTEMS
+from pitotbench.evidence.study.settings import ALIKE
 from pitotbench.evidence.study.study_tables import Spread, StudyTables, signed
+from pitotbench.sense import SYSTEMS
 
 _SAME = 2.0  # %: less is no significant difference
 _TEN = (5.0, 15.0)  # %: about ten

@@ -8,8 +8,9 @@ from pitotbench.evidence.study.changes import MINUTE
 from pitotbench.evidence.study.charting import maneuver_bars, maneuver_lines
 from pitotbench.evidence.study.claims.claim import Claim, Finding, verdict
 from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER, named
-from pitotbench.evidence.study.settings import SPECIFICATION, STEEP, STEEPER, SYSTEMS
+from pitotbench.evidence.study.settings import SPECIFICATION, STEEP, STEEPER
 from pitotbench.evidence.study.study_tables import Spread, StudyTables, percent_above, signed
+from pitotbench.sense import SYSTEMS
 from pitotbench.units import FOOT, KNOT
 
 _RESIDUAL = "2σ of the residual [kt]"

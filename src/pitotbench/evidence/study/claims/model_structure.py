@@ -8,9 +8,9 @@ from pitotbench.evidence.pages.chart_data import Bars, Lines, LineSeries
 from pitotbench.evidence.study.charting import maneuver_bars
 from pitotbench.evidence.study.claims.claim import Claim, Finding, verdict
 from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER, named
-from pitotbench.evidence.study.settings import BOTH_WAYS, PAPER_MODELS
+from pitotbench.evidence.study.settings import BOTH_WAYS
 from pitotbench.evidence.study.study_tables import Spread, StudyTables, percent_above
-from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.pressure_error import MODELS, PAPER_MODELS, REFERENCE_PRESSURE
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.units import KNOT
 

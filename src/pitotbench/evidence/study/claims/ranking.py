@@ -6,8 +6,9 @@ import pandas as pd
 from pitotbench.evidence.study.claims.claim import Claim, Finding, verdict
 from pitotbench.evidence.study.claims.data_density import expected_noise
 from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER
-from pitotbench.evidence.study.settings import SETTINGS, SPECIFICATION, SYSTEMS
+from pitotbench.evidence.study.settings import SETTINGS, SPECIFICATION
 from pitotbench.evidence.study.study_tables import Spread, StudyTables, rank_agreement, signed
+from pitotbench.sense import SYSTEMS
 
 _TAU = "Kendall's τ with the paper"
 

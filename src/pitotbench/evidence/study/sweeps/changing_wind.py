@@ -6,13 +6,14 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
+from pitotbench.bench.truth_comparison import rms
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.evidence.pages.chart_data import Lines
 from pitotbench.evidence.study.charting import maneuver_lines
 from pitotbench.evidence.study.looks import COVERING, Look
 from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER, named
 from pitotbench.evidence.study.study_tables import Spread, StudyTables
-from pitotbench.evidence.study.sweeps.sweep import Reply, Sweep, rms
+from pitotbench.evidence.study.sweeps.sweep import Reply, Sweep
 
 RATES = (0.1, 0.3, 1.0, 3.0)  # kt a minute
 SHEARS = (3.0, 10.0)  # kt a hundred feet

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
+from pitotbench.bench.truth_comparison import rms
 from pitotbench.evidence.pages.chart_data import Bars, BarSeries
 from pitotbench.evidence.study.looks import PAPER, Look
 from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER
 from pitotbench.evidence.study.study_tables import USUAL, StudyTables
-from pitotbench.evidence.study.sweeps.sweep import Reply, Sweep, rms
+from pitotbench.evidence.study.sweeps.sweep import Reply, Sweep
 
 MODELS = ("bias", "linear", "quadratic", "inverse+")
 KNEE = "knee truth"

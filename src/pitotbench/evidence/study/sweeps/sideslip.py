@@ -4,13 +4,14 @@ from functools import partial
 
 import pandas as pd
 
+from pitotbench.bench.truth_comparison import rms
 from pitotbench.evidence.pages.chart_data import Lines
 from pitotbench.evidence.study.changes import SIDESLIP_ERROR
 from pitotbench.evidence.study.charting import maneuver_lines
 from pitotbench.evidence.study.looks import COVERING, PAPER, Look
 from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER
 from pitotbench.evidence.study.study_tables import Spread, StudyTables, percent_above, signed
-from pitotbench.evidence.study.sweeps.sweep import Reply, Sweep, rms
+from pitotbench.evidence.study.sweeps.sweep import Reply, Sweep
 
 ANGLES = (2.0, 4.0, 8.0)  # degrees
 KINDS = {"steady sideslip": "held throughout", "sideslip in turns": "in turns only"}

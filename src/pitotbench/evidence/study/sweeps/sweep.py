@@ -39,8 +39,3 @@ class Sweep:
     answer: Callable[[StudyTables], Reply]
     looks: Callable[[str], tuple[Look, ...]] = no_looks
     sorties: Callable[[int], Iterable[Sortie]] = no_sorties
-
-
-def rms(values: pd.Series) -> float:
-    """Root mean square over seeds."""
-    return float((values**2).mean() ** 0.5)

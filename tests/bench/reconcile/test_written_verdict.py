@@ -1,4 +1,4 @@
-"""Add: the folder of a reconciliation, and the patched aircraft that flies by its name."""
+"""The folder of a reconciliation, and the patched aircraft that flies by its name."""
 
 from types import SimpleNamespace
 
@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pitotbench.bench.reconcile.outputs import install, keep
+from pitotbench.bench.reconcile.written_verdict import install, keep
 from pitotbench.cli.app import main
 from pitotbench.logbook import read_log
 from pitotbench.reconcile.decide.patches import patch_of_effects
@@ -25,16 +25,16 @@ def outcome(*effects: Candidate, kind: str = "named"):
     verdict = SimpleNamespace(kind=kind, effects=effects, closure=Closure(100.0, 11.0, 10.0))
     account = SimpleNamespace(log="flight.csv", aircraft="navajo", rounds=(SimpleNamespace(verdict=verdict),))
     made = patch_of_effects(effects, "flight.csv", "2026-01-01")
-    return SimpleNamespace(found=SimpleNamespace(verdict=verdict), account=account, patch=made)
+    return SimpleNamespace(reconciliation=SimpleNamespace(verdict=verdict), account=account, patch=made)
 
 
 def test_an_applied_patch_flies_in_a_campaign_with_its_drag(tmp_path, monkeypatch, smooth_flights):
     monkeypatch.chdir(tmp_path)
     lines = install(outcome(POD, LAG), "test")
     assert "pitot_lag" in lines[1]
-    told = (tmp_path / "aircraft" / "navajo+test" / "variant.toml").read_text()
-    assert "flight.csv" in told
-    assert "two_sigma" in told
+    variant = (tmp_path / "aircraft" / "navajo+test" / "variant.toml").read_text()
+    assert "flight.csv" in variant
+    assert "two_sigma" in variant
     options = ["--maneuver", "circle", "--das", "20/1", "--turbulence", "none", "--jobs", "1", "--out", "out"]
     assert main(["campaign", "--aircraft", "navajo+test", *options]) == 0
     assert len(pd.read_parquet("out/results.parquet")) == 1
@@ -63,7 +63,7 @@ def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
         (outcome(kind="unknown"), "unknown"),
     ],
 )
-def test_what_cannot_be_applied_is_refused_with_a_reason(made, message, tmp_path):
+def test_an_answer_that_cannot_be_applied_is_refused_with_a_reason(made, message, tmp_path):
     with pytest.raises(BadInputError, match=message):
         install(made, "test", tmp_path)
     assert list(tmp_path.iterdir()) == []
@@ -77,7 +77,7 @@ def test_bad_names_are_refused_before_the_log_is_read(capsys):
 
 
 def test_the_folder_holds_verdict_patch_report_and_overlay(tmp_path, monkeypatch):
-    monkeypatch.setattr("pitotbench.bench.reconcile.outputs.account_page", lambda account: "<html></html>")
+    monkeypatch.setattr("pitotbench.bench.reconcile.written_verdict.account_page", lambda account: "<html></html>")
     keep(outcome(POD), {"verdict": "named"}, tmp_path)
     assert sorted(f.name for f in tmp_path.iterdir()) == [
         "overlay.xml",

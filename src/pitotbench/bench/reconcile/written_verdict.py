@@ -1,12 +1,12 @@
-"""Add: the verdict, the patch and the report in a folder, and the patched aircraft under a name."""
+"""Write the verdict, the patch and the report to a folder, and keep the patched aircraft under a name."""
 
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pitotbench.bench import write_text
 from pitotbench.bench.reconcile.workflow import FullReconciliation, entries
 from pitotbench.effects import EFFECTS
+from pitotbench.logbook import write_text
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.verdict import SURE
@@ -18,8 +18,10 @@ WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")  # what m
 
 
 def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) -> list[str]:
-    """Write `verdict.json`, `patch.toml`, `report.html` and, where something acts on the aircraft, `overlay.xml` to
-    a folder; those of an earlier run are replaced. Returns a line for each thing written."""
+    """Write `verdict.json`, `patch.toml` and `report.html` to a folder, and replace those of an earlier run.
+
+    Where an effect acts on the aircraft, `overlay.xml` is written too. Returns the lines to print.
+    """
     texts = {
         "verdict.json": json_text(document),
         "patch.toml": outcome.patch.text,
@@ -37,22 +39,23 @@ def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) ->
 
 
 def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None) -> list[str]:
-    """Write the patched aircraft as `<aircraft>+<variant>`; returns a line for each thing written, and one for
-    effects that are left to the case file.
+    """Write the patched aircraft as `<aircraft>+<variant>`, and return the lines to print.
 
-    Raises BadInputError where nothing that was named acts on the aircraft, or the name is taken: nothing is ever
+    One line names the effects that belong into a case file instead.
+    Raises BadInputError where no named effect acts on the aircraft, or where the name is taken: nothing is ever
     overwritten.
     """
-    verdict, aircraft = outcome.found.verdict, outcome.account.aircraft
+    verdict, aircraft = outcome.reconciliation.verdict, outcome.account.aircraft
     acting = _of_aircraft(outcome)
     if not acting:
-        raise BadInputError(_nothing(verdict.kind))
-    found_in = {"log": outcome.account.log, "verdict": verdict.kind, "closure": round(verdict.closure.share, 3)}
-    folder = install_variant(aircraft, variant, acting, found_in | _bounds(outcome), shelf)
-    beside = [e.name for e in entries(outcome.patch) if e not in acting]
+        raise BadInputError(_why_nothing(verdict.kind))
+    provenance = {"log": outcome.account.log, "verdict": verdict.kind, "closure": round(verdict.closure.share, 3)}
+    folder = install_variant(aircraft, variant, acting, provenance | _bounds(outcome), shelf)
+    not_of_aircraft = [e.name for e in entries(outcome.patch) if e not in acting]
     lines = [f"written: {folder}; it flies as --aircraft {folder.name}"]
-    if beside:
-        lines.append(f"not of the aircraft, to be put into the case file from patch.toml: {', '.join(beside)}")
+    if not_of_aircraft:
+        names = ", ".join(not_of_aircraft)
+        lines.append(f"not of the aircraft, to be put into the case file from patch.toml: {names}")
     return lines
 
 
@@ -61,13 +64,13 @@ def _of_aircraft(outcome: FullReconciliation) -> list[EffectSpec]:
 
 
 def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
-    """2σ of every size that was named, by effect and parameter."""
+    """2σ of every size of the named effects, by effect and parameter."""
     effects = (e for r in outcome.account.rounds for e in r.verdict.effects)
     return {"two_sigma": {e.name: {s.name: float(f"{s.two_sigma:.3g}") for s in e.sizes} for e in effects}}
 
 
-def _nothing(kind: str) -> str:
+def _why_nothing(kind: str) -> str:
     if kind in SURE:
-        return "nothing that was named acts on the aircraft: put patch.toml's entries into the case file instead"
+        return "no named effect acts on the aircraft: put the entries of patch.toml into the case file instead"
     why = "there is no significant gap" if kind == "no_gap" else "the cause of the gap is unknown"
     return f"nothing to apply: {why}, so there is no patch"

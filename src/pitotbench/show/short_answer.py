@@ -1,4 +1,4 @@
-"""A calibration in a few numbers and sentences: what stands at the top of a page. Loads no drawing library."""
+"""A calibration in a few numbers and two sentences. Loads no drawing library."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ import numpy as np
 from pitotbench.records.calibration import Calibration
 from pitotbench.units import DEGREE, KNOT
 
-_USUAL_KT = (100.0, 130.0, 160.0)
+_USUAL_KT = (100.0, 130.0, 160.0)  # the low end, the middle and the high end of the study's maneuvers
 
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """What to add to one indicated airspeed, and its 2σ [kt]."""
+    """The correction to add to one indicated airspeed, and its ±2σ bound [kt]."""
 
     indicated_kt: float
     correction_kt: float
@@ -25,7 +25,7 @@ class Correction:
 
 @dataclass(frozen=True, slots=True)
 class ShortAnswer:
-    """The short answer of a calibration, in the units of a page."""
+    """The short answer of a calibration, in knots and degrees; the wind blows from `wind_from_deg`."""
 
     subject: str
     model: str
@@ -36,16 +36,19 @@ class ShortAnswer:
     residual_two_sigma_kt: float
     warnings: tuple[str, ...]
 
+    @property
+    def correction_sentence(self) -> str:
+        """The corrections of the indicated airspeed in one sentence."""
+        parts = [f"{each} at {each.indicated_kt:.0f} KIAS" for each in self.corrections]
+        return f"Add {'; '.join(parts)} to the indicated airspeed (± is 2σ)."
 
-@dataclass(frozen=True, slots=True)
-class Section:
-    """A finished part of a page: where it is found, what it answers, its HTML."""
-
-    anchor: str
-    group: str
-    title: str
-    answer: ShortAnswer
-    html: str
+    @property
+    def wind_sentence(self) -> str:
+        """The wind with the larger of its components' bounds, in one sentence."""
+        return (
+            f"The wind is {self.wind_kt:.1f} kt from {self.wind_from_deg:03.0f}°; each of its components is known "
+            f"to ±{self.wind_two_sigma_kt:.2f} kt (2σ) or better."
+        )
 
 
 def short_answer_of(result: Calibration, subject: str) -> ShortAnswer:

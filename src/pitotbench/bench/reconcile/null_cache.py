@@ -1,0 +1,89 @@
+"""The cache of null distributions: one file for each card, under a digest of all that decides it."""
+
+import os
+from contextlib import suppress
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+
+from pitotbench.bench.reconcile import Progress
+from pitotbench.logbook import atomic
+from pitotbench.reconcile.null_flights.distribution_text import read_distribution, text_of
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.records.case import Case
+from pitotbench.records.case_file import write_case
+from pitotbench.records.errors import BadInputError
+from pitotbench.simulate.hangar import PACKAGE, find_aircraft
+
+MOST_KEPT = 100  # entries of the cache, about 40 kB each
+# Packages whose code cannot change what null flights teach. All other code is part of the key of the cache: a list
+# of what decides would miss what a later change adds.
+NOT_DECIDING = ("cli", "evidence", "show")
+
+
+def cache_folder() -> Path:
+    """Return the folder of the cache: `$PITOTBENCH_CACHE`, else one in the user's cache folder."""
+    chosen = os.environ.get("PITOTBENCH_CACHE")
+    if chosen:
+        return Path(chosen)
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pitotbench"
+
+
+def cache_entry(card: Case, flights: int, setting: AnalysisSetting) -> Path:
+    """Return the file of a card's null distribution, whether it exists or not."""
+    return cache_folder() / f"null-{_digest(card, flights, setting)}.json"
+
+
+def read_entry(place: Path, flights: int, say: Progress) -> NullDistribution | None:
+    """Return an entry of the cache and mark it as used; None where there is none, or where it cannot be right."""
+    try:
+        null = read_distribution(place.read_bytes())
+        if null.flights != flights:
+            raise ValueError(f"of {null.flights} flights instead of {flights}")
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError):
+        say(f"{place} cannot be used: its null flights are flown again")
+        return None
+    with suppress(OSError):  # a cache that may only be read serves as well
+        os.utime(place)
+    return null
+
+
+def write_entry(place: Path, null: NullDistribution, say: Progress) -> None:
+    """Write an entry, whole or not at all, and remove the entries that have not been used for longest."""
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with atomic(place) as scratch:
+            scratch.write_text(text_of(null), encoding="utf-8")
+        _prune(place.parent)
+    except (OSError, ValueError, BadInputError) as error:  # the log can be judged all the same
+        say(f"the null flights are not kept: {error}")
+
+
+def _prune(folder: Path) -> None:
+    """Remove all but the `MOST_KEPT` entries used last; files that a stopped run wrote in part count as well."""
+    files = [file for pattern in ("null-*.json", ".null-*.part") for file in folder.glob(pattern)]
+    for file in sorted(files, key=_last_used, reverse=True)[MOST_KEPT:]:
+        file.unlink(missing_ok=True)
+
+
+def _last_used(file: Path) -> float:
+    """When a file was last used [s]; 0 where another run has just removed it."""
+    try:
+        return file.stat().st_mtime
+    except FileNotFoundError:
+        return 0.0
+
+
+def _digest(card: Case, flights: int, setting: AnalysisSetting) -> str:
+    """Digest of all that decides a null distribution: card, setting, code, the aircraft's files, versions."""
+    code = [f for f in sorted(PACKAGE.rglob("*.py")) if f.relative_to(PACKAGE).parts[0] not in NOT_DECIDING]
+    folder = find_aircraft(card.aircraft)
+    aircraft = [file for file in sorted(folder.rglob("*")) if file.is_file()]
+    versions = [f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]
+    digest = sha256(repr((write_case(card), flights, setting, versions)).encode())
+    for root, file in (*((PACKAGE, f) for f in code), *((folder, f) for f in aircraft)):
+        digest.update(repr((file.relative_to(root).as_posix(), file.read_bytes())).encode())
+    return digest.hexdigest()[:24]

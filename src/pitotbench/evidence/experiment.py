@@ -1,0 +1,146 @@
+"""The experiment engine: cells × seeds × looks give one table of rows, kept as it grows.
+
+A cell is a maneuver in one turbulence. Every cell is flown once with every seed, and each flight is looked at in
+several ways. Rows that were kept are not measured again, so that an experiment cut short goes on.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from time import monotonic
+
+import pandas as pd
+
+from pitotbench.bench.fleet import open_fleet, progress, require_all
+from pitotbench.logbook import atomic
+
+Row = dict[str, object]
+_SEEDS_A_ROUND = 2  # rows are kept, and the minutes looked at, after so many seeds of every cell
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One flight of an experiment: its cell (maneuver and turbulence) and its seed."""
+
+    maneuver: str
+    turbulence: str
+    seed: int
+
+
+Task = tuple[Trial, tuple[str, ...]]  # what is flown, and the looks that are asked for
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """What is flown, and how each flight is looked at.
+
+    `measure(trial, looks)` flies a trial once and gives its rows: one or more for each look, with the columns
+    `maneuver`, `turbulence` and `seed` of the trial and the look in the column named `look_column`.
+    """
+
+    measure: Callable[[Trial, tuple[str, ...]], Sequence[Row]]
+    maneuvers: tuple[str, ...]
+    turbulences: tuple[str, ...]
+    looks: tuple[str, ...]
+    look_column: str
+
+    def trials(self, seeds: Sequence[int]) -> list[Trial]:
+        """All trials, seed by seed: an experiment cut short has every cell equally often."""
+        return [Trial(name, air, seed) for seed in seeds for name in self.maneuvers for air in self.turbulences]
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """What an experiment may use: processes (None: one a core), minutes (None: no limit), and a Parquet file of the
+    rows measured before by the same code (None: nothing is kept)."""
+
+    jobs: int | None = None
+    minutes: float | None = None
+    rows: Path | None = None
+
+    def rounds(self, seeds: Sequence[int]) -> Iterator[Sequence[int]]:
+        """The seeds in rounds: one round where nothing is kept and time does not matter."""
+        limited = self.minutes is not None or self.rows is not None
+        count = _SEEDS_A_ROUND if limited else max(len(seeds), 1)
+        return (seeds[begin : begin + count] for begin in range(0, len(seeds), count))
+
+
+NO_LIMIT = Budget()
+
+
+def run_experiment(experiment: Experiment, seeds: Sequence[int], budget: Budget = NO_LIMIT) -> pd.DataFrame:
+    """Measure every look at every cell with every seed; the rows of the experiment, kept ones among them.
+
+    Ends after the round in which the minutes are over, with whole seeds only: 0 minutes give what the kept rows
+    hold. Raises the first error of a trial; the rows of the rounds before it are kept.
+    """
+    table, begun = _kept(budget.rows), monotonic()
+    total = len(experiment.trials(seeds))
+    with open_fleet(budget.jobs, tasks=total) as fleet, progress("flights", total) as step:
+        for some in budget.rounds(seeds):
+            trials = experiment.trials(some)
+            tasks = _missing(experiment, trials, table)
+            for _ in range(len(trials) - len(tasks)):
+                step()
+            measured = require_all(fleet.perform(partial(_measured, experiment), tasks, step))
+            table = _with_rows(table, [row for of_trial in measured for row in of_trial], budget.rows)
+            if budget.minutes is not None and monotonic() - begun > 60.0 * budget.minutes:
+                break
+    return _asked(experiment, seeds, table)
+
+
+def _measured(experiment: Experiment, task: Task) -> Sequence[Row]:
+    return experiment.measure(*task)
+
+
+def _missing(experiment: Experiment, trials: Sequence[Trial], table: pd.DataFrame) -> list[Task]:
+    """The trials with the looks that the table has no rows of; a trial with all of them is not among them."""
+    columns = ["maneuver", "turbulence", "seed", experiment.look_column]
+    known = set(table[columns].itertuples(index=False, name=None)) if len(table) else set()
+    tasks = []
+    for trial in trials:
+        cell = (trial.maneuver, trial.turbulence, trial.seed)
+        looks = tuple(look for look in experiment.looks if (*cell, look) not in known)
+        tasks += [(trial, looks)] if looks else []
+    return tasks
+
+
+def _kept(path: Path | None) -> pd.DataFrame:
+    return pd.read_parquet(path) if path is not None and path.exists() else pd.DataFrame()
+
+
+def _with_rows(table: pd.DataFrame, rows: Sequence[Row], path: Path | None) -> pd.DataFrame:
+    """The table with more rows, kept in the file where one is given."""
+    if not rows:
+        return table
+    new = pd.DataFrame(list(rows))
+    table = pd.concat([table, new], ignore_index=True) if len(table) else new
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with atomic(path) as scratch:
+            table.to_parquet(scratch)
+    return table
+
+
+def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) -> pd.DataFrame:
+    """The rows of an experiment among all that a file holds."""
+    if not len(table):
+        return table
+    wanted: Mapping[str, Sequence[object]] = {
+        "maneuver": experiment.maneuvers,
+        "turbulence": experiment.turbulences,
+        "seed": seeds,
+        experiment.look_column: experiment.looks,
+    }
+    mask = pd.Series(True, index=table.index)
+    for column, values in wanted.items():
+        mask &= table[column].isin(list(values))
+    return table[mask]
+
+
+def made_with() -> str:
+    """The versions and the date that a page of measured numbers names."""
+    return f"pitotbench {version('pitotbench')}, JSBSim {version('jsbsim')}, {datetime.now(UTC):%Y-%m-%d}"

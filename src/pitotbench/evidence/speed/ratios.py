@@ -1,0 +1,45 @@
+"""The speed ratios that `make bench` prints: CPU time over that of the same work without the bench.
+
+Each is the least of several tries on one thread. Absolute times differ from hour to hour on a shared machine; their
+ratios within one run differ less.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from pitotbench.evidence.speed.fit_times import fit_times
+from pitotbench.evidence.speed.flight_overhead import overhead_ratio
+from pitotbench.evidence.speed.scale import cross_check_growth, reading_times, tiled
+from pitotbench.records.case import Case
+from pitotbench.records.log import FlightLog
+from pitotbench.sense import data_system, record
+from pitotbench.simulate import fly
+
+FIT_ROWS = 36_000
+LONG_ROWS = 300_000
+
+
+def ratio_lines() -> Iterator[str]:
+    """Measure one ratio after the other; each comes as a line with its limit, where it has one."""
+    yield f"recorded flight / bare JSBSim loop                     {overhead_ratio():6.2f}   (limit 1.35)"
+    log = record(fly(Case(maneuver="circle")), data_system("100/100"), 1)
+    yield from _fit_lines(log.select(np.arange(min(FIT_ROWS, len(log)))))
+    growth = cross_check_growth(log, LONG_ROWS // 10, 10)
+    yield f"cross-check a row, 300,000 rows / 30,000 rows          {growth:6.2f}   (limit 1.30)"
+    with TemporaryDirectory() as folder:
+        times = reading_times(tiled(log, LONG_ROWS), Path(folder, "long.csv"))
+    both = times.read + times.calibrate
+    yield f"read 300,000 rows of CSV / one pass of Arrow's reader  {times.read / times.arrow:6.2f}"
+    yield f"read and calibrate them / one pass of Arrow's reader   {both / times.arrow:6.2f}   (limit 2.00)"
+
+
+def _fit_lines(log: FlightLog) -> Iterator[str]:
+    fit = fit_times(log)
+    yield f"rows fitted: {fit.rows:,} x 3 outputs, 5 parameters; SciPy alone {fit.scipy:.3f} s"
+    yield f"fit with covering bound / SciPy least_squares alone    {fit.covering / fit.scipy:6.2f}   (limit 1.00)"
+    yield f"vector output error / SciPy least_squares alone        {fit.vector / fit.scipy:6.2f}   (limit 1.00)"
+    evaluations = fit.covering / fit.evaluation
+    yield f"fit with covering bound / one residual and Jacobian    {evaluations:6.1f}   (limit 40)"

@@ -1,0 +1,271 @@
+"""Airspeed against ground speed: what impact pressure the ground speed asks for, in a wind that is found with it.
+
+Over all headings a wind cannot look like a factor. On one heading it can: then the standard error of the factor,
+with the wind's usual size as knowledge, is large, and nothing is said.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench import air
+from pitotbench.logbook.draft import Draft
+from pitotbench.logbook.plausibility.limits import LIMITS, UNIT_WORDS, other_units, some
+from pitotbench.logbook.plausibility.weather import warmth
+from pitotbench.records.errors import BadInputError
+from pitotbench.timeline import fresh_fixes
+from pitotbench.units import Array
+
+_FLYING = 5.0  # m/s over ground
+_SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
+_ROWS = 600  # that the fit looks at: more rows add nothing to a factor
+_FEWEST = 20
+_LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as one
+_STEPS = 12  # of Gauss and Newton; the misfit is nearly linear in what is sought
+_GUST = 0.5  # m/s: what stays in the calmest air
+_ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
+_SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
+_SCALE_SPREAD = 10.0  # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
+_CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the log is looked at
+
+
+@dataclass(frozen=True, slots=True)
+class FlownRows:
+    """The rows in flight with a new fix, (n,) each, from which the factor is found; `rows` count in the draft."""
+
+    rows: NDArray[np.intp]
+    time: Array
+    impact: Array
+    static: Array
+    temperature: Array
+    north: Array
+    east: Array
+
+    @property
+    def shared(self) -> float:
+        """Samples for each that counts: gusts last, and samples within one say the same."""
+        return max(1.0, _LASTING * len(self.time) / max(float(self.time[-1] - self.time[0]), _LASTING))
+
+
+@dataclass(frozen=True, slots=True)
+class Factor:
+    """What the ground speed says of the impact pressure q_c: true ≈ `scale` · q_c + `zero`.
+
+    `excess` is true over measured, less one, at low, usual and high q_c, with standard errors `spread`; `wind`
+    [m/s] toward north and east; `misfit` the rms of ground speed less wind against airspeed, over airspeed.
+    `change` is that of the factor from the first to the second half of the log, with its standard error.
+    """
+
+    scale: float
+    zero: float
+    excess: Array
+    spread: Array
+    wind: Array
+    misfit: float
+    change: float
+    change_spread: float
+
+
+def flown_rows(draft: Draft) -> FlownRows | None:
+    """The rows to compare; None where too few are in flight."""
+    c = draft.channels
+    north, east, impact = c["velocity_north"], c["velocity_east"], c["impact_pressure"]
+    flying = np.hypot(north, east) > _FLYING
+    flying &= impact > _SLOW * np.quantile(impact, 0.95)
+    flying &= fresh_fixes(c.get("gps_fresh"), north, east)
+    rows = np.flatnonzero(flying)
+    if len(rows) < _FEWEST:
+        return None
+    rows = rows[:: max(1, len(rows) // _ROWS)]
+    static = c["static_pressure"][rows]
+    warm = air.standard_temperature(air.pressure_altitude(static)) * warmth(draft, some(draft, "static_pressure"))
+    return FlownRows(rows, c["time"][rows], impact[rows], static, warm, north[rows], east[rows])
+
+
+def find_factor(flown: FlownRows) -> Factor:
+    """Fit wind, scale, zero and a change of the scale at half time, by weighted least squares with weak priors."""
+    late = np.where(flown.time > np.median(flown.time), 0.5, -0.5)
+    airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
+    ground = float(np.median(np.hypot(flown.north, flown.east)))
+    wind_spread = LIMITS.wind_spread + LIMITS.wind_share * min(airspeed, ground)
+    prior = np.array([wind_spread, wind_spread, _SCALE_SPREAD, LIMITS.zero_spread, _CHANGE_SPREAD]) ** -2.0
+    x = np.array([0.0, 0.0, 2.0 * np.log(ground / airspeed), 0.0, 0.0])
+    damping = 1e-3
+    residual = _residual(x, flown, late)
+    sigma = max(_GUST, float(np.sqrt(np.mean(residual**2))))
+    covariance = np.asarray(np.eye(len(x)))
+    for _ in range(_STEPS):
+        jacobian = _slopes(x, flown, late)
+        weight = 1.0 / (flown.shared * sigma**2)
+        normal = weight * jacobian.T @ jacobian + np.diag(prior)
+        step = np.linalg.solve(
+            normal + damping * np.diag(np.diag(normal)), -weight * jacobian.T @ residual - prior * x
+        )
+        trial = x + step
+        after = _residual(trial, flown, late)
+        if _cost(after, trial, weight, prior) <= _cost(residual, x, weight, prior):
+            x, residual, damping = trial, after, damping / 10.0
+        else:
+            damping *= 100.0
+        sigma = max(_GUST, float(np.sqrt(np.mean(residual**2))))
+        covariance = np.asarray(np.linalg.inv(normal))
+    return _factor(x, covariance, flown, float(np.sqrt(np.mean(residual**2))))
+
+
+def _cost(residual: Array, x: Array, weight: float, prior: Array) -> float:
+    return weight * float(residual @ residual) + float(prior @ (x * x))
+
+
+def _residual(x: Array, flown: FlownRows, late: Array) -> Array:
+    """Ground speed less wind, less the airspeed of the corrected impact pressure [m/s], (n,)."""
+    corrected = np.maximum(np.exp(x[2] + x[4] * late) * flown.impact + x[3], 1.0)
+    airspeed = air.true_airspeed(corrected, flown.static, flown.temperature)
+    through_air: Array = np.hypot(flown.north - x[0], flown.east - x[1])
+    return through_air - airspeed
+
+
+def _slopes(x: Array, flown: FlownRows, late: Array) -> Array:
+    """The residual's derivative by each unknown, (n, 5)."""
+    columns = []
+    for i, step in enumerate((0.01, 0.01, 1e-4, 0.1, 1e-4)):
+        up, down = x.copy(), x.copy()
+        up[i] += step
+        down[i] -= step
+        columns.append((_residual(up, flown, late) - _residual(down, flown, late)) / (2.0 * step))
+    return np.stack(columns, axis=1)
+
+
+def _factor(x: Array, covariance: Array, flown: FlownRows, misfit: float) -> Factor:
+    scale, zero = float(np.exp(x[2])), float(x[3])
+    impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
+    by_unknown = np.stack([np.full(3, scale), 1.0 / impact])
+    spread = np.sqrt(np.einsum("ik,ij,jk->k", by_unknown, covariance[2:4, 2:4], by_unknown))
+    airspeed = float(np.median(np.hypot(flown.north - x[0], flown.east - x[1])))
+    return Factor(
+        scale=scale,
+        zero=zero,
+        excess=scale + zero / impact - 1.0,
+        spread=spread,
+        wind=x[:2],
+        misfit=misfit / max(airspeed, 1.0),
+        change=float(np.expm1(x[4])),
+        change_spread=float(np.exp(x[4]) * np.sqrt(covariance[4, 4])),
+    )
+
+
+def check_speed(draft: Draft, flown: FlownRows, factor: Factor) -> None:
+    """Refuse speeds that no pressure error and no wind can bring together; warn of those that hardly one can."""
+    _check_axes(draft, flown, factor)
+    _check_misfit(draft, factor)
+    _check_change(draft, factor)
+    _check_size(draft, flown, factor)
+
+
+def _columns(draft: Draft) -> str:
+    return f"columns {draft.columns['impact_pressure']!r} and {draft.columns['velocity_north']!r}"
+
+
+def _check_axes(draft: Draft, flown: FlownRows, factor: Factor) -> None:
+    """Refuse a velocity of which one component is in another unit than the other."""
+    if factor.misfit <= LIMITS.axes_misfit:
+        return
+    for axis in ("north", "east"):
+        name = f"velocity_{axis}"
+        for suffix, times in other_units(draft, name):
+            other = replace(flown, **{axis: getattr(flown, axis) * times})
+            if find_factor(other).misfit < LIMITS.axes_better * factor.misfit:
+                raise BadInputError(
+                    f"column {draft.columns[name]!r}: this component alone looks like {UNIT_WORDS[suffix]}: "
+                    f"name the column {name}_{suffix}"
+                )
+
+
+def _check_misfit(draft: Draft, factor: Factor) -> None:
+    if factor.misfit <= LIMITS.misfit_doubted:
+        return
+    words = (
+        f"{_columns(draft)}: no steady wind brings ground speed and airspeed together (they differ by "
+        f"{factor.misfit:.0%} rms): check that {draft.columns['velocity_north']!r} and "
+        f"{draft.columns['velocity_east']!r} are north and east in one unit, on the clock of the air data"
+    )
+    if factor.misfit > LIMITS.misfit_refused:
+        raise BadInputError(words)
+    draft.warnings.append(words)
+
+
+def _check_change(draft: Draft, factor: Factor) -> None:
+    doubted = abs(factor.change) - LIMITS.sigmas * factor.change_spread
+    if doubted <= 0.0 or abs(factor.change) <= LIMITS.change_doubted:
+        return
+    words = (
+        f"{_columns(draft)}: the impact pressure that the ground speed asks for changes by {factor.change:+.0%} "
+        "from the first to the second half of the log, against the measured one: did a unit, a gain or a source "
+        "change in flight?"
+    )
+    if doubted > LIMITS.change_refused:
+        raise BadInputError(words)
+    draft.warnings.append(words)
+
+
+def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
+    size = np.abs(factor.excess) - LIMITS.sigmas * factor.spread
+    if not np.any(size > LIMITS.curve_doubted):
+        return
+    airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
+    ground = float(np.median(np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])))
+    impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
+    fits = _fits(draft, flown)
+    words = (
+        f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken off: "
+        f"{', or '.join(fits or _other_guesses(draft, factor, float(impact[1])))}"
+    )
+    absurd = size - LIMITS.zero_allowed / impact > LIMITS.curve_refused
+    # A unit that fits explains more than a zero does, where the difference is more than that of a zero.
+    named = bool(fits) and size[1] > max(LIMITS.curve_refused, LIMITS.zero_allowed / impact[1])
+    if named or bool(np.all(absurd)):
+        raise BadInputError(words)
+    draft.warnings.append(words)
+
+
+def _fits(draft: Draft, flown: FlownRows) -> list[str]:
+    """The mistakes of unit that fit, with the columns to write: each is tried with a new fit of the wind."""
+    fits = []
+    for suffix, times in other_units(draft, "velocity_north"):
+        if _explains(replace(flown, north=flown.north * times, east=flown.east * times)):
+            columns = f"velocity_north_{suffix} and velocity_east_{suffix}"
+            fits.append(f"these look like {UNIT_WORDS[suffix]}: name the columns {columns}")
+    column = draft.columns["impact_pressure"]
+    if not column.startswith("impact_pressure"):
+        return fits  # formed from a total pressure: another unit of it would have been refused
+    for suffix, times in other_units(draft, "impact_pressure"):
+        if _explains(replace(flown, impact=flown.impact * times)):
+            fits.append(f"{column!r} looks like {UNIT_WORDS[suffix]}: name the column impact_pressure_{suffix}")
+    return fits
+
+
+def _explains(flown: FlownRows) -> bool:
+    return abs(float(find_factor(flown).excess[1])) < LIMITS.unit_fits
+
+
+def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float) -> list[str]:
+    """What may be wrong where no unit fits."""
+    north, impact = draft.columns["velocity_north"], draft.columns["impact_pressure"]
+    needed = max(1.0 + float(factor.excess[1]), 1e-6)
+    guesses = [
+        f"{impact!r} looks like {word} the impact pressure: check its gain"
+        for times, word in ((2.0, "half"), (0.5, "twice"))
+        if abs(np.log(needed / times)) < LIMITS.unit_fits
+    ]
+    offset = _offset(factor, impact_pressure)
+    if abs(offset) > _SMALL_ZERO:
+        guesses.append(f"{impact!r} looks as if it had a zero offset of {offset:+.0f} Pa: check its zero")
+    return guesses or [f"check units and zero of {impact!r} and {north!r}"]
+
+
+def _offset(factor: Factor, impact_pressure: float) -> float:
+    """The zero offset that would explain the difference [Pa]; 0 where none does that a gauge may have."""
+    if abs(factor.zero) > _ZERO_LEADS * abs(factor.scale - 1.0) * impact_pressure:
+        return -factor.zero
+    offset = -float(factor.excess[1]) * impact_pressure
+    return offset if abs(offset) <= LIMITS.zero_allowed else 0.0

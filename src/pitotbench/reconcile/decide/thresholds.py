@@ -1,0 +1,71 @@
+"""The numbers that decide a verdict, each with its reason.
+
+A change of one of them changes the answers. It needs a new scored set of the blind test (docs/blind.md).
+"SS" is the sum of squares of the whitened residuals; a fall of the SS by x² has a significance of x σ.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Thresholds:
+    """All limits of a reconciliation. A plain number is in σ, a count or a share; any other unit is stated."""
+
+    # Log checks: faults of the recording, which are counted and not fitted.
+    repeats_fewest: int = 5  # rows; fewer rows that repeat all air data may be chance in a quiet log
+    repeats_beyond_chance: float = 6.0  # σ; independent channels repeat together by chance at a known rate
+    repeats_regular: float = 0.7  # share of runs of equal length; lost samples do not come at equal distances
+    quantization_noise: float = 1.5  # noise deviations; a finer step vanishes in the noise
+    quantization_smallest: float = 0.5  # Pa; a finer step is no fault, however quiet the sensor
+    ceiling_rows: int = 10  # rows at the maximum; sensor noise reaches its maximum on one row only
+    ceiling_step: float = 5.0  # Pa; with coarser steps many rows share the maximum without a ceiling
+    clock_odd_step: float = 0.2  # of the median time step; time stamps are rounded by less
+    clock_odd_share: float = 0.01  # of the time steps; more of them mean another clock
+    counted_score: float = 99.0  # σ; stands for certainty, because a count has no noise
+
+    # Null flights: the scores that an effect has to exceed.
+    null_flights_fewest: int = 4  # flights; the spread of fewer says nothing
+    false_alarms: float = 0.01  # share of null flights whose largest score may exceed the threshold
+    effect_threshold_lowest: float = 3.5  # σ; a few null flights can all have small scores by chance
+    largest_score_deviation: float = 0.5  # σ from flight to flight: 0.4 to 0.7 on 48 null flights of four cards
+    largest_score_weight: int = 8  # flights that this prior deviation counts for: as many as are flown
+    without_null_flights: float = 6.0  # σ; one half above theory, for the noise comes from the log itself
+    score_deviation_lowest: float = 1.0  # σ; eight flights can show less spread than the noise itself has
+
+    # Explanations: which effects, and which explain the gap equally well.
+    free_size_penalty: float = 6.0  # fall of the SS a further size must bring: ln n for some 400 free instants
+    equal_fit: float = 9.0  # fall of the SS that separates two explanations: 3σ
+    equal_fit_share: float = 0.1  # of the explained SS: the form of a real effect is never known exactly
+    other_form: float = 6.0  # fall of the SS for which a form other than the plain one is named
+    contained: float = 0.98  # share of a signature that a rival must reproduce to contain it as a special case
+    signature_error: float = 0.03  # of a signature; another effect can seem to explain this error
+    size_error: float = 0.05  # 1σ of the method as a share of a size: lags come out 3 to 5 % long
+    range_slack: float = 2.0  # σ by which a fitted size may miss its plausible range
+    effects_most: int = 3  # effects named at once; each further one multiplies the sets that are tried
+    undone_from: float = 8.0  # σ from which an effect on the sensors bends the signatures of the others
+    cell_beyond_error: float = 3.0  # signature errors of the named effects that a remaining cell may show
+    held_out_lowest: float = 0.4  # held-out over in-sample gain; a chance explanation has 0 or less
+
+    # What remains: a gap that no effect of the table explains.
+    remaining_wander: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
+    remaining_line: float = 6.4  # σ; the same count for the strongest spectral line of each channel
+    remaining_share: float = 0.1  # of the explained SS, which an imperfect signature leaves in a channel
+    wander_share: float = 0.5  # of the channel's surplus before; less is the form error of the named effect
+    line_periods: int = 3  # periods in the log; slower errors are drifts, which the cells show
+    line_deviation_lowest: float = 0.22  # of a log power: the largest of 300 exponential numbers (Gumbel 1958)
+    calm_gusts: float = 0.1  # m/s, deviation below which the air is calm and airspeed is judged by its wander
+    gust_level: float = 4.5  # σ of the turbulence level among eight null flights
+    gust_deviation_lowest: float = 0.02  # of a logarithm; eight flights do not determine a spread below 2 %
+    gust_change_plausible: float = 3.0  # times the card's turbulence, on top of it; more is another cause
+    noise_noted: float = 1.3  # times the noise of null flights, from which the verdict has a note
+    noise_above_null: float = 4.0  # times the noise of null flights; more is a gap, not noise
+
+    # Closure: how much of the gap counts as explainable.
+    gap_cell: float = 16.0  # fall of the SS (4σ) from which a cell without physics is part of the gap
+    gap_cells_most: int = 20  # such cells, so that the search ends
+
+    # Further looks at a log, with the named effects in the model.
+    looks_most: int = 3  # looks; each costs as much as the first one
+
+
+THRESHOLDS = Thresholds()

@@ -1,0 +1,62 @@
+"""The noise of a log that is laid out: learned from it, scaled to it, and applied to its columns."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from pitotbench.estimate.robust_scale import robust_deviation
+from pitotbench.reconcile.decide.normal_equations import NormalEquations, equations_from, inner_products
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconcile.residuals.layout import UNUSABLE, Layout
+from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
+from pitotbench.reconcile.residuals.whitening import NoiseModel, learned
+from pitotbench.units import Array
+
+SAME_SHAPE = 1e-9  # singular value of the cells' shapes below which two of them are the same
+
+
+def noise_residuals(layout: Layout) -> Array:
+    """Return the residuals without free parameters, (n, c), from which the noise is learned."""
+    usable = layout.residuals.slack < UNUSABLE
+    return np.where(usable, fit_free_parameters(layout.residuals.values, layout.free, usable).residuals, 0.0)
+
+
+def noise_of_log(layout: Layout) -> NoiseModel:
+    """Return the noise that the log itself shows, once free parameters and cells are fitted."""
+    residuals = _without_cells(layout)
+    return learned(layout.residuals.names, [(residuals, layout.grid, layout.residuals.slack)])
+
+
+def scaled_to(noise: NoiseModel, layout: Layout) -> NoiseModel:
+    """Return a noise model with the level of innovations of this log, by their median, where that is higher."""
+    innovations = noise.innovations(_without_cells(layout), layout.grid, layout.residuals.slack)
+    used = innovations[np.any(innovations != 0.0, axis=1)]
+    level = robust_deviation(used)
+    most = THRESHOLDS.noise_above_null
+    if layout.setting.pressure_step:  # a coarse pressure rests for long, then steps: no median shows it
+        level, most = np.maximum(level, used.std(axis=0)), np.inf
+    return replace(noise, deviations=noise.deviations * np.clip(level, 1.0, most))
+
+
+def whitened_equations(layout: Layout, noise: NoiseModel) -> NormalEquations:
+    """Return the normal equations of a log under a noise model.
+
+    Columns are the free parameters, the signatures in their order, and the cells in theirs.
+    """
+    place = layout.grid, layout.residuals.slack
+    columns = [s.column[:, :, None] for s in layout.signatures]
+    dense = noise.whiten(np.concatenate([layout.free.columns, *columns], axis=2), *place)
+    cells = noise.whiten_alone(layout.shapes, *place)
+    products = inner_products(np.concatenate([dense, cells], axis=2), noise.whiten(layout.residuals.values, *place))
+    return equations_from(products, layout.free.columns.shape[2], layout.free.deviations)
+
+
+def _without_cells(layout: Layout) -> Array:
+    """Residuals without free parameters and without the means of the cells, (n, c).
+
+    So a gap that has a place does not count as noise.
+    """
+    residuals = noise_residuals(layout)
+    used = (layout.residuals.slack[:, :1] < UNUSABLE).astype(np.float64)
+    shapes = np.concatenate([layout.shapes, np.ones((len(residuals), 1))], axis=1) * used
+    return np.asarray(residuals - shapes @ np.linalg.lstsq(shapes, residuals * used, rcond=SAME_SHAPE)[0])

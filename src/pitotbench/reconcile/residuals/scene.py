@@ -1,0 +1,103 @@
+"""The scene of a log: the clean track, its residuals, and the force meter where there is an aircraft model.
+
+All that depends on a hypothesis starts here: signatures of effects and columns of free parameters are changes of
+the residuals of the scene.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench.effects import Baseline, Overlay
+from pitotbench.reconcile.residuals.clean import clean_track
+from pitotbench.reconcile.residuals.grid import Grid, grid_of
+from pitotbench.reconcile.residuals.predicted_channels import ChannelResiduals, Frame, channel_residuals
+from pitotbench.reconcile.residuals.replay import COARSE, Replay, answer, motion_of, replay_rows
+from pitotbench.reconcile.residuals.track import Track
+from pitotbench.records.motion import Motion, Reaction
+from pitotbench.units import Array
+
+# The force meter: a motion, the overlay to put on the aircraft, and whether the engines run along.
+ReactWith = Callable[[Motion, Overlay, bool], Reaction]
+
+
+@dataclass(frozen=True, slots=True)
+class AircraftModel:
+    """The analyst's model of an aircraft: a force meter that takes overlays, and the data that effects need."""
+
+    name: str
+    react: ReactWith
+    baseline: Baseline
+
+
+@dataclass(frozen=True, slots=True)
+class ForceModel:
+    """An aircraft model on the force meter along one log.
+
+    `replay` is its answer along the measured track. `coarse` is the motion of the clean track in steps of 1 s;
+    `running` and `held` are the reactions of the unchanged aircraft to it, with the engines running and with the
+    engines held, (m, 12) each.
+    """
+
+    replay: Replay
+    aircraft: AircraftModel
+    coarse: Motion
+    running: Array
+    held: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """The data from which signatures and free parameters are computed.
+
+    `base` are the residuals of the clean track. `force_model` is None where sensors alone are judged.
+    """
+
+    clean: Track
+    grid: Grid
+    frame: Frame
+    base: ChannelResiduals
+    force_model: ForceModel | None
+
+    @property
+    def replay(self) -> Replay | None:
+        """The model's answer along the measured track; None without a model."""
+        return None if self.force_model is None else self.force_model.replay
+
+    def residuals_of(self, track: Track) -> ChannelResiduals:
+        """Return the residual channels of a track, with the grid, frame and model of this scene."""
+        return channel_residuals(track, self.grid, self.frame, self.replay)
+
+    def change_by(self, track: Track) -> Array:
+        """Return the residuals of a track less those of the clean track, (n, c)."""
+        return self.residuals_of(track).values - self.base.values
+
+    def blank(self) -> Array:
+        """Return zeros of the shape of the residuals, (n, c), to be filled for single channels."""
+        return np.zeros_like(self.base.values)
+
+    def channel(self, name: str) -> int | None:
+        """Return the column of a residual channel; None where the log does not have it."""
+        return self.base.names.index(name) if name in self.base.names else None
+
+
+def set_scene(track: Track, wind: Array, replay: Replay | None, aircraft: AircraftModel | None) -> Scene:
+    """Return the scene of a track.
+
+    `wind` toward north, east, down [m/s], (3,), is the wind of the clean track. `replay` and `aircraft` are both
+    None where sensors alone are judged.
+    """
+    grid = grid_of(track)
+    frame = Frame.of(track, grid)
+    clean = clean_track(track, wind)
+    base = channel_residuals(clean, grid, frame, replay)
+    force_model = None if replay is None or aircraft is None else _force_model(clean, replay, aircraft)
+    return Scene(clean, grid, frame, base, force_model)
+
+
+def _force_model(clean: Track, replay: Replay, aircraft: AircraftModel) -> ForceModel:
+    coarse = motion_of(clean, replay_rows(clean, COARSE))
+    running = answer(lambda motion: aircraft.react(motion, Overlay(), True), coarse)
+    held = answer(lambda motion: aircraft.react(motion, Overlay(), False), coarse)
+    return ForceModel(replay, aircraft, coarse, running, held)

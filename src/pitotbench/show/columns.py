@@ -1,0 +1,180 @@
+"""The columns of a table, described once, and one renderer each for the terminal, HTML, Markdown and JSON."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from html import escape
+from re import fullmatch
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from pitotbench.show.terminal import printable
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from rich.console import Console
+
+Row = TypeVar("Row")
+_ABSENT = "–"
+_TERMINAL = 80  # places of a plain terminal: gaps are narrower where that makes a table fit
+_HEADING_LINES = 3  # without the unit: taller headings are hard to read
+
+
+@dataclass(frozen=True, slots=True)
+class Column(Generic[Row]):
+    """One column of a table of rows of one kind.
+
+    `heading` is the text above the column, without the unit; a column without a heading is in JSON only. `value`
+    takes a row and returns a number, a text, a truth value, or None where the row has none. `style` is the format
+    specification of the number; `.0%` shows a share in percent, for a column with the unit `%`. A column without a
+    style holds text and is aligned left. `key` is the name in JSON; a column without a key is not in JSON.
+    `optional`: the column is in the table, and in JSON, only where a row has a value.
+    """
+
+    heading: str
+    value: Callable[[Row], object]
+    unit: str = ""
+    style: str = ""
+    key: str = ""
+    optional: bool = False
+
+    def text(self, row: Row) -> str:
+        """The cell of a row, without the unit."""
+        value = self.value(row)
+        if value is None:
+            return _ABSENT
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        return format(value, self.style).removesuffix("%") if self.style else str(value)
+
+    @property
+    def title(self) -> str:
+        """The heading with its unit, on one line."""
+        return f"{self.heading} [{self.unit}]" if self.unit else self.heading
+
+
+def print_table(columns: Sequence[Column[Row]], rows: Iterable[Row], console: "Console", title: str = "") -> None:
+    """Print a table to a terminal or a pipe, with its title on a line above; nothing where there is no row."""
+    from rich.text import Text
+
+    lines, above = terminal_lines(columns, rows)
+    heading = [printable(title)] if title and lines else []
+    for number, line in enumerate(heading + lines):
+        # Soft wrap: rich would cut a line that is longer than the terminal, or 80 columns in a pipe.
+        console.print(Text(line, style="bold" if number < len(heading) + above else ""), soft_wrap=True)
+
+
+def terminal_lines(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> tuple[list[str], int]:
+    """The lines of a table in plain text, and how many of them are the heading; no line is ever cut.
+
+    Headings break between words, so that a column is no wider than its cells and its longest word.
+    """
+    rows = list(rows)
+    if not rows:
+        return [], 0
+    shown = _shown(columns, rows)
+    cells = [[printable(column.text(row)) for row in rows] for column in shown]
+    widths = [_width_needed(column, texts) for column, texts in zip(shown, cells, strict=True)]
+    gap = " " if sum(widths) + len(widths) - 1 <= _TERMINAL < sum(widths) + 2 * (len(widths) - 1) else "  "
+    headings = [_heading_lines(column, width) for column, width in zip(shown, widths, strict=True)]
+    height = max(map(len, headings))
+    blocks = [
+        [*[""] * (height - len(heading)), *heading, "─" * width, *texts]  # units stand on one line
+        for heading, width, texts in zip(headings, widths, cells, strict=True)
+    ]
+    padded = [_padded(block, c, w) for block, c, w in zip(blocks, shown, widths, strict=True)]
+    return [gap.join(line).rstrip() for line in zip(*padded, strict=True)], height
+
+
+def html_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:
+    """A table as HTML that scrolls sideways on a narrow page; every text is escaped."""
+    rows = list(rows)
+    shown = _shown(columns, rows)
+    head = "".join(f"<th{_kind(column)}>{_html_heading(column)}</th>" for column in shown)
+    body = "".join(
+        "<tr>" + "".join(f"<td{_kind(column)}>{escape(column.text(row))}</td>" for column in shown) + "</tr>\n"
+        for row in rows
+    )
+    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>'
+
+
+def markdown_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:
+    """A table as Markdown."""
+    rows = list(rows)
+    shown = _shown(columns, rows)
+    cells = [[column.title for column in shown], *([column.text(row) for column in shown] for row in rows)]
+    lines = ["| " + " | ".join(text.replace("|", r"\|") for text in line) + " |" for line in cells]
+    return "\n".join([lines[0], "|" + "---|" * len(shown), *lines[1:]])
+
+
+def json_rows(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> list[dict[str, Any]]:
+    """The rows as plain data, by the keys of the columns."""
+    rows = list(rows)
+    keyed = [column for column in columns if column.key and not _empty(column, rows)]
+    return [{column.key: column.value(row) for column in keyed} for row in rows]
+
+
+def frame_columns(table: "DataFrame", style: str = "") -> list[Column[dict[str, Any]]]:
+    """A column each for those of a frame, for rows of `frame_rows`.
+
+    A frame's column name is the heading; a unit in brackets at its end is the unit. Numbers with a fraction get the
+    style; others and texts stay as they are.
+    """
+
+    def column(name: str) -> Column[dict[str, Any]]:
+        parts = fullmatch(r"(.*) \[(.+)\]", name)
+        heading, unit = parts.groups() if parts else (name, "")
+        return Column(heading, lambda row: _styled(row[name], style), unit)
+
+    return [column(str(name)) for name in table.columns]
+
+
+def frame_rows(table: "DataFrame") -> list[dict[str, Any]]:
+    """The rows of a frame, by column name."""
+    return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
+
+
+def _styled(value: object, style: str) -> str:
+    return format(value, style) if isinstance(value, float) else str(value)
+
+
+def _shown(columns: Sequence[Column[Row]], rows: Sequence[Row]) -> list[Column[Row]]:
+    return [column for column in columns if column.heading and not _empty(column, rows)]
+
+
+def _empty(column: Column[Row], rows: Sequence[Row]) -> bool:
+    """Whether the column is optional and no row has a value."""
+    return column.optional and all(column.value(row) is None for row in rows)
+
+
+def _width_needed(column: Column[Row], texts: Iterable[str]) -> int:
+    from rich.cells import cell_len  # some letters fill two places of a terminal
+
+    words = [*column.heading.split(), f"[{column.unit}]" if column.unit else ""]
+    width = max(map(cell_len, [*words, *texts]))
+    while len(_wrapped(column.heading, width)) > _HEADING_LINES:
+        width += 1
+    return width
+
+
+def _heading_lines(column: Column[Row], width: int) -> list[str]:
+    return [*_wrapped(column.heading, width), *([f"[{column.unit}]"] if column.unit else [])]
+
+
+def _wrapped(heading: str, width: int) -> list[str]:
+    return wrap(heading, width, break_on_hyphens=False, break_long_words=False)
+
+
+def _padded(block: Iterable[str], column: Column[Row], width: int) -> list[str]:
+    from rich.cells import cell_len
+
+    blanks = [" " * (width - cell_len(text)) for text in block]
+    return [b + text if column.style else text + b for text, b in zip(block, blanks, strict=True)]
+
+
+def _kind(column: Column[Row]) -> str:
+    return "" if column.style else ' class="text"'
+
+
+def _html_heading(column: Column[Row]) -> str:
+    heading = escape(column.heading).replace("q_c", "q<sub>c</sub>")
+    return f"{heading}<br>[{escape(column.unit)}]" if column.unit else heading

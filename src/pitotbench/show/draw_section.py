@@ -1,0 +1,73 @@
+"""Draw one part of a page: a maneuver as one data system recorded it, or a log, in words and pictures."""
+
+from collections.abc import Mapping, Sequence
+
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.fixed_speed_point import FixedSpeedPoint
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.show.calibration_text import calibration_html
+from pitotbench.show.error_curves import curve_panels
+from pitotbench.show.fixed_speed_tables import points_html
+from pitotbench.show.flight_panels import flight_panels
+from pitotbench.show.markup import render
+from pitotbench.show.residuals import residual_panels
+from pitotbench.show.section import Section
+from pitotbench.show.short_answer import ShortAnswer, short_answer_of
+from pitotbench.show.style import Panel
+from pitotbench.units import MetersPerSecond
+
+
+def flight_section(
+    flight: Flight,
+    system: str,
+    results: Mapping[str, Calibration],
+    truth: Mapping[str, MetersPerSecond],
+    tolerances: Mapping[str, float] | None,
+    points: Sequence[FixedSpeedPoint] = (),
+) -> Section:
+    """The section of a simulated flight as one data system (`20/1`) recorded it.
+
+    `truth`: true correction [m/s] by model. `tolerances`: see `flight_panels`; None where another section draws the
+    flight itself. `points` of fixed-speed methods are drawn over the curve.
+    """
+    maneuver = flight.case.maneuver.replace("_", " ")
+    answer = short_answer_of(next(iter(results.values())), f"{maneuver} {system}")
+    flown = [] if tolerances is None else flight_panels(flight, tolerances)
+    name = f"{flight.case.maneuver}-{system.replace('/', '-')}"
+    html = _html(name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown, points)
+    return Section(name, maneuver, system, answer, html)
+
+
+def log_section(name: str, log: FlightLog, result: Calibration, points: Sequence[FixedSpeedPoint] = ()) -> Section:
+    """The section of a log that was read from a file; its group says whether a simulator made the log."""
+    answer = short_answer_of(result, name)
+    rows = f"{len(log):,} rows read, {result.samples:,} used."
+    anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
+    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points)
+    # A simulator writes its case into the header of a log; nothing else does.
+    origin = "simulated logs" if "case" in log.header else "measured logs"
+    return Section(anchor, origin, name, answer, html)
+
+
+def _html(
+    anchor: str,
+    title: str,
+    remark: str,
+    answer: ShortAnswer,
+    results: Mapping[str, Calibration],
+    truth: Mapping[str, MetersPerSecond] | None,
+    flown: Sequence[Panel],
+    points: Sequence[FixedSpeedPoint],
+) -> str:
+    first = next(iter(results.values()))
+    return render(
+        "section.html",
+        anchor=anchor,
+        title=title,
+        remark=remark,
+        answer=answer,
+        flown=flown,
+        panels=[*curve_panels(results, truth, points), *residual_panels(first)],
+        numbers=calibration_html(first) + points_html(points, first.curve),
+    )

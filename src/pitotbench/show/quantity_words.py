@@ -1,0 +1,58 @@
+"""Names of the code as words: `drag_area_m2` is a drag area in m²."""
+
+from collections.abc import Sequence
+
+UNITS = {
+    "_m2": "m²",
+    "_mps2": "m/s²",
+    "_mps": "m/s",
+    "_pa": "Pa",
+    "_inhg": "inHg",
+    "_kt": "kt",
+    "_kg": "kg",
+    "_m": "m",
+    "_min": "min",
+    "_s": "s",
+    "_k": "K",
+    "_deg": "°",
+    "_rad": "rad",
+    "_hz": "Hz",
+    "_radps": "rad/s",
+    "_ft": "ft",
+}
+_COUNTED = {"turns": "circles"}  # numbers without a unit suffix that are said with a noun
+
+
+def words(name: str) -> str:
+    """A name of the code as words."""
+    return name.replace("_", " ")
+
+
+def name_and_unit(name: str) -> tuple[str, str]:
+    """The name without its suffix as words, and the unit of the suffix; the unit is empty for a bare number."""
+    suffix = max((s for s in UNITS if name.endswith(s)), key=len, default="")
+    return words(name.removesuffix(suffix)), UNITS.get(suffix, _COUNTED.get(name, ""))
+
+
+def size_words(name: str, value: float, bound: float | None = None) -> str:
+    """A size with its ±2σ bound and its unit: `drag area 0.12 ± 0.01 m²`."""
+    noun, unit = name_and_unit(name)
+    number = f"{value:.3g}" if bound is None else f"{value:.3g} ± {bound:.2g}"
+    return f"{noun} {with_unit(number, unit)}"
+
+
+def entry_words(name: str, value: float | Sequence[float]) -> str:
+    """An entry of a card: `speeds 160, 128, 100 kt`."""
+    noun, unit = name_and_unit(name)
+    values = value if isinstance(value, Sequence) else [value]
+    return f"{noun} {with_unit(', '.join(f'{number:.3g}' for number in values), unit)}"
+
+
+def listed(items: Sequence[str], word: str = "and") -> str:
+    """One item, or several with commas between them and a word before the last."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {word} {items[-1]}"
+
+
+def with_unit(number: str, unit: str) -> str:
+    """A number with its unit; the degree sign of an angle follows without a space."""
+    return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()

@@ -1,0 +1,97 @@
+"""The fleet: results in the order of the tasks, failures in words, one thread a process."""
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from pitotbench.bench import fleet
+from pitotbench.bench.fleet import Failure, open_fleet, require_all, run_tasks
+from pitotbench.records.errors import BadInputError, NoAnswerError
+
+
+class StubbornError(Exception):
+    """An error that cannot be rebuilt from its text in another process."""
+
+    def __init__(self, one, other):
+        super().__init__(f"{one} and {other}")
+
+
+def later(seconds):
+    time.sleep(seconds)
+    return seconds
+
+
+def half(number):
+    if number == 2:
+        raise BadInputError("two is not halved")
+    if number == 3:
+        raise StubbornError("one", "two")
+    return number / 2
+
+
+def end_of_process(number):
+    if number:
+        os._exit(1)
+    return number
+
+
+def threads(number):
+    return os.environ.get("OPENBLAS_NUM_THREADS")
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_results_come_in_the_order_of_the_tasks(jobs):
+    assert run_tasks(later, [0.5, 0.0, 0.1], jobs) == [0.5, 0.0, 0.1]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_failed_task_is_a_failure_in_words_and_the_others_are_kept(jobs):
+    steps = []
+    first, refused, stubborn, last = run_tasks(half, [1, 2, 3, 4], jobs, step=lambda: steps.append(None))
+    assert (first, last) == (0.5, 2.0)
+    assert refused == Failure("two is not halved", BadInputError)
+    assert stubborn.reason == "StubbornError: one and two"
+    assert "in half" in stubborn.trace
+    assert len(steps) == 4
+
+
+def test_a_process_that_ends_is_a_failure_in_words():
+    (failure,) = run_tasks(end_of_process, [1], jobs=2)
+    assert failure.reason.startswith("BrokenProcessPool")
+
+
+def test_the_first_failure_is_raised_where_all_results_are_required():
+    assert require_all([1, 2]) == [1, 2]
+    with pytest.raises(NoAnswerError, match="too few"):
+        require_all([1, Failure("too few", NoAnswerError), Failure("bad", BadInputError)])
+    with pytest.raises(RuntimeError, match="ZeroDivisionError"):
+        require_all([Failure.of(ZeroDivisionError("by zero"))])
+
+
+def test_a_spawned_process_computes_with_one_thread(monkeypatch):
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    assert run_tasks(threads, [1, 2], jobs=2) == ["1", "1"]
+    assert "OPENBLAS_NUM_THREADS" not in os.environ
+
+
+def test_an_interrupt_does_not_wait_for_the_tasks_that_have_not_begun():
+    begun = time.monotonic()
+
+    def interrupt():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), open_fleet(2) as two:
+        two.perform(later, [0.0] + [2.0] * 40, interrupt)
+    assert time.monotonic() - begun < 30.0  # all of them take 40 s
+
+
+def test_no_tasks_give_no_results():
+    assert run_tasks(half, []) == []
+
+
+def test_no_other_file_of_the_package_starts_processes():
+    package = Path(fleet.__file__).parents[1]
+    texts = {file.name: file.read_text(encoding="utf-8") for file in package.rglob("*.py")}
+    assert {name for name, text in texts.items() if "ProcessPoolExecutor" in text} == {"fleet.py"}

@@ -1,0 +1,87 @@
+"""The comparison with the truth: what is inside, what the errors come down to, and that NaN hides nowhere."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pitotbench import bench
+from pitotbench.bench.truth_comparison import (
+    Comparison,
+    compare_curve,
+    compare_curve_at,
+    compare_points,
+    compare_wind,
+    rms,
+    scored,
+)
+from pitotbench.records.calibration import Estimate, WindEstimate
+from pitotbench.units import KNOT
+
+
+@pytest.fixture(scope="module")
+def calibrated(smooth_flights):
+    flight = smooth_flights["rapid_decel"]
+    return flight, bench.calibrate(bench.sense(flight, "20/1"))
+
+
+def test_figures_are_those_of_the_errors():
+    found = Comparison(np.array([1.0, -2.0, 2.0, -1.0]), np.array([1.0, 1.0, 3.0, 3.0]))
+    assert found.inside == 0.75
+    assert not found.all_inside
+    assert found.mean_error == 0.0
+    assert found.rms_error == pytest.approx(np.sqrt(2.5))
+    assert found.mean_two_sigma == 2.0
+    assert Comparison(found.error, found.two_sigma + 1.0).all_inside
+
+
+def test_an_error_that_is_no_number_is_not_inside():
+    found = Comparison(np.array([0.0, np.nan]), np.array([1.0, 1.0]))
+    assert found.inside == 0.5
+    assert not found.all_inside
+    assert np.isnan(found.rms_error)
+
+
+def test_a_missing_number_of_a_table_is_skipped_by_the_rms():
+    assert rms(pd.Series([3.0, np.nan, 4.0])) == pytest.approx(np.sqrt(12.5))
+    assert np.isnan(rms(np.array([3.0, np.nan])))
+
+
+def test_a_curve_shifted_by_a_knot_is_a_knot_wrong(calibrated):
+    flight, result = calibrated
+    truth = flight.case.pressure_error
+    exact = replace(
+        result.curve, correction=bench.true_correction(truth, result.curve.indicated_airspeed) + 1.0 * KNOT
+    )
+    found = compare_curve(exact, truth)
+    assert len(found.error) == scored(exact).sum() < len(exact.correction)
+    assert found.mean_error == pytest.approx(KNOT)
+    between = compare_curve_at(exact, truth, np.array([101.0, 133.3]) * KNOT)
+    np.testing.assert_allclose(between.error, KNOT, rtol=1e-2)
+
+
+def test_the_score_is_the_comparison(calibrated):
+    flight, result = calibrated
+    score, curve = bench.score(result, flight), compare_curve(result.curve, flight.case.pressure_error)
+    assert (score.curve_rms_error, score.curve_coverage) == (curve.rms_error, curve.inside)
+    assert score.two_sigma == curve.mean_two_sigma
+
+
+def test_a_wind_is_compared_by_component():
+    wind = WindEstimate(Estimate("north", 3.0, 0.5), Estimate("east", -4.0, 2.0))
+    found = compare_wind(wind, np.array([2.0, -3.0]))
+    np.testing.assert_allclose(found.error, [1.0, -1.0])
+    assert found.inside == 0.5
+
+
+def test_points_are_compared_at_their_airspeeds(smooth_flights):
+    flight = smooth_flights["four_leg"]
+    points = bench.fixed_speed_points(bench.sense(flight, "50/50"))
+    found = compare_points(points, flight.case.pressure_error)
+    assert found.error.shape == (len(points),)
+    assert np.abs(found.error).max() < 0.2 * KNOT
+    moved = [replace(point, correction=point.correction + KNOT) for point in points]
+    np.testing.assert_allclose(
+        compare_points(moved, flight.case.pressure_error).error - found.error, KNOT, atol=1e-9
+    )

@@ -1,0 +1,186 @@
+"""The noise of fixed-speed points, held against dense linear algebra that knows nothing of groups or recursions."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+import trajectories as fixture
+from test_fixed_speed_points import RATE, circle_path, legs_path
+from threadpoolctl import threadpool_info, threadpool_limits
+
+from pitotbench.calibrate.gps_legs import leg_noise, leg_points
+from pitotbench.calibrate.gps_legs.leg_noise import LegLikelihood, LinearizedGroup, answer_variances, two_sigma
+from pitotbench.calibrate.gps_legs.legs import steady_groups
+from pitotbench.calibrate.gps_legs.methods import circle_fit, circle_gain
+from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.calibrate.rows.observations import observe
+from pitotbench.estimate.mixture import half_width
+from pitotbench.estimate.restricted_likelihood import weighted_noises
+
+NOISES = np.log([[0.8, 533.0, 0.2], [0.1, 200.0, 0.4], [2.0, 1500.0, 0.05]])
+
+
+def solved(path, seed=1):
+    log = fixture.fly(path, RATE, RATE, fixture.Air(), seed)
+    return [leg_points._solve(group) for group in steady_groups(log, observe(log, CalibrationOptions()))]
+
+
+def groups_of(path, seed=1):
+    return [one.linearized.in_order() for one in solved(path, seed)]
+
+
+def dense_covariance(groups, noise):
+    """Of the means over all pairs of seconds, by the double integral of exp(−|t − s|/τ) in closed form; the
+    airspeed, which changes a little from group to group, is the mean of the pair's."""
+    deviation, length, white = np.exp(noise)
+    time = np.concatenate([group.time for group in groups])
+    along = np.concatenate([group.along for group in groups])
+    airspeed = np.concatenate([np.full(len(group.time), group.airspeed) for group in groups])
+    a = 0.5 * (airspeed[:, None] + airspeed) / length
+    apart = np.abs(time[:, None] - time)
+    mean = np.where(
+        apart < 0.5,
+        2.0 * (a - 1.0 + np.exp(-a)) / a**2,
+        (np.exp(-a * (apart - 1.0)) - 2.0 * np.exp(-a * apart) + np.exp(-a * (apart + 1.0))) / a**2,
+    )
+    return deviation**2 * mean * (along @ along.T) + (white**2 + 1e-8) * np.eye(len(time))
+
+
+def dense_likelihood(groups, covariance):
+    """Harville (1974), with an airspeed and a wind for each group, by explicit inverses."""
+    lengths = [len(group.time) for group in groups]
+    regressors = np.zeros((sum(lengths), 3 * len(groups)))
+    for number, (group, first) in enumerate(zip(groups, np.cumsum([0, *lengths]), strict=False)):
+        columns = np.column_stack([np.ones(len(group.time)), group.along])
+        regressors[first : first + len(group.time), 3 * number : 3 * number + 3] = columns
+    residual = np.concatenate([group.residual for group in groups])
+    inverse = np.linalg.inv(covariance)
+    normal = regressors.T @ inverse @ regressors
+    estimate = np.linalg.solve(normal, regressors.T @ inverse @ residual)
+    rest = residual - regressors @ estimate
+    return -0.5 * (np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(normal)[1] + rest @ inverse @ rest)
+
+
+@pytest.mark.parametrize("path", [legs_path(0, 90, 180, 270), circle_path()])
+def test_the_likelihood_is_that_of_dense_generalized_least_squares_with_independent_groups(path):
+    groups = groups_of(path)
+    for noise in NOISES:
+        each = [dense_likelihood([group], dense_covariance([group], noise)) for group in groups]
+        assert LegLikelihood(groups).of(noise) == pytest.approx(sum(each), rel=1e-7, abs=1e-5)
+
+
+@pytest.mark.parametrize("path", [legs_path(0, 90, 180, 270), legs_path(0, 72, 144, 216, 288), circle_path()])
+def test_the_variance_of_an_answer_is_that_of_the_full_covariance(path):
+    for group in groups_of(path):
+        dense = [np.diag(group.gain.T @ dense_covariance([group], noise) @ group.gain) for noise in NOISES]
+        np.testing.assert_allclose(answer_variances(group, NOISES), dense, rtol=1e-5)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_gusts_that_two_groups_share_move_no_bound_by_a_percent(seed):
+    """The bound with every correlation, also from group to group, by dense matrices."""
+    groups = groups_of(legs_path(0, 90, 180, 270, speeds_kt=(110.0, 125.0, 140.0)), seed)
+
+    def log_posterior(noise):
+        return dense_likelihood(groups, dense_covariance(groups, noise)) + leg_noise._log_prior(noise)
+
+    noises, weights = weighted_noises(log_posterior, np.log([0.5, 533.0, 0.2]))
+    for group, bound in zip(groups, two_sigma(groups), strict=True):
+        variances = [np.diag(group.gain.T @ dense_covariance([group], noise) @ group.gain) for noise in noises]
+        expected = half_width(weights, np.zeros((len(weights), 3)), np.sqrt(variances))
+        np.testing.assert_allclose(bound, expected, rtol=0.01)
+
+
+def test_the_order_in_which_legs_are_joined_does_not_matter():
+    groups = groups_of(legs_path(0, 90, 180, 270))
+    mixed = []
+    for group in groups:
+        order = np.random.default_rng(1).permutation(len(group.time))
+        columns = (group.time, group.residual, group.along, group.gain)
+        mixed.append(LinearizedGroup(*(column[order] for column in columns), group.airspeed))
+    np.testing.assert_allclose(two_sigma(mixed), two_sigma(groups), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "path", [legs_path(0, 90, 180, 270), legs_path(0, 120, 240), legs_path(0, 72, 144, 216, 288), circle_path()]
+)
+def test_the_gain_is_what_a_second_moved_along_its_path_does_to_the_answer(path):
+    for one in solved(path):
+        along, gain = one.linearized.along, one.linearized.gain
+        for second in range(0, len(along), 7):
+            step = 1e-3 * (np.arange(len(along)) == second)[:, None] * along
+            ahead, behind = (leg_points._answer(one.group, one.velocity + sign * step)[0] for sign in (1, -1))
+            np.testing.assert_allclose(gain[second], (ahead - behind) / 2e-3, rtol=1e-4, atol=1e-7)
+
+
+def test_the_gain_of_a_circle_counts_that_the_path_turns_when_the_wind_moves():
+    """Far from a circle the residuals are large: without their curvature the gain would be off by a fifth."""
+    velocity = 60.0 * np.array([(np.cos(x), 0.6 * np.sin(x)) for x in np.arange(0.0, 5.0, 0.2)])
+    answer = circle_fit(velocity)
+    for _ in range(60):  # the usual six steps do not settle on such an oval
+        answer = _gauss_newton(velocity, answer)
+    through_air = velocity - answer[1:]
+    along = through_air / np.linalg.norm(through_air, axis=1, keepdims=True)
+    gain = circle_gain(velocity, answer)
+    for second in (0, 9, 20):
+        moved = velocity + 1e-3 * (np.arange(len(velocity)) == second)[:, None] * along
+        there = answer
+        for _ in range(60):
+            there = _gauss_newton(moved, there)
+        np.testing.assert_allclose(gain[second], (there - answer) / 1e-3, rtol=1e-2, atol=1e-4)
+
+
+def _gauss_newton(velocity, answer):
+    through_air = velocity - answer[1:]
+    distance = np.linalg.norm(through_air, axis=1)
+    jacobian = np.column_stack([np.ones(len(velocity)), through_air / distance[:, None]])
+    return answer + np.linalg.lstsq(jacobian, distance - answer[0])[0]
+
+
+def many(count):
+    """Copies of one group, an hour apart."""
+    (group,) = groups_of(circle_path())
+    return [
+        LinearizedGroup(group.time + 3600.0 * hour, group.residual, group.along, group.gain, group.airspeed)
+        for hour in range(count)
+    ]
+
+
+def peak_memory(groups):
+    tracemalloc.start()
+    two_sigma(groups)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak
+
+
+def test_memory_grows_with_the_number_of_groups_and_not_with_its_square():
+    few, more = many(10), many(40)
+    assert peak_memory(more) <= 5.0 * peak_memory(few)
+
+
+def test_a_long_turn_needs_no_matrix_of_all_its_pairs_of_seconds():
+    """Two hours of circling in gusts: 7,200² numbers are 415 MB."""
+    (one,) = solved(circle_path())
+    long = LinearizedGroup(
+        np.arange(7200.0),
+        np.resize(one.linearized.residual, 7200),
+        np.resize(one.linearized.along, (7200, 2)),
+        np.resize(one.linearized.gain, (7200, 3)) * len(one.velocity) / 7200.0,
+        one.linearized.airspeed,
+    )
+    assert peak_memory([long]) < 40e6
+
+
+def test_points_are_found_on_one_thread(monkeypatch):
+    threads = []
+
+    def watched(*arguments):
+        threads.extend(library["num_threads"] for library in threadpool_info())
+        return steady_groups(*arguments)
+
+    monkeypatch.setattr(leg_points, "steady_groups", watched)
+    log = fixture.fly(circle_path(), RATE, RATE, fixture.CALM)
+    with threadpool_limits(limits=2):
+        assert leg_points.fixed_speed_points(log)
+    assert set(threads) == {1}

@@ -1,0 +1,82 @@
+"""The mistakes of `mistakes`, read only; `python -m tests.logbook.mistakes` calibrates what is read as well."""
+
+import pytest
+from tests.logbook import mistakes
+from tests.logbook.mistakes import MISTAKES, Mistake, check, good_columns, judge, read
+
+KNOWABLE = [m for m in MISTAKES.values() if not m.passes]
+PASSING = [m for m in MISTAKES.values() if m.passes]
+
+NAMED = {  # the mistake and the words that say what to write
+    "velocity kt as mps": "these look like knots: name the columns velocity_north_kt and velocity_east_kt",
+    "velocity mph as mps": "name the columns velocity_north_mph and velocity_east_mph",
+    "velocity kmh as mps": "name the columns velocity_north_kmh and velocity_east_kmh",
+    "velocity fps as mps": "name the columns velocity_north_fps and velocity_east_fps",
+    "velocity mps as kt": "name the columns velocity_north_mps and velocity_east_mps",
+    "velocity mph as kt": "name the columns velocity_north_mph and velocity_east_mph",
+    "north alone in kt": "name the column velocity_north_kt",
+    "east alone in kt": "name the column velocity_east_kt",
+    "impact_pressure: hpa written as psf": "name the column impact_pressure_hpa",
+    "impact_pressure: mmhg written as hpa": "name the column impact_pressure_mmhg",
+    "impact_pressure: inh2o written as pa": "name the column impact_pressure_inh2o",
+    "impact x 2": "looks like twice the impact pressure",
+    "impact x 0.5": "looks like half the impact pressure",
+    "static_pressure: mmhg written as hpa": "the pressure would fit static_pressure_mmhg",
+    "static reduced to sea level": "reduced to sea level (QNH)",
+    "static as total": "name the column total_pressure_pa",
+    "temperature °F as °C": "it would fit total_temperature_degf",
+    "temperature °F as K": "they would fit total_temperature_degf: correct",
+    "temperature of the air as total": "it looks like air_temperature",
+    "temperature total as of the air": "name the column total_temperature_k",
+    "altitude ft as m": "the height would fit altitude_ft",
+    "north with the wrong sign": "the north velocity has the wrong sign",
+    "east with the wrong sign": "the east velocity has the wrong sign",
+    "north and east with the wrong sign": "both velocities have the wrong sign",
+    "north and east exchanged": "the north and east velocities are exchanged",
+    "axes turned by 12°": "the axes are turned by",
+    "heading magnetic, 12° off": "the axes are turned by",
+    "heading is the track": "the heading is the track over ground",
+    "roll: rad written as °": "it would fit roll_rad",
+    "pitch: rad written as °": "it would fit pitch_rad",
+}
+
+REFUSED = ("velocity kt as mps", "velocity mps as kt", "velocity mph as kt", "impact x 2", "impact x 0.5")
+
+
+def test_there_are_149_mistakes():
+    assert len(MISTAKES) == 149
+
+
+def test_the_good_log_has_no_warning():
+    assert "warnings" not in read(good_columns(mistakes.log())).header
+
+
+@pytest.mark.parametrize("mistake", KNOWABLE, ids=lambda m: m.name)
+def test_a_mistake_that_a_log_can_show_is_refused_or_named_in_a_warning(mistake):
+    log, says = check(mistake)
+    assert log is None or any(name in says for name in mistake.names), says
+
+
+@pytest.mark.parametrize("mistake", PASSING, ids=lambda m: m.name)
+def test_what_no_log_can_show_is_read_without_a_word(mistake):
+    """A mistake that comes to be found must leave the list."""
+    log, says = check(mistake)
+    assert log is not None
+    assert not any(name in says for name in mistake.names)
+
+
+@pytest.mark.parametrize("name", list(NAMED))
+def test_the_message_says_what_to_write(name):
+    _, says = check(MISTAKES[name])
+    assert NAMED[name] in says
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_factor_of_speed_or_impact_pressure_is_refused(name):
+    log, _ = check(MISTAKES[name])
+    assert log is None
+
+
+def test_the_good_log_is_judged_unharmed_and_a_gain_as_not_to_be_shown():
+    assert judge(Mistake("none", lambda t: t, ())).kind == "unharmed"
+    assert judge(MISTAKES["velocity x 1.02"]).kind == "no log can show it"

@@ -82,12 +82,6 @@ def test_the_angle_of_attack_vane_is_15_degrees_off_and_the_answer_says_so(name)
     assert any("angle-of-attack vane" in warning for warning in result.warnings)
 
 
-def test_a_gust_length_far_from_its_prior_is_said():
-    """Four kilometers at 20,000 ft, where 533 m are expected."""
-    warnings = calibrate(_without_height("CLASS65"), replace(OPTIONS, wind="drifting")).warnings
-    assert any("gusts' length is found to be" in warning for warning in warnings)
-
-
 def test_bound_is_honest_about_colored_residuals(flight):
     """The white bound is a few hundredths of a knot here; the balloon is knots away."""
     _, result = flight

@@ -18,6 +18,7 @@ HEIGHT = 1829.0  # m, 6,000 ft
 WIND = (5.0, -6.0)  # m/s toward north, east
 CURVE = (-0.060, 0.006, 0.060)  # Inverse+, q_ref 1630.28 Pa
 REFERENCE = 1630.28
+EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +141,7 @@ def fly(
         gps_fresh=np.arange(n) == fix,
         total_temperature=np.asarray(air.total_temperature(temperature, mach)),
         altitude=altitude[fix],
+        header={"accuracy": EXACT},
     )
 
 

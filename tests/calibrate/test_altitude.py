@@ -17,7 +17,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import FOOT, KNOT
 
 STATIC = CalibrationOptions(error_location="static")
-SYNTHETIC = {"format": "pitotbench flight log 1"}
+SYNTHETIC = {"format": "pitotbench flight log 1", "accuracy": fixture.EXACT}
 MODEL = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE, static_error=True)
 THETA = np.array([*fixture.CURVE, *fixture.WIND])
 

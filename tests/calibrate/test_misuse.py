@@ -101,3 +101,17 @@ def test_missing_temperature_is_said():
     log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
     result = calibrate(replace(log, total_temperature=None))
     assert any("temperature" in warning for warning in result.warnings)
+
+
+def test_knots_read_as_meters_per_second_get_no_answer():
+    log = fixture.fly(fixture.circles(10), 10, 10, fixture.Air(gust=0.1))
+    fast = replace(log, velocity_north=log.velocity_north / KNOT, velocity_east=log.velocity_east / KNOT)
+    with pytest.raises(BadInputError, match=r"no airplane's is so large.*knots read as m/s"):
+        calibrate(fast)
+
+
+def test_a_curve_that_is_doubtfully_large_warns():
+    log = fixture.fly(fixture.circles(10), 10, 10, fixture.Air(gust=0.1))
+    assert not calibrate(log).warnings
+    strong = replace(log, impact_pressure=0.85 * log.impact_pressure)
+    assert any("a certified airplane's is smaller" in warning for warning in calibrate(strong).warnings)

@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 import trajectories as fixture
 
+from pitotbench import air
 from pitotbench.calibrate import Accuracies, CalibrationOptions, calibrate
-from pitotbench.calibrate.accuracy import parse_accuracies
+from pitotbench.calibrate.accuracy import USUAL, accuracies_of, assumptions_of, parse_accuracies
+from pitotbench.calibrate.model.curve_map import CurveMap
+from pitotbench.calibrate.model.prediction import PredictionModel
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE, PressureErrorCurve
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
@@ -57,10 +61,47 @@ def test_sensitivity_to_temperature_is_the_known_one(log):
 
 
 def test_accuracies_come_from_the_header_where_the_options_are_silent(log):
-    told = replace(log, header={"accuracy": {"temperature_k": 1.0}})
-    assert [s.name for s in calibrate(told).shares] == ["temperature_k"]
-    silent = CalibrationOptions(accuracies=Accuracies())
-    assert calibrate(told, silent).shares == ()
+    stated = replace(log, header={"accuracy": {**fixture.EXACT, "temperature_k": 1.0}})
+    assert [s.name for s in calibrate(stated).shares] == ["temperature_k"]
+    none = CalibrationOptions(accuracies=Accuracies())
+    assert calibrate(stated, none).shares == ()
+
+
+def test_the_usual_accuracies_hold_where_nobody_states_one(log):
+    """Of a log that says nothing of its sensors the bound allows for a probe that is 1.5 K off."""
+    warm = replace(log, total_temperature=log.total_temperature + 1.5)
+    exact, usual = calibrate(log), calibrate(replace(log, header={"format": log.header["format"]}))
+    moved = np.abs(calibrate(warm).curve.correction - exact.curve.correction)
+    widened = np.sqrt(usual.curve.two_sigma**2 - exact.curve.two_sigma**2)
+    assert np.all(moved > 0.1)  # m/s
+    assert np.all(widened > 0.95 * moved)
+    assert {(a.name, a.two_sigma, a.source) for a in usual.assumptions} == {
+        ("temperature_k", 1.5, "usual"),
+        ("recovery_factor", 0.02, "usual"),
+        ("static_pressure_pa", 30.0, "usual"),
+        ("velocity_mps", 0.05, "usual"),
+    }
+    assert all(a.two_sigma == 0.0 and a.source == "header" for a in exact.assumptions)
+
+
+def test_each_accuracy_comes_from_the_user_before_the_header_before_the_usual():
+    found = assumptions_of({"temperature_k": 5.0}, {"accuracy": {"temperature_k": 2.0, "static_pressure_pa": 80.0}})
+    by_name = {a.name: (a.two_sigma, a.source) for a in found}
+    assert by_name["temperature_k"] == (5.0, "stated")
+    assert by_name["static_pressure_pa"] == (80.0, "header")
+    assert by_name["recovery_factor"] == (USUAL.recovery_factor, "usual")
+
+
+def test_none_turns_all_accuracies_off_but_those_named_beside_it():
+    header = {"accuracy": {"temperature_k": 2.0}}
+    assert accuracies_of(parse_accuracies("none"), header) == Accuracies()
+    some = accuracies_of(parse_accuracies("none, impact_pressure_zero_pa=400"), header)
+    assert some == Accuracies(impact_pressure_zero_pa=400.0)
+
+
+def test_the_published_method_takes_its_sensors_for_exact(log):
+    result = calibrate(replace(log, header={}), CalibrationOptions(method="paper"))
+    assert {(a.two_sigma, a.source) for a in result.assumptions} == {(0.0, "method")}
 
 
 def test_zero_offset_is_found():
@@ -73,8 +114,34 @@ def test_zero_offset_is_found():
     assert estimate.value - without.value == pytest.approx(60.0, abs=5.0)
 
 
+@pytest.mark.parametrize("model", ["bias", "linear", "auto"])
+def test_the_correction_of_a_sensor_with_a_zero_offset_is_for_its_raw_reading(model):
+    """A slow airplane: 60 Pa of zero offset are half of its impact pressure at 28 kt."""
+    truth = PressureErrorCurve(MODELS["bias"], (-0.03,), REFERENCE_PRESSURE)
+    path = fixture.circles(20, speeds_kt=(28, 32, 36, 40))
+    log = fixture.fly(path, 20, 20, fixture.Air(gust=0.1, pressure=2.0), truth=truth)
+    raw = replace(log, impact_pressure=log.impact_pressure + 60.0)
+    result = calibrate(raw, CalibrationOptions(model=model, accuracies={"impact_pressure_zero_pa": 400.0}))
+    curve = result.curve
+    impact = truth.impact_pressure(air.impact_pressure(curve.indicated_airspeed) - 60.0)
+    expected = air.calibrated_airspeed(impact) - curve.indicated_airspeed
+    assert np.min(expected) < -4.0 * KNOT
+    assert np.all(np.abs(curve.correction - expected) < curve.simultaneous_two_sigma)
+    assert np.max(curve.two_sigma) < 2.0 * KNOT
+    assert abs(result.impact_pressure_zero.value - 60.0) < result.impact_pressure_zero.two_sigma
+
+
+def test_the_gradient_of_the_correction_by_a_zero_offset_is_that_of_differences():
+    model = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
+    speeds, k = np.array([40.0, 60.0, 90.0]) * KNOT, np.array([-0.06, 0.006, 0.03])
+    ahead, behind = (CurveMap(model, speeds, 50.0 + step).correction(k) for step in (0.01, -0.01))
+    given = CurveMap(model, speeds, 50.0).correction_by_zero(k)
+    np.testing.assert_allclose(given, (ahead - behind) / 0.02, rtol=1e-6)
+
+
 def test_no_temperature_means_a_wide_prior(log):
     result = calibrate(replace(log, total_temperature=None))
+    assert (result.assumptions[0].two_sigma, result.assumptions[0].source) == (10.0, "standard day")
     assert [s.name for s in result.shares] == ["temperature_k"]
     assert result.shares[0].curve > 1.0 * KNOT
 
@@ -147,9 +214,8 @@ def _decelerations(latency):
 
 
 def test_accuracies_from_text():
-    assert parse_accuracies("temperature_k=1, static_pressure_pa=40") == Accuracies(
-        temperature_k=1.0, static_pressure_pa=40.0
-    )
+    stated = parse_accuracies("temperature_k=1, static_pressure_pa=40")
+    assert stated == {"temperature_k": 1.0, "static_pressure_pa": 40.0}
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ STATIC_PRESSURE = 81200.0  # Pa, 6,000 ft
 AIR_TEMPERATURE = 276.3  # K
 WIND = (5.0, -6.0)  # m/s toward north, east
 GUST_LENGTH = 533.0  # m
+EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +38,12 @@ def step_decrease(rate: int) -> tuple[Array, Array]:
     turn = np.linspace(0, 180, 60 * rate)
     heading = np.concatenate([np.zeros(96 * rate), turn, np.full(80 * rate, 180)])
     return speed * KNOT, heading * DEGREE
+
+
+def circles(rate: int, speeds_kt: tuple[float, ...] = (100, 120, 140, 160)) -> tuple[Array, Array]:
+    """A full turn of 100 s at each speed."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 100 * rate)
+    return np.repeat(np.array(speeds_kt), len(turn)) * KNOT, np.tile(turn, len(speeds_kt))
 
 
 def straight(rate: int, low_kt: float = 100.0, high_kt: float = 160.0) -> tuple[Array, Array]:
@@ -80,7 +87,8 @@ def fly(
         heading=heading.copy(),
         angle_of_attack=np.zeros(n),
         sideslip=np.zeros(n),
-        header={"format": "pitotbench flight log 1"},  # synthetic: the error corrupts the impact pressure alone
+        # Synthetic: the error corrupts the impact pressure alone, and the sensors have no constant error.
+        header={"format": "pitotbench flight log 1", "accuracy": EXACT},
     )
 
 

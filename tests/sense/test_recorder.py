@@ -8,10 +8,12 @@ import pytest
 import synthetic_flight as fixture
 
 from pitotbench import air
+from pitotbench.calibrate.accuracy import USUAL
 from pitotbench.records.case import Case, DataSystem, EffectSpec, Wind
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.sense import SYSTEMS, data_system, record
+from pitotbench.sense.recorder import header
 from pitotbench.sense.sensor import PLAIN, known_curve, resolution
 from pitotbench.units import KNOT
 
@@ -204,3 +206,13 @@ def test_a_long_flight_is_sensed_quickly():
     begin = process_time()
     record(flight, SYSTEMS["100/100"], 1)
     assert process_time() - begin < 0.5
+
+
+def test_a_log_of_the_bench_states_every_accuracy_that_would_else_be_the_usual_one():
+    """Simulated sensors have no constant error, so that the bound of a synthetic log assumes none."""
+    stated = record(fixture.flight(), fixture.PERFECT, 1).header["accuracy"]
+    assert set(stated) == {f.name for f in fields(USUAL) if getattr(USUAL, f.name) > 0.0}
+    assert set(stated.values()) == {0.0}
+    case = Case(accuracy={"temperature_k": 1.0, "impact_pressure_zero_pa": 50.0})
+    asked = header(case, fixture.PERFECT, 1)["accuracy"]
+    assert asked == {**stated, "temperature_k": 1.0, "impact_pressure_zero_pa": 50.0}

@@ -4,6 +4,7 @@ The estimators load with the first calibration, so that options and the arithmet
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from pitotbench.calibrate.accuracy import Accuracies as Accuracies
 from pitotbench.calibrate.accuracy import accuracies_from as accuracies_from
@@ -25,15 +26,13 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for the methods.
     """
     from pitotbench.calibrate.averaging.model_average import calibrate_auto
-    from pitotbench.calibrate.observability import require_useful
     from pitotbench.calibrate.reduction import reduce_log
     from pitotbench.calibrate.result import assemble
 
     chosen = options or CalibrationOptions()
     with one_thread():
         calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
-    require_useful(calibration)
-    return calibration
+    return _judged(calibration)
 
 
 def calibrate_together(
@@ -44,7 +43,6 @@ def calibrate_together(
     Raises as `calibrate` does; a warning says where the logs disagree about the curve.
     """
     from pitotbench.calibrate.joint_fit import reduce_together
-    from pitotbench.calibrate.observability import require_useful
     from pitotbench.calibrate.result import assemble
 
     chosen = options or CalibrationOptions()
@@ -54,6 +52,24 @@ def calibrate_together(
         calibrations = tuple(
             assemble(reduction, airspeeds) for reduction, airspeeds in reduce_together(logs, chosen)
         )
-    for calibration in calibrations:
-        require_useful(calibration)
-    return calibrations
+    return tuple(_judged(calibration) for calibration in calibrations)
+
+
+def _judged(calibration: Calibration) -> Calibration:
+    """The calibration, with a warning where its curve is doubtful. Raises NoAnswerError where it is useless,
+    BadInputError where no airplane has such a curve."""
+    from pitotbench.calibrate.observability import require_useful
+    from pitotbench.calibrate.plausible_curve import judge_curve
+
+    require_useful(calibration)
+    curve = calibration.curve
+    verdict = judge_curve(curve.indicated_airspeed, curve.normalized_pressure_error, curve.normalized_two_sigma)
+    if verdict.kind == "impossible":
+        raise BadInputError(
+            f"{verdict.words}. Look for GPS velocity in other units (knots read as m/s, or m/s as knots), impact "
+            "pressure in other units or doubled, total pressure read as static, and a zero offset of the impact "
+            "pressure (--accuracy impact_pressure_zero_pa=400 finds one)"
+        )
+    if verdict.kind == "doubtful":
+        return replace(calibration, warnings=(*calibration.warnings, verdict.words))
+    return calibration

@@ -1,10 +1,15 @@
-"""Stated accuracies of what the residual cannot show: they widen the bound, each by its share."""
+"""Accuracies of what the residual cannot show: they widen the bound, each by its share.
+
+Where nobody states one, the usual one holds: a bound that takes the temperature for exact would be too small on
+nearly every airplane.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from math import isfinite
 
 from pitotbench.catalog import explain
+from pitotbench.records.calibration import Assumption
 from pitotbench.records.errors import BadInputError
 
 WITHOUT_TEMPERATURE = 10.0  # K, 2σ: how far a day may be from the standard one where the log holds no temperature
@@ -34,10 +39,49 @@ class Accuracies:
                 raise BadInputError(f"accuracy {f.name} = {value:g}: state a 2σ accuracy of zero or more")
 
 
-def parse_accuracies(text: str) -> Accuracies:
-    """Accuracies from `temperature_k=1,static_pressure_pa=40`. Raises BadInputError that names the known ones."""
-    stated = {}
-    for part in filter(None, (part.strip() for part in text.split(","))):
+# 2σ where none is stated. Temperature: a calibrated total-temperature probe with its installation. Recovery
+# factor: the spread between probes of one type. Static pressure: an air-data transducer. GPS velocity: a receiver
+# without corrections.
+USUAL = Accuracies(temperature_k=1.5, recovery_factor=0.02, static_pressure_pa=30.0, velocity_mps=0.05)
+NONE = "none"  # in `--accuracy`: sensors without constant errors, as in the published simulator
+Stated = Accuracies | Mapping[str, float] | None
+
+
+def assumptions_of(stated: Stated, header: Mapping[str, object]) -> tuple[Assumption, ...]:
+    """The accuracy of each name that holds for a log, and where it comes from.
+
+    `stated`: a whole record, or some names of it; what it does not name comes from the table `accuracy` of the
+    log's header, else it is the usual one. Raises BadInputError for unknown names or wrong numbers.
+    """
+    if isinstance(stated, Accuracies):
+        return tuple(Assumption(f.name, getattr(stated, f.name), "stated") for f in fields(stated))
+    by_header = _checked(header.get("accuracy", {}))
+    by_user = _checked({} if stated is None else stated)
+    found = []
+    for f in fields(Accuracies):
+        layers = (("stated", by_user), ("header", by_header), ("usual", {f.name: getattr(USUAL, f.name)}))
+        source, value = next((source, layer[f.name]) for source, layer in layers if f.name in layer)
+        found.append(Assumption(f.name, value, source))
+    return tuple(found)
+
+
+def accuracies_of(stated: Stated, header: Mapping[str, object]) -> Accuracies:
+    """The accuracies that hold for a log; see `assumptions_of`."""
+    if isinstance(stated, Accuracies):
+        return stated
+    return Accuracies(**{a.name: a.two_sigma for a in assumptions_of(stated, header)})
+
+
+def parse_accuracies(text: str) -> dict[str, float]:
+    """Accuracies by name from `temperature_k=1,static_pressure_pa=40`; `none` among them makes all others zero.
+
+    Raises BadInputError that names the known ones.
+    """
+    parts = [part.strip() for part in text.split(",") if part.strip()]
+    stated = {f.name: 0.0 for f in fields(Accuracies)} if NONE in parts else {}
+    for part in parts:
+        if part == NONE:
+            continue
         name, equals, number = part.partition("=")
         try:
             stated[name.strip()] = float(number)
@@ -45,11 +89,19 @@ def parse_accuracies(text: str) -> Accuracies:
             raise BadInputError(f"accuracy {part!r}: write name=2σ, such as temperature_k=1") from error
         if not equals:
             raise BadInputError(f"accuracy {part!r}: write name=2σ, such as temperature_k=1")
-    return accuracies_from(stated)
+    return _checked(stated)
 
 
 def accuracies_from(stated: Mapping[str, float]) -> Accuracies:
-    """Accuracies by name, units in the names. Raises BadInputError that names the known ones."""
+    """Accuracies by name, units in the names, zero where not named.
+
+    Raises BadInputError that names the known ones.
+    """
+    return Accuracies(**_checked(stated))
+
+
+def _checked(stated: object) -> dict[str, float]:
+    """Numbers by known names. Raises BadInputError otherwise."""
     if not isinstance(stated, Mapping):  # from the header of a log, which can hold anything
         raise BadInputError(f"accuracy {stated!r}: state a table of 2σ by name, such as temperature_k = 1")
     known = [f.name for f in fields(Accuracies)]
@@ -58,4 +110,6 @@ def accuracies_from(stated: Mapping[str, float]) -> Accuracies:
             raise BadInputError(explain("accuracy", name, known))
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise BadInputError(f"accuracy {name}: {value!r} is not a number")
-    return Accuracies(**{name: float(value) for name, value in stated.items()})
+    numbers = {name: float(value) for name, value in stated.items()}
+    Accuracies(**numbers)  # raises for negative and infinite ones
+    return numbers

@@ -4,10 +4,11 @@ The response of the log is not looked at, only the geometry: speeds, headings, t
 the gusts are taken as known, so the calibrator's own bound, which has to find them, is wider.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pitotbench.calibrate.accuracy import accuracies_of
 from pitotbench.calibrate.gls.covering_fit import covariance_given
 from pitotbench.calibrate.gls.linearized_problem import GUST_LENGTH, Structure
 from pitotbench.calibrate.model.curve_map import CurveMap
@@ -45,6 +46,7 @@ def expected_two_sigma(
     Parameters: log, of the flight in smooth air; theta (p,), error parameters and wind toward north and east [m/s],
     about which the problem is linearized. Raises NoAnswerError where the flight cannot determine the answer.
     """
+    options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, options)
     model = PredictionModel(MODELS[options.model], reference_of([obs]), options.error_location == "static")
     require_observable(model, obs)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from pitotbench.calibrate.accuracy import Accuracies, accuracies_from
+from pitotbench.calibrate.accuracy import Stated, accuracies_of
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.pressure_error import MODELS
 from pitotbench.records.errors import BadInputError
@@ -34,7 +34,8 @@ class CalibrationOptions:
     temperature probe. wind: `constant`; `linear` in time, and in height where the log climbs; `drifting`, a slow
     Gauss-Markov process whose size is found from the data (method `covering`). gps_latency: seconds by which GPS
     velocity is stamped late, taken off; latency: `given`, `checked` (a warning where the log shows another) or
-    `estimated`. accuracies: of what the residual cannot show, None for those in the log's header. robust: leave
+    `estimated`. accuracies: 2σ of what the residual cannot show, as a whole record or by
+    name; what is not named comes from the log's header, else it is the usual one (`accuracy.USUAL`). robust: leave
     faulty rows out and list them.
     Raises BadInputError or UnknownNameError for a choice that does not exist.
     """
@@ -53,10 +54,11 @@ class CalibrationOptions:
     gps_latency: float = 0.0
     latency: str = "given"
     robust: bool = True
-    accuracies: Accuracies | None = None
+    accuracies: Stated = None
 
     def __post_init__(self) -> None:
         require_model(self.model)
+        accuracies_of(self.accuracies, {})  # raises for unknown names
         for kind, value, known in (
             ("method", self.method, METHODS),
             ("form", self.form, FORMS),
@@ -84,9 +86,6 @@ def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:
     for name in choices:
         if name not in known:
             raise BadInputError(explain("calibration option", name, known))
-    stated = choices.get("accuracies")
-    if isinstance(stated, Mapping):
-        choices = {**choices, "accuracies": accuracies_from(stated)}
     try:
         return CalibrationOptions(**choices)
     except TypeError as error:

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, accuracies_from
+from pitotbench.calibrate.accuracy import USUAL, WITHOUT_TEMPERATURE, accuracies_of, assumptions_of
 from pitotbench.calibrate.gls.altitude_rows import NOISE_COUNT, AltitudeRows
 from pitotbench.calibrate.gls.latency import estimate_latency, latency_warning, with_latency
 from pitotbench.calibrate.gls.linearized_problem import Structure
 from pitotbench.calibrate.gls.location import IMPACT, ErrorPlace, fit_located
+from pitotbench.calibrate.gls.outside_prior import outside_prior
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.model.crosswind import direction_nuisances
 from pitotbench.calibrate.model.nuisances import Nuisance, nuisances_of
@@ -23,6 +24,7 @@ from pitotbench.calibrate.paper import fit_scalar, fit_vector
 from pitotbench.calibrate.rows.observations import Observations, observe, observe_again
 from pitotbench.calibrate.rows.screening import screen
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.records.calibration import Assumption
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.log import FlightLog
 
@@ -47,12 +49,13 @@ class Reduction:
     warnings: tuple[str, ...]
     error_location: str = IMPACT
     altitude: AltitudeRows | None = None
+    assumptions: tuple[Assumption, ...] = ()
 
 
 def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None) -> Reduction:
     """Reduce a log; `reference_pressure` [Pa] None takes the usual one, or one near the data of a fast airplane."""
-    if options.accuracies is None:
-        options = replace(options, accuracies=accuracies_from(log.header.get("accuracy", {})))
+    assumed = assumptions_of(options.accuracies, log.header)
+    options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, options)
     reference = reference_pressure or reference_of([obs])
     model = PredictionModel(MODELS[options.model], reference, options.error_location == "static", options.wind_down)
@@ -60,13 +63,42 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     obs, white, left_out = _screened(model, obs, log, options)
     found: dict[str, Any] = {"rows_left_out": [int(row) for row in left_out[:_MOST_LISTED]]}
     nuisances: tuple[Nuisance, ...] = ()
+    departures: tuple[str, ...] = ()
     answer, location, altitude = posterior_of(white), _stated_location(options), None
     if options.method == "covering":
         options, obs, located, noticed = _cover(log, options, model, obs, white)
         model, answer, found = located.structure.model, located.answer, found | noticed
+        departures = outside_prior(located.structure, located.fit, located.answer)
         nuisances, location, altitude = located.structure.nuisances, located.location, located.structure.altitude
-    warnings = _warnings(log, obs, white, left_out, found)
-    return Reduction(options, model, obs, white, answer, nuisances, found, warnings, location, altitude)
+    return Reduction(
+        options=options,
+        model=model,
+        observations=obs,
+        white=white,
+        answer=answer,
+        nuisances=nuisances,
+        diagnostics=found,
+        warnings=(*_warnings(log, obs, white, left_out, found), *departures),
+        error_location=location,
+        altitude=altitude,
+        assumptions=_that_matter(assumed, options, obs),
+    )
+
+
+def _that_matter(
+    assumed: tuple[Assumption, ...], options: CalibrationOptions, obs: Observations
+) -> tuple[Assumption, ...]:
+    """The accuracies that the bound of this log depends on: the usual names, and others that are not zero."""
+    if options.method != "covering":
+        assumed = tuple(replace(each, two_sigma=0.0, source="method") for each in assumed)
+    elif obs.standard_day:
+        assumed = tuple(
+            Assumption(each.name, WITHOUT_TEMPERATURE, "standard day")
+            if each.name == "temperature_k" and each.two_sigma < WITHOUT_TEMPERATURE
+            else each
+            for each in assumed
+        )
+    return tuple(each for each in assumed if each.two_sigma > 0.0 or getattr(USUAL, each.name) > 0.0)
 
 
 def _stated_location(options: CalibrationOptions) -> str:

@@ -8,21 +8,26 @@ import numpy as np
 from pitotbench import air
 from pitotbench.calibrate.gls.posterior import Posterior
 from pitotbench.calibrate.model.curve_map import CurveMap, curve_airspeeds
-from pitotbench.calibrate.model.nuisances import Nuisance
+from pitotbench.calibrate.model.nuisances import ZERO, Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.reduction import Reduction
 from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, Residuals, Share, WindEstimate
+from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array, MetersPerSecond
+
+_FEWEST_POINTS = 2  # of a curve
 
 
 def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> Calibration:
     """Everything a user sees; the curve at indicated airspeeds [m/s], of the log's own range where None."""
     model, obs, white, answer = reduction.model, reduction.observations, reduction.white, reduction.answer
+    zero = found_zero(model, answer, reduction.nuisances)
     if airspeeds is None:
         airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
+    curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
     residuals = _residuals(model, obs, answer.mean[: model.count])
     return Calibration(
         model=reduction.options.model,
@@ -30,9 +35,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         parameters=_parameters(model, answer),
         reference_pressure=model.reference_pressure,
         wind=_wind(model, answer),
-        curve=with_altitude(
-            _curve(CurveMap(model, airspeeds), white, answer), CurveMap(model, airspeeds), answer, obs
-        ),
+        curve=with_altitude(_curve(curve, white, answer, reduction.nuisances), curve, answer, obs),
         residual_two_sigma=_published_two_sigma(reduction.options, model, obs, white),
         samples=len(obs),
         converged=True,
@@ -40,10 +43,42 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         condition_number=white.condition_number,
         residuals=residuals,
         warnings=reduction.warnings,
-        shares=_shares(CurveMap(model, airspeeds), answer, reduction.nuisances),
+        shares=_shares(curve, answer, reduction.nuisances),
         diagnostics={"iterations": white.iterations, **reduction.diagnostics},
         error_location=reduction.error_location,
+        assumptions=reduction.assumptions,
+        impact_pressure_zero=zero,
     )
+
+
+def found_zero(model: PredictionModel, answer: Posterior, nuisances: Sequence[Nuisance]) -> Estimate | None:
+    """The zero offset of the impact pressure [Pa] where it was looked for."""
+    place = _zero_place(model, nuisances)
+    if place is None:
+        return None
+    only = np.eye(len(answer.mean))[[place]]
+    return Estimate(ZERO, float(answer.mean[place]), float(answer.two_sigma(only)[0]))
+
+
+def _zero_place(model: PredictionModel, nuisances: Sequence[Nuisance]) -> int | None:
+    names = [nuisance.name for nuisance in nuisances]
+    return model.count + names.index(ZERO) if ZERO in names else None
+
+
+def _above_zero(airspeeds: MetersPerSecond, zero: Estimate | None) -> MetersPerSecond:
+    """The airspeeds whose reading is more than its zero offset, with the offset's 2σ above it as well.
+
+    Raises NoAnswerError where there is none.
+    """
+    if zero is None:
+        return airspeeds
+    above = air.impact_pressure(airspeeds) > zero.value + zero.two_sigma
+    if np.count_nonzero(above) < _FEWEST_POINTS:
+        raise NoAnswerError(
+            f"the impact pressure is hardly more than its zero offset ({zero.value:+.0f} ± {zero.two_sigma:.0f} "
+            "Pa, 2σ): fly faster, or set the sensor's zero before the flight"
+        )
+    return airspeeds[above]
 
 
 def _published_two_sigma(
@@ -72,9 +107,9 @@ def _wind(model: PredictionModel, answer: Posterior) -> WindEstimate:
     return WindEstimate(*parts)
 
 
-def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior) -> ErrorCurve:
+def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances: Sequence[Nuisance]) -> ErrorCurve:
     k = answer.mean[: curve.model.error_count]
-    gradient, basis = _widened(curve.correction_gradient(k), answer), _widened(curve.basis(), answer)
+    gradient, basis = correction_gradient(curve, answer, nuisances), widened(curve.basis(), answer)
     bounds = answer.two_sigma(gradient)
     own = gradient[:, : curve.model.count]
     white_variance = np.einsum("cp,pq,cq->c", own, white.covariance, own)
@@ -96,13 +131,22 @@ def with_altitude(curve: ErrorCurve, of: CurveMap, answer: Posterior, obs: Obser
         return curve
     pressure = float(np.median(obs.static_pressure))
     k = answer.mean[: of.model.error_count]
-    gradient = _widened(of.altitude_gradient(k, pressure), answer)
+    gradient = widened(of.altitude_gradient(k, pressure), answer)
     return replace(
         curve, altitude_correction=of.altitude(k, pressure), altitude_two_sigma=answer.two_sigma(gradient)
     )
 
 
-def _widened(gradient: Array, answer: Posterior) -> Array:
+def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> Array:
+    """Derivative of the correction with respect to all of θ, (c, p), that by a zero offset included."""
+    k = answer.mean[: curve.model.error_count]
+    gradient, place = widened(curve.correction_gradient(k), answer), _zero_place(curve.model, nuisances)
+    if place is not None:
+        gradient[:, place] = curve.correction_by_zero(k)
+    return gradient
+
+
+def widened(gradient: Array, answer: Posterior) -> Array:
     """A gradient with respect to the error parameters as one with respect to all of θ."""
     wide = np.zeros((len(gradient), len(answer.mean)))
     wide[:, : gradient.shape[1]] = gradient
@@ -112,7 +156,7 @@ def _widened(gradient: Array, answer: Posterior) -> Array:
 def _shares(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> tuple[Share, ...]:
     """What each nuisance contributes to the bounds."""
     free, count = curve.model.error_count, curve.model.count
-    gradient = _widened(curve.correction_gradient(answer.mean[:free]), answer)
+    gradient = correction_gradient(curve, answer, nuisances)
     every = np.eye(len(answer.mean))
     wind, bounds = every[free : free + 2], answer.two_sigma(every)
     return tuple(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pitotbench.cli.shared_flags import add_accuracy, stated_accuracies
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--latency",
         help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` (default)",
     )
-    parser.add_argument("--accuracy", help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40")
+    add_accuracy(parser)
     parser.add_argument("--all-rows", action="store_true", help="keep faulty rows")
     parser.add_argument(
         "--separately", action="store_true", help="a curve for each of several logs, not one for all"
@@ -121,7 +122,6 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
 
 def _choice(options: argparse.Namespace) -> "CalibrationOptions":
     """The options: a flag comes before the advice of the mapping, and that before the default."""
-    from pitotbench.calibrate.accuracy import parse_accuracies
     from pitotbench.calibrate.options import AUTO, options_from
     from pitotbench.logbook import find_mapping
     from pitotbench.units import KNOT
@@ -138,8 +138,7 @@ def _choice(options: argparse.Namespace) -> "CalibrationOptions":
         stated["on_condition"] = True
     if options.all_rows:
         stated["robust"] = False
-    if options.accuracy is not None:
-        stated["accuracies"] = parse_accuracies(options.accuracy)
+    stated |= stated_accuracies(options, advised)
     if options.latency is not None:
         stated |= _latency(options.latency)
     return options_from({"latency": "checked", **advised, **stated})

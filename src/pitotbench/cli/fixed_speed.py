@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pitotbench.cli.shared_flags import add_accuracy, stated_accuracies
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench fixed-speed`."""
     parser.add_argument("logs", nargs="*", type=Path, metavar="LOG", help="log files: legs and turns are found")
     parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
-    parser.add_argument("--accuracy", help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40")
+    add_accuracy(parser)
     parser.add_argument("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]")
     parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
     parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
@@ -57,13 +58,11 @@ def _of_logs(options: argparse.Namespace) -> None:
 
 def _choice(options: argparse.Namespace) -> "CalibrationOptions":
     """What the mapping advises, with the accuracies that the user states."""
-    from pitotbench.calibrate.accuracy import parse_accuracies
     from pitotbench.calibrate.options import options_from
     from pitotbench.logbook import find_mapping
 
     advised = find_mapping(options.mapping).calibrate if options.mapping else {}
-    stated = {} if options.accuracy is None else {"accuracies": parse_accuracies(options.accuracy)}
-    return options_from({**advised, **stated})
+    return options_from({**advised, **stated_accuracies(options, advised)})
 
 
 def _of_legs(options: argparse.Namespace) -> None:

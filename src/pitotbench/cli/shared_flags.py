@@ -1,8 +1,9 @@
 """Flags that several commands share: how they are declared, and what they mean."""
 
 import argparse
+from collections.abc import Mapping
 from math import isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pitotbench.records.errors import BadInputError
 
@@ -28,3 +29,24 @@ def stated_wind(options: argparse.Namespace) -> "Wind":
     if not isfinite(options.wind_from_deg):
         raise BadInputError(f"--wind-from-deg {options.wind_from_deg:g}: give the direction in degrees, 0 to 360")
     return Wind(speed=options.wind_kt * KNOT, from_direction=options.wind_from_deg % 360.0 * DEGREE)
+
+
+def add_accuracy(parser: argparse.ArgumentParser) -> None:
+    """The flag of the accuracies: `--accuracy`."""
+    parser.add_argument(
+        "--accuracy",
+        metavar="NAME=2σ,...",
+        help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40; `none`: sensors without "
+        "constant errors (default: what the mapping or the log states, else temperature_k=1.5, "
+        "recovery_factor=0.02, static_pressure_pa=30, velocity_mps=0.05)",
+    )
+
+
+def stated_accuracies(options: argparse.Namespace, advised: Mapping[str, Any]) -> dict[str, Any]:
+    """The accuracies of the parsed flag as a choice of the calibration; what it does not name stays as the mapping
+    advises. Nothing where the flag was not given."""
+    from pitotbench.calibrate.accuracy import parse_accuracies
+
+    if options.accuracy is None:
+        return {}
+    return {"accuracies": {**advised.get("accuracies", {}), **parse_accuracies(options.accuracy)}}

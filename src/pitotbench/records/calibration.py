@@ -29,7 +29,9 @@ class WindEstimate:
 class ErrorCurve:
     """The pressure error as a curve over indicated airspeed; arrays of one length.
 
-    `correction` is calibrated minus indicated airspeed. `two_sigma` is the bound of each point: it is made to
+    `correction` is calibrated minus indicated airspeed, to be added to the raw reading: a zero offset of the impact
+    pressure that was found is taken out with it. `normalized_pressure_error` and `altitude_correction` are of the
+    pressure error alone, at the same readings. `two_sigma` is the bound of each point: it is made to
     contain the true correction at that airspeed in 95 % of flights. `simultaneous_two_sigma` is wider: the band is
     made to contain the true curve at all airspeeds at once. `white_two_sigma` is the Cramér-Rao bound for white
     residuals, for comparison only.
@@ -68,6 +70,19 @@ class Share:
 
 
 @dataclass(frozen=True, slots=True)
+class Assumption:
+    """The 2σ accuracy that a bound takes for granted of one constant error; its unit is the suffix of the name.
+
+    `source`: `stated` by the user or the mapping, `header` (by the log itself), `usual` (nobody stated one),
+    `standard day` (the log has no temperature) or `method` (the published method takes its sensors for exact).
+    """
+
+    name: str
+    two_sigma: float
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
 class Residuals:
     """The residuals of the fitted model, for pictures and checks: one entry a sample used.
 
@@ -94,7 +109,9 @@ class Calibration:
     and Foster (2011). It is no bound on the curve. `reason` says why the iteration stopped. `condition_number`
     is that of the scaled, whitened normal problem. `diagnostics` holds plain numbers by name (iterations,
     effective samples, noise levels ...). `error_location` is the place of the pressure error, stated, assumed or
-    estimated: `static`, `total` or `impact`.
+    estimated: `static`, `total` or `impact`. `assumptions`: the accuracies on which every bound depends.
+    `impact_pressure_zero` [Pa]: the zero offset of the sensor that was found and that `curve.correction` takes out,
+    None where none was looked for.
     """
 
     model: str
@@ -113,3 +130,5 @@ class Calibration:
     shares: tuple[Share, ...] = ()
     diagnostics: dict[str, Any] | None = None
     error_location: str = "impact"
+    assumptions: tuple[Assumption, ...] = ()
+    impact_pressure_zero: Estimate | None = None

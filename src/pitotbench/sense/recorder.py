@@ -33,6 +33,8 @@ from pitotbench.sense.sensor import (
 from pitotbench.units import Array
 
 TRUTH_FIELDS = ("pressure_error", "wind", "effects")  # of a Case: what the calibrator is to find, so not in a log
+# The simulated sensors have noise, resolution and effects, but no constant error beside those: 2σ of each.
+EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}
 _FULL_TURN = 2.0 * np.pi
 
 
@@ -96,7 +98,7 @@ def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed
 
 
 def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
-    """Return the header of a synthetic log: versions, seeds, and the case without its truth.
+    """Return the header of a synthetic log: versions, seeds, accuracies, and the case without its truth.
 
     It holds a digest of the whole case, so that a truth file can be matched to its log.
     """
@@ -108,7 +110,7 @@ def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
         "seeds": {"truth": case.truth_seed, "sensor": sensor_seed},
         "case": {**public, "das": system},
         "case_sha256": case_digest(case),
-        **({"accuracy": dict(case.accuracy)} if case.accuracy else {}),
+        "accuracy": {**EXACT, **case.accuracy},
     }
 
 

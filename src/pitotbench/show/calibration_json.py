@@ -3,6 +3,7 @@
 from typing import Any
 
 from pitotbench.records.calibration import Calibration, Estimate, Share, WindEstimate
+from pitotbench.show.assumptions import assumptions_json
 from pitotbench.show.columns import json_rows
 from pitotbench.show.curve_table import CURVE_COLUMNS, curve_points
 from pitotbench.show.model_probabilities import probabilities_of
@@ -18,6 +19,7 @@ def calibration_json(result: Calibration) -> dict[str, Any]:
         "wind": _wind(result.wind),
         "curve": json_rows(CURVE_COLUMNS, curve_points(result.curve)),
         "error_location": result.error_location,
+        **assumptions_json(result),
         "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
         "samples": result.samples,
         "converged": result.converged,

@@ -5,6 +5,7 @@ from html import escape
 from rich.console import Console
 
 from pitotbench.records.calibration import Calibration, Estimate
+from pitotbench.show.assumptions import assumption_lines
 from pitotbench.show.columns import html_table, print_table
 from pitotbench.show.curve_table import CURVE_COLUMNS, curve_points
 from pitotbench.show.far_limit import far_applies, far_verdict
@@ -13,6 +14,7 @@ from pitotbench.show.short_answer import short_answer_of
 from pitotbench.show.terminal import outside
 from pitotbench.units import KNOT
 
+_LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
 _LOCATIONS = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
 
 
@@ -28,7 +30,7 @@ def print_calibration(result: Calibration, console: Console) -> None:
     print_table(CURVE_COLUMNS, curve_points(result.curve), console, title)
     console.print()
     print_choice(result, console)
-    fit = [*parameter_lines(result), *location_lines(result), *wind_lines(result)]
+    fit = [*parameter_lines(result), *location_lines(result), *wind_lines(result), *assumption_lines(result)]
     for line in [*fit, *share_lines(result), *fit_lines(result)]:
         console.print(outside(line))
     for warning in result.warnings:
@@ -38,9 +40,10 @@ def print_calibration(result: Calibration, console: Console) -> None:
 def calibration_html(result: Calibration) -> str:
     """The curve in numbers, the fit behind it and the models weighed, as HTML."""
     lines = [*parameter_lines(result), *location_lines(result), *share_lines(result), *fit_lines(result)]
+    assumed = "".join(f"<p>{escape(line)}</p>" for line in assumption_lines(result))
     return (
         "<details open><summary>The curve in numbers</summary>"
-        f"{html_table(CURVE_COLUMNS, curve_points(result.curve))}</details>\n"
+        f"{html_table(CURVE_COLUMNS, curve_points(result.curve))}{assumed}</details>\n"
         "<details><summary>The fit</summary>" + "".join(f"<p>{escape(line)}</p>" for line in lines) + "</details>\n"
         f"{choice_html(result)}"
     )
@@ -71,11 +74,18 @@ def share_lines(result: Calibration) -> list[str]:
     total = float((curve @ curve / len(curve)) ** 0.5)
     wind = max(result.wind.north.two_sigma, result.wind.east.two_sigma) / KNOT
     return [
-        f"{share.name} (estimated {share.estimate.value:+.3g} ± {share.estimate.two_sigma:.3g}) contributes "
+        f"{share.name} (estimated {_found(share.estimate)} ± {share.estimate.two_sigma:.3g}) contributes "
         f"±{share.curve / KNOT:.2f} kt to the curve's ±{total:.2f} kt and ±{share.wind / KNOT:.2f} kt to the "
         f"wind's ±{wind:.2f} kt (2σ, added as squares)"
         for share in sorted(result.shares, key=lambda share: -share.curve - share.wind)
+        if max(share.curve, share.wind) > _LEAST_SHARE * KNOT
     ]
+
+
+def _found(estimate: Estimate) -> str:
+    """A value that is nothing beside its bound as zero: only rounding gave it digits."""
+    value = estimate.value if abs(estimate.value) > 1e-6 * estimate.two_sigma else 0.0
+    return f"{value:+.3g}"
 
 
 def fit_lines(result: Calibration) -> list[str]:

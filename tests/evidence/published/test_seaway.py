@@ -10,6 +10,7 @@ from shared_data import real_log
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.calibrate.options import options_from
 from pitotbench.logbook import find_mapping, read_log
+from pitotbench.units import KNOT
 
 
 @pytest.fixture(scope="module")
@@ -50,3 +51,16 @@ def test_stable_under_halving_the_data(log):
         assert abs(scale.value - whole_scale.value) < scale.two_sigma
         assert abs(zero.value - whole_zero.value) < zero.two_sigma
         assert scale.two_sigma == pytest.approx(whole_scale.two_sigma, rel=0.3)
+
+
+def test_the_correction_is_for_the_raw_reading(log):
+    """33 kt indicated hold a zero offset near 100 Pa: the airplane flies about 12 kt slower."""
+    result = calibrate(log, _options())
+    curve = result.curve
+    correction, bound = (
+        np.interp(33.0 * KNOT, curve.indicated_airspeed, values) / KNOT
+        for values in (curve.correction, curve.two_sigma)
+    )
+    print(f"at 33 kt indicated add {correction:+.1f} ± {bound:.1f} kt (2σ)")
+    assert correction == pytest.approx(-12.0, abs=1.0)
+    assert 0.3 < bound < 2.0

@@ -17,12 +17,13 @@ from pitotbench.calibrate.gls.covering_fit import CoveringFit, fit_covering, lin
 from pitotbench.calibrate.gls.linearized_problem import Linearized, Structure
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.model.curve_map import CurveMap
+from pitotbench.calibrate.model.nuisances import Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.observability import require_observable
 from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.paper import fit_scalar
 from pitotbench.calibrate.reduction import Reduction, flown_range, model_of, reduce_log
-from pitotbench.calibrate.result import assemble, with_altitude
+from pitotbench.calibrate.result import assemble, correction_gradient, found_zero, widened, with_altitude
 from pitotbench.pressure_error import MODELS, SplineModel, spline_between
 from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, WindEstimate
 from pitotbench.records.errors import NoAnswerError
@@ -73,16 +74,19 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
         diagnostics={**rows.diagnostics, **choice_record(choice)},
     )
     calibration = assemble(chosen)
+    zero = found_zero(choice.common, choice.answer, rows.nuisances)
+    common = CurveMap(choice.common, calibration.curve.indicated_airspeed, 0.0 if zero is None else zero.value)
     return replace(
         calibration,
         model=f"{AUTO} ({best.name})",
         curve=with_altitude(
-            _curve(choice, calibration.curve),
-            CurveMap(choice.common, calibration.curve.indicated_airspeed),
+            _curve(choice, calibration.curve, common, rows.nuisances),
+            common,
             choice.answer,
             rows.observations,
         ),
         wind=_wind(choice),
+        impact_pressure_zero=zero,
     )
 
 
@@ -168,12 +172,13 @@ def _wide_enough(low: float, high: float) -> tuple[float, float]:
     return low / margin, high * margin
 
 
-def _curve(choice: ModelChoice, of_best: ErrorCurve) -> ErrorCurve:
+def _curve(choice: ModelChoice, of_best: ErrorCurve, curve: CurveMap, nuisances: Sequence[Nuisance]) -> ErrorCurve:
     """The mixture at the airspeeds of the best model's curve; the white bound stays that of the best model."""
-    curve, free = CurveMap(choice.common, of_best.indicated_airspeed), choice.common.error_count
-    k = choice.answer.mean[:free]
-    gradient, basis = np.zeros((2, len(of_best.indicated_airspeed), len(choice.answer.mean)))
-    gradient[:, :free], basis[:, :free] = curve.correction_gradient(k), curve.basis()
+    k = choice.answer.mean[: choice.common.error_count]
+    gradient, basis = (
+        correction_gradient(curve, choice.answer, nuisances),
+        widened(curve.basis(), choice.answer),
+    )
     bounds = choice.answer.two_sigma(gradient)
     return replace(
         of_best,

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pitotbench.calibrate.accuracy import Accuracies
+from pitotbench.calibrate.accuracy import accuracies_of
 from pitotbench.calibrate.gls.covering_fit import CoveringFit, acceleration_effect
 from pitotbench.calibrate.gls.linearized_problem import Structure
 from pitotbench.calibrate.model.nuisances import Nuisance, by_latency
@@ -51,7 +51,7 @@ def with_latency(options: CalibrationOptions, latency: Estimate) -> CalibrationO
             "the latency is not observable: the log holds no planned change of speed; fly an idle deceleration, "
             "or state the latency in seconds"
         )
-    stated = options.accuracies or Accuracies()
+    stated = accuracies_of(options.accuracies, {})
     stated = replace(stated, latency_s=max(stated.latency_s, latency.two_sigma))
     return replace(options, gps_latency=latency.value, accuracies=stated)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pitotbench.calibrate.accuracy import Accuracies, accuracies_from
+from pitotbench.calibrate.accuracy import Accuracies, accuracies_of
 from pitotbench.calibrate.gps_legs.leg_air import LegAir, leg_air
 from pitotbench.calibrate.gps_legs.leg_noise import LinearizedGroup, two_sigma
 from pitotbench.calibrate.gps_legs.legs import SteadyGroup, steady_groups
@@ -43,8 +43,9 @@ class _Solved:
 def fixed_speed_points(log: FlightLog, options: CalibrationOptions | None = None) -> tuple[FixedSpeedPoint, ...]:
     """One point for each full turn and each group of legs on three or more tracks at one airspeed.
 
-    Of the options the row selection, the recovery factor, the error location and the stated accuracies (else the
-    header's) matter. The 2σ holds gusts, sensor noise and GPS noise as found in the log, and the accuracies.
+    Of the options the row selection, the recovery factor, the error location and the accuracies (stated, else the
+    header's, else the usual ones) matter. The 2σ holds gusts, sensor noise and GPS noise as found in the log, and
+    the accuracies.
     Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or turns.
     """
     with one_thread():
@@ -63,7 +64,7 @@ def _points(log: FlightLog, options: CalibrationOptions) -> tuple[FixedSpeedPoin
     answers = [
         pair for one, bound in zip(solved, bounds, strict=True) for pair in ((one, bound), *_horseshoe(one, bound))
     ]
-    stated = options.accuracies or accuracies_from(log.header.get("accuracy", {}))
+    stated = accuracies_of(options.accuracies, log.header)
     static_error = options.error_location == "static"
     return tuple(_point(each, bound, leg_air(each.group, obs, static_error), stated) for each, bound in answers)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.units import KNOT, Array, Meters, MetersPerSecond
+from pitotbench.units import KNOT, Array, Meters, MetersPerSecond, Pascal
 
 _STEPS_KT = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 _MOST_POINTS = 32
@@ -15,41 +15,55 @@ _SLACK_KT = 1.5  # a round airspeed this far outside the data still counts as co
 
 @dataclass(frozen=True, slots=True)
 class CurveMap:
-    """The curve as a function of the error parameters k, and its gradient, at fixed indicated airspeeds."""
+    """The curve as a function of the error parameters k, and its gradients, at fixed indicated airspeeds.
+
+    `zero` [Pa]: the zero offset of the impact pressure in a raw reading; q_ci is the reading less the offset.
+    """
 
     model: PredictionModel
     indicated_airspeed: MetersPerSecond
+    zero: float = 0.0
+
+    def impact_pressure(self) -> Pascal:
+        """q_ci at the curve's airspeeds [Pa], (c,): as the ports give it, without the sensor's zero offset."""
+        return air.impact_pressure(self.indicated_airspeed) - self.zero
 
     def basis(self) -> Array:
         """The basis at the curve's airspeeds, (c, K)."""
-        pressure = air.impact_pressure(self.indicated_airspeed)
-        return self.model.error.basis(pressure / self.model.reference_pressure)
+        return self.model.error.basis(self.impact_pressure() / self.model.reference_pressure)
 
     def normalized(self, k: Array) -> Array:
         """Δp/q_c, (c,)."""
         return np.asarray(self.basis() @ k)
 
     def correction(self, k: Array) -> MetersPerSecond:
-        """Calibrated minus indicated airspeed [m/s], (c,)."""
-        pressure = air.impact_pressure(self.indicated_airspeed) / (1.0 - self.normalized(k))
+        """Calibrated airspeed minus the raw reading [m/s], (c,)."""
+        pressure = self.impact_pressure() / (1.0 - self.normalized(k))
         return air.calibrated_airspeed(pressure) - self.indicated_airspeed
 
     def correction_gradient(self, k: Array) -> Array:
         """Derivative of the correction with respect to k, (c, K) [m/s]."""
         rest = 1.0 - self.normalized(k)
-        pressure = air.impact_pressure(self.indicated_airspeed) / rest
+        pressure = self.impact_pressure() / rest
         return self.basis() * (air.calibrated_airspeed_slope(pressure) * pressure / rest)[:, None]
+
+    def correction_by_zero(self, k: Array) -> Array:
+        """Derivative of the correction with respect to the zero offset, (c,) [m/s per Pa]."""
+        rest, reference = 1.0 - self.normalized(k), self.model.reference_pressure
+        bend = self.model.error.basis_slope(self.impact_pressure() / reference) @ k / reference
+        by_indicated = (1.0 + self.impact_pressure() * bend / rest) / rest
+        return np.asarray(-air.calibrated_airspeed_slope(self.impact_pressure() / rest) * by_indicated)
 
     def altitude(self, k: Array, static_pressure: float) -> Meters:
         """True minus indicated pressure altitude [m], (c,), of an error of the static source at an indicated static
         pressure [Pa]: p = p_i − Δp, and a lower pressure is a greater height."""
-        error = air.impact_pressure(self.indicated_airspeed) * (1.0 / (1.0 - self.normalized(k)) - 1.0)
+        error = self.impact_pressure() * (1.0 / (1.0 - self.normalized(k)) - 1.0)
         return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(static_pressure)
 
     def altitude_gradient(self, k: Array, static_pressure: float) -> Array:
         """Derivative of the altitude correction with respect to k, (c, K) [m]."""
         rest = 1.0 - self.normalized(k)
-        pressure = air.impact_pressure(self.indicated_airspeed)
+        pressure = self.impact_pressure()
         true = static_pressure - pressure * (1.0 / rest - 1.0)
         temperature = air.standard_temperature(air.pressure_altitude(true))
         meters_a_pascal = air.GAS_CONSTANT * temperature / (true * air.GRAVITY)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, Accuracies
+from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, accuracies_of
 from pitotbench.calibrate.model.prediction import Prediction
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.rows.observations import Observations
@@ -21,6 +21,7 @@ _WIND_CHANGE = 5.0  # m/s
 _WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
 _LEAST_CLIMB = 60.0  # m: below so much height difference a shear has no meaning
 
+ZERO = "impact_pressure_zero_pa"  # the only one that belongs to the correction of a reading
 _AXES = ("north", "east")
 
 Column = Callable[[Prediction, Observations], MetersPerSecond]
@@ -39,15 +40,15 @@ class Nuisance:
 
 
 def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisance, ...]:
-    """The nuisances of a log under the chosen options."""
-    stated = options.accuracies or Accuracies()
+    """The nuisances of a log under the chosen options, in which the accuracies of its header already are."""
+    stated = accuracies_of(options.accuracies, {})
     temperature = max(stated.temperature_k, WITHOUT_TEMPERATURE if obs.standard_day else 0.0)
     probe_heated = 1.0 if obs.probe_heating > 0.0 else 0.0  # a probe of the air's own temperature has no recovery
     known = (
         Nuisance("temperature_k", 0.5 * temperature, _by_temperature),
         Nuisance("recovery_factor", 0.5 * stated.recovery_factor * probe_heated, _by_recovery),
         Nuisance("static_pressure_pa", 0.5 * stated.static_pressure_pa, _by_static_pressure),
-        Nuisance("impact_pressure_zero_pa", 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope),
+        Nuisance(ZERO, 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope),
         *(Nuisance(f"velocity_{a}_mps", 0.5 * stated.velocity_mps, *_wind(i)) for i, a in enumerate(_AXES)),
         Nuisance("latency_s", 0.5 * stated.latency_s, by_latency, _across_by_latency),
     )

@@ -1,0 +1,156 @@
+"""Whether the log puts a nuisance or a noise parameter far outside what was assumed of it.
+
+A prior that the log contradicts makes a bound that is too small: the estimate is a compromise between the two. The
+sensor, its unit or the assumption is wrong, and only the user can say which.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench.calibrate.gls.altitude_rows import (
+    NOISE_COUNT,
+    SLOW_SCALE,
+    SLOW_TIME,
+    SLOW_TIME_FACTOR,
+    WALK_SCALE,
+)
+from pitotbench.calibrate.gls.altitude_rows import WHITE_SCALE as HEIGHT_SCALE
+from pitotbench.calibrate.gls.covering_fit import CoveringFit
+from pitotbench.calibrate.gls.linearized_problem import (
+    ACROSS_SCALE,
+    GUST_LENGTH,
+    GUST_LENGTH_FACTOR,
+    GUST_SCALE,
+    WHITE_SCALE,
+    WIND_SCALE,
+    Structure,
+)
+from pitotbench.calibrate.gls.posterior import Posterior
+from pitotbench.calibrate.model.nuisances import Nuisance
+
+_FAR = 3.0  # standard deviations of the prior
+
+_ERRORS = {  # of a nuisance: its words and its unit
+    "temperature_k": ("constant error of the temperature", "K"),
+    "recovery_factor": ("error of the recovery factor", ""),
+    "static_pressure_pa": ("constant error of the static pressure", "Pa"),
+    "impact_pressure_zero_pa": ("zero offset of the impact pressure", "Pa"),
+    "velocity_north_mps": ("constant error of the GPS velocity toward north", "m/s"),
+    "velocity_east_mps": ("constant error of the GPS velocity toward east", "m/s"),
+    "latency_s": ("latency of the GPS", "s"),
+    "direction_deg": ("constant error of the direction through the air (heading, sideslip vane)", "°"),
+    "direction_in_bank_deg": ("error of the direction in bank (angle-of-attack vane)", "°"),
+    "wind_north_mps_per_600_s": ("change of the wind toward north in 600 s", "m/s"),
+    "wind_east_mps_per_600_s": ("change of the wind toward east in 600 s", "m/s"),
+    "wind_north_mps_per_300_m": ("change of the wind toward north over 300 m of height", "m/s"),
+    "wind_east_mps_per_300_m": ("change of the wind toward east over 300 m of height", "m/s"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Level:
+    """A level with a half-normal prior of this scale."""
+
+    words: str
+    unit: str
+    scale: float
+
+    def departure(self, value: float) -> float:
+        """Standard deviations from nothing at all."""
+        return value / self.scale
+
+    @property
+    def expected(self) -> str:
+        """What was assumed, in words."""
+        return f"at most about {2.0 * self.scale:.3g} {self.unit} expected"
+
+
+@dataclass(frozen=True, slots=True)
+class _Extent:
+    """A length or a time with a log-normal prior: its middle, and one standard deviation as a factor."""
+
+    words: str
+    unit: str
+    middle: float
+    factor: float
+
+    def departure(self, value: float) -> float:
+        """Standard deviations of the logarithm from the middle, without sign."""
+        return float(abs(np.log(value / self.middle)) / np.log(self.factor))
+
+    @property
+    def expected(self) -> str:
+        """What was assumed, in words."""
+        reach = self.factor**2
+        return f"{self.middle / reach:.3g} to {self.middle * reach:.3g} {self.unit} expected"
+
+
+def outside_prior(structure: Structure, fit: CoveringFit, answer: Posterior) -> tuple[str, ...]:
+    """A sentence for each nuisance and each parameter of the noise that lies more than three standard deviations of
+    its prior from the middle, with its size."""
+    return (*_nuisances_outside(structure, answer), *_noise_outside(structure, fit))
+
+
+def _nuisances_outside(structure: Structure, answer: Posterior) -> list[str]:
+    mean, bounds = answer.mean, answer.two_sigma(np.eye(len(answer.mean)))
+    found = []
+    for place, nuisance in enumerate(structure.nuisances, start=structure.model.count):
+        departure = abs(float(mean[place])) / nuisance.deviation
+        if departure > _FAR:
+            found.append(_nuisance_sentence(nuisance, float(mean[place]), float(bounds[place]), departure))
+    return found
+
+
+def _nuisance_sentence(nuisance: Nuisance, value: float, bound: float, departure: float) -> str:
+    words, unit = _ERRORS.get(nuisance.name, (nuisance.name.replace("_", " "), ""))
+    return (
+        f"the {words} is found to be {_sized(f'{value:+.3g} ± {bound:.2g}', unit)}, {departure:.1f} standard "
+        f"deviations of what was assumed ({_sized(f'±{2.0 * nuisance.deviation:.3g}', unit)}, 2σ): check the "
+        "sensor and its unit, or assume more"
+    )
+
+
+def _sized(number: str, unit: str) -> str:
+    return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
+
+
+def _noise_outside(structure: Structure, fit: CoveringFit) -> list[str]:
+    likely = np.exp(max(fit.nodes, key=lambda node: node.weight).noise)
+    found = []
+    for prior, value in zip(_noise_priors(structure), likely, strict=True):
+        departure = prior.departure(float(value))
+        if departure > _FAR:
+            found.append(
+                f"the {prior.words} is found to be {value:.3g} {prior.unit}, {departure:.1f} standard deviations "
+                f"of what was assumed ({prior.expected}): the bound may be too small; check the log for slow "
+                "changes of the wind and for faulty channels"
+            )
+    return found
+
+
+def _noise_priors(structure: Structure) -> list[_Level | _Extent]:
+    """The priors of the noise parameters in their order."""
+    priors: list[_Level | _Extent] = [
+        _Level("gusts' standard deviation", "m/s", GUST_SCALE),
+        _Extent("gusts' length", "m", GUST_LENGTH, GUST_LENGTH_FACTOR),
+        _Level("white noise of the airspeed", "m/s", WHITE_SCALE),
+    ]
+    if structure.drifting:
+        priors.append(_Level("standard deviation of the drifting wind", "m/s", WIND_SCALE))
+    if structure.crosswind:
+        priors.append(_Level("white noise across the path", "m/s", ACROSS_SCALE))
+    if structure.altitude is not None:
+        third = (
+            _Level("white noise of the height", "m", HEIGHT_SCALE)
+            if structure.altitude.tie is None
+            else _Level("wander of the integrated vertical velocity", "m/√s", WALK_SCALE)
+        )
+        height: list[_Level | _Extent] = [
+            _Level("slow error of the height", "m", SLOW_SCALE),
+            _Extent("memory of the height error", "s", SLOW_TIME, SLOW_TIME_FACTOR),
+            third,
+        ]
+        assert len(height) == NOISE_COUNT
+        priors += height
+    return priors

@@ -73,7 +73,7 @@ def fit_covering(structure: Structure, obs: Observations, start: Array) -> Cover
 
 def settle(structure: Structure, obs: Observations, approached: Approach) -> CoveringFit:
     """The last pass of `fit_covering`."""
-    length, log_prior = block_length(obs), log_prior_of(structure)
+    length, log_prior = block_length(obs), log_prior_of(structure, obs)
     theta, mode = approached.theta, approached.noise
     blocks = divide(obs, length)
     fine = linearize(structure, obs, blocks, theta, gust_variance=float(np.exp(2.0 * mode[0])))
@@ -120,7 +120,7 @@ def linearized(structure: Structure, obs: Observations, theta: Array, gust_devia
 
 def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
     """The first pass of `fit_covering`; once, or again and again from a start far away."""
-    theta, mode, own, log_prior = start, None, structure.model.count, log_prior_of(structure)
+    theta, mode, own, log_prior = start, None, structure.model.count, log_prior_of(structure, obs)
     blocks = divide(obs, 2.0 * block_length(obs))
     unknowns = own + noise_count(structure)
     if len(blocks.count) <= unknowns:
@@ -169,6 +169,6 @@ def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFi
     )
     best = max(fit.nodes, key=lambda node: node.weight).noise
     start = best[: noise_count(structure)]
-    mode = most_likely_noise(wider, plain.noise_of, log_prior_of(structure), start)
+    mode = most_likely_noise(wider, plain.noise_of, log_prior_of(structure, obs), start)
     estimate, covariance = solve(wider, plain.noise_of(mode))
     return Estimate(column.name, float(estimate[-1]), 2.0 * float(np.sqrt(covariance[-1, -1])))

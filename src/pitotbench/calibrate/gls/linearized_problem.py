@@ -32,12 +32,14 @@ from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
 GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
-GUST_LENGTH_FACTOR = 1.6  # standard deviation of the prior on it, as a factor
+GUST_LENGTH_FACTOR = 2.5  # standard deviation of the prior on it, as a factor
+HIGH_LENGTH_FACTOR = 4.0  # above 10,000 ft, where the slow wind aloft has no outer scale near that length
 GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
 WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
 WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation
 WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
 ACROSS_SCALE = 1.0  # m/s, half-normal prior on the white part across the path: 1° of direction at 60 m/s
+_HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
 _LEAST_WHITE = 0.02  # m/s, where the search for the white level begins at least
 _WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
@@ -117,7 +119,7 @@ def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRow
         first.prior_precision,
     )
     noise_of = JointNoiseOf(
-        data=np.column_stack([both.regressors, both.response]),
+        data=np.column_stack([both.instruments, both.response]),
         instruments=both.instruments,
         first=triangle.noise_of,
         second=lambda phi: altitude_noise(rows, phi),
@@ -161,9 +163,9 @@ def _noise_family(structure: Structure, blocks: Blocks, airspeed: Array, seen: A
     return noise_of
 
 
-def log_prior_of(structure: Structure) -> LogPrior:
+def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
     """Half-normal levels (the φ terms turn densities of a level into densities of its logarithm), log-normal
-    length.
+    length, wider for a log above 10,000 ft.
 
     Beside a drifting wind the gust's level has no φ term (Jeffreys' prior for a scale): both explain short changes,
     and a density that is flat in the level takes calm air for gusty at the drift's expense.
@@ -176,11 +178,14 @@ def log_prior_of(structure: Structure) -> LogPrior:
     if structure.crosswind:
         levels[3 + structure.drifting] = (ACROSS_SCALE, 1.0)
 
+    high = float(np.median(obs.static_pressure)) < _HIGH
+    factor = HIGH_LENGTH_FACTOR if high else GUST_LENGTH_FACTOR
+
     def log_prior(phi: Array) -> float:
         half_normal = sum(
             flat * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2 for i, (scale, flat) in levels.items()
         )
-        length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(GUST_LENGTH_FACTOR)) ** 2
+        length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(factor)) ** 2
         height = 0.0 if rows is None else altitude_log_prior(rows, phi[-NOISE_COUNT:])
         return float(half_normal + length) + height
 

@@ -167,17 +167,15 @@ def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
     """Half-normal levels (the φ terms turn densities of a level into densities of its logarithm), log-normal
     length, wider for a log above 10,000 ft.
 
-    Beside a drifting wind the gust's level has no φ term (Jeffreys' prior for a scale): both explain short changes,
-    and a density that is flat in the level takes calm air for gusty at the drift's expense.
+    The gust's level has no φ term (Jeffreys' prior for a scale): a density that is flat in the level puts a few
+    centimeters a second of gusts where there are none, and those outweigh all sensor noise.
     """
     rows = structure.altitude
-    gust, white = (GUST_SCALE, 0.0 if structure.drifting else 1.0), (WHITE_SCALE, 1.0)
-    levels = {0: gust, 2: white}
+    levels = {0: (GUST_SCALE, 0.0), 2: (WHITE_SCALE, 1.0)}
     if structure.drifting:
         levels[3] = (WIND_SCALE, 1.0)
     if structure.crosswind:
         levels[3 + structure.drifting] = (ACROSS_SCALE, 1.0)
-
     high = float(np.median(obs.static_pressure)) < _HIGH
     factor = HIGH_LENGTH_FACTOR if high else GUST_LENGTH_FACTOR
 

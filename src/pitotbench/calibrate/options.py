@@ -13,7 +13,7 @@ AUTO = "auto"  # every model of the table, weighted
 METHODS = ("covering", "paper")
 FORMS = ("scalar", "vector")
 ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
-WINDS = ("constant", "linear", "drifting")
+WINDS = ("checked", "constant", "linear", "drifting")
 LATENCIES = ("given", "checked", "estimated")
 
 
@@ -31,11 +31,12 @@ class CalibrationOptions:
     `auto`: by evidence where the log has its height, else static for logs that are not synthetic.
     mach_max: rows above it are left out; ground_speed_min: rows below it [m/s] (a log that begins on the ground,
     where the air data have an unknown zero). wind_down: estimate a vertical wind. recovery_factor: of the
-    temperature probe. wind: `constant`; `linear` in time, and in height where the log climbs; `drifting`, a slow
-    Gauss-Markov process whose size is found from the data (method `covering`). gps_latency: seconds by which GPS
-    velocity is stamped late, taken off; latency: `given`, `checked` (a warning where the log shows another) or
-    `estimated`. accuracies: of what the residual cannot show, None for those in the log's header. robust: leave
-    faulty rows out and list them.
+    temperature probe. wind: `checked`, constant unless the log speaks for a drift or a jump (method `covering`; the
+    bound allows for what the log cannot tell); `constant`; `linear` in time, and in height where the log climbs;
+    `drifting`, a slow Gauss-Markov process whose size is found from the data (method `covering`). gps_latency:
+    seconds by which GPS velocity is stamped late, taken off; latency: `given`, `checked` (a warning where the log
+    shows another) or `estimated`. accuracies: of what the residual cannot show, None for those in the log's header.
+    robust: leave faulty rows out and list them.
     Raises BadInputError or UnknownNameError for a choice that does not exist.
     """
 
@@ -49,7 +50,7 @@ class CalibrationOptions:
     ground_speed_min: float = 0.0
     wind_down: bool = False
     recovery_factor: float = 1.0
-    wind: str = "constant"
+    wind: str = "checked"
     gps_latency: float = 0.0
     latency: str = "given"
     robust: bool = True

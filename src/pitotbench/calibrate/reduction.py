@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, accuracies_from
 from pitotbench.calibrate.gls.altitude_rows import NOISE_COUNT, AltitudeRows
+from pitotbench.calibrate.gls.changing_wind import CONSTANT, weigh_winds
 from pitotbench.calibrate.gls.latency import estimate_latency, latency_warning, with_latency
 from pitotbench.calibrate.gls.linearized_problem import Structure
 from pitotbench.calibrate.gls.location import IMPACT, Located, fit_located
@@ -25,10 +26,12 @@ from pitotbench.calibrate.rows.screening import screen
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.log import FlightLog
+from pitotbench.units import KNOT
 
 _ILL_CONDITIONED = 1e6
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref above which the reference pressure is raised to the data
 _LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
+_CHANGED = 0.05  # probability of a constant wind below which its change is said
 _DISAGREE = 0.001  # probability of so much disagreement by chance, below which it is said
 _MOST_NAMED, _MOST_LISTED = 5, 1000  # rows left out: in a warning, in the diagnostics
 
@@ -47,6 +50,7 @@ class Reduction:
     warnings: tuple[str, ...]
     error_location: str = IMPACT
     altitude: AltitudeRows | None = None
+    structure: Structure | None = None  # with the most likely wind; None for the method `paper`
 
 
 def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None) -> Reduction:
@@ -60,13 +64,14 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     obs, white, left_out = _screened(model, obs, log, options)
     found: dict[str, Any] = {"rows_left_out": [int(row) for row in left_out[:_MOST_LISTED]]}
     nuisances: tuple[Nuisance, ...] = ()
-    answer, location, altitude = posterior_of(white), _stated_location(options), None
+    answer, location, altitude, structure = posterior_of(white), _stated_location(options), None, None
     if options.method == "covering":
         options, obs, located, noticed = _cover(log, options, model, obs, white)
         model, answer, found = located.structure.model, located.answer, found | noticed
-        nuisances, location, altitude = located.structure.nuisances, located.location, located.structure.altitude
+        structure = located.structure
+        nuisances, location, altitude = structure.nuisances, located.location, structure.altitude
     warnings = _warnings(log, obs, white, left_out, found)
-    return Reduction(options, model, obs, white, answer, nuisances, found, warnings, location, altitude)
+    return Reduction(options, model, obs, white, answer, nuisances, found, warnings, location, altitude, structure)
 
 
 def _stated_location(options: CalibrationOptions) -> str:
@@ -141,6 +146,9 @@ def _cover(
             obs = observe_again(log, options, obs)
             structure = _structure(model, options, obs)
             located = fit_located(log, options, structure, obs, white.theta)
+    if options.wind == "checked":
+        located, change = _with_checked_wind(located, obs)
+        found |= change
     fit = located.fit
     found |= {
         "gust_deviation_mps": fit.gust_deviation,
@@ -150,6 +158,17 @@ def _cover(
         **_altitude_found(located),
     }
     return options, obs, located, found
+
+
+def _with_checked_wind(located: Located, obs: Observations) -> tuple[Located, dict[str, Any]]:
+    """The answer that allows for a wind that changes, and what was found of it."""
+    winds = weigh_winds(located.structure, obs, located.fit, located.answer)
+    found: dict[str, Any] = {"wind_probability": winds.shares}
+    if winds.change is not None and winds.shares[CONSTANT] < _CHANGED:
+        kind = "jump" if winds.structure.jump is not None else "drift"
+        begin, end = (float(obs.time[0]) + t for t in (winds.change.begin, winds.change.end))
+        found["wind_change"] = {"kind": kind, "size_mps": winds.change.size, "from_s": begin, "to_s": end}
+    return replace(located, structure=winds.structure, fit=winds.fit, answer=winds.answer), found
 
 
 def _altitude_found(located: Located) -> dict[str, Any]:
@@ -199,6 +218,8 @@ def _warnings(
         times = ", ".join(f"{t:.2f}" for t in log.time[left_out[:_MOST_NAMED]])
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""
         warnings.append(f"{len(left_out)} rows disagree with all others and are left out, at {times}{more} s")
+    if "wind_change" in found:
+        warnings.append(_of_changing_wind(found["wind_change"]))
     agreement = found.get("height_agreement", 1.0)
     if agreement < _DISAGREE:
         warnings.append(
@@ -210,3 +231,14 @@ def _warnings(
     if latency_bound is not None and abs(found["latency_left_s"]) > latency_bound:
         warnings.append(latency_warning(found["latency_s"], latency_bound))
     return tuple(warnings)
+
+
+def _of_changing_wind(change: Mapping[str, Any]) -> str:
+    """What a change of the wind means, in words."""
+    jumps, begin, end = change["kind"] == "jump", change["from_s"], change["to_s"]
+    when = f"around {0.5 * (begin + end):.0f} s" if jumps else f"between {begin:.0f} and {end:.0f} s"
+    verb = "jumps" if jumps else "drifts"
+    return (
+        f"the wind {verb} by about {change['size_mps'] / KNOT:.1f} kt {when}: the bound allows for it; "
+        "a maneuver that flies each speed on opposite headings bears it better"
+    )

@@ -34,7 +34,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="auto (by GPS height where the log has it), static, total or impact (as published) (default: the "
         "mapping's, else auto)",
     )
-    parser.add_argument("--wind", help="constant, linear (in time and height) or drifting (default: constant)")
+    parser.add_argument(
+        "--wind",
+        help="checked (constant unless the log shows a change), constant, linear (in time and height) or drifting "
+        "(default: checked)",
+    )
     parser.add_argument(
         "--latency",
         help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` (default)",

@@ -119,8 +119,8 @@ def _candidate(name: str, rows: Reduction) -> ModelFit:
     model = replace(model_of(name, rows.options, obs, reference), static_error=rows.model.static_error)
     require_observable(model, obs)
     white = fit_scalar(model, obs)
-    drifting = rows.options.wind == "drifting"
-    fit = fit_covering(Structure(model, rows.nuisances, drifting, altitude=rows.altitude), obs, white.theta)
+    assert rows.structure is not None
+    fit = fit_covering(replace(rows.structure, model=model), obs, white.theta)
     return ModelFit(name, model, flown_range(obs, reference), white, fit)
 
 
@@ -158,7 +158,8 @@ def _common_problem(nearest: ModelFit, rows: Reduction) -> tuple[Structure, Line
     common = replace(nearest.model, error=spline)
     k = _curve_of(nearest, np.array(spline.knots))
     theta = np.concatenate([k, nearest.fit.theta[nearest.model.error_count :]])
-    structure = Structure(common, rows.nuisances, rows.options.wind == "drifting", altitude=rows.altitude)
+    assert rows.structure is not None
+    structure = replace(rows.structure, model=common)
     return structure, linearized(structure, rows.observations, theta, nearest.fit.gust_deviation), theta
 
 

@@ -23,9 +23,11 @@ from pitotbench.calibrate.model.crosswind import crosswind
 from pitotbench.calibrate.model.mean_wind import kernel_means
 from pitotbench.calibrate.model.nuisances import Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
+from pitotbench.calibrate.model.wind_jump import JUMP_SCALE, WindJump, jump_columns
 from pitotbench.calibrate.rows.blocks import Blocks
 from pitotbench.calibrate.rows.observations import Observations
-from pitotbench.estimate.joint_noise import JointNoiseOf
+from pitotbench.estimate.added_columns import AddedColumns
+from pitotbench.estimate.joint_noise import JointNoiseOf, Noise
 from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
 from pitotbench.estimate.restricted_likelihood import LogPrior, NoiseOf, Regression
 from pitotbench.records.errors import NoAnswerError
@@ -48,14 +50,17 @@ _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
 @dataclass(frozen=True, slots=True)
 class Structure:
     """What is fitted: the prediction, the nuisances beside its parameters, whether the wind drifts, whether the
-    measured direction of the air velocity is used (`observations.air_heading`), and the rows of the altitude
-    equation where the error is the static source's and the log has its height."""
+    measured direction of the air velocity is used (`observations.air_heading`), the rows of the altitude equation
+    where the error is the static source's and the log has its height, the correlation time of a drifting wind, and
+    the one change of a wind that jumps."""
 
     model: PredictionModel
     nuisances: tuple[Nuisance, ...]
     drifting: bool
     crosswind: bool = False
     altitude: AltitudeRows | None = None
+    wind_time: float = WIND_TIME
+    jump: WindJump | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +109,7 @@ def linearize(
     # A residual falls by the wind component that it sees: these are its direction cosines.
     first = structure.model.error_count
     seen = np.stack([-x[:, first : first + 2] for _, x in outputs])
-    kernel = np.tile(kernel_means(blocks, WIND_TIME), len(outputs)) if structure.drifting else None
+    kernel = np.tile(kernel_means(blocks, structure.wind_time), len(outputs)) if structure.drifting else None
     problem = Linearized(regression, _noise_family(structure, blocks, airspeed, seen, sensor), sensor, kernel)
     return problem if structure.altitude is None else _with_altitude(problem, structure, structure.altitude, theta)
 
@@ -148,9 +153,10 @@ def _noise_family(structure: Structure, blocks: Blocks, airspeed: Array, seen: A
     """φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation [m/s]) (, white
     deviation across the path [m/s])) to a covariance; `seen`: direction cosines, (outputs, blocks, 2)."""
     at_edges = blocks.at_edges(airspeed)
-    slow = np.full(len(at_edges), WIND_TIME)
+    slow = np.full(len(at_edges), structure.wind_time)
+    jump = None if structure.jump is None else jump_columns(structure.jump, blocks, seen)
 
-    def noise_of(phi: Array) -> MarkovNoise:
+    def noise_of(phi: Array) -> Noise:
         deviation, length, white = np.exp(phi[:3])
         winds = [MarkovProcess(deviation, length / at_edges, seen)]
         if structure.drifting:
@@ -158,7 +164,8 @@ def _noise_family(structure: Structure, blocks: Blocks, airspeed: Array, seen: A
         variance = [sensor + white**2 + _WHITE_FLOOR]
         if structure.crosswind:
             variance.append(np.full_like(sensor, np.exp(2.0 * phi[-1]) + _WHITE_FLOOR))
-        return MarkovNoise(blocks.intervals, np.stack(variance), winds)
+        noise = MarkovNoise(blocks.intervals, np.stack(variance), winds)
+        return noise if jump is None else AddedColumns(noise, jump, JUMP_SCALE)
 
     return noise_of
 

@@ -23,7 +23,7 @@ from pitotbench.calibrate.gls.altitude_rows import (
 )
 from pitotbench.calibrate.gls.covering_fit import Approach, CoveringFit, approach, fit_covering, settle
 from pitotbench.calibrate.gls.linearized_problem import Structure
-from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
+from pitotbench.calibrate.gls.posterior import Posterior, mixed, posterior_of
 from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.estimate.restricted_likelihood import (
@@ -111,7 +111,7 @@ def _with_height(
     tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False), near)}
     fits = {name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > _SURE}
     best = max(fits, key=lambda name: shares[name])
-    answer = _mixed([(shares[name], posterior_of(fit)) for name, fit in fits.items()])
+    answer = mixed([(shares[name], posterior_of(fit)) for name, fit in fits.items()])
     return Located(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
 
 
@@ -171,18 +171,6 @@ def _tried(problem: Regression, rows: AltitudeRows) -> tuple[Array, float]:
 def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
     """The family of the altitude rows' noise, and the prior of its parameters."""
     return lambda phi: altitude_noise(rows, phi), lambda phi: altitude_log_prior(rows, phi)
-
-
-def _mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
-    """One answer of several, each with its probability."""
-    if len(answers) == 1:
-        return answers[0][1]
-    total = sum(share for share, _ in answers)
-    return Posterior(
-        np.concatenate([share / total * answer.weights for share, answer in answers]),
-        np.concatenate([answer.means for _, answer in answers]),
-        np.concatenate([answer.covariances for _, answer in answers]),
-    )
 
 
 def _widened(answer: Posterior, other: Posterior) -> Posterior:

@@ -1,5 +1,6 @@
 """The answer for θ as a mixture of Gaussians: one a node of the noise posterior."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,4 +57,16 @@ def posterior_of(fit: OutputErrorFit | CoveringFit) -> Posterior:
         np.array([node.weight for node in fit.nodes]),
         fit.theta + np.stack([node.estimate for node in fit.nodes]),
         np.stack([node.covariance for node in fit.nodes]),
+    )
+
+
+def mixed(answers: Sequence[tuple[float, Posterior]]) -> Posterior:
+    """One answer of several, each with its probability, for the same unknowns."""
+    if len(answers) == 1:
+        return answers[0][1]
+    total = sum(share for share, _ in answers)
+    return Posterior(
+        np.concatenate([share / total * answer.weights for share, answer in answers]),
+        np.concatenate([answer.means for _, answer in answers]),
+        np.concatenate([answer.covariances for _, answer in answers]),
     )

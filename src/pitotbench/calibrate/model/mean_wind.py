@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pitotbench.calibrate.model.wind_jump import middles
 from pitotbench.calibrate.rows.blocks import Blocks
 from pitotbench.estimate.joint_noise import Noise
 from pitotbench.estimate.restricted_likelihood import Regression
@@ -19,13 +20,15 @@ _COARSE = (
 )
 
 
+def correlations(blocks: Blocks, correlation_time: float) -> Array:
+    """Correlation of the process in each block with that in each other, (blocks, blocks) [-]."""
+    middle = middles(blocks)
+    return np.asarray(np.exp(-np.abs(middle[:, None] - middle[None, :]) / correlation_time))
+
+
 def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
     """Correlation of the process in each block with its mean over all rows, (blocks,) [-]."""
-    middle = 0.5 * (
-        blocks.intervals.edges[blocks.intervals.left] + blocks.intervals.edges[blocks.intervals.left + 1]
-    )
-    apart = np.abs(middle[:, None] - middle[None, :])
-    return np.asarray(np.exp(-apart / correlation_time) @ (blocks.count / blocks.count.sum()))
+    return np.asarray(correlations(blocks, correlation_time) @ (blocks.count / blocks.count.sum()))
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from pitotbench.calibrate.averaging.curve_prior import LAWLESS, LEVEL, Hypothesi
 from pitotbench.calibrate.averaging.model_criteria import Judgment, ModelFit, judge_model
 from pitotbench.calibrate.averaging.model_weights import Moments, moments, noise_masses, weigh_models
 from pitotbench.calibrate.gls.covering_fit import CoveringFit, fit_covering, linearized, mean_wind_under
-from pitotbench.calibrate.gls.linearized_problem import Linearized, Structure
+from pitotbench.calibrate.gls.linearized_problem import Gusts, Linearized, Structure
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.model.curve_map import CurveMap
 from pitotbench.calibrate.model.prediction import PredictionModel
@@ -160,7 +160,8 @@ def _common_problem(nearest: ModelFit, rows: Reduction) -> tuple[Structure, Line
     theta = np.concatenate([k, nearest.fit.theta[nearest.model.error_count :]])
     assert rows.structure is not None
     structure = replace(rows.structure, model=common)
-    return structure, linearized(structure, rows.observations, theta, nearest.fit.gust_deviation), theta
+    gusts = Gusts(nearest.fit.gust_deviation, nearest.fit.gust_length)
+    return structure, linearized(structure, rows.observations, theta, gusts), theta
 
 
 def _wide_enough(low: float, high: float) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.calibrate.gls.linearized_problem import (
+    Gusts,
     Linearized,
     Structure,
     first_guess,
@@ -76,7 +77,7 @@ def settle(structure: Structure, obs: Observations, approached: Approach) -> Cov
     length, log_prior = block_length(obs), log_prior_of(structure, obs)
     theta, mode = approached.theta, approached.noise
     blocks = divide(obs, length)
-    fine = linearize(structure, obs, blocks, theta, gust_variance=float(np.exp(2.0 * mode[0])))
+    fine = linearize(structure, obs, blocks, theta, Gusts(*(float(value) for value in np.exp(mode[:2]))))
     nodes = noise_posterior(fine.regression, fine.noise_of, log_prior, mode)
     best = max(nodes, key=lambda node: node.weight).noise
     return CoveringFit(
@@ -112,10 +113,10 @@ def mean_wind_under(problem: Linearized, structure: Structure, noise: Noise, phi
     return mean_wind(noise, problem.regression, problem.kernel, deviation, first)
 
 
-def linearized(structure: Structure, obs: Observations, theta: Array, gust_deviation: float) -> Linearized:
+def linearized(structure: Structure, obs: Observations, theta: Array, gusts: Gusts) -> Linearized:
     """The problem of a structure at θ (p,), on the blocks of `fit_covering`."""
     blocks = divide(obs, block_length(obs))
-    return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2)
+    return linearize(structure, obs, blocks, theta[: structure.model.count], gusts)
 
 
 def approach(structure: Structure, obs: Observations, start: Array) -> Approach:

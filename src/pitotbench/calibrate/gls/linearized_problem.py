@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from pitotbench import air
 from pitotbench.calibrate.gls.altitude_rows import (
     NOISE_COUNT,
     AltitudeRows,
@@ -31,7 +32,7 @@ from pitotbench.estimate.joint_noise import JointNoiseOf, Noise
 from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
 from pitotbench.estimate.restricted_likelihood import LogPrior, NoiseOf, Regression
 from pitotbench.records.errors import NoAnswerError
-from pitotbench.units import Array
+from pitotbench.units import Array, MetersPerSecond
 
 GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
 GUST_LENGTH_FACTOR = 2.5  # standard deviation of the prior on it, as a factor
@@ -42,6 +43,7 @@ WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviati
 WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
 ACROSS_SCALE = 1.0  # m/s, half-normal prior on the white part across the path: 1° of direction at 60 m/s
 _HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
+_ANSWERS = (10.0, 33.0)  # s, how slowly an airplane is carried across and vertically
 _LEAST_WHITE = 0.02  # m/s, where the search for the white level begins at least
 _WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
@@ -64,6 +66,14 @@ class Structure:
 
 
 @dataclass(frozen=True, slots=True)
+class Gusts:
+    """Standard deviation [m/s] of each component, and length [m]."""
+
+    deviation: float
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
 class Linearized:
     """The problem linearized at one θ, as block means: the regression [m/s], the blocks' airspeeds and after them,
     where the structure asks for it, their crosswinds; the family of its noise; the sensor's part of the noise along
@@ -75,12 +85,27 @@ class Linearized:
     kernel: Array | None
 
 
+def mean_excess(gusts: Gusts, airspeed: MetersPerSecond, mach: Array) -> MetersPerSecond:
+    """By how much gusts lengthen the airspeed found from impact pressure, on average.
+
+    With the same variance along, across and vertically, and an airplane that answers gusts across and vertically
+    with the shares ρ of their variance: σ²[3 + M²/(1 + 0.2 M²) − 2 ρ_v − 2 ρ_w]/2V. Gusts along the path count
+    because impact pressure grows as V². A share is τ_g/(τ_g + τ_c), with the gust's memory τ_g = L/V. The airplane's
+    τ_c is assumed: 10 s across and 33 s vertically (a pilot who holds the height) give the shares 0.45 and 0.2 of
+    simulated flights of a light twin. An airplane that follows gusts faster has less of it.
+    """
+    memory = gusts.length / airspeed
+    carried = sum(memory / (memory + answer) for answer in _ANSWERS)
+    along = mach**2 / (1.0 + 0.2 * mach**2)
+    return np.asarray(gusts.deviation**2 * (3.0 + along - 2.0 * carried) / (2.0 * airspeed))
+
+
 def linearize(
-    structure: Structure, obs: Observations, blocks: Blocks, theta: Array, gust_variance: float = 0.0
+    structure: Structure, obs: Observations, blocks: Blocks, theta: Array, gusts: Gusts | None = None
 ) -> Linearized:
     """The problem at θ.
 
-    Gusts across the flight path lengthen the airspeed vector: by σ²/V on average, which is taken off.
+    What `gusts` add to the airspeed on average is taken off: see `mean_excess`.
     Raises NoAnswerError where θ is outside the model's domain.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -95,7 +120,11 @@ def linearize(
     regressors = blocks.mean(np.column_stack([prediction.jacobian / prediction.slope[:, None], *columns]))
     airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
     sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
-    response -= gust_variance / airspeed
+    if gusts is not None:
+        mach = air.mach_from_impact_pressure(
+            blocks.mean(prediction.impact_pressure), blocks.mean(obs.static_pressure)
+        )
+        response -= mean_excess(gusts, airspeed, mach)
     outputs = [(response, regressors)]
     if structure.crosswind:
         outputs.append(crosswind(structure.model, structure.nuisances, prediction, obs, blocks, theta))

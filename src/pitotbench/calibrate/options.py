@@ -50,7 +50,7 @@ class CalibrationOptions:
     ground_speed_min: float = 0.0
     wind_down: bool = False
     recovery_factor: float = 1.0
-    wind: str = "checked"
+    wind: str = "constant"
     gps_latency: float = 0.0
     latency: str = "given"
     robust: bool = True

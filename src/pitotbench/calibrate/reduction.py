@@ -240,5 +240,5 @@ def _of_changing_wind(change: Mapping[str, Any]) -> str:
     verb = "jumps" if jumps else "drifts"
     return (
         f"the wind {verb} by about {change['size_mps'] / KNOT:.1f} kt {when}: the bound allows for it; "
-        "a maneuver that flies each speed on opposite headings bears it better"
+        "if that wind is not credible, the model may not follow the curve (try --model auto)"
     )

@@ -146,7 +146,7 @@ def _choice(options: argparse.Namespace) -> "CalibrationOptions":
         stated["accuracies"] = parse_accuracies(options.accuracy)
     if options.latency is not None:
         stated |= _latency(options.latency)
-    return options_from({"latency": "checked", **advised, **stated})
+    return options_from({"latency": "checked", "wind": "checked", **advised, **stated})
 
 
 def _latency(text: str) -> dict[str, object]:

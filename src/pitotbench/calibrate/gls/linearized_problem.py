@@ -91,8 +91,8 @@ def mean_excess(gusts: Gusts, airspeed: MetersPerSecond, mach: Array) -> MetersP
     With the same variance along, across and vertically, and an airplane that answers gusts across and vertically
     with the shares ρ of their variance: σ²[3 + M²/(1 + 0.2 M²) − 2 ρ_v − 2 ρ_w]/2V. Gusts along the path count
     because impact pressure grows as V². A share is τ_g/(τ_g + τ_c), with the gust's memory τ_g = L/V. That of the
-    airplane, τ_c, is assumed: 10 s across and 33 s vertically (a pilot who holds the height) give the shares 0.45 and 0.2 of
-    simulated flights of a light twin. An airplane that follows gusts faster has less of it.
+    airplane, τ_c, is assumed: 10 s across and 33 s vertically (a pilot who holds the height) give the shares 0.45
+    and 0.2 of simulated flights of a light twin. An airplane that follows gusts faster has less of it.
     """
     memory = gusts.length / airspeed
     carried = sum(memory / (memory + answer) for answer in _ANSWERS)

@@ -7,6 +7,7 @@ of what is likely (Bayesian model averaging: Hoeting et al., Statistical Science
 as where each speed is flown on one heading only, the prior keeps some of the change in the bound.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +28,7 @@ from pitotbench.calibrate.rows.blocks import Blocks, block_length, divide
 from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.estimate.joint_noise import Noise
 from pitotbench.estimate.restricted_likelihood import restricted_log_likelihood
+from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array, MetersPerSecond, Seconds
 
 CONSTANT, DRIFTING, JUMP = "constant", "drifting", "jump"
@@ -79,10 +81,11 @@ class _Coarse:
 def weigh_winds(structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior) -> WindAnswer:
     """Weigh a drift and a jump beside the constant wind of a structure, of which fit and answer are given."""
     coarse = _coarse(structure, obs, fit)
-    fits = {
-        JUMP if each.jump else DRIFTING: (each, settle(each, obs, Approach(coarse.theta, start, np.zeros((0, 0)))))
-        for each, start in _likely(coarse)
-    }
+    fits: dict[str, tuple[Structure, CoveringFit]] = {}
+    for each, start in _likely(coarse):
+        approached = Approach(coarse.theta, start, np.zeros((0, 0)))
+        with suppress(NoAnswerError):  # a wind that has no fit has no say; the constant one has
+            fits[JUMP if each.jump else DRIFTING] = (each, settle(each, obs, approached))
     odds = {CONSTANT: np.log(SHARES[CONSTANT]) + _evidence(fit)}
     for kind, (each, own) in fits.items():
         odds[kind] = np.log(SHARES[kind]) + _evidence(own) + _beside(coarse, each, own)

@@ -62,7 +62,7 @@ def _plausible_noises(groups: Sequence[LinearizedGroup]) -> tuple[Array, list[Ar
 
 
 def _log_prior(phi: Array) -> float:
-    """As the covering method's: half-normal levels, log-normal length, as densities of the logarithms."""
+    """Half-normal levels, flat below, and the length of the covering method, as densities of the logarithms."""
     deviation, white = np.exp(phi[0]), np.exp(phi[2])
     levels = -0.5 * (deviation / GUST_SCALE) ** 2 - 0.5 * (white / WHITE_SCALE) ** 2 + phi[0] + phi[2]
     return float(levels - 0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(GUST_LENGTH_FACTOR)) ** 2)

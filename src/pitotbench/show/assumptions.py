@@ -1,4 +1,4 @@
-"""What a bound takes for granted, in words: accuracies that no residual can show, and a zero offset taken out."""
+"""The assumptions of a bound in words: accuracies that no residual shows, and a zero offset that is corrected."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ _SOURCES = {
 
 
 def assumption_lines(result: Calibration) -> list[str]:
-    """The accuracies on which the bounds depend, and the zero offset that the correction takes out."""
+    """Return the accuracies on which the bounds depend, and the zero offset that the correction takes out."""
     return [line for line in (_accuracies(result), _zero(result)) if line]
 
 
@@ -33,7 +33,7 @@ def _accuracies(result: Calibration) -> str:
     if exact:
         sources = dict.fromkeys(_SOURCES[each.source] for each in exact)
         parts.append(f"no constant error of {', '.join(map(_name, exact))} ({', '.join(sources)})")
-    return f"the bounds assume (2σ of constant errors): {'; '.join(parts)}" if parts else ""
+    return f"The bounds assume these constant errors (2σ): {'; '.join(parts)}." if parts else ""
 
 
 def _zero(result: Calibration) -> str:
@@ -41,8 +41,8 @@ def _zero(result: Calibration) -> str:
     if zero is None:
         return ""
     return (
-        "the correction is to be added to the raw reading: it takes out a zero offset of the impact pressure of "
-        f"{zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ); Δp/q_c is the pressure error without it"
+        "Add the correction to the raw reading: it takes out a zero offset of the impact pressure of "
+        f"{zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ); Δp/q_c is the pressure error without it."
     )
 
 
@@ -55,7 +55,7 @@ def _sized(each: Assumption) -> str:
 
 
 def assumptions_json(result: Calibration) -> dict[str, Any]:
-    """The same as plain data; units are the suffixes of the names."""
+    """Return the same as plain data. The units are the suffixes of the names."""
     zero = result.impact_pressure_zero
     return {
         "assumptions": [

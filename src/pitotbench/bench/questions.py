@@ -43,7 +43,7 @@ def reconcile(
     holdout, another log of the same airplane on which the gap has to shrink too; card, what was flown (default: the
     card in the log's header); setting, what is known of the log beyond its rows; refly, whether the card is flown
     again with the named effects; progress, called with a line of text at each step.
-    Returns the verdict (`found.verdict`), the account that a report shows, and the patch of the aircraft.
+    Returns the verdict (`reconciliation.verdict`), the account that a report shows, and the patch of the aircraft.
     Raises BadInputError for a log that cannot be used, UnknownNameError for an aircraft that is not known.
     """
     from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully

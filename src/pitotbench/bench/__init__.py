@@ -1,4 +1,4 @@
-"""The bench joins the stages, as no other package may: fly, sense, calibrate, and compare with the truth."""
+"""Fly, sense, calibrate, and compare with the truth. No other package of the product joins these stages."""
 
 from pitotbench.bench.flights import fly_to_log as fly_to_log
 from pitotbench.bench.flights import sense as sense

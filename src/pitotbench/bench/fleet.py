@@ -1,7 +1,7 @@
-"""Run many flights, the one way: in this process, in spawned processes, or on a cluster.
+"""Run many flights, in this process, in spawned processes, or on a cluster.
 
-A task is whatever is done with one flight. Results come in the order of the tasks, whatever the order in which they
-end, and they are the same bit for bit however many processes share the work.
+A task is all the work on one flight. The results are in the order of the tasks, not in the order in which the tasks
+end. They are the same bit for bit for any number of processes.
 """
 
 import os
@@ -30,8 +30,8 @@ _EXPECTED = (BadInputError, NoAnswerError, UnknownNameError)
 class Failure:
     """Why a task gave no result, in words.
 
-    `kind` is what `require_all` raises for it. `trace` is the traceback of an error that no rule of the domain
-    foresees.
+    `kind` is the type of the error that `require_all` raises for it. `trace` is the traceback, kept only for an
+    error that the bench does not expect.
     """
 
     reason: str
@@ -40,9 +40,9 @@ class Failure:
 
     @classmethod
     def of(cls, error: BaseException) -> "Failure":
-        """The failure of an error, whose type is named where no rule of the domain foresees it.
+        """Return the failure that describes an error. It names the type of an error that the bench does not expect.
 
-        The error itself is not kept: not every error survives the way from one process to another.
+        The error itself is not kept, because not every error can be sent from one process to another.
         """
         for kind in _EXPECTED:
             if isinstance(error, kind):
@@ -52,15 +52,15 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class Fleet:
-    """Performs tasks through an executor, or in this process where that is None."""
+    """Performs tasks through an executor, or in this process where the executor is None."""
 
     executor: Executor | None = None
 
     def perform(self, work: Callable[[T], R], tasks: Sequence[T], step: Step = lambda: None) -> list[R | Failure]:
-        """The result of `work` for every task, in the order given; `step` is called after each.
+        """Return the result of `work` for every task, in the order of the tasks. `step` is called after each task.
 
-        A task that raises gives a Failure and the others are not lost. With an executor `work` and the tasks have
-        to be picklable.
+        A task that raises an error gives a Failure, and the other tasks go on. With an executor, `work` and the
+        tasks must be picklable.
         """
         if self.executor is None:
             return [_in_turn(work, task, step) for task in tasks]
@@ -84,9 +84,10 @@ def run_tasks(
     label: str = "",
     step: Step = lambda: None,
 ) -> list[R | Failure]:
-    """Open a fleet, perform the tasks and close it: `jobs` processes, by default one a core and no more than tasks.
+    """Open a fleet, perform the tasks and close the fleet.
 
-    `label` names a progress bar; without it there is none. Raises BadInputError as `open_fleet` does.
+    `jobs` is the number of processes, by default one for each core and no more than there are tasks. `label` names
+    a progress bar; without it there is no bar. Raises BadInputError as `open_fleet` does.
     """
     with open_fleet(jobs, scheduler, len(tasks)) as fleet, progress(label, len(tasks)) as advance:
 
@@ -98,7 +99,7 @@ def run_tasks(
 
 
 def require_all(results: Sequence[R | Failure]) -> list[R]:
-    """The results, where no task failed; else the first failure is raised as an error of its kind."""
+    """Return the results. Where a task failed, raise the first failure as an error of its kind instead."""
     for result in results:
         if isinstance(result, Failure):
             raise result.kind(f"{result.reason}\n{result.trace}".rstrip())
@@ -107,9 +108,9 @@ def require_all(results: Sequence[R | Failure]) -> list[R]:
 
 @contextmanager
 def open_fleet(jobs: int | None = None, scheduler: str | None = None, tasks: int | None = None) -> Iterator[Fleet]:
-    """This process for one job, spawned processes for more, a dask cluster for a scheduler's address.
+    """Give a fleet: this process for one job, spawned processes for more, a dask cluster for a scheduler's address.
 
-    Without `jobs` there is a process a core, and no more than `tasks`.
+    Without `jobs` there is one process for each core, and no more than `tasks`.
     Raises BadInputError where dask is not installed or the scheduler does not answer.
     """
     if scheduler is not None:
@@ -124,18 +125,18 @@ def open_fleet(jobs: int | None = None, scheduler: str | None = None, tasks: int
     with _one_thread(), ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
         try:
             yield Fleet(pool)
-        except BaseException:  # an interrupt as well: what has not begun is not waited for
+        except BaseException:  # an interrupt as well: do not wait for tasks that have not begun
             pool.shutdown(wait=False, cancel_futures=True)
             raise
 
 
 @contextmanager
 def progress(label: str, total: int) -> Iterator[Step]:
-    """A progress bar on standard error, and the function that advances it; quiet when that is not a terminal."""
+    """Show a progress bar and give the function that advances it. Nothing is shown where stderr is no terminal."""
     if not label or not sys.stderr.isatty():
         yield lambda: None
         return
-    from rich.console import Console  # slow to load, and needed on a terminal alone
+    from rich.console import Console  # slow to load, and only a terminal needs it
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -166,13 +167,16 @@ def _in_turn(work: Callable[[T], R], task: T, step: Step) -> R | Failure:
 def _attempted(work: Callable[[T], R], task: T) -> R | Failure:
     try:
         return work(task)
-    except Exception as error:  # whatever it is, it is reported and the other tasks are kept
+    except Exception as error:  # any error: it is reported, and the other tasks go on
         return Failure.of(error)
 
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """One flight a core: threads inside a fit would only compete. Processes started inside inherit it."""
+    """Limit the numerical libraries to one thread, also in processes started inside.
+
+    Every core already has a flight, so more threads would only compete.
+    """
     before = {variable: os.environ.get(variable) for variable in _THREADS}
     os.environ.update({variable: "1" for variable, value in before.items() if value is None})
     try:

@@ -1,7 +1,7 @@
 """Flights kept on disk, so that a long campaign need not fly them again when only the calibrator has changed.
 
-A flight is found by what decides it: its case without pressure error and sensors, and the simulator's version.
-Only the channels that air data and GPS velocity need are kept.
+The key of a flight is its case, without the pressure error and the sensors, and the simulator's version. Only the
+channels that air data and GPS velocity need are kept.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class FlightStore:
     folder: Path
 
     def fly(self, case: Case) -> Flight:
-        """The flight of a case, from the folder or flown and kept."""
+        """Return the flight of a case. It is read from the folder, or else flown and kept there."""
         path = self.folder / f"{case.maneuver}-{case.truth_seed}-{_digest(case)}.npz"
         if path.exists():
             return _read(path, case)
@@ -42,7 +42,7 @@ class FlightStore:
         return flight
 
     def require_same(self, case: Case) -> None:
-        """Fly a case again. Raises BadInputError where the kept flight differs: the simulator has changed."""
+        """Fly a case again. Raises BadInputError where the kept flight differs, since the simulator has changed."""
         kept, flown = self.fly(case), fly(case)
         if any(not np.array_equal(kept[name], flown[name]) for name in _CHANNELS):
             raise BadInputError(f"the flights in {self.folder} are of another simulator: delete the folder")

@@ -1,4 +1,4 @@
-"""Flights, their logs and their truth: fly a case, sense a flight, and give its known error curve and wind."""
+"""Fly a case, sense a flight, and give the error curve and the wind that are known for it."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ from pitotbench.units import Array, MetersPerSecond
 
 
 def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
-    """Fly a case, record it with its data system and write the log, with the truth beside it where asked for."""
+    """Fly a case, record it with its data system and write the log; with `truth`, write the truth next to it."""
     flight = fly(case)
     log = record(flight, case.das, case.sensor_seed)
     write_log(log, path)
@@ -28,17 +28,17 @@ def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
 
 
 def sense(flight: Flight, das: str) -> FlightLog:
-    """The log that a named data system (`20/1`, any `A/G`) makes of a flight, with the case's sensor seed."""
+    """Return the log of a flight by a named data system (`20/1`, any `A/G`), with the case's sensor seed."""
     return record(flight, data_system(das), flight.case.sensor_seed)
 
 
 def with_das(case: Case, das: str) -> Case:
-    """The same case with another data system."""
+    """Return the same case with another data system."""
     return replace(case, das=data_system(das))
 
 
 def tolerances(case: Case) -> dict[str, float]:
-    """Half-widths of the tolerances on the case's card [SI], by channel of the flight."""
+    """Return the half-widths of the tolerances on the case's card [SI], by channel of the flight."""
     card = override(MANEUVERS[case.maneuver].card, case.card)
     return {
         "calibrated_airspeed": card.airspeed_tolerance,
@@ -48,19 +48,19 @@ def tolerances(case: Case) -> dict[str, float]:
 
 
 def true_curve(spec: PressureErrorSpec) -> PressureErrorCurve | TableCurve:
-    """The known pressure error of a case."""
+    """Return the known pressure error of a case."""
     if spec.model == "table":
         return TableCurve(spec.airspeed, spec.values)
     return PressureErrorCurve(MODELS[spec.model], spec.parameters, spec.reference_pressure)
 
 
 def true_correction(spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
-    """True calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
+    """Return true calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
     impact = true_curve(spec).impact_pressure(air.impact_pressure(indicated_airspeed))
     return air.calibrated_airspeed(impact) - indicated_airspeed
 
 
 def wind_toward(wind: Wind) -> Array:
-    """The mean wind as a velocity toward north, east and down [m/s], (3,)."""
+    """Return the mean wind as a velocity toward north, east and down [m/s], (3,)."""
     level = -wind.speed
     return np.array([level * np.cos(wind.from_direction), level * np.sin(wind.from_direction), -wind.up])

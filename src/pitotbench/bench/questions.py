@@ -1,6 +1,6 @@
-"""Two of the bench's four questions as one call each: what to fly, and why simulation and measurement differ.
+"""Answer two of the bench's four questions with one call each: `plan` and `reconcile`.
 
-The other two are `calibrate`: the curve, and the bound that says how far to trust it.
+`calibrate` answers the other two: the error curve, and the bound of its error.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The one comparison of an answer with the truth: errors of a curve, of points and of a wind, with their 2σ."""
+"""Compare answers with the truth: the errors of a curve, of points and of a wind, with their 2σ."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,14 +17,14 @@ from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond
 if TYPE_CHECKING:
     from pandas import Series
 
-SCORED_RANGE = (100.0 * KNOT, 160.0 * KNOT)  # indicated airspeed over which curves are scored and averaged
+SCORED_RANGE = (100.0 * KNOT, 160.0 * KNOT)  # of indicated airspeed: curves are scored and averaged inside it
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Errors of estimates, estimate less truth, and the 2σ stated for them, both (n,).
+    """Errors of estimates, estimate minus truth, and their stated 2σ, (n,) each.
 
-    Both are in m/s, unless they are made from a table in knots; the means are in the same unit.
+    Both are in m/s, or in knots where they come from a table in knots. The means are in the same unit.
     """
 
     error: Array
@@ -62,7 +62,7 @@ def rms(values: Union[Array, "Series[float]"]) -> float:
 
 
 def scored(curve: ErrorCurve) -> Booleans:
-    """Mask of the curve's points inside the scored range of indicated airspeed; all of them where none is."""
+    """Return the mask of the curve's points inside the scored range of indicated airspeed, or all where none is."""
     low, high = SCORED_RANGE
     inside: Booleans = (curve.indicated_airspeed > low - 0.01) & (curve.indicated_airspeed < high + 0.01)
     return inside if bool(inside.any()) else np.ones_like(inside)
@@ -100,7 +100,7 @@ def compare_wind(wind: WindEstimate, truth: Array) -> Comparison:
 def score(calibration: Calibration, flight: Flight) -> Score:
     """Compare a calibration with the truth of the flight behind its log.
 
-    The true wind is the case's mean wind: what turbulence adds on average belongs to the error.
+    The true wind is the case's mean wind. The mean of the turbulence over the flight counts as an error.
     """
     curve = compare_curve(calibration.curve, flight.case.pressure_error)
     wind = compare_wind(calibration.wind, wind_toward(flight.case.wind)[:2])

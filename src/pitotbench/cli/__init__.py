@@ -1,3 +1,3 @@
-"""The command line: one file a command, each with `add(parser)` and `run(options)`; the table is in `commands`."""
+"""The command line: one file for each command, with `add(parser)` and `run(options)`; `commands` has the table."""
 
 from pitotbench.cli.app import main as main

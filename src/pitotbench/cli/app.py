@@ -1,4 +1,4 @@
-"""The command line: choose the command, run it, and turn any error into one line and an exit code."""
+"""Choose the command, run it, and turn any error into one line and an exit code."""
 
 import os
 import sys
@@ -14,7 +14,7 @@ from pitotbench.cli.parsers import CommandParser, OneLineParser
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.show.terminal import printable
 
-LINE_BREAK = "\n"  # the problems of a case file are listed one a line
+LINE_BREAK = "\n"  # a case file may have several problems, one on each line
 _EPILOG = f"""\
 example:
   pitotbench calibrate flight.csv --report flight.html
@@ -30,14 +30,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def run_alone(name: str, description: str | None) -> int:
-    """Run one command of the table without naming it on the command line; returns its exit code."""
+    """Run one command of the table without its name on the command line; return its exit code."""
     module = next(command.module for command in COMMANDS if command.name == name)
     parser = CommandParser(description=description, formatter_class=RawDescriptionHelpFormatter, module=module)
     return guarded(parser.parse_args())
 
 
 def command_line() -> OneLineParser:
-    """The parser of `pitotbench`: one subparser a command."""
+    """Return the parser of `pitotbench`, with one subparser for each command."""
     parser = OneLineParser(
         prog="pitotbench",
         description="A simulated flight-test bench for pitot-static calibration.",
@@ -51,13 +51,13 @@ def command_line() -> OneLineParser:
 
 
 def guarded(options: Namespace) -> int:
-    """Run the parsed command; any error becomes one line on standard error and an exit code.
+    """Run the parsed command. Any error becomes one line on standard error and an exit code.
 
-    With `--debug` the traceback stands above that line.
+    With `--debug` the traceback is printed above that line.
     """
     try:
         code = int(options.run(options))
-        sys.stdout.flush()  # a reader that has gone is noticed here, not after the last line of Python
+        sys.stdout.flush()  # a closed pipe raises here, where it is caught, not at exit
         return code
     except BrokenPipeError:
         return _go_silently()
@@ -70,8 +70,8 @@ def guarded(options: Namespace) -> int:
 
 
 def _explain(error: BaseException) -> tuple[int, str]:
-    """The exit code of an error, and the line that explains it."""
-    from numpy.linalg import LinAlgError  # only here: NumPy takes longer to load than the rest
+    """Return the exit code of an error, and the line that explains it."""
+    from numpy.linalg import LinAlgError  # imported only here: NumPy takes longer to load than all the rest
 
     text = " ".join(str(error).split()) or type(error).__name__
     match error:
@@ -93,7 +93,7 @@ def _explain(error: BaseException) -> tuple[int, str]:
 
 
 def _go_silently() -> int:
-    """Stop without a word: the reader has closed the pipe (`| head -1`)."""
-    with suppress(OSError, ValueError):  # a standard output that is no file, as under test
+    """Stop without a message: the reader has closed the pipe (`| head -1`)."""
+    with suppress(OSError, ValueError):  # standard output is not a file, as in tests
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return UNFORESEEN

@@ -1,4 +1,4 @@
-"""`pitotbench calibrate`: the error curve and the wind of one log or of several."""
+"""`pitotbench calibrate`: find the error curve and the wind of one log or of several."""
 
 import argparse
 import sys
@@ -51,7 +51,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Reduced:
-    """A log, what was found from it, and its fixed-speed points."""
+    """A log, its calibration, and its fixed-speed points."""
 
     path: Path
     log: "FlightLog"
@@ -60,7 +60,7 @@ class _Reduced:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Calibrate the logs and print the answers; returns exit code 0."""
+    """Calibrate the logs and print the answers; return exit code 0."""
     from pitotbench.logbook.outputs import PAGES, require_file
 
     if options.report is not None:
@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
-    """Each log with its calibration: a curve for each where asked for, else one for all."""
+    """Return each log with its calibration: one curve for each log where asked for, else one for all."""
     from pitotbench.bench import calibrate, calibrate_together, cross_check
     from pitotbench.logbook import read_log
 
@@ -116,19 +116,19 @@ def _print_tables(reduced: list[_Reduced]) -> None:
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
-    """The files that the command reads: logs, and a mapping that is a file."""
+    """Return the files that the command reads: the logs, and the mapping if it is a file."""
     return [*options.logs, *([Path(options.mapping)] if options.mapping else [])]
 
 
 def _choice(options: argparse.Namespace) -> "CalibrationOptions":
-    """The options: a flag comes before the advice of the mapping, and that before the default."""
+    """Return the options. A flag overrides the advice of the mapping, and the advice overrides the default."""
     from pitotbench.calibrate.options import AUTO, options_from
     from pitotbench.logbook import find_mapping
     from pitotbench.units import KNOT
 
     advised = dict(find_mapping(options.mapping).calibrate) if options.mapping else {}
     if options.model == AUTO or options.method == "paper":
-        advised.pop("form", None)  # advice for the covering fit of one model
+        advised.pop("form", None)  # the advice is for the covering fit of one model
     stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}
     if options.ground_speed_min_kt is not None:
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT

@@ -1,4 +1,4 @@
-"""`pitotbench campaign`: flags to a request, the table of results, and what failed."""
+"""`pitotbench campaign`: fly a campaign, and print the table of results and the failures."""
 
 import argparse
 import re
@@ -13,7 +13,7 @@ from pitotbench.records.errors import BadInputError
 if TYPE_CHECKING:
     from pitotbench.bench.campaign.runner import CampaignRequest
 
-_TABLE_WIDTH = 140  # columns: the campaign's table never folds
+_TABLE_WIDTH = 140  # columns of text, so that the lines of the campaign's table are never folded
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fly the campaign, print its table and what failed; returns exit code 0, or 3 where a flight or fit failed."""
+    """Fly the campaign, print its table and the failures; return exit code 0, or 3 where a flight or fit failed."""
     from rich.console import Console
 
     from pitotbench.bench.campaign.results_folder import RESULTS
@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def request_of(options: argparse.Namespace) -> "CampaignRequest":
-    """The request of the parsed flags. Raises BadInputError for a value that makes no sense."""
+    """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
     from pitotbench.bench.campaign.runner import CampaignRequest
     from pitotbench.calibrate.options import CalibrationOptions
     from pitotbench.records.case import Case
@@ -91,7 +91,7 @@ def request_of(options: argparse.Namespace) -> "CampaignRequest":
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Refuse names that are not known and counts below one."""
+    """Refuse unknown names and counts below one."""
     from pitotbench.logbook import FORMATS
     from pitotbench.records.case import PILOTS, TURBULENCE_SEVERITY
 
@@ -110,7 +110,7 @@ def _require(kind: str, value: str, known: list[str]) -> None:
 
 
 def _folder(options: argparse.Namespace) -> Path:
-    """The folder of the results, refused where it cannot be made."""
+    """Return the folder of the results. Raises BadInputError where it cannot be made."""
     from pitotbench.logbook.outputs import require_folder
 
     out: Path = options.out or Path("out", _folder_name(options.maneuver, options.das))

@@ -1,14 +1,14 @@
 """The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and one line here.
 
-A module is named by a string. So only the module of the chosen command is loaded, and the product never imports the
-evidence.
+A module is named by a string, so that only the module of the chosen command is loaded and the product never imports
+the evidence.
 """
 
-from typing import NamedTuple  # not a data class: that import takes longer than all else that `--help` needs
+from typing import NamedTuple  # not a dataclass: that import takes longer than all else that `--help` needs
 
 
 class Command(NamedTuple):
-    """A command: its name, the module that holds it, and what it does in one line."""
+    """A command: its name, its module, and its description in one line."""
 
     name: str
     module: str

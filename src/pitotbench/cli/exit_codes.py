@@ -1,7 +1,7 @@
 """What the exit code of a command means."""
 
 DONE = 0
-UNFORESEEN = 1  # an error that no rule of the bench explains, or a reader that closed the pipe
-BAD_INPUT = 2  # as argparse has it
+UNFORESEEN = 1  # an unexpected error, or a reader that closed the pipe
+BAD_INPUT = 2  # the code of argparse for a wrong flag
 NO_ANSWER = 3  # not converged, not observable, or flights lost
-INTERRUPTED = 130  # as shells have it: 128 and the number of SIGINT
+INTERRUPTED = 130  # the convention of shells: 128 plus the number of SIGINT

@@ -1,4 +1,4 @@
-"""`pitotbench fixed-speed`: the leg and turn methods, of a log or of legs typed on the command line."""
+"""`pitotbench fixed-speed`: apply the leg and turn methods to logs or to legs typed on the command line."""
 
 import argparse
 import sys
@@ -24,7 +24,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the answer; returns exit code 0. Raises BadInputError unless either logs or legs are given."""
+    """Print the answer; return exit code 0. Raises BadInputError unless either logs or legs are given."""
     typed = [options.ground_speed_kt, options.track_deg]
     if options.logs and typed == [None, None]:
         _of_logs(options)
@@ -57,7 +57,7 @@ def _of_logs(options: argparse.Namespace) -> None:
 
 
 def _choice(options: argparse.Namespace) -> "CalibrationOptions":
-    """What the mapping advises, with the accuracies that the user states."""
+    """Return the options that the mapping advises, with the accuracies that the user states."""
     from pitotbench.calibrate.options import options_from
     from pitotbench.logbook import find_mapping
 

@@ -1,4 +1,4 @@
-"""`pitotbench fly`: a case file flown, and its log written."""
+"""`pitotbench fly`: fly a case file and write its log."""
 
 import argparse
 from pathlib import Path
@@ -12,7 +12,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fly the case and write the log; returns exit code 0. Raises BadInputError before the flight for bad paths."""
+    """Fly the case and write the log; return exit code 0. Raises BadInputError before the flight for bad paths."""
     from pitotbench.bench import fly_to_log
     from pitotbench.logbook import FORMATS
     from pitotbench.logbook.outputs import require_file

@@ -1,4 +1,4 @@
-"""The parsers of the command line: refusals in one line, versions on demand, flags added only where needed."""
+"""The parsers of the command line: errors in one line, versions looked up on demand, flags added when needed."""
 
 import argparse
 from importlib import import_module
@@ -9,11 +9,11 @@ from pitotbench.show.terminal import printable
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """A parser whose refusals are one line; it knows `--debug` and `--version`, and so do its commands."""
+    """A parser whose errors are one line. It has `--debug` and `--version`, and so have its commands."""
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
-        # No default: that of a command would overwrite what stands before the command.
+        # No default: that of a command would overwrite a flag given before the command.
         shown = "show the traceback of an error"
         self.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=shown)
         self.add_argument("--version", action=_ShowVersions, help="show the versions of pitotbench and JSBSim")
@@ -23,15 +23,15 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 class CommandParser(OneLineParser):
-    """The parser of one command. It loads the command's module when it first parses, so not for other commands."""
+    """The parser of one command. It loads the command's module only when it parses, not for other commands."""
 
     def __init__(self, *args: Any, module: str, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self._module = module
 
-    # argparse hands a subparser what follows the command's name through this method, and through no other.
+    # argparse gives a subparser the arguments after the command's name through this method and no other.
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Add the command's flags unless they are there, then parse."""
+        """Add the command's flags if they are missing, then parse."""
         if self.get_default("run") is None:
             command = import_module(self._module)
             command.add(self)
@@ -40,7 +40,7 @@ class CommandParser(OneLineParser):
 
 
 class _ShowVersions(argparse.Action):
-    """Looks versions up only when asked."""
+    """The action of `--version`, which looks the versions up only when the flag is given."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{**settings, "nargs": 0, "dest": argparse.SUPPRESS, "default": argparse.SUPPRESS})

@@ -1,4 +1,4 @@
-"""`pitotbench plan`: flags to a request, a table and a page."""
+"""`pitotbench plan`: predict the bound of each maneuver, and recommend what to fly."""
 
 import argparse
 import sys
@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def request_of(options: argparse.Namespace) -> "PlanRequest":
-    """The request of the parsed flags. Raises BadInputError for a value that makes no sense."""
+    """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
     from pitotbench.bench.plan.plan_request import PlanRequest
     from pitotbench.records.case import Case
     from pitotbench.sense import data_system
@@ -98,7 +98,7 @@ def _speeds(text: str) -> tuple[float, float]:
 
 
 def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]:
-    """Write plan.html and, where a maneuver fits, its case as plan.toml for `pitotbench fly`; returns the paths."""
+    """Write plan.html and, where a maneuver fits, its case as plan.toml for `pitotbench fly`; return the paths."""
     from pitotbench.logbook import write_text
     from pitotbench.records.case_file import write_case
     from pitotbench.show.plan_page import plan_page

@@ -1,4 +1,4 @@
-"""`pitotbench reconcile`: the verdict on a measured log, printed, with its report and its patch."""
+"""`pitotbench reconcile`: judge a measured log, print the verdict, and write the report and the patch."""
 
 import argparse
 import sys
@@ -34,7 +34,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Reconcile a log, print the verdict, write its report and its patch."""
+    """Reconcile a log, print the verdict, and write its report and its patch."""
     from rich.console import Console
 
     from pitotbench.bench.reconcile.written_verdict import install, keep
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check_variant(options: argparse.Namespace) -> None:
-    """Refuse a name that cannot be applied before minutes are spent on the log."""
+    """Refuse a name that cannot be used, before the log takes minutes to reconcile."""
     from pitotbench.simulate.modified import require_free
 
     if options.apply is not None and options.aircraft == "none":
@@ -88,7 +88,7 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     measured = NamedLog(options.log.name, read_log(options.log, options.mapping))
     other = NamedLog(options.holdout.name, read_log(options.holdout, options.mapping)) if options.holdout else None
     card = read_case(options.card) if options.card else None
-    refly = options.out is not None or options.json  # else nothing shows it
+    refly = options.out is not None or options.json  # only these two show the card flown again
     setting, keep = _setting(options.mapping), not options.no_cache
     return reconcile_fully(measured, options.aircraft, other, card, _say, setting, refly, keep=keep)
 
@@ -100,7 +100,7 @@ def _say(line: str) -> None:
 
 
 def _setting(mapping: str | None) -> "AnalysisSetting":
-    """What the mapping of a foreign log advises."""
+    """Return the setting that the mapping of a foreign log advises."""
     from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
     from pitotbench.logbook import find_mapping
 

@@ -1,4 +1,4 @@
-"""Flags that several commands share: how they are declared, and what they mean."""
+"""Flags that several commands share: add them to a parser, and read their values."""
 
 import argparse
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def add_wind(parser: argparse.ArgumentParser) -> None:
-    """The flags of the mean wind: `--wind-kt` and `--wind-from-deg`."""
+    """Add the flags of the mean wind: `--wind-kt` and `--wind-from-deg`."""
     parser.add_argument("--wind-kt", type=float, default=15.0, help="wind speed [kt] (default: %(default)g)")
     parser.add_argument(
         "--wind-from-deg", type=float, default=300.0, help="direction the wind is from [°] (default: %(default)g)"
@@ -20,7 +20,7 @@ def add_wind(parser: argparse.ArgumentParser) -> None:
 
 
 def stated_wind(options: argparse.Namespace) -> "Wind":
-    """The mean wind of the parsed flags. Raises BadInputError for a speed or direction that makes no sense."""
+    """Return the mean wind of the parsed flags. Raises BadInputError for an impossible speed or direction."""
     from pitotbench.records.case import Wind
     from pitotbench.units import DEGREE, KNOT
 
@@ -32,7 +32,7 @@ def stated_wind(options: argparse.Namespace) -> "Wind":
 
 
 def add_accuracy(parser: argparse.ArgumentParser) -> None:
-    """The flag of the accuracies: `--accuracy`."""
+    """Add the flag of the accuracies: `--accuracy`."""
     parser.add_argument(
         "--accuracy",
         metavar="NAME=2σ,...",
@@ -43,8 +43,10 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
 
 
 def stated_accuracies(options: argparse.Namespace, advised: Mapping[str, Any]) -> dict[str, Any]:
-    """The accuracies of the parsed flag as a choice of the calibration; what it does not name stays as the mapping
-    advises. Nothing where the flag was not given."""
+    """Return the accuracies of the parsed flag as options of the calibration; nothing where the flag was not given.
+
+    An accuracy that the flag does not name keeps the value that the mapping advises.
+    """
     from pitotbench.calibrate.accuracy import parse_accuracies
 
     if options.accuracy is None:

@@ -1,1 +1,1 @@
-"""What proves the product: experiments over many flights, and their pages. The product never imports it."""
+"""Experiments over many flights that prove the product, and their pages. The product never imports this package."""

@@ -18,16 +18,16 @@ from pitotbench.show.gap_page import account_page
 from pitotbench.units import KNOT
 
 SYSTEM = "50/50"
-HELD_OUT = 1000  # added to the seeds of the flight that is not used for fitting
+HELD_OUT = 1000  # added to the seeds of a flight to get those of its held-out flight
 
 Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """A flight with something in it that the model does not have; `symptom` says what a crew would have noticed.
+    """A flight with an effect that the model lacks. `symptom` is what a crew would notice.
 
-    `fault` changes a log as no effect of the table does; `turn_data` asks for calibrations of the logs as well.
+    `fault` changes a log in a way that no effect of the table does. With `turn_data` the logs are also calibrated.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Example:
 
 @dataclass(frozen=True, slots=True)
 class WorkedExample:
-    """An example with its reconciliation; `calibrations` are (what, residual 2σ [kt]) where turn data matter."""
+    """An example with its reconciliation; `calibrations` has pairs of a description and a residual 2σ [kt]."""
 
     example: Example
     account: Account
@@ -50,7 +50,7 @@ class WorkedExample:
 
 
 def fuel_flow_low(log: FlightLog) -> FlightLog:
-    """The transducer of the left fuel flow reads 8 % low: nothing in the table does that."""
+    """Return a log whose left fuel flow reads 8 % low. No effect of the table does that."""
     assert log.fuel_flow_left is not None
     return replace(log, fuel_flow_left=0.92 * log.fuel_flow_left)
 
@@ -121,12 +121,12 @@ EXAMPLES = (
 
 
 def work_out_examples(examples: Sequence[Example], progress: Progress | None = None) -> list[WorkedExample]:
-    """Work out examples one after the other, since each flies its null flights on all cores."""
+    """Work out the examples one after the other, because each flies its null flights on all cores."""
     return require_all(run_tasks(partial(work_out, progress=progress), examples, jobs=1))
 
 
 def work_out(example: Example, progress: Progress | None = None) -> WorkedExample:
-    """Fly the example and one more flight to hold out, hide the cause, and reconcile the logs."""
+    """Fly the example and one more flight to hold out, remove the cause from the logs, and reconcile them."""
     measured, other = _log(example, example.seed), _log(example, example.seed + HELD_OUT)
     holdout = NamedLog(f"{example.name}-held-out.csv", other)
     outcome = reconcile_fully(
@@ -137,8 +137,10 @@ def work_out(example: Example, progress: Progress | None = None) -> WorkedExampl
 
 
 def write_examples(worked: Sequence[WorkedExample], out: Path, reports: Path | None = None) -> None:
-    """Write `reconcile-examples.md` with a picture of each example into a folder, and the full reports into another
-    one where it is given."""
+    """Write `reconcile-examples.md` with a picture of each example into the folder `out`.
+
+    With `reports` the full reports are written into that folder.
+    """
     (out / "reconcile-examples").mkdir(parents=True, exist_ok=True)
     chapters = []
     for one in worked:
@@ -169,8 +171,10 @@ def _log(example: Example, seed: int) -> FlightLog:
 
 
 def _calibrations(example: Example, measured: FlightLog, account: Account) -> tuple[tuple[str, float], ...]:
-    """Residual 2σ [kt] of a calibration of the simulator's flight and of the measured one, as it is and, where a
-    GPS latency was named, with that taken off."""
+    """Return the residual 2σ [kt] of calibrations of the simulated and of the measured flight.
+
+    Where a GPS latency was named, the measured flight is also calibrated with the latency removed.
+    """
     simulated = sense(fly(replace(_case(example, example.seed), effects=())), SYSTEM)
     given = CalibrationOptions(latency="given")
     found = [("simulator", simulated, given), ("flight", measured, given)]

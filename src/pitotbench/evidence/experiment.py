@@ -1,7 +1,8 @@
-"""The experiment engine: cells × seeds × looks give one table of rows, kept as it grows.
+"""The experiment engine: measure cells × seeds × looks into one table of rows, which is saved as it grows.
 
-A cell is a maneuver in one turbulence. Every cell is flown once with every seed, and each flight is looked at in
-several ways. Rows that were kept are not measured again, so that an experiment cut short goes on.
+A cell is a maneuver in one turbulence. Every cell is flown once with every seed. A look is one way to sense and
+calibrate a flight, and each flight has several looks. Saved rows are not measured again, so that an interrupted
+experiment can be continued.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,7 +19,7 @@ from pitotbench.bench.fleet import open_fleet, progress, require_all
 from pitotbench.logbook import atomic
 
 Row = dict[str, object]
-_SEEDS_A_ROUND = 2  # rows are kept, and the minutes looked at, after so many seeds of every cell
+_SEEDS_A_ROUND = 2  # the rows are saved and the time is checked after this many seeds of every cell
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,15 +31,15 @@ class Trial:
     seed: int
 
 
-Task = tuple[Trial, tuple[str, ...]]  # what is flown, and the looks that are asked for
+Task = tuple[Trial, tuple[str, ...]]  # a trial and the looks to measure
 
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """What is flown, and how each flight is looked at.
+    """The cells and the looks of an experiment.
 
-    `measure(trial, looks)` flies a trial once and gives its rows: one or more for each look, with the columns
-    `maneuver`, `turbulence` and `seed` of the trial and the look in the column named `look_column`.
+    `measure(trial, looks)` flies a trial once and returns its rows, one or more for each look. A row has the
+    columns `maneuver`, `turbulence` and `seed` of the trial, and the look in the column named `look_column`.
     """
 
     measure: Callable[[Trial, tuple[str, ...]], Sequence[Row]]
@@ -48,21 +49,24 @@ class Experiment:
     look_column: str
 
     def trials(self, seeds: Sequence[int]) -> list[Trial]:
-        """All trials, seed by seed: an experiment cut short has every cell equally often."""
+        """Return all trials, seed by seed, so that an interrupted experiment has every cell equally often."""
         return [Trial(name, air, seed) for seed in seeds for name in self.maneuvers for air in self.turbulences]
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """What an experiment may use: processes (None: one a core), minutes (None: no limit), and a Parquet file of the
-    rows measured before by the same code (None: nothing is kept)."""
+    """The resources of an experiment.
+
+    They are the number of processes (None: one for each core), the minutes (None: no limit), and a Parquet file of
+    the rows measured before by the same code (None: no rows are saved).
+    """
 
     jobs: int | None = None
     minutes: float | None = None
     rows: Path | None = None
 
     def rounds(self, seeds: Sequence[int]) -> Iterator[Sequence[int]]:
-        """The seeds in rounds: one round where nothing is kept and time does not matter."""
+        """Return the seeds in rounds. There is one round where no rows are saved and the time has no limit."""
         limited = self.minutes is not None or self.rows is not None
         count = _SEEDS_A_ROUND if limited else max(len(seeds), 1)
         return (seeds[begin : begin + count] for begin in range(0, len(seeds), count))
@@ -72,10 +76,10 @@ NO_LIMIT = Budget()
 
 
 def run_experiment(experiment: Experiment, seeds: Sequence[int], budget: Budget = NO_LIMIT) -> pd.DataFrame:
-    """Measure every look at every cell with every seed; the rows of the experiment, kept ones among them.
+    """Measure every look of every cell with every seed; return the rows of the experiment, the saved ones included.
 
-    Ends after the round in which the minutes are over, with whole seeds only: 0 minutes give what the kept rows
-    hold. Raises the first error of a trial; the rows of the rounds before it are kept.
+    The experiment ends after the round in which the time is over, and returns complete seeds only. With 0 minutes
+    it returns saved rows alone. Raises the first error of a trial; the rows of earlier rounds are saved.
     """
     table, begun = _kept(budget.rows), monotonic()
     total = len(experiment.trials(seeds))
@@ -97,7 +101,7 @@ def _measured(experiment: Experiment, task: Task) -> Sequence[Row]:
 
 
 def _missing(experiment: Experiment, trials: Sequence[Trial], table: pd.DataFrame) -> list[Task]:
-    """The trials with the looks that the table has no rows of; a trial with all of them is not among them."""
+    """Return the trials with missing rows, each with the looks that the table has no rows of."""
     columns = ["maneuver", "turbulence", "seed", experiment.look_column]
     known = set(table[columns].itertuples(index=False, name=None)) if len(table) else set()
     tasks = []
@@ -113,7 +117,7 @@ def _kept(path: Path | None) -> pd.DataFrame:
 
 
 def _with_rows(table: pd.DataFrame, rows: Sequence[Row], path: Path | None) -> pd.DataFrame:
-    """The table with more rows, kept in the file where one is given."""
+    """Return the table with more rows added, and save it where a file is given."""
     if not rows:
         return table
     new = pd.DataFrame(list(rows))
@@ -126,7 +130,7 @@ def _with_rows(table: pd.DataFrame, rows: Sequence[Row], path: Path | None) -> p
 
 
 def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) -> pd.DataFrame:
-    """The rows of an experiment among all that a file holds."""
+    """Return the rows of an experiment among all rows of a file."""
     if not len(table):
         return table
     wanted: Mapping[str, Sequence[object]] = {
@@ -142,5 +146,5 @@ def _asked(experiment: Experiment, seeds: Sequence[int], table: pd.DataFrame) ->
 
 
 def made_with() -> str:
-    """The versions and the date that a page of measured numbers names."""
+    """Return the versions and the date, for a page of measured numbers."""
     return f"pitotbench {version('pitotbench')}, JSBSim {version('jsbsim')}, {datetime.now(UTC):%Y-%m-%d}"

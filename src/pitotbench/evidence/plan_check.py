@@ -1,4 +1,4 @@
-"""The forecast against flights: the same maneuvers flown in simulated turbulence, many seeds, and calibrated."""
+"""Compare forecasts with flights: fly the same maneuvers in simulated turbulence with many seeds and calibrate."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,12 +19,12 @@ from pitotbench.units import KNOT
 
 
 def flown_experiment(turbulences: Sequence[str], systems: Sequence[str]) -> Experiment:
-    """Every maneuver of a plan in each turbulence, calibrated from what every system records."""
+    """Return the experiment: every maneuver of a plan in each turbulence, calibrated for every system."""
     return Experiment(flown_bounds, tuple(MANEUVERS), tuple(turbulences), tuple(systems), "das")
 
 
 def flown_bounds(trial: Trial, systems: tuple[str, ...]) -> list[Row]:
-    """Fly a maneuver as a plan asks for it and calibrate what every system records: a row a system.
+    """Fly a maneuver of a plan and calibrate the log of every system; return a row for each system.
 
     Columns: maneuver, turbulence, das, seed, minutes, two_sigma_kt (mean over the wanted speeds), error_kt (true
     rms error) and coverage (share of the speeds inside 2σ).
@@ -52,7 +52,7 @@ def flown_bounds(trial: Trial, systems: tuple[str, ...]) -> list[Row]:
 
 
 def compare_bounds(request: PlanRequest, flown: pd.DataFrame) -> pd.DataFrame:
-    """Predicted against flown bounds, one row a maneuver and system.
+    """Return predicted and flown bounds, one row for each maneuver and system.
 
     Columns: maneuver, turbulence, das, flights, minutes, predicted_kt, flown_kt, flown_se_kt (standard error),
     ratio, error_kt (rms over flights), coverage.
@@ -76,8 +76,8 @@ def compare_bounds(request: PlanRequest, flown: pd.DataFrame) -> pd.DataFrame:
 def check_plan(
     turbulences: Sequence[str], systems: Sequence[str], seeds: int, out: Path, budget: Budget = NO_LIMIT
 ) -> pd.DataFrame:
-    """Fly what the budget's rows do not hold, compare, and write plan.md and plan.png into `out`."""
-    from pitotbench.evidence.pages.plan_check_page import (  # loads the drawing library
+    """Fly the trials that the budget's rows lack, compare, and write plan.md and plan.png into `out`."""
+    from pitotbench.evidence.pages.plan_check_page import (  # it loads the drawing library
         add_reference,
         check_page,
         check_picture,

@@ -1,4 +1,4 @@
-"""The random truth of the flights that prove the bounds: a wind and a pressure error drawn from a trial's seed."""
+"""Draw the truth of a trial from its seed: a wind and a pressure error, for the flights that prove the bounds."""
 
 import numpy as np
 
@@ -6,23 +6,23 @@ from pitotbench.evidence.experiment import Trial
 from pitotbench.records.case import Case, PressureErrorSpec, Wind
 from pitotbench.units import KNOT, Array
 
-FIRST_SCORED_SEED = 100_001  # development uses seeds below; the two never meet
+FIRST_SCORED_SEED = 100_001  # development uses only seeds below this one
 STRONGEST_WIND = 25.0 * KNOT
-# The parameters of the error curve: those of the default curve, and how much they vary (standard deviations).
+# The parameters of the error curve: those of the default curve, and their standard deviations.
 CENTER = np.array(PressureErrorSpec().parameters)
 SPREAD = np.array([0.03, 0.004, 0.03])
 _CALM_FLIGHTS = 20
 
 
 def random_parameters(rng: np.random.Generator) -> Array:
-    """Parameters of an Inverse+ error curve, (3,)."""
+    """Draw the parameters of an Inverse+ error curve, (3,)."""
     return np.asarray(CENTER + SPREAD * rng.standard_normal(3))
 
 
 def random_case(trial: Trial) -> Case:
-    """The case of a trial, its wind and its pressure error drawn from the seed.
+    """Return the case of a trial, with its wind and its pressure error drawn from the seed.
 
-    In calm air only the sensors are random: 20 flights, each in its own wind, are sensed again and again.
+    In calm air 20 flights in different winds are reused: only the sensor noise and the pressure error are new.
     """
     calm = trial.turbulence == "none"
     flown = FIRST_SCORED_SEED + (trial.seed - FIRST_SCORED_SEED) % _CALM_FLIGHTS if calm else trial.seed
@@ -42,6 +42,6 @@ def random_case(trial: Trial) -> Case:
 
 
 def _random_wind(rng: np.random.Generator) -> Wind:
-    """A wind from anywhere, evenly distributed over a circle of velocities."""
+    """Draw a wind of any direction, distributed evenly over a disk of velocities."""
     speed, direction = STRONGEST_WIND * np.sqrt(rng.uniform()), rng.uniform(0.0, 2.0 * np.pi)
     return Wind(speed=float(speed), from_direction=float(direction))

@@ -1,8 +1,7 @@
-"""Flies an aircraft to its published figures: speeds, climb, ceiling, stall, power.
+"""Fly an aircraft to its published figures: speeds, climb, ceiling, stall, power.
 
-The figures stand in `reference.toml` in the aircraft's folder, each with its weight, height, tolerance and
-source. A test flies them all; `reference_table` prints them. The figures are published in knots, feet and
-horsepower, and at this edge the rows keep them.
+The figures are in `reference.toml` in the aircraft's folder, each with its weight, height, tolerance and source. A
+test flies them all; `reference_table` prints them. The rows keep the published units: knots, feet and horsepower.
 """
 
 import tomllib
@@ -20,11 +19,11 @@ RATED_POWER = 310.0  # hp an engine
 FULL_PRESSURE = 40.0  # inHg
 IDLE_PRESSURE = 9.5  # inHg
 TEST_WEIGHT = 5990.0  # lb, as loaded
-PRESSURE_PER_POWER = 1.0 / 9.2  # inHg a hp, of the power loop
+PRESSURE_PER_POWER = 1.0 / 9.2  # inHg/hp, the gain of the power loop
 AIRSPEED, MANIFOLD_PRESSURE = 1, 2  # throttle modes
 SPEED_BY_PITCH = 2  # pitch mode
 MINUTE = 60.0  # s
-STALLED = 20.0 * DEGREE  # angle of attack well past that of the greatest lift
+STALLED = 20.0 * DEGREE  # angle of attack well above that of the greatest lift
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,32 +46,32 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class ReferenceRow:
-    """A figure and what the model does."""
+    """A figure and the value of the model."""
 
     figure: Figure
     model: float
 
     @property
     def difference_percent(self) -> float:
-        """Model over published, less one [%]."""
+        """Return the model's value over the published one, minus one [%]."""
         return 100.0 * (self.model / self.figure.value - 1.0)
 
     @property
     def within(self) -> bool:
-        """Whether the model is within the figure's tolerance."""
+        """Return whether the model is within the figure's tolerance."""
         if self.figure.tolerance_unit == "%":
             return abs(self.difference_percent) <= self.figure.tolerance
         return abs(self.model - self.figure.value) <= self.figure.tolerance
 
 
 def published_figures(aircraft: str = "navajo") -> list[Figure]:
-    """The figures of an aircraft's `reference.toml`, in its order."""
+    """Return the figures of an aircraft's `reference.toml`, in the order of the file."""
     text = (find_aircraft(aircraft) / "reference.toml").read_text(encoding="utf-8")
     return [Figure(**entry) for entry in tomllib.loads(text)["figure"]]
 
 
 def fly_reference(aircraft: str = "navajo") -> list[ReferenceRow]:
-    """Fly the aircraft to each of its published figures; one row a figure."""
+    """Fly the aircraft to each of its published figures; return one row for each figure."""
     figures = published_figures(aircraft)
     return [ReferenceRow(figure, FLOWN[figure.maneuver](aircraft, figure)) for figure in figures]
 
@@ -103,14 +102,14 @@ def _table_line(row: ReferenceRow) -> str:
 
 
 def level_speed(aircraft: str, figure: Figure) -> float:
-    """True airspeed [kt] that a fraction of the rated power holds in level flight."""
+    """Return the true airspeed [kt] of level flight at a fraction of the rated power."""
     plant = airborne(aircraft, figure, 150.0)
     hold_power(plant, figure.power, 150.0)
     return plant.get("true_airspeed") / KNOT
 
 
 def engine_power(aircraft: str, figure: Figure) -> float:
-    """Power of one engine [hp] at full manifold pressure, in the level flight that it gives after 30 s."""
+    """Return the power of one engine [hp] after 30 s of level flight at full manifold pressure."""
     plant = airborne(aircraft, figure, 150.0)
     hold_pressure(plant, FULL_PRESSURE)
     plant.run(30.0)
@@ -118,7 +117,7 @@ def engine_power(aircraft: str, figure: Figure) -> float:
 
 
 def engine_speed(aircraft: str, figure: Figure) -> float:
-    """Engine speed [rpm] at full manifold pressure, 30 s after it was set."""
+    """Return the engine speed [rpm] 30 s after full manifold pressure was set."""
     plant = airborne(aircraft, figure, 150.0)
     hold_pressure(plant, FULL_PRESSURE)
     plant.run(30.0)
@@ -126,15 +125,15 @@ def engine_speed(aircraft: str, figure: Figure) -> float:
 
 
 def climb(aircraft: str, figure: Figure) -> float:
-    """Rate of climb [ft/min] at full power and constant calibrated airspeed, around a height.
+    """Return the rate of climb [ft/min] at full power and constant calibrated airspeed, around a height.
 
-    The climb begins a minute below the height, to leave the change of speed hold behind.
+    The climb begins one minute below the height, so that the transient of the speed hold is over by then.
     """
     return climb_rate(aircraft, figure, figure.altitude_ft)
 
 
 def climb_rate(aircraft: str, figure: Figure, altitude_ft: float) -> float:
-    """Rate of climb [ft/min] at full power through a height [ft]."""
+    """Return the rate of climb [ft/min] at full power through a height [ft]."""
     guess = 1500.0 if altitude_ft < 10000.0 else 300.0  # ft/min
     plant = airborne(aircraft, figure, figure.speed_kt, altitude_ft - 1.15 * guess)
     plant.set("pitch_mode", SPEED_BY_PITCH)
@@ -146,14 +145,14 @@ def climb_rate(aircraft: str, figure: Figure, altitude_ft: float) -> float:
 
 
 def ceiling(aircraft: str, figure: Figure) -> float:
-    """Height [ft] at which full power climbs 100 ft/min, on the line through two measured rates."""
+    """Return the height [ft] of a 100 ft/min climb at full power, on the line through two measured rates."""
     low, high = figure.altitude_ft, figure.altitude_ft + 2500.0
     rate_low, rate_high = (climb_rate(aircraft, figure, height) for height in (low, high))
     return low + (rate_low - 100.0) / (rate_low - rate_high) * (high - low)
 
 
 def stall(aircraft: str, figure: Figure) -> float:
-    """Least calibrated airspeed [kt] at idle as the elevator slows the aircraft 1 kt/s (14 CFR 23.201)."""
+    """Return the least calibrated airspeed [kt] at idle; the elevator slows the aircraft 1 kt/s (14 CFR 23.201)."""
     plant = airborne(aircraft, figure, 85.0)
     plant.set("fcs/flap-cmd-norm", figure.flap)
     plant.run(15.0)
@@ -169,14 +168,14 @@ def stall(aircraft: str, figure: Figure) -> float:
 
 
 def level_power(aircraft: str, figure: Figure) -> float:
-    """Power in level flight at a calibrated airspeed [% of the rated power]."""
+    """Return the power in level flight at a calibrated airspeed [% of the rated power]."""
     plant = airborne(aircraft, figure, figure.speed_kt)
     plant.run(60.0)
     return 100.0 * plant.get("power_left") / HORSEPOWER / RATED_POWER
 
 
 def idle_deceleration(aircraft: str, figure: Figure) -> float:
-    """Mean deceleration [kt/s of calibrated airspeed] from 160 to 100 KCAS, level, throttles closed."""
+    """Return the mean deceleration [kt/s of calibrated airspeed] from 160 to 100 KCAS, level, throttles closed."""
     plant = airborne(aircraft, figure, 160.0)
     hold_pressure(plant, IDLE_PRESSURE)
     begun, speed = plant.get("time"), plant.get("calibrated_airspeed")
@@ -187,9 +186,10 @@ def idle_deceleration(aircraft: str, figure: Figure) -> float:
 
 
 def airborne(aircraft: str, figure: Figure, speed_kt: float, altitude_ft: float | None = None) -> Plant:
-    """The aircraft in level flight at a figure's weight and height (or another) [ft] and a speed [KCAS].
+    """Return the aircraft in level flight at the weight of a figure, at a height [ft] and a speed [KCAS].
 
-    Terrain is put 5,000 ft below sea level, so that sea-level figures can be flown at sea level.
+    Without `altitude_ft` the height is that of the figure.
+    The terrain is put 5,000 ft below sea level, so that sea-level figures can be flown at sea level.
     """
     plant = Plant.load(aircraft)
     plant.set("position/terrain-elevation-asl-ft", -5000.0)
@@ -206,7 +206,7 @@ def hold_pressure(plant: Plant, pressure_inhg: float) -> None:
 
 
 def hold_power(plant: Plant, fraction: float, seconds: float) -> None:
-    """Fly on for a time [s] at a fraction of the rated power; the whole of it is full manifold pressure."""
+    """Fly on for a time [s] at a fraction of the rated power. A fraction of 1 means full manifold pressure."""
     pressure = FULL_PRESSURE * fraction
     for _ in range(round(seconds)):
         hold_pressure(plant, pressure)

@@ -83,7 +83,7 @@ def share_lines(result: Calibration) -> list[str]:
 
 
 def _found(estimate: Estimate) -> str:
-    """A value that is nothing beside its bound as zero: only rounding gave it digits."""
+    """Return a value, or zero where it is negligible against its bound and its digits come from rounding alone."""
     value = estimate.value if abs(estimate.value) > 1e-6 * estimate.two_sigma else 0.0
     return f"{value:+.3g}"
 

@@ -12,7 +12,7 @@ from pitotbench.show.style import BLUE, GREY, NARROW, ORANGE, RED, Panel, broken
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
 
 _NAUTICAL_MILE = 1852.0
-_HELD = 8.0  # half-widths: a stretch that spans more is a sweep or a turn, in which nothing is held
+_HELD = 8.0  # half-widths: a stretch that spans more is a sweep or a turn, in which the channel is not held
 
 
 @dataclass(frozen=True, slots=True)

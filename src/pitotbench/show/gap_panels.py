@@ -111,7 +111,7 @@ def trace_panels(traces: Sequence[Trace], located: Sequence[Located]) -> list[Pa
 
 
 def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
-    """The channels that the patch changes visibly, the clearest first; without a patch those of the located gap."""
+    """Return the channels that the patch changes visibly, the clearest first; without a patch, those of the gap."""
     clear = {trace.channel: _clearness(trace) for trace in traces}
     if max(clear.values()) > 0.0:
         visible = [trace for trace in traces if clear[trace.channel] > VISIBLE]

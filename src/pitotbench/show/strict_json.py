@@ -1,4 +1,4 @@
-"""JSON that every reader takes: no NaN, no Infinity."""
+"""Strict JSON, which every parser accepts: no NaN and no Infinity."""
 
 import json
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from typing import Any
 def json_text(document: object) -> str:
     """A document of mappings, sequences, text and numbers as strict JSON (RFC 8259), ending in a line break.
 
-    A number that is not finite becomes null: JSON has no word for it. Raises TypeError for anything else that
+    A number that is not finite becomes null, because JSON cannot write it. Raises TypeError for anything else that
     JSON cannot hold.
     """
     return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"

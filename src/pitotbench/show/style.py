@@ -1,4 +1,4 @@
-"""The stylesheet of every picture, and its way from axes to inline SVG."""
+"""The stylesheet of every picture, and the conversion of axes to inline SVG."""
 
 import io
 import re

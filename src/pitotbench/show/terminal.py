@@ -1,4 +1,4 @@
-"""Texts from outside (file names, columns, segments, messages) on their way to the terminal."""
+"""Make texts from outside (file names, columns, segments, messages) safe to print on a terminal."""
 
 from typing import TYPE_CHECKING
 from unicodedata import category

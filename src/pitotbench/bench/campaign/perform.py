@@ -19,7 +19,7 @@ from pitotbench.show.section import Section
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One line of the result: maneuver, data system, model and seed, and the score."""
+    """One line of the result: the maneuver, the data system, the model, the seed and the score."""
 
     maneuver: str
     das: str
@@ -31,7 +31,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class TaskOutcome:
-    """The result of a task: rows, a page section a data system, and its failures in words."""
+    """The result of a task: its rows, one page section for each data system, and its failures in words."""
 
     task: str
     rows: tuple[Row, ...]
@@ -40,7 +40,7 @@ class TaskOutcome:
 
 
 def perform_task(task: Task) -> TaskOutcome:
-    """Fly one task, write its logs and its resolved case, calibrate and score. Runs in any process."""
+    """Fly one task, write its logs and its resolved case, calibrate and score. This runs in any process."""
     case = replace(task.case, das=bench.with_das(task.case, task.systems[0]).das)
     flight = bench.fly(case)
     Path(task.folder, "cases").mkdir(parents=True, exist_ok=True)
@@ -79,7 +79,7 @@ def _row(case: Case, system: str, model: str, result: Calibration, flight: Fligh
 
 
 def _section(task: Task, system: str, flight: Flight, log: FlightLog, results: dict[str, Calibration]) -> Section:
-    # Imported here: a worker that draws nothing need not load the drawing library.
+    # Imported here, because a worker that draws nothing need not load the drawing library.
     from pitotbench.show.draw_section import flight_section
 
     spec = flight.case.pressure_error
@@ -90,5 +90,5 @@ def _section(task: Task, system: str, flight: Flight, log: FlightLog, results: d
 
 
 def lost_task(task: Task, failure: Failure) -> TaskOutcome:
-    """The outcome of a task that gave nothing, with the reason."""
+    """Return the outcome of a task that gave no result, with the reason."""
     return TaskOutcome(task.name, (), (), (f"{task.name}: {failure.reason}",))

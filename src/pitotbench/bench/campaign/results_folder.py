@@ -1,4 +1,4 @@
-"""Where a campaign's results go: a folder that appears whole or not at all."""
+"""The folder of a campaign's results. It appears complete or not at all."""
 
 import shutil
 from collections.abc import Iterator, Sequence
@@ -17,9 +17,9 @@ RESULTS = "results.parquet"
 
 @contextmanager
 def appearing_folder(target: Path) -> Iterator[Path]:
-    """A scratch folder beside `target` that becomes it at the end, and is removed where something fails.
+    """Give a scratch folder next to `target`. It is renamed to `target` at the end, and removed after an error.
 
-    An earlier campaign's folder is replaced; any other existing folder is refused with BadInputError.
+    The folder of an earlier campaign is replaced. Raises BadInputError for any other existing folder.
     """
     if target.exists() and (not target.is_dir() or (any(target.iterdir()) and not (target / RESULTS).exists())):
         raise BadInputError(f"{target} exists and holds no campaign's results; choose another --out")
@@ -37,7 +37,7 @@ def appearing_folder(target: Path) -> Iterator[Path]:
 
 
 def _replace(target: Path, scratch: Path) -> None:
-    """Put the new folder in place of an earlier one, which is deleted only once the new one stands."""
+    """Put the new folder in place of an earlier one. The earlier one is deleted only after that."""
     earlier = scratch.with_name(f"{scratch.name}-earlier")
     if target.exists():
         target.rename(earlier)
@@ -46,7 +46,7 @@ def _replace(target: Path, scratch: Path) -> None:
 
 
 def results_table(outcomes: Sequence[TaskOutcome]) -> pd.DataFrame:
-    """One row a maneuver, data system, model and seed; units in the column names."""
+    """Return one row for each maneuver, data system, model and seed. The column names end in units."""
     return pd.DataFrame([_columns(row) for outcome in outcomes for row in outcome.rows])
 
 

@@ -18,7 +18,7 @@ from pitotbench.records.errors import NoAnswerError
 
 @dataclass(frozen=True, slots=True)
 class CampaignRequest:
-    """What the command line asks for; names may be comma lists or `all`."""
+    """The request for a campaign, as the command line makes it. Names may be comma lists or `all`."""
 
     maneuvers: str
     systems: str
@@ -34,7 +34,7 @@ class CampaignRequest:
 
 @dataclass(frozen=True, slots=True)
 class CampaignResult:
-    """The table of results, what failed in words, and where everything lies."""
+    """The table of results, the failures in words, and the paths of the files."""
 
     table: pd.DataFrame
     failures: tuple[str, ...]
@@ -42,12 +42,12 @@ class CampaignResult:
 
 
 def run_campaign(request: CampaignRequest) -> CampaignResult:
-    """Fly, sense, calibrate, score and show a campaign; the folder appears whole or not at all.
+    """Fly, sense, calibrate, score and show a campaign. Its folder appears complete or not at all.
 
-    Raises BadInputError or UnknownNameError before anything is flown where the request makes no sense, and
-    NoAnswerError where no flight gave a result.
+    Raises BadInputError or UnknownNameError for a bad request, before anything is flown. Raises NoAnswerError
+    where no flight gave a result.
     """
-    # A first plan with no folder refuses wrong names before a folder exists.
+    # A first plan without a folder finds wrong names before the folder is made.
     _tasks(request, "")
     with appearing_folder(request.out) as scratch:
         tasks = _tasks(request, str(scratch.resolve()))
@@ -85,7 +85,7 @@ def _page(
     outcomes: list[TaskOutcome],
     failures: tuple[str, ...],
 ) -> str:
-    from pitotbench.show.report import campaign_page  # loads the drawing library: only when a page is made
+    from pitotbench.show.report import campaign_page  # it loads the drawing library, which only a page needs
 
     subtitle = (
         f"{', '.join(dict.fromkeys(table.das))} Hz · {request.base.turbulence} turbulence · "

@@ -1,4 +1,4 @@
-"""The tasks of a campaign: one is one flight, sensed by every data system and calibrated with every model."""
+"""The tasks of a campaign. A task is one flight, sensed by every data system and calibrated with every model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,24 +15,24 @@ from pitotbench.simulate.maneuvers import maneuvers_named
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One flight, how it is sensed and calibrated, and where its files go."""
+    """One flight, the data systems that sense it, the models that it is calibrated with, and its folder."""
 
     case: Case
     systems: tuple[str, ...]
     models: tuple[str, ...]
     options: CalibrationOptions
-    folder: str  # where logs and the resolved case go
+    folder: str  # of the logs and the resolved case
     log_format: str = "parquet"
     draw: bool = True
 
     @property
     def name(self) -> str:
-        """A name that is good for a file: maneuver and seed."""
+        """The maneuver and the seed, as a name that a file can have."""
         return f"{self.case.maneuver}-seed{self.case.truth_seed}"
 
 
 def names(kind: str, text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Names of a comma list, each once; `all` stands for all of `known`. Raises BadInputError for none."""
+    """Return the names of a comma list, each once. `all` means all of `known`. Raises BadInputError for none."""
     chosen = tuple(part.strip() for part in text.split(",") if part.strip())
     if not chosen:
         raise BadInputError(f"no {kind} is named: give one, several with commas, or all ({', '.join(known)})")
@@ -49,13 +49,13 @@ def plan_tasks(
     folder: str,
     log_format: str = "parquet",
 ) -> list[Task]:
-    """The tasks of a campaign: maneuver × seed, each sensed and calibrated every way.
+    """Return the tasks of a campaign: one for each maneuver and seed, with all data systems and models.
 
-    Raises UnknownNameError or BadInputError for a name that does not exist, before anything is flown.
+    Raises UnknownNameError or BadInputError for a name that does not exist. Nothing is flown here.
     """
     find_aircraft(base.aircraft)
     flown = maneuvers_named(maneuvers)
-    # One spelling of a system, `20/1` for `20.0/1`, is one name of its logs and one row of the results.
+    # `20/1` and `20.0/1` are one system. One spelling gives it one name for its logs and one row of the results.
     sensed = tuple(dict.fromkeys(data_system(name).label for name in names("data system", systems, list(SYSTEMS))))
     fitted = names("model", models, PAPER_MODELS)
     for name in fitted:

@@ -1,1 +1,1 @@
-"""What to fly: the bound that a maneuver will give, before it is flown, and the card that gives the best one."""
+"""Plan a flight: predict the bound of each maneuver before it is flown, and find the card with the smallest one."""

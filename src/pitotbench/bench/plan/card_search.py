@@ -1,7 +1,8 @@
-"""The best card: the free numbers of a maneuver, changed until the curve is known best in the minutes given.
+"""Search the best card: change the free numbers of a maneuver until the bound of the curve is smallest.
 
-What is minimized is the bound for known noise (the inverse information matrix) on the flight of the card in smooth
-air. Headings are not free: in the simulator the turbulence has an axis, in the air it has none that is known.
+The search minimizes the bound for known noise (the inverse information matrix) on the flight of the card in smooth
+air, within the minutes given. Headings are not free: the simulated turbulence has an axis, and no known axis exists
+in real air, so the best headings would be those of the simulator.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,17 +26,20 @@ _FREE = {
     "circles": (0.25, 4.0),
     "step": (0.4 * INCH_OF_MERCURY, 3.0 * INCH_OF_MERCURY),
     "step_time": (3.0, 20.0),
-    "bank": (15.0 * DEGREE, 45.0 * DEGREE),  # 45° is a steep turn that pilots train; more is not asked
+    "bank": (15.0 * DEGREE, 45.0 * DEGREE),  # 45° is the steep turn that pilots train
 }
-_OVERTIME = 1.0  # times ln(minutes over the limit): twice the gain of flying longer, and no cliff for the simplex
-_FIRST_STEP = 0.35  # of a number's logarithm; to alternate sides, so that the first cards take like times
+_OVERTIME = 1.0  # times ln(minutes over the limit): twice the gain of flying longer, since 2σ falls as 1/√t
+_FIRST_STEP = 0.35  # of a number's logarithm; up and down in turn, so that the first cards take similar times
 _UNFLYABLE = 50.0
 
 
 @dataclass(frozen=True, slots=True)
 class FreeNumber:
-    """One number of a card that may change: its entry, its place in the entry's list (None for a plain number),
-    the unit suffix of the written key ("" for a count), and its bounds [SI]."""
+    """One number of a card that may change.
+
+    `place` is its index in the list of the entry, None for a plain number. `suffix` is the unit suffix of the
+    written key, "" for a count. `low` and `high` are its bounds [SI].
+    """
 
     entry: str
     place: int | None
@@ -46,7 +50,7 @@ class FreeNumber:
 
 @dataclass(frozen=True, slots=True)
 class Search:
-    """What a search found: the card's changed numbers (keys with units), and how often it flew."""
+    """The result of a search: the card's changed numbers (keys with units), and the number of flights."""
 
     maneuver: str
     card: Mapping[str, Any]
@@ -54,7 +58,7 @@ class Search:
 
 
 def free_numbers(maneuver: str) -> tuple[FreeNumber, ...]:
-    """The free numbers of a maneuver's card; the speeds between the first and the last one among them."""
+    """Return the free numbers of a maneuver's card. The speeds between the first and the last are among them."""
     card = MANEUVERS[maneuver].card
     found = []
     for entry in (f for f in fields(card) if f.name in _FREE):
@@ -68,11 +72,12 @@ def free_numbers(maneuver: str) -> tuple[FreeNumber, ...]:
 
 
 def best_card(request: PlanRequest, maneuver: str, minutes: float, flights: int = 60) -> Search:
-    """The card of a maneuver that knows the curve best in at most so many minutes, within some `flights`.
+    """Search the card of a maneuver with the smallest bound in at most so many `minutes`, with so many `flights`.
 
-    Nelder and Mead's simplex (1965) on the logarithms of the free numbers; a card that cannot be flown, does not
-    determine the answer or leaves the box counts as useless, one that takes longer as worse.
-    Raises BadInputError where the maneuver has nothing free.
+    Uses the simplex of Nelder and Mead (1965) on the logarithms of the free numbers. A card that cannot be flown,
+    does not determine the answer or leaves the box gets the cost `_UNFLYABLE`. A card that takes longer than
+    `minutes` pays for the overtime.
+    Raises BadInputError where the maneuver has no free number.
     """
     from scipy.optimize import minimize
 
@@ -96,7 +101,7 @@ def best_card(request: PlanRequest, maneuver: str, minutes: float, flights: int 
 def _cost_of(
     request: PlanRequest, maneuver: str, free: tuple[FreeNumber, ...], minutes: float
 ) -> Callable[[Array], float]:
-    """ln 2σ of a card, plus what its overtime costs."""
+    """Return the function of the cost of a card: ln 2σ plus a penalty for overtime."""
 
     def cost(x: Array) -> float:
         card = _card_of(request, maneuver, free, x)
@@ -114,13 +119,13 @@ def _cost_of(
 
 
 def _value(changes: Mapping[str, Any], maneuver: str, number: FreeNumber) -> float:
-    """A free number as the card with these changes has it [SI]."""
+    """Return a free number of the card with these changes [SI]."""
     value = getattr(override(MANEUVERS[maneuver].card, changes), number.entry)
     return float(value if number.place is None else value[number.place])
 
 
 def _card_of(request: PlanRequest, maneuver: str, free: tuple[FreeNumber, ...], x: Array) -> dict[str, Any]:
-    """The card's changes that set the free numbers to exp(x)."""
+    """Return the changes of the card that set the free numbers to exp(x)."""
     card = override(MANEUVERS[maneuver].card, request.case(maneuver).card)
     changes: dict[str, Any] = {}
     for number, value in zip(free, np.exp(x), strict=True):

@@ -1,9 +1,10 @@
-"""Gusts on paper: Dryden turbulence drawn along a flight that was flown in smooth air.
+"""Add gusts to a flight in smooth air: draw Dryden turbulence at random along it.
 
 The spectra are those of MIL-F-8785C (1980), 3.7.2.1, above 2,000 ft: longitudinal H(s) ∝ 1/(1 + s/a) and lateral
-H(s) ∝ (1 + √3 s/a)/(1 + s/a)² with a = V/L; both have the same variance, the lateral one half the power of the
-longitudinal one at low frequencies. The simulator's turbulence stands on the ground, it does not turn with the
-airplane: its longitudinal axis is the mirror image, about north, of where the wind comes from (found from flights).
+H(s) ∝ (1 + √3 s/a)/(1 + s/a)² with a = V/L. Both have the same variance. At low frequencies the lateral gust has
+half the power of the longitudinal one. The axes of the simulator's turbulence are fixed to the ground and do not
+turn with the airplane. The longitudinal axis is the direction that the wind comes from, mirrored about north; this
+was found from simulated flights.
 """
 
 from dataclasses import replace
@@ -26,15 +27,15 @@ _EVERY = 10  # flight samples between two samples of the gust
 
 
 def gust_deviation(case: Case) -> float:
-    """Standard deviation [m/s] of either horizontal gust component in a case's turbulence at its height."""
+    """Return the standard deviation [m/s] of each horizontal gust component, at the height of a case."""
     severity = TURBULENCE_SEVERITY[case.turbulence]
     return float(np.interp(case.altitude / FOOT, _HEIGHTS, _DEVIATIONS[severity])) * FOOT
 
 
 def stirred(flight: Flight, turbulence: str, seed: int) -> Flight:
-    """The smooth flight as air data would have sensed it in turbulence.
+    """Return the smooth flight with the airspeed and the total pressure that it would have in turbulence.
 
-    Ground velocity stays (an airplane is heavier than its gusts are long), so airspeed and total pressure change.
+    The ground velocity does not change: the airplane is too heavy to follow gusts of this length.
     """
     case = replace(flight.case, turbulence=turbulence, truth_seed=seed, sensor_seed=seed)
     deviation = gust_deviation(case)
@@ -53,7 +54,7 @@ def stirred(flight: Flight, turbulence: str, seed: int) -> Flight:
 
 
 def _gust(flight: Flight, seed: int) -> Array:
-    """Gust toward north and east of unit variance, (2, n), at the flight's samples."""
+    """Return a gust toward north and east of unit variance, (2, n), at the flight's samples."""
     rows = np.arange(0, len(flight), _EVERY)
     time, rate = flight["time"][rows], flight["true_airspeed"][rows] / LENGTH
     along, across = (_dryden(time, rate, np.random.default_rng([seed, axis, 1750])) for axis in (0, 1))
@@ -64,10 +65,10 @@ def _gust(flight: Flight, seed: int) -> Array:
 
 
 def _dryden(time: Array, rate: Array, rng: np.random.Generator) -> tuple[Array, Array]:
-    """A longitudinal and a lateral gust of unit variance from one white noise, each (n,).
+    """Return a longitudinal and a lateral gust of unit variance, (n,) each, from one white noise.
 
-    Two states of unit and half variance, x' = −a x + √(2a) w and y' = a (x − y), stepped exactly over steps of any
-    length; the lateral gust is (√3 x + (1 − √3) y)/√2.
+    Two states of unit and half variance, x' = −a x + √(2a) w and y' = a (x − y), integrated exactly over
+    steps of any length. The lateral gust is (√3 x + (1 − √3) y)/√2.
     """
     draws = rng.standard_normal((len(time), 2))
     x, y = draws[0, 0], 0.5 * draws[0, 0] + 0.5 * draws[0, 1]

@@ -1,4 +1,4 @@
-"""What a card will give: the bound predicted before the flight, from a flight in smooth air and drawn gusts."""
+"""Predict the bound of a card before it is flown, from a simulated flight in smooth air with random gusts added."""
 
 from collections.abc import Mapping
 from functools import lru_cache
@@ -23,7 +23,7 @@ _FIRST_DRAW = 1
 
 
 def forecast(request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None = None) -> Forecast:
-    """Predict a maneuver's bound, with numbers of its card changed.
+    """Predict the bound of a maneuver, with the numbers of its card that are in `card` changed.
 
     Raises SimulationError where the card cannot be flown, NoAnswerError where it does not determine the answer.
     """
@@ -45,7 +45,7 @@ def forecast(request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None
 
 
 def _track(flight: Flight) -> Array:
-    """Ground track, north and east [m], (2, k), a point a second; NaN where a set-up went unrecorded."""
+    """Return the ground track, north and east [m], (2, k), one point a second; NaN where nothing was recorded."""
     time = flight["time"]
     rows = np.flatnonzero(np.diff(np.floor(time - time[0]), prepend=-1.0) > 0.0)
     track = np.stack([flight["position_north"][rows], flight["position_east"][rows]])
@@ -53,7 +53,7 @@ def _track(flight: Flight) -> Array:
 
 
 def smooth_flight(case: Case) -> Flight:
-    """The nominal flight of a case, in smooth air; the last few are kept."""
+    """Return the flight of a case in smooth air. The last few are kept in memory."""
     return _flown(write_case(case))
 
 
@@ -63,7 +63,7 @@ def _flown(case: str) -> Flight:
 
 
 def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSecond:
-    """2σ [m/s] at the request's airspeeds by the information matrix, for gusts of the expected level."""
+    """Return 2σ [m/s] at the request's airspeeds by the information matrix, for gusts of the expected level."""
     level = gust_deviation(request.base)
     theta = np.concatenate(
         [np.array(request.base.pressure_error.parameters), bench.wind_toward(request.base.wind)[:2]]
@@ -74,7 +74,7 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
 
 
 def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
-    """The calibrator's 2σ at the request's airspeeds of the flight in one draw of gusts and sensor noise."""
+    """Return the calibrator's 2σ [m/s] at the request's airspeeds, for one draw of gusts and sensor noise."""
     log = bench.sense(stirred(flight, request.base.turbulence, seed), request.system)
     curve = bench.calibrate(log).curve
     return np.interp(request.airspeeds, curve.indicated_airspeed, curve.two_sigma)

@@ -1,4 +1,4 @@
-"""What a plan is asked for: air, data system, speeds, minutes, box."""
+"""The request for a plan: air, data system, speeds, minutes, box."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,12 +18,14 @@ _FEWEST_DRAWS = 2
 
 @dataclass(frozen=True, slots=True)
 class PlanRequest:
-    """The question. `base` holds aircraft, height, expected wind and turbulence, and an error curve of the size
-    expected; `speeds` is the range of calibrated airspeed [m/s] over which the curve is wanted and averaged;
-    `minutes` to spend, `want` [m/s, 2σ] and the side of the `box` [m] are None where they do not matter. `draws`
-    of gusts and sensor noise a maneuver.
+    """The request for a plan.
 
-    Raises BadInputError or UnknownNameError for a question that makes no sense.
+    `base` holds the aircraft, the height, the expected wind and turbulence, and an error curve of the expected
+    size. `speeds` is the range of calibrated airspeed [m/s] over which the bound is averaged. `minutes` is the time
+    available, `want` [m/s] the wanted 2σ, and `box` [m] the side of the airspace; each is None where it does not
+    matter. `draws` is the number of draws of gusts and sensor noise for each maneuver.
+
+    Raises BadInputError or UnknownNameError for a request that makes no sense.
     """
 
     base: Case
@@ -53,15 +55,15 @@ class PlanRequest:
 
     @property
     def airspeeds(self) -> Array:
-        """Where the bound is averaged: every 5 kt of the wanted range [m/s]."""
+        """The airspeeds [m/s] at which the bound is averaged: every 5 kt of the wanted range."""
         low, high = self.speeds
         steps = np.arange(int((high - low) / _CURVE_STEP + 1e-6) + 1, dtype=np.float64)
         return np.asarray(low + _CURVE_STEP * steps, dtype=np.float64)
 
     def case(self, maneuver: str, card: dict[str, Any] | None = None) -> Case:
-        """The case of a maneuver in still air, its speeds brought to the wanted range.
+        """Return the case of a maneuver in still air, with its speeds scaled to the wanted range.
 
-        The speeds of a card keep their places between the slowest and the fastest one.
+        Each speed of a card keeps its relative place between the slowest and the fastest one.
         """
         speeds = np.array(MANEUVERS[maneuver].card.speeds)
         place = (speeds - speeds.min()) / np.ptp(speeds)
@@ -72,5 +74,5 @@ class PlanRequest:
 
 
 def written(value: float, suffix: str) -> float:
-    """An SI value as a card's file has it, in the unit of a suffix ("" for a count), to a millionth."""
+    """Return an SI value as a card's file has it: in the unit of a suffix ("" for a count), to a millionth."""
     return round(float(from_si(value, suffix) if suffix else value), 6)

@@ -1,4 +1,4 @@
-"""All maneuvers forecast, ranked for the question that was asked, and the best one's card improved."""
+"""Forecast all maneuvers of a request, rank them, and improve the card of the best one."""
 
 from collections.abc import Callable
 
@@ -10,16 +10,17 @@ from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.simulate import SimulationError
 from pitotbench.units import DEGREE, FOOT, KNOT
 
-COMPARED_MINUTES = 6.0  # where no minutes are given, maneuvers are compared as if flown for so long
-GENTLE_BANK = 35.0 * DEGREE  # what a bank of 30° reaches at most
-_LEAST_GAIN = 0.99  # an improved card must promise at most so much of the given one's bound,
-_MOST_MINUTES = 1.02  # in at most so much of its minutes
+COMPARED_MINUTES = 6.0  # without minutes in the request, maneuvers are compared for this flight time
+GENTLE_BANK = 35.0 * DEGREE  # a maneuver of 30° bank stays below it, overshoot included
+_LEAST_GAIN = 0.99  # an improved card must have at most this share of the given one's bound,
+_MOST_MINUTES = 1.02  # in at most this share of its minutes
 
 
 def make_plan(request: PlanRequest, search_flights: int = 0, step: Callable[[], None] = lambda: None) -> Plan:
-    """Forecast every maneuver of the request, choose, and search the best one's card within so many flights.
+    """Forecast every maneuver of the request, choose the best one, and improve its card.
 
-    `step` is called after each maneuver. Raises NoAnswerError where no maneuver can be flown at all.
+    The search for a better card uses `search_flights` simulated flights, none where it is 0. `step`
+    is called after each maneuver. Raises NoAnswerError where no maneuver can be flown.
     """
     found, refused = _forecasts(request, step)
     ranked = sorted(found, key=lambda each: plan_merit(request, each))
@@ -42,7 +43,7 @@ def make_plan(request: PlanRequest, search_flights: int = 0, step: Callable[[], 
 
 
 def _forecasts(request: PlanRequest, step: Callable[[], None]) -> tuple[list[Forecast], dict[str, str]]:
-    """Every maneuver's forecast, and why the others have none."""
+    """Return the forecasts, and the reason for each maneuver without one."""
     found: list[Forecast] = []
     refused: dict[str, str] = {}
     for maneuver in request.maneuvers:
@@ -57,7 +58,7 @@ def _forecasts(request: PlanRequest, step: Callable[[], None]) -> tuple[list[For
 
 
 def conditions_of(request: PlanRequest) -> str:
-    """The expected conditions in words."""
+    """Return the expected conditions in words."""
     base, (low, high) = request.base, request.speeds
     return (
         f"{base.aircraft}, {base.altitude / FOOT:,.0f} ft, {request.system} Hz, turbulence {base.turbulence}, wind "
@@ -67,13 +68,16 @@ def conditions_of(request: PlanRequest) -> str:
 
 
 def is_allowed(request: PlanRequest, each: Forecast) -> bool:
-    """Whether a maneuver fits into the box and, flown once, into the minutes."""
+    """Return whether a maneuver fits into the box and, flown once, into the minutes."""
     return each.fits(request.box) and (request.minutes is None or each.minutes <= request.minutes)
 
 
 def plan_merit(request: PlanRequest, each: Forecast) -> float:
-    """What is to be small: minutes to the wanted 2σ, or 2σ after as many whole flights as the minutes hold, or 2σ
-    for equal minutes."""
+    """Return the number that ranks a maneuver; the smallest is the best.
+
+    It is the minutes to the wanted 2σ; else 2σ [m/s] after as many whole flights as fit into the minutes; else 2σ
+    [m/s] for equal minutes.
+    """
     if request.want is not None:
         return each.times_for(request.want) * each.minutes
     if request.minutes is not None:
@@ -82,7 +86,10 @@ def plan_merit(request: PlanRequest, each: Forecast) -> float:
 
 
 def _improved(request: PlanRequest, best: Forecast | None, flights: int) -> tuple[Forecast | None, int]:
-    """The best maneuver's card improved in its own minutes (or those given, flown once)."""
+    """Return the forecast of the best maneuver's improved card, or None, and the number of flights spent.
+
+    The limit of the search is the minutes of the request, flown once, or else the minutes that the card takes now.
+    """
     if best is None or flights <= 0 or not free_numbers(best.maneuver):
         return None, 0
     minutes = best.minutes if request.want is not None or request.minutes is None else request.minutes

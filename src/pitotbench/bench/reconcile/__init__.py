@@ -1,5 +1,5 @@
-"""The whole workflow: reconcile a log, judge it again with the named effects, fly its card again, write it down."""
+"""Reconcile a log: name the missing effects, judge the log again with them, fly its card again, and report."""
 
 from collections.abc import Callable
 
-Progress = Callable[[str], None]  # takes a line about the step that begins
+Progress = Callable[[str], None]  # is called with a line about the step that begins

@@ -1,4 +1,4 @@
-"""Aircraft of the hangar as models for the analyst: the simulator as a force meter."""
+"""Aircraft of the hangar as models for the analyst: the simulator gives the forces in the states of a log."""
 
 from functools import partial
 
@@ -13,7 +13,8 @@ from pitotbench.simulate.fuel_and_ballast import ballast_for, ballast_overlay, l
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.plant import Plant
 
-COARSE_RATE, FINE_RATE = 25.0, 100.0  # Hz: the change by an effect in a held state differs by less than 1 %
+# Hz. The change of a force by an effect in a held state differs by less than 1 % between the two rates.
+COARSE_RATE, FINE_RATE = 25.0, 100.0
 
 
 def aircraft_model(name: str) -> AircraftModel | None:
@@ -24,7 +25,7 @@ def aircraft_model(name: str) -> AircraftModel | None:
 
 
 def _react(name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True) -> Reaction:
-    """Put the aircraft into each state of a motion, at the mass of the motion."""
+    """Return the forces and engine readings of the aircraft in each state of a motion, at the motion's mass."""
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
     ballast = ballast_for(name, float(motion.mass.min()), float(motion.mass.max()))
     added = (overlay or Overlay()) + ballast_overlay(name, ballast)

@@ -10,14 +10,14 @@ from pitotbench.records.log import FlightLog
 from pitotbench.records.toml_text import write_toml
 from pitotbench.simulate.fuel_and_ballast import Loading, loading_of, mass_of
 
-# kg: cards this near in mass share null flights. It is 0.4 % of the mass, and more than is burnt before a card.
+# kg: cards this near in mass share null flights. It is 0.4 % of the mass, and more than is burnt before a card
 MASS_STEP = 10.0
 
 
 def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
     """Return the case of a log's header as a null flight of an aircraft: without effects.
 
-    Parts that a header does not hold have their usual values. None where the header has no case (a foreign log).
+    Parts that are not in the header have their default values. None where the header has no case (a foreign log).
     """
     table = header.get("case")
     if not isinstance(table, Mapping):

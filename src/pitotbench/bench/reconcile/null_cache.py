@@ -1,4 +1,4 @@
-"""The cache of null distributions: one file for each card, under a digest of all that decides it."""
+"""The cache of null distributions: one file for each card, named by a digest of all inputs and all code."""
 
 import os
 from contextlib import suppress
@@ -17,8 +17,8 @@ from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.hangar import PACKAGE, find_aircraft
 
 MOST_KEPT = 100  # entries of the cache, about 40 kB each
-# Packages whose code cannot change what null flights teach. All other code is part of the key of the cache: a list
-# of what decides would miss what a later change adds.
+# Packages whose code cannot change a null distribution. All other code is part of the key of the cache: a list of
+# the code that counts would miss a module that a later change adds.
 NOT_DECIDING = ("cli", "evidence", "show")
 
 
@@ -36,7 +36,7 @@ def cache_entry(card: Case, flights: int, setting: AnalysisSetting) -> Path:
 
 
 def read_entry(place: Path, flights: int, say: Progress) -> NullDistribution | None:
-    """Return an entry of the cache and mark it as used; None where there is none, or where it cannot be right."""
+    """Return an entry of the cache and mark it as used; None where there is none, or where it cannot be used."""
     try:
         null = read_distribution(place.read_bytes())
         if null.flights != flights:
@@ -46,13 +46,13 @@ def read_entry(place: Path, flights: int, say: Progress) -> NullDistribution | N
     except (OSError, ValueError):
         say(f"{place} cannot be used: its null flights are flown again")
         return None
-    with suppress(OSError):  # a cache that may only be read serves as well
+    with suppress(OSError):  # a read-only cache can be used as well
         os.utime(place)
     return null
 
 
 def write_entry(place: Path, null: NullDistribution, say: Progress) -> None:
-    """Write an entry, whole or not at all, and remove the entries that have not been used for longest."""
+    """Write an entry completely or not at all, and remove the entries whose last use is longest ago."""
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         with atomic(place) as scratch:
@@ -63,7 +63,7 @@ def write_entry(place: Path, null: NullDistribution, say: Progress) -> None:
 
 
 def _prune(folder: Path) -> None:
-    """Remove all but the `MOST_KEPT` entries used last; files that a stopped run wrote in part count as well."""
+    """Remove all but the `MOST_KEPT` entries used last. Partial files of a stopped run count as entries."""
     files = [file for pattern in ("null-*.json", ".null-*.part") for file in folder.glob(pattern)]
     for file in sorted(files, key=_last_used, reverse=True)[MOST_KEPT:]:
         file.unlink(missing_ok=True)
@@ -78,7 +78,7 @@ def _last_used(file: Path) -> float:
 
 
 def _digest(card: Case, flights: int, setting: AnalysisSetting) -> str:
-    """Digest of all that decides a null distribution: card, setting, code, the aircraft's files, versions."""
+    """Return the digest of the inputs of a null distribution: card, setting, code, aircraft files, versions."""
     code = [f for f in sorted(PACKAGE.rglob("*.py")) if f.relative_to(PACKAGE).parts[0] not in NOT_DECIDING]
     folder = find_aircraft(card.aircraft)
     aircraft = [file for file in sorted(folder.rglob("*")) if file.is_file()]

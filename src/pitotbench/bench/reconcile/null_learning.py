@@ -16,7 +16,7 @@ from pitotbench.records.case import Case
 from pitotbench.sense import record
 from pitotbench.simulate import fly
 
-NULL_FLIGHTS = 8  # a minute or two on two cores; the thresholds hold the error of so few
+NULL_FLIGHTS = 8  # one or two minutes on two cores; the thresholds include the error of so small a number
 NULL_SEED = 730_001  # truth and sensor seeds of null flights count up from here
 
 
@@ -29,9 +29,10 @@ def null_distribution_of(
 ) -> NullDistribution:
     """Return the null distribution of a card, for logs that are judged in this setting.
 
-    It is kept by content in `cache_folder()`, so that a card is flown once; without `keep` the flights are flown,
-    and nothing is read or written there. Two runs that need one entry at the same time both fly. Their flights are
-    the same bit for bit, so that either may write last, and no lock can remain.
+    It is kept in `cache_folder()` under a digest of its inputs, so that a card is flown once. Without `keep` the
+    flights are always flown, and the cache is neither read nor written. Two runs that need the same entry at the
+    same time both fly. Their flights are the same bit for bit, so it does not matter which one writes last, and no
+    lock is needed.
     """
     card = replace(card, effects=(), truth_seed=1, sensor_seed=1)
     setting = setting or AnalysisSetting(day_known=True)

@@ -1,4 +1,4 @@
-"""Reconcile one log: its card, its null flights, its verdict."""
+"""Reconcile one log: find its card, fly the null flights, and reach a verdict."""
 
 from dataclasses import dataclass, replace
 
@@ -19,7 +19,7 @@ from pitotbench.records.verdict import Verdict
 
 @dataclass(frozen=True, slots=True)
 class Reconciliation:
-    """A verdict with all that a page or a patch needs.
+    """A verdict with the data that a page or a patch needs.
 
     `naming` is the fit behind the verdict, `null` the null distribution, and `card` the case that was flown for it
     (None for a log without a card).
@@ -43,10 +43,10 @@ def reconcile_log(
 ) -> Reconciliation:
     """Find where a measured log and the model of an aircraft disagree, and name the effect that is missing.
 
-    `aircraft` is a name of the hangar, or `none` for the sensors alone. `card` is the case that was flown; without
-    it, the case in the log's header is taken. With an aircraft model the card is flown at the log's first mass.
-    Without a card the noise of the log itself sets the thresholds, which then are wider. Without `keep` null
-    flights are neither looked up nor kept.
+    `aircraft` is a name of the hangar, or `none` to judge the sensors alone. `card` is the case that was flown;
+    without it, the case in the log's header is used. With an aircraft model the card is flown at the log's first
+    mass. Without any card the noise of the log itself sets the thresholds, which are then wider. Without `keep` the
+    cache of null flights is neither read nor written.
     Raises BadInputError for a log that cannot be used.
     """
     model = aircraft_model(aircraft)
@@ -63,7 +63,7 @@ def reconcile_log(
 
 
 def _for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistribution:
-    """The null distribution of the card if it has the channels of the log; else one from the log itself."""
+    """Return the null distribution of the card if it has the channels of the log; else one from the log itself."""
     if of_card is not None and of_card.noise.names == layout.residuals.names:
         return of_card
     return theoretical_distribution(noise_of_log(layout))

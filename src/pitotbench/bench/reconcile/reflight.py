@@ -16,7 +16,7 @@ from pitotbench.records.gap import FlownAgain
 from pitotbench.records.log import FlightLog
 from pitotbench.sense import record
 
-FLIGHTS = 3  # of either airplane, so that their differences show chance
+FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
 SEED = 760_001  # truth and sensor seeds count up from here
 
 

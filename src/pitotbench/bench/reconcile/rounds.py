@@ -17,7 +17,7 @@ from pitotbench.records.verdict import SURE, Candidate, Verdict
 
 @dataclass(frozen=True, slots=True)
 class Looks:
-    """The rounds of a reconciliation, the effects that the further looks added, and the fitted shapes of all."""
+    """The rounds of a reconciliation, the effects that later rounds added, and the fitted shapes of all effects."""
 
     rounds: tuple[Round, ...]
     added: tuple[Candidate, ...]
@@ -25,7 +25,7 @@ class Looks:
 
 
 def fitted_shapes(naming: Naming) -> Shapes:
-    """Return the shapes of the chosen effects that were fitted: for instance the time of an event."""
+    """Return the fitted shapes of the chosen effects, for instance the time of an event."""
     chosen = [naming.layout.signatures[c] for c in naming.fit.columns]
     return {signature.effect: signature.shapes for signature in chosen if signature.shapes}
 
@@ -37,7 +37,7 @@ def inseparable_candidates(verdict: Verdict) -> list[list[Candidate]]:
 
 
 def patch_of(first: Reconciliation, added: Sequence[Candidate], shapes: Shapes, source: str, date: str) -> Patch:
-    """Return the patch of a reconciliation and its further looks; it is empty where the verdict is not sure."""
+    """Return the patch of a reconciliation and its later rounds. It is empty where the verdict is not certain."""
     verdict = first.verdict
     effects = verdict.effects if verdict.kind in SURE else ()
     others = inseparable_candidates(verdict) if effects else ()
@@ -53,7 +53,7 @@ def look_until_quiet(
 ) -> Looks:
     """Judge a log again with all effects named so far in the model, and return the rounds.
 
-    Ends with a verdict of no gap or of an unknown cause, or after the third look.
+    Ends with a verdict of no gap or of an unknown cause, or after the third round.
     """
     rounds = [_round(first.verdict)]
     shapes, added = dict(fitted_shapes(first.naming)), list[Candidate]()
@@ -75,10 +75,10 @@ def _round(verdict: Verdict) -> Round:
 
 
 def _news(verdict: Verdict, naming: Naming, before: set[str]) -> Verdict:
-    """The verdict without effects that are in the patch and cannot be subtracted from a log.
+    """Return the verdict without the effects that are already in the patch and cannot be subtracted from a log.
 
-    Counted faults and the level of turbulence show again in each look. A size that is fitted again is a correction,
-    and is news.
+    Counted faults and the level of turbulence appear again in each round. A size that is fitted again is a
+    correction of the earlier one, so it is kept.
     """
     new = [i for i, e in enumerate(verdict.effects) if e.name not in before or e.name in naming.chosen]
     return replace(
@@ -90,7 +90,7 @@ def _news(verdict: Verdict, naming: Naming, before: set[str]) -> Verdict:
 
 
 def _joined(effects: Sequence[Candidate]) -> tuple[Candidate, ...]:
-    """Effects with the corrections of their sizes added to them."""
+    """Return the effects with the corrections of later rounds added to their sizes."""
     joined: dict[str, Candidate] = {}
     for effect in effects:
         old = {s.name: s.value for s in joined[effect.name].sizes} if effect.name in joined else {}

@@ -1,4 +1,4 @@
-"""One reconciliation, from the log to all that a report shows."""
+"""Run one reconciliation, from the log to the content of its report."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -17,7 +17,7 @@ from pitotbench.records.log import FlightLog
 
 @dataclass(frozen=True, slots=True)
 class NamedLog:
-    """A log with the name that reports give it."""
+    """A log with its name in reports."""
 
     name: str
     log: FlightLog
@@ -25,7 +25,7 @@ class NamedLog:
 
 @dataclass(frozen=True, slots=True)
 class FullReconciliation:
-    """The reconciliation of a log, the account of it for a report, and its patch."""
+    """The reconciliation of a log, its account for a report, and its patch."""
 
     reconciliation: Reconciliation
     account: Account
@@ -46,7 +46,7 @@ def reconcile_fully(
     """Reconcile a log, judge it again until nothing significant remains, and fly its card again.
 
     With `refly` the card of the log is flown again, with `refly_holdout` that of the held-out log as well. Without
-    `keep` null flights are neither looked up nor kept.
+    `keep` the cache of null flights is neither read nor written.
     Raises BadInputError for a log that cannot be used.
     """
     say = progress or (lambda text: None)

@@ -14,7 +14,7 @@ from pitotbench.show.gap_page import account_page
 from pitotbench.show.strict_json import json_text
 from pitotbench.simulate.modified import install_variant, overlay_xml
 
-WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")  # what may appear in the folder of --out
+WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")  # the files that a run writes
 
 
 def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) -> list[str]:
@@ -32,7 +32,7 @@ def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) ->
     if overlay:
         texts["overlay.xml"] = overlay
     out.mkdir(parents=True, exist_ok=True)
-    (out / "overlay.xml").unlink(missing_ok=True)  # an earlier run's would not belong to this patch
+    (out / "overlay.xml").unlink(missing_ok=True)  # that of an earlier run would not belong to this patch
     for name, text in texts.items():
         write_text(out / name, text)
     return ["written: " + ", ".join(str(out / name) for name in texts)]
@@ -41,9 +41,8 @@ def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) ->
 def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None) -> list[str]:
     """Write the patched aircraft as `<aircraft>+<variant>`, and return the lines to print.
 
-    One line names the effects that belong into a case file instead.
-    Raises BadInputError where no named effect acts on the aircraft, or where the name is taken: nothing is ever
-    overwritten.
+    One line names the effects that belong in a case file instead. An existing aircraft is never overwritten.
+    Raises BadInputError where no named effect acts on the aircraft, or where the name is taken.
     """
     verdict, aircraft = outcome.reconciliation.verdict, outcome.account.aircraft
     acting = _of_aircraft(outcome)
@@ -64,7 +63,7 @@ def _of_aircraft(outcome: FullReconciliation) -> list[EffectSpec]:
 
 
 def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
-    """2σ of every size of the named effects, by effect and parameter."""
+    """Return 2σ of every size of the named effects, by effect and parameter, in the units of the effects table."""
     effects = (e for r in outcome.account.rounds for e in r.verdict.effects)
     return {"two_sigma": {e.name: {s.name: float(f"{s.two_sigma:.3g}") for s in e.sizes} for e in effects}}
 

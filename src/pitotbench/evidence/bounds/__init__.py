@@ -1,1 +1,1 @@
-"""Coverage of the bounds: over seeds, over truths outside the models, beside other methods."""
+"""Measure the coverage of the bounds: over seeds, for truths outside the models, and against other methods."""

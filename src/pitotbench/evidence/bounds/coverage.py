@@ -1,4 +1,4 @@
-"""Do the bounds cover? Many flights with random truth in every cell; the noise stays unknown to the estimator."""
+"""Measure how often the bounds contain the truth, over flights with random truth and noise of unknown level."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -21,7 +21,7 @@ TURBULENCE = ("none", "light", "moderate")
 
 
 def score_trial(trial: Trial, scorings: tuple[str, ...], store: FlightStore | None = None) -> list[Row]:
-    """Fly a trial once, sense it by every data system, calibrate as every scoring says; a row each."""
+    """Fly a trial once, sense it with every data system, calibrate it for every scoring; return a row for each."""
     case = random_case(trial)
     flight = bench.fly(case) if store is None else store.fly(case)
     return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]
@@ -62,7 +62,7 @@ def _figures(flight: Flight, wind: Array, ours: Calibration, paper: Calibration)
 
 
 def summarize(rows: pd.DataFrame) -> pd.DataFrame:
-    """One line a cell: shares [%] with their standard errors, errors and bounds [kt]."""
+    """Return one line for each cell: shares [%] with their standard errors, errors and bounds [kt]."""
     good = rows[rows["failed"] == ""]
     groups = good.groupby(["scoring", "maneuver", "turbulence", "das"], sort=False)
     table = pd.DataFrame({"flights": groups.size()})

@@ -1,4 +1,4 @@
-"""The figures of scored calibrations: shares inside the bounds, bounds and errors, of one and over seeds."""
+"""The figures of scored calibrations: shares inside the bounds, bounds and errors, of one log and over seeds."""
 
 from collections.abc import Sequence
 
@@ -14,8 +14,11 @@ from pitotbench.units import KNOT
 
 
 def figures(result: Calibration, flight: Flight) -> dict[str, float]:
-    """Of one calibration against the truth of its flight: shares of the curve (100 to 160 KIAS) and of the wind's
-    components inside 2σ [%], mean 2σ and rms error of the curve and of the wind [kt]."""
+    """Return the figures of one calibration against the truth of its flight.
+
+    They are the shares of the curve (100 to 160 KIAS) and of the wind's components inside 2σ [%], and the mean 2σ
+    and the rms error of the curve and of the wind [kt].
+    """
     curve = compare_curve(result.curve, flight.case.pressure_error)
     wind = compare_wind(result.wind, bench.wind_toward(flight.case.wind)[:2])
     return {
@@ -29,7 +32,7 @@ def figures(result: Calibration, flight: Flight) -> dict[str, float]:
 
 
 def figures_of_log(log: FlightLog, options: bench.CalibrationOptions, flight: Flight) -> dict[str, float]:
-    """The figures of a log calibrated with some options; none where it does not determine the answer."""
+    """Return the figures of a log calibrated with these options; none where it does not determine the answer."""
     try:
         return figures(bench.calibrate(log, options), flight)
     except NoAnswerError:
@@ -37,8 +40,11 @@ def figures_of_log(log: FlightLog, options: bench.CalibrationOptions, flight: Fl
 
 
 def over_seeds(rows: pd.DataFrame, by: Sequence[str], of: Sequence[str] = ("",)) -> pd.DataFrame:
-    """One line a group: shares inside [%], then, of the curve ("") and of the wind ("wind ") as asked, mean 2σ and
-    rms error [kt]; `answers` counts the calibrations that gave one."""
+    """Return one line for each group: shares inside [%], mean 2σ and rms error [kt].
+
+    `of` chooses the curve ("") and the wind ("wind ") for the last two. `answers` is the number of calibrations
+    that gave an answer.
+    """
     groups = rows.groupby(list(by), sort=False)
     table = pd.DataFrame({"answers": groups["coverage_percent"].count()})
     table["curve inside 2σ [%]"] = groups["coverage_percent"].mean()

@@ -1,4 +1,4 @@
-"""How often fixed-speed points from simulated logs hold the truth, for several ways of flying and labeling."""
+"""Measure how often the bounds of fixed-speed points from simulated logs contain the truth, for several ways."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from pitotbench.units import KNOT
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """A maneuver, and the part of its log in which the points are looked for."""
+    """A maneuver, and the part of its log in which points are searched."""
 
     maneuver: str
     part: Callable[[FlightLog], FlightLog]
@@ -35,7 +35,7 @@ def _unlabeled(log: FlightLog) -> FlightLog:
 
 
 def _without_the_last_leg(log: FlightLog) -> FlightLog:
-    assert log.segment is not None  # the simulator labels its logs
+    assert log.segment is not None  # every simulated log has labels
     return log.select(np.char.find(log.segment, "270°") < 0)
 
 
@@ -49,9 +49,12 @@ WAYS = {
 
 
 def score_fixed_speed(turbulence: str, das: str, seeds: Sequence[int], jobs: int | None = None) -> Iterator[str]:
-    """A line of figures for each way and method: share of points inside 2σ, mean and rms error, mean 2σ, share of
-    winds (both components) inside 2σ, share of points inside twice the spread, and the rms difference to the curve
-    of the whole log with the share of it inside the point's 2σ."""
+    """Return a line of figures for each way and method.
+
+    They are the share of points inside 2σ, the mean and the rms error, the mean 2σ, the share of winds (both
+    components) inside 2σ, the share of points inside twice the spread, the rms difference from the curve of the
+    whole log, and the share of these differences inside the point's 2σ.
+    """
     maneuvers = tuple(dict.fromkeys(way.maneuver for way in WAYS.values()))
     experiment = Experiment(partial(points_of, das=das), maneuvers, (turbulence,), tuple(WAYS), "way")
     rows = run_experiment(experiment, seeds, Budget(jobs))
@@ -61,7 +64,7 @@ def score_fixed_speed(turbulence: str, das: str, seeds: Sequence[int], jobs: int
 
 
 def points_of(trial: Trial, ways: tuple[str, ...], das: str) -> list[Row]:
-    """Fly once and calibrate the whole log; a row for each fixed-speed point of each way of its maneuver."""
+    """Fly once and calibrate the whole log; return a row for each fixed-speed point of each way of the maneuver."""
     case = _case(trial)
     log = sense(fly(case), das)
     curve = calibrate(log).curve
@@ -73,7 +76,7 @@ def points_of(trial: Trial, ways: tuple[str, ...], das: str) -> list[Row]:
 
 
 def _case(trial: Trial) -> Case:
-    """A case with a wind of its seed, up to 25 kt from anywhere, and the default pressure error."""
+    """Return a case with the default pressure error and a random wind of its seed, up to 25 kt."""
     rng = np.random.default_rng(7000 + trial.seed)
     wind = Wind(speed=rng.uniform(0.0, 25.0) * KNOT, from_direction=rng.uniform(0.0, 2.0 * np.pi))
     return Case(
@@ -86,7 +89,11 @@ def _case(trial: Trial) -> Case:
 
 
 def _errors(case: Case, curve: ErrorCurve, point: FixedSpeedPoint) -> Row:
-    """Error, 2σ and spread of the airspeed, larger error and 2σ of the wind, correction less the curve's [kt]."""
+    """Return the errors of a point [kt] as columns of its row.
+
+    They are the error, 2σ and spread of the airspeed, the larger error and 2σ of the wind, and the correction minus
+    that of the curve.
+    """
     found = compare_points([point], case.pressure_error)
     wind = np.abs(np.array([point.wind_north, point.wind_east]) - wind_toward(case.wind)[:2]).max()
     at_speed = float(CubicSpline(curve.indicated_airspeed, curve.correction)(point.indicated_airspeed))
@@ -102,7 +109,7 @@ def _errors(case: Case, curve: ErrorCurve, point: FixedSpeedPoint) -> Row:
 
 
 def _figures(rows: pd.DataFrame) -> str:
-    """The figures of the points of one way and method."""
+    """Return the figures of the points of one way and method."""
     column = {name: rows[name].to_numpy() for name in rows if str(name).endswith("_kt")}
     two_sigma, spread = column["two_sigma_kt"], column["spread_kt"]
     points = Comparison(column["error_kt"], two_sigma)

@@ -1,4 +1,4 @@
-"""Scalar and vector form on the same flights, with heading and vanes off: what attitude and flow angles add."""
+"""Compare the scalar and the vector form on the same flights: the gain from imperfect attitude and flow angles."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -21,12 +21,12 @@ _HEADING, _VANES = np.radians(1.0), np.radians(0.5)  # standard deviations of co
 
 
 def forms_experiment(turbulence: str, das: str) -> Experiment:
-    """All published maneuvers in one turbulence, each log calibrated in both forms."""
+    """Return the experiment: all published maneuvers in one turbulence, each log calibrated in both forms."""
     return Experiment(partial(score_forms, das=das), PAPER_MANEUVERS, (turbulence,), FORMS, "form")
 
 
 def score_forms(trial: Trial, forms: tuple[str, ...], das: str) -> list[Row]:
-    """Fly once, calibrate in each form, with heading and vanes off by random constants; a row a form."""
+    """Fly once and calibrate in each form, with random constant errors of heading and vanes; one row a form."""
     flight = bench.fly(random_case(trial))
     return list(_rows(trial, forms, flight, _turned(bench.sense(flight, das), trial.seed)))
 
@@ -50,5 +50,5 @@ def _rows(trial: Trial, forms: tuple[str, ...], flight: Flight, log: FlightLog) 
 
 
 def summarize_forms(rows: pd.DataFrame) -> pd.DataFrame:
-    """One line a maneuver and form: shares inside [%], mean 2σ and rms errors [kt] over seeds."""
+    """Return one line for each maneuver and form: shares inside [%], mean 2σ and rms errors [kt] over seeds."""
     return over_seeds(rows, ("maneuver", "turbulence", "form"), ("", "wind "))

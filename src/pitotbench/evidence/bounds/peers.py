@@ -1,7 +1,7 @@
-"""The bounds that others publish for the same fit, each from its equations, compared with the truth as ours is.
+"""Published bounds for the same fit, each from its equations, compared with the truth in the same way as ours.
 
-All but the filter start from output error with white residuals (Jacobian J, residual v, both as airspeed) and
-differ in what they make of the residual's memory. They are references for comparison: nothing else uses them.
+All but the filter start from output error with white residuals (Jacobian J, residual v, both as airspeed). They
+differ in how they treat the autocorrelation of the residual. Nothing else in the project uses them.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,7 +39,7 @@ _FILTER_NOISE = 1.0  # m/s
 
 @dataclass(frozen=True, slots=True)
 class PeerCase:
-    """A white fit of one log: Jacobian (n, p) and residual (n,) as airspeed [m/s], sample interval [s]."""
+    """A fit of one log as if residuals were white: Jacobian (n, p), residual (n,) [m/s], sample interval [s]."""
 
     jacobian: Array
     residual: Array
@@ -47,12 +47,12 @@ class PeerCase:
 
 
 def white(case: PeerCase) -> Array:
-    """Cramér-Rao for white residuals: σ² (J'J)⁻¹ (Klein and Morelli 2006, ch. 6)."""
+    """Return the Cramér-Rao bound for white residuals: σ² (J'J)⁻¹ (Klein and Morelli 2006, ch. 6), (p, p)."""
     return np.asarray(np.var(case.residual) * np.linalg.inv(case.jacobian.T @ case.jacobian))
 
 
 def colored(case: PeerCase) -> Array:
-    """Colored-residual correction with the unbiased autocorrelation at all lags (Morelli and Klein 1997)."""
+    """Return the bound for colored residuals of Morelli and Klein (1997): unbiased autocorrelation, all lags."""
     n = len(case.residual)
     lags = np.arange(-(n - 1), n)
     correlation = fftconvolve(case.residual, case.residual[::-1]) / (n - np.abs(lags))
@@ -60,7 +60,8 @@ def colored(case: PeerCase) -> Array:
 
 
 def bartlett(case: PeerCase) -> Array:
-    """Heteroscedasticity- and autocorrelation-consistent, Bartlett weights over 20 s (Newey and West 1987)."""
+    """Return the heteroscedasticity- and autocorrelation-consistent bound of Newey and West (1987), with Bartlett
+    weights over 20 s."""
     n, width = len(case.residual), BARTLETT_SECONDS / case.interval
     lags = np.arange(-(n - 1), n)
     weight = np.clip(1.0 - np.abs(lags) / width, 0.0, None)
@@ -71,7 +72,7 @@ def bartlett(case: PeerCase) -> Array:
 
 
 def _sandwich(case: PeerCase, correlation: Array) -> Array:
-    """(J'J)⁻¹ [Σ_i Σ_j J_i R(i − j) J_j'] (J'J)⁻¹ with R at all lags, (2n − 1,)."""
+    """Return (J'J)⁻¹ [Σ_i Σ_j J_i R(i − j) J_j'] (J'J)⁻¹, with R at all lags, (2n − 1,)."""
     n = len(case.residual)
     smooth = np.stack([fftconvolve(column, correlation)[n - 1 : 2 * n - 1] for column in case.jacobian.T], axis=1)
     inverse = np.linalg.inv(case.jacobian.T @ case.jacobian)
@@ -86,7 +87,7 @@ COVARIANCES: dict[str, Callable[[PeerCase], Array]] = {
 
 
 def peer_rows(flight: Flight, das: str) -> list[Row]:
-    """Coverage and bound of each peer on one flight, and ours: one row each, speeds in m/s."""
+    """Return the coverage and the bound of each peer and of our fit on one flight: one row each, speeds in m/s."""
     log = bench.sense(flight, das)
     ours = bench.calibrate(log)
     speeds, inside = ours.curve.indicated_airspeed, scored(ours.curve)
@@ -110,8 +111,11 @@ def peer_rows(flight: Flight, das: str) -> list[Row]:
 
 
 def _spread_rows(log: FlightLog, flight: Flight) -> list[Row]:
-    """Legs and turns at one speed each, bounded by the scatter of their redundant solutions, as for four legs
-    (Gray 1998); no row where the maneuver holds no speed on enough headings."""
+    """Return the rows of legs and turns at one speed each, with a bound from the scatter of redundant solutions.
+
+    For four legs this is the bound of Gray (1998). There is no row where the maneuver does not hold a speed on
+    enough headings.
+    """
     try:
         points = [point for point in bench.fixed_speed_points(log) if point.spread is not None]
     except NoAnswerError:
@@ -140,10 +144,10 @@ def _row(name: str, error: Array, variance: Array) -> dict[str, object]:
 
 
 def scale_filter(log: FlightLog, obs: Observations, speeds: Array) -> tuple[Array, Array]:
-    """A 1 Hz extended Kalman filter of wind north, east and one airspeed scale, as small autopilots run it.
+    """Run a 1 Hz extended Kalman filter of the wind and one airspeed scale, as small autopilots do.
 
-    State: wind [m/s] and s in |V_ground − W| = s · V_true(q_ci). Returns the correction [m/s] at indicated
-    airspeeds [m/s] and its variance.
+    The state is the wind W toward north and east [m/s] and the scale s in |V_ground − W| = s · V_true(q_ci).
+    Returns the correction [m/s] at indicated airspeeds [m/s], and its variance [m²/s²].
     """
     step = max(1, round(1.0 / float(np.median(np.diff(obs.time)))))
     measured = air.true_airspeed(obs.impact_pressure, obs.static_pressure, _air_temperature(obs))[::step]
@@ -167,7 +171,7 @@ def _air_temperature(obs: Observations) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class _Fitted:
-    """A covering fit of one log, and what the score needs: gradient (c, p), curve (c,) and truth (c,) [m/s]."""
+    """A covering fit of one log with the data for its score: gradient (c, p), curve (c,) and truth (c,) [m/s]."""
 
     fit: CoveringFit
     gradient: Array
@@ -189,7 +193,7 @@ def _fitted(flight: Flight, das: str) -> _Fitted:
 
 
 def known_noise_rows(fitted: Sequence[_Fitted]) -> list[Row]:
-    """Our estimator with the noise known: the mean of the noise that the flights of the cell showed."""
+    """Return the rows of our estimator with known noise: the mean noise estimated from the cell's flights."""
     modes = [max(each.fit.nodes, key=lambda node: node.weight).noise for each in fitted]
     noise = np.mean(modes, axis=0)
     rows = []
@@ -208,10 +212,10 @@ def comparison(
     store: FlightStore | None = None,
     jobs: int | None = None,
 ) -> pd.DataFrame:
-    """All bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means over flights.
+    """Compare all bounds on the same flights of all maneuvers: shares [%] and speeds [kt], means over flights.
 
-    A task is a maneuver with all its flights: the estimator that knows the noise needs the fits of all of them, and
-    a fit stays in its process.
+    A task is a maneuver with all its flights. The estimator with known noise needs the fits of all of them, and a
+    fit is not sent between processes.
     """
     work = partial(_maneuver_rows, seeds=seeds, turbulence=turbulence, systems=systems, store=store)
     rows = [row for found in require_all(run_tasks(work, PAPER_MANEUVERS, jobs)) for row in found]
@@ -231,7 +235,7 @@ def comparison(
 def _maneuver_rows(
     maneuver: str, seeds: int, turbulence: str, systems: tuple[str, ...], store: FlightStore | None
 ) -> list[Row]:
-    """The rows of all flights of one maneuver, and those of the estimator that knows the noise."""
+    """Return the rows of all flights of one maneuver, and those of the estimator with known noise."""
     fly = bench.fly if store is None else store.fly
     rows: list[Row] = []
     fitted: dict[str, list[_Fitted]] = {das: [] for das in systems}

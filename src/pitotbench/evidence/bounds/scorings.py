@@ -1,4 +1,4 @@
-"""What the coverage campaign asks of the bounds: which wind, which systematic errors, which stated accuracies."""
+"""The scorings of the coverage campaign: combinations of wind, systematic errors and stated accuracies."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ from pitotbench.sense import SYSTEMS
 from pitotbench.units import Array
 
 STATED = Accuracies(temperature_k=1.0, recovery_factor=0.02, static_pressure_pa=50.0, velocity_mps=0.1)
-SLOW_CHANGE, SLOW_TIME = 1.0, 600.0  # m/s rms in so many seconds, as a random walk
+SLOW_CHANGE, SLOW_TIME = 1.0, 600.0  # a random walk: rms change [m/s] after a time [s]
 
 InWind = Callable[[Flight, int], tuple[Flight, Array]]
 WithErrors = Callable[[FlightLog, int], FlightLog]
@@ -22,8 +22,12 @@ WithErrors = Callable[[FlightLog, int], FlightLog]
 
 @dataclass(frozen=True, slots=True)
 class Scoring:
-    """One question: the wind beside the case's (`in_wind`: from a flight and a seed to the flight in that wind and
-    its mean wind toward north and east [m/s]), the errors of the sensors, and how the log is calibrated."""
+    """One way to fly, sense and calibrate, for which the coverage is measured.
+
+    `in_wind` takes a flight and a seed and returns the flight in a changed wind with its mean wind toward north and
+    east [m/s]. `with_errors` takes a log and a seed and returns the log with sensor errors. `options` are those of
+    the calibration.
+    """
 
     name: str
     systems: tuple[str, ...]
@@ -34,12 +38,15 @@ class Scoring:
 
 
 def steady(flight: Flight, seed: int) -> tuple[Flight, Array]:
-    """The wind of the case."""
+    """Return the flight unchanged, in the wind of its case."""
     return flight, bench.wind_toward(flight.case.wind)[:2]
 
 
 def slow(flight: Flight, seed: int) -> tuple[Flight, Array]:
-    """A wind that walks: the airplane flies relative to the air, so its ground velocity changes with the wind."""
+    """Return the flight in a wind that changes as a random walk.
+
+    The airplane flies relative to the air, so its ground velocity changes with the wind.
+    """
     elapsed = flight["time"] - flight["time"][0]
     steps = np.random.default_rng([seed, 79]).standard_normal((2, int(elapsed[-1]) + 2))
     walk = np.cumsum(steps, axis=1) * SLOW_CHANGE / np.sqrt(2.0 * SLOW_TIME)
@@ -50,12 +57,12 @@ def slow(flight: Flight, seed: int) -> tuple[Flight, Array]:
 
 
 def as_sensed(log: FlightLog, seed: int) -> FlightLog:
-    """The log without further errors."""
+    """Return the log without further errors."""
     return log
 
 
 def systematic(log: FlightLog, seed: int) -> FlightLog:
-    """Constant errors drawn from the stated accuracies."""
+    """Return the log with constant errors drawn from the stated accuracies."""
     draw = 0.5 * np.random.default_rng([seed, 78]).standard_normal(5)
     if log.total_temperature is None:
         raise ValueError("a synthetic log has a total temperature")

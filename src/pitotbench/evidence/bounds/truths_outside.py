@@ -1,4 +1,4 @@
-"""Does `--model auto` cover curves that no model of the table can draw? One flight serves many truths."""
+"""Measure the coverage of `--model auto` for curves outside all models of the table. One flight has many truths."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -18,7 +18,7 @@ from pitotbench.units import KNOT, Array
 
 FIRST_DEVELOPMENT_SEED = 1
 MODELS = ("auto", "inverse+")
-_AIRSPEED_KT = np.arange(70.0, 205.0, 2.5)  # of the tables that hold the truths
+_AIRSPEED_KT = np.arange(70.0, 205.0, 2.5)  # of the tables of the true curves
 
 Shape = Callable[[Array, np.random.Generator], Array]
 
@@ -61,7 +61,7 @@ TRUTHS: dict[str, Shape] = {
 
 
 def truth_of(name: str, seed: int) -> PressureErrorSpec:
-    """A truth with parameters drawn from a seed, as a table over indicated airspeed."""
+    """Return a true curve with parameters drawn from a seed, as a table over indicated airspeed."""
     values = TRUTHS[name](_AIRSPEED_KT, np.random.default_rng([seed, list(TRUTHS).index(name)]))
     return PressureErrorSpec(
         model="table",
@@ -71,12 +71,12 @@ def truth_of(name: str, seed: int) -> PressureErrorSpec:
 
 
 def outside_experiment(maneuvers: Sequence[str], turbulence: str, das: str) -> Experiment:
-    """Some maneuvers in one turbulence; every flight is sensed with every truth."""
+    """Return the experiment: these maneuvers in one turbulence, every flight sensed with every true curve."""
     return Experiment(partial(score_outside, das=das), tuple(maneuvers), (turbulence,), tuple(TRUTHS), "truth")
 
 
 def score_outside(trial: Trial, truths: tuple[str, ...], das: str) -> list[Row]:
-    """Fly once; sense with every truth; calibrate with `auto` and with Inverse+; a row each."""
+    """Fly once, sense with every true curve, calibrate with `auto` and with Inverse+; return one row for each."""
     flight = bench.fly(random_case(trial))
     rows: list[Row] = []
     for name in truths:
@@ -94,6 +94,8 @@ def _rows(trial: Trial, name: str, flight: Flight, das: str) -> Iterator[Row]:
 
 
 def summarize(rows: pd.DataFrame) -> pd.DataFrame:
-    """One line a maneuver, truth and model: shares inside [%], mean 2σ and rms error [kt] over seeds; `answers`
-    counts the calibrations that gave one."""
+    """Return one line for each maneuver, truth and model: shares inside [%], mean 2σ and rms error [kt] over seeds.
+
+    `answers` is the number of calibrations that gave an answer.
+    """
     return over_seeds(rows, ("maneuver", "truth", "model"))

@@ -1,4 +1,4 @@
-"""The long coverage campaign: run it within a budget of time and write what was measured, with seeds and date."""
+"""Run the long coverage campaign within a budget of time, and write the results with their seeds and date."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -24,7 +24,8 @@ def verify(
 ) -> pd.DataFrame:
     """Score up to `seeds` seeds of every cell and write coverage.csv, coverage.png and coverage.md into `out`.
 
-    `flights` is a folder where flights are kept for the next campaign. 0 minutes write what the kept rows hold.
+    `flights` is a folder in which flights are kept for the next campaign. A budget of 0 minutes flies nothing and
+    writes the files from the kept rows.
     """
     score = partial(score_trial, store=None if flights is None else FlightStore(flights))
     experiment = Experiment(score, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring")

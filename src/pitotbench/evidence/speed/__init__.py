@@ -1,1 +1,1 @@
-"""Ratios of CPU time that do not depend on the machine."""
+"""Measure ratios of CPU times, which depend less on the machine than the times do."""

@@ -1,4 +1,4 @@
-"""How long a calibration takes, as a ratio to a plain SciPy fit of the same rows."""
+"""Measure the CPU time of a calibration, for comparison with a plain SciPy fit of the same rows."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _REPEATS = 5
 
 @dataclass(frozen=True, slots=True)
 class FitTimes:
-    """CPU seconds (the least of several): SciPy's fit, ours by method, and one residual with its Jacobian."""
+    """CPU times [s], each the least of several: SciPy's fit, ours by method, one residual with its Jacobian."""
 
     rows: int
     scipy: float
@@ -33,7 +33,8 @@ class FitTimes:
 def fit_times(log: FlightLog) -> FitTimes:
     """Time fits of a log with attitude and flow angles: three outputs, five parameters (Inverse+ and wind).
 
-    SciPy's side is `least_squares` with the analytic Jacobian and method `lm`, alone: no bound, no reading.
+    The SciPy fit is `least_squares` with the analytic Jacobian and the method `lm`. Its time includes neither a
+    2σ bound nor the reading of the log.
     """
     obs = observe(log, CalibrationOptions())
     outputs = velocity_outputs_of(PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE), obs, log)

@@ -1,4 +1,4 @@
-"""How much recording and flying a card costs over JSBSim alone."""
+"""Measure the CPU time of flying and recording a card, relative to JSBSim alone."""
 
 from time import process_time
 
@@ -13,9 +13,9 @@ RATE = 100.0  # Hz
 
 
 def overhead_ratio(case: Case | None = None, repeats: int = 5) -> float:
-    """CPU time of a whole flight over that of a bare `run()` loop of as many steps, each the least of some tries.
+    """Return the CPU time of a flight over that of a bare `run()` loop of as many steps, each the least of several.
 
-    The flight holds everything: load, settling, the card, every channel at 100 Hz, the arrays at the end.
+    The flight includes the loading, the settling, the card, every channel at 100 Hz, and the arrays at the end.
     """
     case = case or Case(maneuver="step_decrease")
     flown, bare = [], []
@@ -28,7 +28,7 @@ def overhead_ratio(case: Case | None = None, repeats: int = 5) -> float:
 
 
 def bare_time(case: Case, steps: int) -> float:
-    """CPU time [s] of JSBSim alone for a number of steps of the case's aircraft in level flight, in its air."""
+    """Return the CPU time [s] of JSBSim alone for some steps of the case's aircraft in level flight, in its air."""
     plant = Plant.load(case.aircraft)
     plant.start(case.altitude, LEVEL_SPEED, air=Air.of(case))
     run = plant.fdm.run

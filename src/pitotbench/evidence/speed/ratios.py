@@ -1,6 +1,6 @@
-"""The speed ratios that `make bench` prints: CPU time over that of the same work without the bench.
+"""The speed ratios that `make bench` prints: CPU time over the CPU time of the same work without the bench.
 
-Each is the least of several tries on one thread. Absolute times differ from hour to hour on a shared machine; their
+Each time is the least of several tries on one thread. On a shared machine absolute times differ from hour to hour;
 ratios within one run differ less.
 """
 
@@ -23,7 +23,7 @@ LONG_ROWS = 300_000
 
 
 def ratio_lines() -> Iterator[str]:
-    """Measure one ratio after the other; each comes as a line with its limit, where it has one."""
+    """Measure one ratio after the other; yield a line for each, with its limit where it has one."""
     yield f"recorded flight / bare JSBSim loop                     {overhead_ratio():6.2f}   (limit 1.35)"
     log = record(fly(Case(maneuver="circle")), data_system("100/100"), 1)
     yield from _fit_lines(log.select(np.arange(min(FIT_ROWS, len(log)))))

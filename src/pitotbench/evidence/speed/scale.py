@@ -1,4 +1,4 @@
-"""What a long log costs: the fixed-speed cross-check a row, and reading beside one pass of Arrow's CSV reader."""
+"""Measure the CPU time for a long log: the cross-check for each row, and reading relative to Arrow's CSV reader."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,10 +19,11 @@ _TRIES = 3
 
 @dataclass(frozen=True, slots=True)
 class ReadingTimes:
-    """CPU seconds, the least of several, for one CSV file: a pass of Arrow's reader on one thread, our reading with
-    all checks, and the calibration of the log.
+    """CPU times [s] for one CSV file, each the least of several.
 
-    The process is warm. In a new one Arrow's pass takes about twice as long, since its memory is first asked for.
+    They are those of one pass of Arrow's reader on one thread, of our reading with all checks, and of the
+    calibration of the log. The process is warm. In a new process Arrow's pass takes about twice as long, because
+    its memory is not allocated yet.
     """
 
     arrow: float
@@ -31,7 +32,7 @@ class ReadingTimes:
 
 
 def tiled(log: FlightLog, rows: int) -> FlightLog:
-    """The rows of a log again and again, without a pause, up to a number of rows."""
+    """Return a log that repeats the rows of another one without a pause, up to a number of rows."""
     turn, row = np.divmod(np.arange(rows), len(log))
     channels = {name: values[row] for name, values in log.channels().items()}
     step = float(np.median(np.diff(log.time)))
@@ -40,14 +41,14 @@ def tiled(log: FlightLog, rows: int) -> FlightLog:
 
 
 def cross_check_growth(log: FlightLog, rows: int, times: int) -> float:
-    """CPU time a row of the cross-check of `times` times the rows, over that of `rows` rows: 1 if linear."""
+    """Return the growth of the cross-check's CPU time a row from `rows` to `times` × `rows` rows: 1 if linear."""
     short, long = (tiled(log, count) for count in (rows, times * rows))
     with one_thread():
         return _least(lambda: cross_check(long)) / _least(lambda: cross_check(short)) / times
 
 
 def reading_times(log: FlightLog, path: Path) -> ReadingTimes:
-    """Write a log as CSV to `path` and time what reading and calibrating it costs."""
+    """Write a log as CSV to `path`, and time its reading and its calibration."""
     write_log(log, path)
     with path.open("rb") as file:
         above = next(number for number, line in enumerate(file) if not line.startswith(b"#"))

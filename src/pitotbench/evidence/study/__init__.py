@@ -1,1 +1,1 @@
-"""The paper's simulator study, claim by claim, and the questions that it left open."""
+"""The paper's simulator study, claim by claim, and the questions that the paper does not answer."""

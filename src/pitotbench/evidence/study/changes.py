@@ -1,8 +1,8 @@
-"""What can be changed about a flight after it was flown, so that one flight answers many questions.
+"""Changes to a flight after it was flown, so that one flight answers many questions.
 
-Ground velocity is air velocity plus wind, and a slow or uniform wind leaves the motion through the air alone:
-a changed wind is added to the ground velocity of the same flight, exactly. The same holds for what only the
-sensors feel.
+Ground velocity is air velocity plus wind, and a slow or uniform wind does not change the motion through the air. So
+a change of wind is exact when it is added to the ground velocity of the same flight. A change that acts only on the
+sensors is exact for the same reason.
 """
 
 from collections.abc import Callable
@@ -18,8 +18,8 @@ from pitotbench.timeline import gaps
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
 
 MINUTE, HUNDRED_FEET = 60.0, 100.0 * FOOT
-SIDESLIP_ERROR = 0.0005  # of q_c a degree squared: 1.25 % at 5°, our estimate for a probe beside the fuselage
-TURNING = 10.0 * DEGREE  # of bank: a turn
+SIDESLIP_ERROR = 0.0005  # of q_c a degree squared: 1.25 % at 5°, our estimate for a probe next to the fuselage
+TURNING = 10.0 * DEGREE  # of bank: above it the airplane turns
 Change = Callable[[Flight, float], Flight]
 
 
@@ -32,7 +32,7 @@ def _with(flight: Flight, **channels: Array) -> Flight:
 
 
 def _with_wind(flight: Flight, speed: Array, direction: float) -> Flight:
-    """More wind of a speed [m/s] a sample, toward a direction [rad]."""
+    """Return the flight with more wind toward a direction [rad], of a speed [m/s] at each sample."""
     north, east = speed * np.cos(direction), speed * np.sin(direction)
     return _with(
         flight,
@@ -42,24 +42,24 @@ def _with_wind(flight: Flight, speed: Array, direction: float) -> Flight:
 
 
 def _direction(flight: Flight) -> float:
-    """A direction that depends on the seed: a change of wind knows nothing of the maneuver's headings."""
+    """Draw a direction [rad] from the seed, so that it does not depend on the maneuver's headings."""
     return float(np.random.default_rng([flight.case.truth_seed, 83]).uniform(0.0, 2.0 * np.pi))
 
 
 def wind_change(flight: Flight, knots_a_minute: float) -> Flight:
-    """A wind that grows steadily toward a random direction, with the clock of the flight."""
+    """Return the flight in a wind that grows steadily with time toward a random direction."""
     since = (flight["time"] - flight["time"].mean()) / MINUTE
     return _with_wind(flight, knots_a_minute * KNOT * since, _direction(flight))
 
 
 def shear(flight: Flight, knots_a_hundred_feet: float) -> Flight:
-    """A wind that grows with altitude toward a random direction."""
+    """Return the flight in a wind that grows with altitude toward a random direction."""
     above = (flight["altitude"] - flight["altitude"].mean()) / HUNDRED_FEET
     return _with_wind(flight, knots_a_hundred_feet * KNOT * above, _direction(flight))
 
 
 def vertical_speed(flight: Flight, times: float) -> Flight:
-    """The same airspeed flown with the vertical speed multiplied: the path is steeper, its shadow shorter."""
+    """Return the flight at the same airspeed with the vertical speed multiplied and less ground speed."""
     wind = bench.wind_toward(flight.case.wind)
     north, east = flight["velocity_north"] - wind[0], flight["velocity_east"] - wind[1]
     down = flight["velocity_down"]
@@ -74,12 +74,12 @@ def vertical_speed(flight: Flight, times: float) -> Flight:
 
 
 def steady_sideslip(flight: Flight, degrees: float) -> Flight:
-    """A probe that loses `SIDESLIP_ERROR` of q_c a degree squared, the whole flight slipping."""
+    """Return the flight with a constant sideslip; the probe loses `SIDESLIP_ERROR` of q_c a degree squared."""
     return _slipping(flight, np.full(len(flight), degrees))
 
 
 def sideslip_in_turns(flight: Flight, degrees: float) -> Flight:
-    """The same in turns only, as without rudder: wherever the bank is above ten degrees."""
+    """Return the flight with sideslip in turns only, as without rudder: where the bank is above ten degrees."""
     return _slipping(flight, np.where(np.abs(flight["roll"]) > TURNING, degrees, 0.0))
 
 
@@ -89,13 +89,13 @@ def _slipping(flight: Flight, degrees: Array) -> Flight:
 
 
 def twice_the_rate(flight: Flight, level: float) -> Flight:
-    """The flight with a sample between every two, for systems faster than the simulator.
+    """Return the flight with one more sample between every two, for systems faster than the simulator.
 
-    What moves the air data lies far below the simulator's Nyquist frequency of 50 Hz, so a straight line
-    between its samples is close enough.
+    The frequencies of the air data are far below the simulator's Nyquist frequency of 50 Hz, so linear
+    interpolation is accurate enough.
     """
     time = flight["time"]
-    near = np.setdiff1d(np.arange(len(time) - 1), gaps(time) - 1)  # rows with no gap behind them
+    near = np.setdiff1d(np.arange(len(time) - 1), gaps(time) - 1)  # rows without a gap after them
 
     def between(values: Array) -> Array:
         return np.insert(values, near + 1, 0.5 * (values[near] + values[near + 1]))

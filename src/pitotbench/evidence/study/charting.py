@@ -1,4 +1,4 @@
-"""From numbers by seed to charts with spread bars."""
+"""Make charts with spread bars from numbers by seed."""
 
 from collections.abc import Callable, Sequence
 
@@ -20,7 +20,10 @@ def maneuver_bars(
     number: Number,
     maneuvers: Sequence[str] = PAPER_ORDER,
 ) -> Bars:
-    """A group a maneuver, a bar a kind (key, label); `number(maneuver, key)` gives the values by seed."""
+    """Return a chart with a group of bars for each maneuver and a bar for each kind (key, label).
+
+    `number(maneuver, key)` gives the values by seed.
+    """
     series = []
     for key, label in kinds:
         found = [Spread.of(number(maneuver, key)) for maneuver in maneuvers]
@@ -40,7 +43,10 @@ def maneuver_lines(
     log_x: bool = False,
     log_y: bool = False,
 ) -> Lines:
-    """A line a maneuver over levels; `number(maneuver, level)` gives the values by seed."""
+    """Return a chart with a line for each maneuver over levels.
+
+    `number(maneuver, level)` gives the values by seed.
+    """
     series = []
     for maneuver in maneuvers:
         found = [Spread.of(number(maneuver, level)) for level in levels]

@@ -1,4 +1,4 @@
-"""`pitotbench study`: flags to a request, the verdict of every claim, the pages."""
+"""`pitotbench study`: fly the study, print the verdict of every claim, and write the pages."""
 
 import argparse
 from pathlib import Path
@@ -24,7 +24,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fly the study, print the verdicts and name the pages. Raises NoAnswerError where flights were lost."""
+    """Fly the study, print the verdicts and the pages' paths. Raises NoAnswerError where flights were lost."""
     if options.seeds < 1 or (options.jobs is not None and options.jobs < 1):
         raise BadInputError("--seeds and --jobs count from 1")
     from pitotbench.evidence.study.conduct import StudyRequest, run_study  # loads the simulator
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def print_result(result: "StudyResult") -> None:
-    """The verdict of every claim, the pages, and what gave no answer."""
+    """Print the verdict of every claim, the pages, and the failures."""
     from rich.console import Console
     from rich.table import Table
 

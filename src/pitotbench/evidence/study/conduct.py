@@ -19,10 +19,10 @@ from pitotbench.records.errors import BadInputError, NoAnswerError
 
 @dataclass(frozen=True, slots=True)
 class StudyRequest:
-    """How many seeds (1 to `seeds`, truth and sensors), where to write, how many processes or which cluster.
+    """The request for a study: its seeds (1 to `seeds`, of truth and sensors), its folders, its processes.
 
-    `sweeps`: fly what the paper left open as well. `docs`: a folder that gets `study.md` and its pictures.
-    `tables`: the `out` of an earlier run, whose tables are answered from instead of flying.
+    `sweeps`: answer the open questions of the paper as well. `docs`: a folder for `study.md` and its pictures.
+    `tables`: the folder `out` of an earlier run, whose tables are used instead of new flights.
     """
 
     seeds: int = 1
@@ -40,7 +40,7 @@ class StudyRequest:
 
 @dataclass(frozen=True, slots=True)
 class StudyResult:
-    """The numbers, the answers by claim, the pages, what gave no answer in words, how many flights were lost."""
+    """The tables, the answers by claim, the pages, the failures in words, and the number of lost flights."""
 
     evidence: StudyTables
     findings: dict[str, Finding]
@@ -50,7 +50,7 @@ class StudyResult:
 
 
 def run_study(request: StudyRequest) -> StudyResult:
-    """Fly the study, answer every claim, write report.html and the tables of numbers; with `docs` study.md too.
+    """Fly the study, answer every claim, and write report.html and the tables; with `docs` also write study.md.
 
     The same seeds give the same numbers on any number of processes.
     Raises BadInputError for a request that makes no sense, NoAnswerError where nothing could be flown.
@@ -65,7 +65,7 @@ def run_study(request: StudyRequest) -> StudyResult:
 
 
 def fly_sorties(sorties: Sequence[Sortie], jobs: int | None = None, scheduler: str | None = None) -> list[Measured]:
-    """What was measured of each sortie, in their order; of one that could not be flown, the reason."""
+    """Return the measurements of each sortie, in order. One that could not be flown has the reason instead."""
     results = run_tasks(measure_sortie, sorties, jobs, scheduler, "flying")
     return [
         lost_sortie(sortie, result.reason) if isinstance(result, Failure) else result
@@ -74,7 +74,7 @@ def fly_sorties(sorties: Sequence[Sortie], jobs: int | None = None, scheduler: s
 
 
 def _read(folder: Path) -> StudyTables:
-    """The numbers of an earlier run."""
+    """Return the tables of an earlier run."""
     try:
         return StudyTables.of_tables({name: pd.read_parquet(folder / f"{name}.parquet") for name in TABLES})
     except FileNotFoundError as error:

@@ -1,4 +1,4 @@
-"""Curves to look at: a calibration over airspeed, and the points of the conventional method beside it."""
+"""Curves for the pictures: a calibration over airspeed, and the points of the conventional method."""
 
 from pitotbench import bench
 from pitotbench.evidence.experiment import Row
@@ -10,7 +10,7 @@ from pitotbench.units import KNOT
 
 
 def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
-    """A curve [kt] with the 2σ of its method, the 2σ of the residual and the truth, over indicated airspeed."""
+    """Return the points of a curve [kt] with the 2σ of its method, the 2σ of the residual, and the truth."""
     curve = result.curve
     truth = bench.true_correction(flight.case.pressure_error, curve.indicated_airspeed)
     columns = zip(curve.indicated_airspeed, curve.correction, curve.two_sigma, truth, strict=True)
@@ -30,7 +30,7 @@ def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
 
 
 def fixed_speed_rows(log: FlightLog) -> list[Row]:
-    """The four-leg points of a log: calibrated minus indicated airspeed [kt] at indicated airspeeds [kt]."""
+    """Return the four-leg points of a log: calibrated minus indicated airspeed [kt] at indicated airspeeds [kt]."""
     return [
         {
             "kind": "fixed speed",

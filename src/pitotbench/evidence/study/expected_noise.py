@@ -1,4 +1,4 @@
-"""What the injected noise of the impact pressure is worth in airspeed."""
+"""Convert the injected noise of the impact pressure to airspeed."""
 
 import numpy as np
 
@@ -8,9 +8,9 @@ from pitotbench.units import KNOT, Array
 
 
 def airspeed_noise(airspeed_kt: Array, seconds: Array) -> float:
-    """2σ [kt] of white noise of the impact pressure at calibrated airspeeds, each flown for some seconds.
+    """Return 2σ [kt] of white noise of the impact pressure at calibrated airspeeds [kt], each flown for a time [s].
 
-    The noise of the default data system in pascals times the slope of airspeed over impact pressure.
+    It is the noise of the default data system [Pa] times the slope of airspeed over impact pressure.
     """
     impact = air.impact_pressure(airspeed_kt * KNOT)
     slope = air.calibrated_airspeed_slope(impact)

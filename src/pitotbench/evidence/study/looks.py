@@ -1,4 +1,4 @@
-"""One look at a flight: how it is sensed and fitted."""
+"""One look at a flight: one way to sense and to fit it."""
 
 from dataclasses import dataclass, replace
 
@@ -16,10 +16,10 @@ _SIMULATED = 100.0  # Hz
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """A data system, the options of the fit, and what was changed before sensing.
+    """A data system, the options of the fit, and a change of the flight before it is sensed.
 
-    `change` names an entry of `CHANGES`, `level` its size; `noise` multiplies that of the impact pressure,
-    `gps_noise` that of the velocity; `given_down` records velocity down whatever the system.
+    `change` is a name of `CHANGES`, `level` the size of the change. `noise` multiplies the noise of the impact
+    pressure, `gps_noise` that of the GPS velocity. `given_down` adds velocity down to the log of any system.
     """
 
     das: str = "50/50"
@@ -32,14 +32,14 @@ class Look:
 
     @property
     def sensing(self) -> tuple[str, str, float, float, float, bool]:
-        """What decides the log: looks that agree in it share one."""
+        """The fields that determine the log. Looks with the same fields share one log."""
         return self.das, self.change, self.level, self.noise, self.gps_noise, self.given_down
 
 
 def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
-    """The flight as a look changes it, and its log; twice the simulator's rate is allowed.
+    """Return the flight with the change of a look, and its log. Twice the simulator's rate is allowed.
 
-    Raises BadInputError for rates that cannot be, UnknownNameError for an unknown change.
+    Raises BadInputError for impossible rates, UnknownNameError for an unknown change.
     """
     system = _system(look.das)
     changed = CHANGES[look.change](flight, look.level)
@@ -54,7 +54,7 @@ def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
 
 
 def _system(das: str) -> DataSystem:
-    """The data system of rates up to 200 Hz, with the noise of the same kind of system at 100 Hz."""
+    """Return a data system for rates up to 200 Hz, with the noise of the same kind of system at 100 Hz."""
     air, gps = (float(part) for part in das.split("/"))
     if air <= _SIMULATED:
         return data_system(das)

@@ -1,4 +1,4 @@
-"""How the study names maneuvers, and the order in which the paper ranks them."""
+"""The study's names of the maneuvers, and the order in which the paper ranks them."""
 
 import pandas as pd
 
@@ -14,5 +14,5 @@ PAPER_ORDER = tuple(NAMES)[:5]  # smallest 2σ first (Martos et al. 2011, III.E)
 
 
 def named(rows: dict[str, dict[str, object]]) -> pd.DataFrame:
-    """A table with a line a maneuver, in the paper's order, under its name."""
+    """Return a table with one line for each maneuver, in the paper's order and with its name."""
     return pd.DataFrame([{"maneuver": NAMES[m], **rows[m]} for m in NAMES if m in rows])

@@ -1,4 +1,4 @@
-"""Fly one sortie and measure it, in whatever process."""
+"""Fly one sortie and measure it. This runs in any process."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ _TRACK_POINTS = 800
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """The rows of a sortie by table, and what failed in words."""
+    """The rows of a sortie by table, and the failures in words."""
 
     fits: tuple[Row, ...] = ()
     flights: tuple[Row, ...] = ()
@@ -30,7 +30,7 @@ class Measured:
 
 
 def measure_sortie(sortie: Sortie) -> Measured:
-    """Fly, sense, fit, measure. Raises BadInputError where the case cannot be flown."""
+    """Fly, sense, fit and measure a sortie. Raises BadInputError where the case cannot be flown."""
     case = sortie.case
     flight = bench.fly(case)
     key: Row = {
@@ -51,13 +51,13 @@ def measure_sortie(sortie: Sortie) -> Measured:
 
 
 def lost_sortie(sortie: Sortie, reason: str) -> Measured:
-    """What there is of a sortie that gave nothing: the reason."""
+    """Return the record of a sortie that gave no numbers, with the reason."""
     case = sortie.case
     return Measured(failures=(f"{case.maneuver} seed {case.truth_seed} {sortie.setting}: {reason}",))
 
 
 def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
-    """One row a look, and the points of the curves where the sortie asks for them."""
+    """Return one row for each look, and the points of the curves where the sortie asks for them."""
     logs: dict[tuple[str, str, float, float, float, bool], tuple[Flight, FlightLog]] = {}
     rows, curves = [], []
     for look in sortie.looks:

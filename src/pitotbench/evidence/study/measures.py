@@ -1,4 +1,4 @@
-"""The numbers that are kept of one fit and of one flight."""
+"""The numbers of one fit and of one flight that the tables hold."""
 
 import numpy as np
 
@@ -16,11 +16,11 @@ from pitotbench.units import FOOT, KNOT, Array
 
 DENSITY_EDGES = np.arange(90.0, 172.5, 2.5)  # kt
 BLOCK = 5.0  # s, about the memory of a gust: residuals averaged over it count as independent
-_SPLIT = 130.0 * KNOT  # where Step Decrease changes its heading
+_SPLIT = 130.0 * KNOT  # the speed at which Step Decrease changes its heading
 
 
 def look_row(look: Look) -> Row:
-    """How a fit was made, as the columns that evidence is chosen by."""
+    """Return the settings of a fit, as the columns by which rows are selected."""
     options = look.options
     return {
         "das": look.das,
@@ -39,7 +39,7 @@ def look_row(look: Look) -> Row:
 
 
 def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | None]:
-    """Fit a log and compare it with the truth of its flight; `failed` says why there are no numbers."""
+    """Fit a log and compare it with the truth of its flight. `failed` is the reason where there are no numbers."""
     try:
         result = bench.calibrate(log, look.options)
     except (NoAnswerError, BadInputError) as error:
@@ -61,7 +61,8 @@ def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | 
 
 
 def _error_parts(result: Calibration, flight: Flight) -> Row:
-    """Mean error of the curve, its lower half minus its upper half, and the error of the wind [kt]."""
+    """Return the mean error of the curve, that of its lower half minus that of its upper half, and the error of the
+    wind, all in kt."""
     error = compare_curve(result.curve, flight.case.pressure_error).error
     slow = result.curve.indicated_airspeed[scored(result.curve)] < _SPLIT
     tilt = float(np.mean(error[slow]) - np.mean(error[~slow])) if slow.any() else 0.0
@@ -75,7 +76,7 @@ def _error_parts(result: Calibration, flight: Flight) -> Row:
 
 
 def _criteria(result: Calibration) -> Row:
-    """Schwarz's criterion (1978) from all residuals as if white, and from means over blocks of `BLOCK`."""
+    """Return Schwarz's criterion (1978) from all residuals as if white, and from means over blocks of `BLOCK`."""
     count = len(result.parameters) + 2
     time, airspeed = result.residuals.time, result.residuals.airspeed
     block = np.floor((time - time[0]) / BLOCK).astype(np.intp)
@@ -89,7 +90,7 @@ def _schwarz(values: Array, count: int) -> float:
 
 
 def flight_row(flight: Flight) -> Row:
-    """Times, wander and workload of a flight."""
+    """Return the times of a flight, its changes of altitude and speed, and its workload."""
     effort = workload(flight)
     return {
         "minutes": flight.duration / 60.0,
@@ -106,14 +107,14 @@ def flight_row(flight: Flight) -> Row:
 
 
 def _slowing(flight: Flight) -> float:
-    """How fast ground speed falls at its fastest [m/s²], on condition: a twentieth of the samples falls faster."""
+    """Return the 95th percentile of the deceleration over ground [m/s²], on condition."""
     speed = np.hypot(flight["velocity_north"], flight["velocity_east"])
     rate = np.gradient(speed, flight["time"])[flight.on_condition]
     return -float(np.percentile(rate, 5.0)) if len(rate) else 0.0
 
 
 def density_rows(flight: Flight) -> list[Row]:
-    """Seconds of a flight in each bin of calibrated airspeed."""
+    """Return the seconds of a flight in each bin of calibrated airspeed."""
     counts, _ = np.histogram(flight["calibrated_airspeed"] / KNOT, DENSITY_EDGES)
     seconds = counts * flight.duration / len(flight)
     middle = 0.5 * (DENSITY_EDGES[1:] + DENSITY_EDGES[:-1])

@@ -1,4 +1,4 @@
-"""From findings to what is shown: the page's words, in order."""
+"""Make the content of the study's page from the findings."""
 
 from collections import Counter
 from importlib.metadata import version
@@ -13,12 +13,12 @@ from pitotbench.evidence.study.rankings import both_rankings, confounding
 from pitotbench.evidence.study.study_tables import StudyTables
 from pitotbench.evidence.study.sweeps import SWEEPS, Reply
 
-_EXPLAINING = "busy"  # a setting that is flown where experiments are
+_EXPLAINING = "busy"  # a setting that is flown only with the experiments that explain
 TITLE = "The simulator study of Martos, Kiszely and Foster (2011), flown again"
 
 
 def study_page_of(evidence: StudyTables, findings: dict[str, Finding]) -> StudyPage:
-    """The whole study as a page."""
+    """Return the whole study as a page."""
     seeds, rankings = evidence.seeds, both_rankings(evidence)
     said = Counter(finding.verdict for finding in findings.values())
     short = (
@@ -64,7 +64,7 @@ def _claim(number: str, finding: Finding, evidence: StudyTables) -> Part:
 
 
 def _patterns(evidence: StudyTables) -> tuple[Chart, ...]:
-    """Fig 3: where each maneuver goes without wind."""
+    """Draw Fig 3: the ground track of each maneuver without wind."""
     charts = []
     for maneuver, track in evidence.tracks.groupby("maneuver", sort=False):
         on = track.where(track["on_condition"])
@@ -82,7 +82,7 @@ def _reply(anchor: str, heading: str, reply: Reply) -> Part:
 
 
 def _questions(evidence: StudyTables) -> list[Part]:
-    """What the paper left open; nothing where the sweeps were not flown."""
+    """Return the answers to the open questions of the paper; none where the sweeps were not flown."""
     flown = set(evidence.flights["variant"])
     if not any(sortie.variant in flown for sweep in SWEEPS.values() for sortie in sweep.sorties(1)):
         return []

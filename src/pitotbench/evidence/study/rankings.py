@@ -1,4 +1,4 @@
-"""Both rankings: the published residual, and the truth that only a simulator knows."""
+"""Rank the maneuvers by the published residual, and by the true error that only a simulator knows."""
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,7 @@ from pitotbench.evidence.study.settings import BOTH_WAYS
 from pitotbench.evidence.study.study_tables import Spread, StudyTables, rank_agreement, signed
 from pitotbench.evidence.study.sweeps.sweep import Reply
 
-_FEWEST = 9  # seeds: a correlation of fewer says nothing
+_FEWEST = 9  # seeds: a correlation of fewer means nothing
 _SHOWN = ("step_decrease", "rapid_decel", "race_track", "four_leg", BOTH_WAYS)
 
 
@@ -24,7 +24,7 @@ def _order(values: dict[str, float]) -> str:
 
 
 def both_rankings(evidence: StudyTables, das: str = "50/50") -> Reply:
-    """The maneuvers by residual, by true error and by covering 2σ, in light turbulence; and where they disagree."""
+    """Rank the maneuvers by residual, by true error and by covering 2σ in light turbulence, and compare."""
     error = {m: rms(_column(evidence, "rms_error_kt", m, das)) for m in PAPER_ORDER}
     bound = {m: Spread.of(_column(evidence, "two_sigma_kt", m, das)).mean for m in PAPER_ORDER}
     residual = {m: Spread.of(evidence.residual(m, setting="light", das=das)).mean for m in PAPER_ORDER}
@@ -77,7 +77,7 @@ def _bars(evidence: StudyTables, das: str) -> Chart:
 
 
 def _pairs(evidence: StudyTables, das: str) -> Chart:
-    """Residual against true error, one mark a flight: two clouds that do not line up."""
+    """Draw residual against true error, one mark for each flight. The two are hardly correlated."""
     series = []
     for m in PAPER_ORDER:
         x = evidence.residual(m, setting="light", das=das)
@@ -92,7 +92,7 @@ _LABELS = ("correlation [-]", "wind along the track, rms error [kt]", "slope of 
 
 
 def _confounded(evidence: StudyTables, maneuver: str, das: str) -> tuple[str, str, str]:
-    """The correlation of the errors of wind and slope over seeds, and the rms of either [kt]."""
+    """Return the correlation of the errors of wind and slope over seeds, and the rms of each [kt]."""
     wind, tilt = (_column(evidence, column, maneuver, das) for column in _ERRORS)
     alike = signed(wind.corr(tilt), 2) if len(wind.dropna()) > _FEWEST else "few seeds"
     return alike, f"{rms(wind):.2f}", f"{rms(tilt):.2f}"
@@ -104,7 +104,7 @@ def _cloud(evidence: StudyTables, maneuver: str, das: str) -> LineSeries:
 
 
 def confounding(evidence: StudyTables, das: str = "50/50") -> Reply:
-    """How the wind along the track and the slope of the curve stand in for one another."""
+    """Explain how an error of the wind along the track is compensated by an error of the curve's slope."""
     found = {m: _confounded(evidence, m, das) for m in _SHOWN}
     series = [_cloud(evidence, m, das) for m in _SHOWN]
     rows = [{"maneuver": NAMES[m], **dict(zip(_LABELS, found[m], strict=True))} for m in _SHOWN]

@@ -1,4 +1,4 @@
-"""What is flown: the paper's five maneuvers in several airs, by several pilots, and variants of their cards."""
+"""The flights of the study: the paper's five maneuvers in several airs, by several pilots, with several cards."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -12,16 +12,16 @@ from pitotbench.sense import SYSTEMS
 from pitotbench.simulate.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT
 
-SPECIFICATION = 0.1  # of the injected noise: that of the instrument's specification
+SPECIFICATION = 0.1  # times the injected noise gives that of the instrument's specification
 BOTH_WAYS = "step_both_ways"  # Step Decrease with every speed on both headings
 STEEPER = (4.0, 8.0, 12.0, 16.0, 24.0)
-STEEP = 12.0  # times the vertical speed: where data rates are compared
-ALIKE = 0.5  # of the noise of a receiver alone: that of an integrated solution
+STEEP = 12.0  # times the vertical speed: the one at which data rates are compared
+ALIKE = 0.5  # times the noise of a receiver alone gives that of an integrated solution
 
 
 @dataclass(frozen=True, slots=True)
 class StudySetting:
-    """Air and pilot. `rare` settings explain and are flown for a fifth of the seeds only."""
+    """The air and the pilot. `rare` settings only explain a result and are flown for a fifth of the seeds."""
 
     turbulence: str
     pilot: str
@@ -29,11 +29,11 @@ class StudySetting:
     rare: bool = False
     effects: tuple[EffectSpec, ...] = ()
     flown: tuple[str, ...] = PAPER_MANEUVERS
-    wind: float | None = None  # kt, of the case unless given
+    wind: float | None = None  # kt, the wind of the case unless given
 
 
-# What the airplane had and the simulator had not (Martos et al. 2011, II.B, III.A): a pod under the belly, and
-# turns that asked for more power. Typical sizes of the effects table; an effect that it lacks is left out.
+# The airplane differed from the simulator (Martos et al. 2011, II.B, III.A): it had a pod under the belly, and its
+# turns needed more power. The sizes are the typical ones of the effects table. An effect not in it is omitted.
 _AIRPLANE = (
     EffectSpec("belly_pod", {"drag_area_m2": 0.1}),
     EffectSpec("turn_drag", {"coefficient_at_30deg": 0.005}),
@@ -63,7 +63,7 @@ SETTINGS: Catalog[StudySetting] = Catalog(
 
 @dataclass(frozen=True, slots=True)
 class Sortie:
-    """One flight of the study and the looks at it; `variant` names what is unusual on its card."""
+    """One flight of the study and the looks at it; `variant` is the name of an unusual card."""
 
     setting: str
     case: Case
@@ -74,7 +74,7 @@ class Sortie:
 
 
 def case_of(setting: str, maneuver: str, seed: int, **changes: object) -> Case:
-    """The case of a setting, maneuver and seed, with other changes."""
+    """Return the case of a setting, maneuver and seed, with other changes."""
     air = SETTINGS[setting]
     case = Case(
         maneuver=maneuver,
@@ -91,7 +91,7 @@ def case_of(setting: str, maneuver: str, seed: int, **changes: object) -> Case:
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """An unusual card: whose, and which numbers."""
+    """An unusual card: its maneuver, and the changed numbers."""
 
     name: str
     maneuver: str
@@ -105,7 +105,7 @@ VARIANTS = (
 
 
 def main_looks() -> tuple[Look, ...]:
-    """The looks of every claim: data systems, models, with and without V_down and turns, and the true bound."""
+    """Return the looks of every claim: data systems, models, V_down, turns, and the covering bound."""
     looks = []
     for das in SYSTEMS:
         for down in (True, False):
@@ -117,7 +117,7 @@ def main_looks() -> tuple[Look, ...]:
 
 
 def explaining_looks() -> tuple[Look, ...]:
-    """Less noise, and steeper paths with and without V_down: what C2 and C7 are explained by."""
+    """Return the looks that explain C2 and C7: less noise, and steeper paths with and without V_down."""
     quiet = [Look(das, PAPER, noise=SPECIFICATION) for das in SYSTEMS]
     steep = [
         Look("50/50", replace(PAPER, use_down=down), "vertical speed", times)
@@ -132,11 +132,11 @@ def explaining_looks() -> tuple[Look, ...]:
     return (*quiet, *steep, *slow, *vector, *quiet_looks(), STRAIGHT)
 
 
-STRAIGHT = Look("20/1", replace(PAPER, model="quadratic", on_condition=True))  # as the airplane's data were reduced
+STRAIGHT = Look("20/1", replace(PAPER, model="quadratic", on_condition=True))  # like the airplane's data
 
 
 def quiet_looks() -> tuple[Look, ...]:
-    """With and without V_down, the pressure and the velocity as quiet as specified."""
+    """Return the looks with and without V_down, with the specified noise of pressure and velocity."""
     return tuple(
         Look("50/50", replace(PAPER, use_down=down), noise=SPECIFICATION, gps_noise=SPECIFICATION)
         for down in (True, False)
@@ -144,13 +144,13 @@ def quiet_looks() -> tuple[Look, ...]:
 
 
 def rare_looks() -> tuple[Look, ...]:
-    """What a rare setting is looked at for."""
+    """Return the looks of a rare setting."""
     held = tuple(Look(das, replace(PAPER, use_down=down)) for das in SYSTEMS for down in (True, False))
     return (*held, STRAIGHT, Look("50/50", COVERING))
 
 
 def airplane_looks() -> tuple[Look, ...]:
-    """The airplane's data system and model, with and without turns, by the paper's method and the covering one."""
+    """Return looks with the airplane's data system and model, with and without turns, by both methods."""
     options = [replace(method, model="quadratic") for method in (PAPER, COVERING)]
     return tuple(Look("20/1", replace(one, on_condition=straight)) for one in options for straight in (True, False))
 
@@ -165,7 +165,7 @@ def _looks(name: str, rare: bool) -> tuple[Look, ...]:
 
 
 def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
-    """The flights of a seed that the claims need; with the rare ones where asked for."""
+    """Return the flights of a seed that the claims need, with `rare` also those of rare settings."""
     for name, setting in SETTINGS.items():
         if setting.rare and not rare:
             continue

@@ -6,12 +6,15 @@ from pitotbench.evidence.study.settings import Sortie, claim_sorties
 from pitotbench.evidence.study.sweeps import SWEEPS
 from pitotbench.simulate.maneuvers import MANEUVERS, PAPER_MANEUVERS
 
-EXPLAINED = 5  # of so many seeds one also flies what explains, and the sweeps
+EXPLAINED = 5  # one of this many seeds also flies the rare settings and the sweeps
 
 
 def plan_sorties(seeds: int, sweeps: bool = True) -> list[Sortie]:
-    """The sorties of seeds 1 to `seeds`: the claims for all, for a fifth of them the experiments that explain and,
-    where asked for, the sweeps."""
+    """Return the sorties of seeds 1 to `seeds`.
+
+    All seeds fly the sorties of the claims. A fifth of them also fly the experiments that explain and, with
+    `sweeps`, the sweeps.
+    """
     flown: list[Sortie] = []
     for seed in range(1, seeds + 1):
         rare = seed <= -(-seeds // EXPLAINED)
@@ -22,7 +25,7 @@ def plan_sorties(seeds: int, sweeps: bool = True) -> list[Sortie]:
 
 
 def _swept(sortie: Sortie) -> Sortie:
-    """A flight in light turbulence is also looked at by the sweeps."""
+    """Return the sortie with the looks of the sweeps added where it is in light turbulence."""
     usual = sortie.setting == "light" and sortie.variant == "standard"
     if not usual or sortie.case.maneuver not in PAPER_MANEUVERS:
         return sortie

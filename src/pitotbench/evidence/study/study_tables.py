@@ -1,4 +1,4 @@
-"""All numbers of a study, and how claims choose from them."""
+"""All numbers of a study, and the selections that claims make from them."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import pandas as pd
 from pitotbench.evidence.study.measured_sorties import Measured
 from pitotbench.units import Array
 
-# What a fit is unless a claim asks otherwise: the paper's method on all data of a standard card in smooth air.
+# The fit that a claim gets by default: the paper's method on all data of a standard card in smooth air.
 USUAL: Mapping[str, object] = {
     "setting": "smooth",
     "variant": "standard",
@@ -31,7 +31,7 @@ TABLES = ("fits", "flights", "density", "tracks", "curves")
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """A number over seeds: mean, standard deviation over seeds (NaN for one), how many seeds."""
+    """A number over seeds: its mean, its standard deviation (NaN for one seed), and the number of seeds."""
 
     mean: float
     deviation: float
@@ -39,7 +39,7 @@ class Spread:
 
     @classmethod
     def of(cls, values: Iterable[float]) -> "Spread":
-        """The spread of finite values."""
+        """Return the spread of the finite values."""
         array = np.array([v for v in values if np.isfinite(v)], dtype=np.float64)
         deviation = float(np.std(array, ddof=1)) if len(array) > 1 else float("nan")
         return cls(float(np.mean(array)) if len(array) else float("nan"), deviation, len(array))
@@ -50,14 +50,14 @@ class Spread:
         return self.deviation / float(np.sqrt(max(self.count, 1)))
 
     def text(self, digits: int = 2, unit: str = "") -> str:
-        """Mean ± standard deviation over seeds."""
+        """Return mean ± standard deviation over seeds as text."""
         spread = "" if np.isnan(self.deviation) else f" ± {self.deviation:.{digits}f}"
         return f"{self.mean:.{digits}f}{spread}{unit}".replace("-", "−")
 
 
 @dataclass(frozen=True, slots=True)
 class StudyTables:
-    """One row a fit, a flight, a bin of airspeed, a point of a track or of a curve; units in the column names."""
+    """Tables of fits, flights, airspeed bins, and points of tracks and curves; column names end in units."""
 
     fits: pd.DataFrame
     flights: pd.DataFrame
@@ -69,24 +69,24 @@ class StudyTables:
 
     @classmethod
     def of(cls, measured: Sequence[Measured]) -> "StudyTables":
-        """The tables of everything that was measured."""
+        """Return the tables of all measurements."""
         return cls.of_tables({n: pd.DataFrame([r for m in measured for r in getattr(m, n)]) for n in TABLES})
 
     @classmethod
     def of_tables(cls, tables: Mapping[str, pd.DataFrame]) -> "StudyTables":
-        """The same from its tables, by name (`TABLES`)."""
+        """Return the record of tables given by name (`TABLES`)."""
         fits = tables["fits"]
-        # Looked up thousands of times: filtering the table each time takes longer than the fits.
+        # Grouped once: fits are looked up thousands of times, and to filter each time takes longer than the fits.
         groups = fits.groupby(["maneuver", *USUAL], sort=False)
         return cls(**tables, by_look={key: group.set_index("seed").sort_index() for key, group in groups})
 
     @property
     def seeds(self) -> tuple[int, ...]:
-        """The seeds flown."""
+        """Return the seeds flown."""
         return tuple(sorted(int(seed) for seed in self.flights["seed"].unique()))
 
     def fit(self, column: str, maneuver: str, **how: object) -> pd.Series:
-        """A column of the fits of a maneuver by seed; `how` says what is not as in `USUAL`."""
+        """Return a column of the fits of a maneuver by seed; `how` has the settings that differ from `USUAL`."""
         unknown = set(how) - set(USUAL)
         if unknown:
             raise KeyError(f"fits are chosen by {', '.join(USUAL)}; not by {', '.join(sorted(unknown))}")
@@ -94,35 +94,35 @@ class StudyTables:
         return pd.Series(dtype=float) if found is None else found[column].astype(float)
 
     def residual(self, maneuver: str, **how: object) -> pd.Series:
-        """2σ of the residual [kt] by seed."""
+        """Return 2σ of the residual [kt] by seed."""
         return self.fit("residual_two_sigma_kt", maneuver, **how)
 
     def flight(self, column: str, maneuver: str, setting: str = "smooth", variant: str = "standard") -> pd.Series:
-        """A column of the flights of a maneuver by seed."""
+        """Return a column of the flights of a maneuver by seed."""
         table = self.flights
         chosen = table[(table.maneuver == maneuver) & (table.setting == setting) & (table.variant == variant)]
         return chosen.set_index("seed")[column].astype(float).sort_index()
 
 
 def signed(value: float, digits: int = 1) -> str:
-    """A number with its sign, as it is printed in a sentence."""
+    """Return a number with its sign, as text for a sentence."""
     return f"{value:+.{digits}f}".replace("-", "−")
 
 
 def ratio(one: pd.Series, other: pd.Series) -> Spread:
-    """One over the other, seed by seed: the same flight, so that what both share cancels."""
+    """Return one over the other, seed by seed. Both are from the same flight, so common errors cancel."""
     both = pd.concat([one, other], axis=1, keys=["one", "other"]).dropna()
     return Spread.of((both["one"] / both["other"]).to_numpy())
 
 
 def percent_above(one: pd.Series, other: pd.Series) -> Spread:
-    """By how many percent one is above the other, seed by seed."""
+    """Return the difference of one from the other in percent of the other, seed by seed."""
     found = ratio(one, other)
     return Spread(100.0 * (found.mean - 1.0), 100.0 * found.deviation, found.count)
 
 
 def rank_agreement(one: Array, other: Array) -> float:
-    """Kendall's τ (1938) of two orders: 1 the same, −1 reversed; ties count as neither."""
+    """Return Kendall's τ (1938) of two orders: 1 for the same, −1 for the reverse. A tie counts as neither."""
     first, second = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
     upper = np.triu_indices(len(first), 1)
     signs = np.sign(np.subtract.outer(first, first)) * np.sign(np.subtract.outer(second, second))

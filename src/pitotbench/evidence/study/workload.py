@@ -1,6 +1,6 @@
-"""How busy the controls were, and how well the tolerances were kept. Measures, not ratings.
+"""Measure how much the controls moved, and how well the tolerances were kept.
 
-A Cooper-Harper rating is an opinion of a person about a task; nothing here is one.
+These are measures and not ratings: a Cooper-Harper rating is the opinion of a pilot about a task.
 """
 
 from dataclasses import dataclass
@@ -12,15 +12,18 @@ from pitotbench.simulate import MANEUVERS
 from pitotbench.units import DEGREE, Array
 
 TRAVEL = {"elevator": 40.0 * DEGREE, "aileron": 40.0 * DEGREE, "throttle_left": 1.0}  # from stop to stop
-FELT = 0.02  # of the travel, some millimeters of a yoke: less is no movement of a hand (our estimate)
-LOOK_RATE = 10.0  # Hz, ten times what a hand does
+FELT = 0.02  # of the travel, some millimeters of a yoke: a smaller change is no hand movement (our estimate)
+LOOK_RATE = 10.0  # Hz, ten times the rate of hand movements
 _WINDOW = 1.0  # s
 
 
 @dataclass(frozen=True, slots=True)
 class Workload:
-    """Of one flight: reversals a minute of each control; share of seconds in which a control moved; share of the
-    time that is meant to be on condition spent out of tolerance."""
+    """The workload of one flight.
+
+    It is the number of reversals a minute of each control, the share of seconds in which a control moved, and the
+    share of the time to be flown on condition that was out of tolerance.
+    """
 
     reversals: dict[str, float]
     duty: float
@@ -28,7 +31,7 @@ class Workload:
 
 
 def workload(flight: Flight) -> Workload:
-    """The workload of a flight from its control positions (elevator, aileron, throttle) and its tolerances."""
+    """Return the workload of a flight, from its control positions (elevator, aileron, throttle) and tolerances."""
     step = max(1, round(len(flight) / flight.duration / LOOK_RATE))
     controls = {name: flight[name][::step] / travel for name, travel in TRAVEL.items()}
     minutes = flight.duration / 60.0
@@ -43,7 +46,7 @@ def workload(flight: Flight) -> Workload:
 
 
 def reversals(control: Array, felt: float = FELT) -> int:
-    """How often a control [share of travel] turns back by more than what is felt."""
+    """Return how often a control [share of travel] reverses by more than `felt`."""
     count, direction, extreme = 0, 0, float(control[0])
     for value in control.tolist():
         if direction >= 0 and value < extreme - felt:
@@ -56,7 +59,7 @@ def reversals(control: Array, felt: float = FELT) -> int:
 
 
 def _moved(control: Array) -> Array:
-    """For each window of a second: whether the control moved by more than what is felt."""
+    """Return for each window of one second whether the control moved by more than `FELT`."""
     width = round(_WINDOW * LOOK_RATE)
     windows = control[: len(control) // width * width].reshape(-1, width)
     return np.asarray(np.ptp(windows, axis=1) > FELT)

@@ -1,4 +1,4 @@
-"""The table of claims: a newcomer is one file, or a function in one, and one line here."""
+"""The table of claims. A new claim is one file, or a function in an existing one, and one line here."""
 
 from pitotbench.catalog import Catalog
 from pitotbench.evidence.study.claims.airplane import AIRPLANE

@@ -16,7 +16,7 @@ from pitotbench.units import Array
 
 PUBLISHED = {"step_decrease": 0.75, "race_track": 1.2, "four_leg": 1.5, "rapid_decel": 2.1}  # Table III, KCAS
 FIGURES = {"step_decrease": 11, "race_track": 12, "four_leg": 13, "rapid_decel": 14}
-_AGREES = 0.5  # kt: of the curve with the fixed-speed points, "good agreement"
+_AGREES = 0.5  # kt, between the curve and the fixed-speed points: our reading of "good agreement"
 _FIXED = "fixed speed"
 _STRAIGHT: dict[str, object] = {"das": "20/1", "model": "quadratic", "on_condition": True}
 
@@ -44,7 +44,7 @@ def _table(evidence: StudyTables) -> pd.DataFrame:
 
 
 def _refused(evidence: StudyTables) -> str:
-    """How many flights the covering fit refuses on straight legs alone."""
+    """Return the number of flights that the covering fit refuses on straight legs alone."""
     how = {**_STRAIGHT, "setting": "airplane", "method": "covering"}
     found = [evidence.fit("coverage", m, **how) for m in AIRPLANE_FLOWN]
     return f"{sum(int(f.isna().sum()) for f in found)} of {sum(len(f) for f in found)}"
@@ -57,7 +57,7 @@ def _curve(evidence: StudyTables, maneuver: str, kind: str, straight: bool = Tru
 
 
 def fixed_speed_gap(evidence: StudyTables) -> float:
-    """Rms distance [kt] of the fixed-speed points from the curve of the same 4-Leg flight; NaN without points."""
+    """Return the rms distance [kt] of fixed-speed points from the curve of their 4-Leg flight; NaN for none."""
     curve, points = (_curve(evidence, "four_leg", kind) for kind in ("paper", _FIXED))
     if points.empty or curve.empty:
         return float("nan")
@@ -66,7 +66,7 @@ def fixed_speed_gap(evidence: StudyTables) -> float:
 
 
 def _figure(evidence: StudyTables, maneuver: str) -> Chart:
-    """Figs 11 to 14: the published kind of curve, between ±2σ of its residual; the covering one; the FAR limit."""
+    """Draw Figs 11 to 14: the published kind of curve with ±2σ of its residual, the covering one, the FAR limit."""
     curve, known = _curve(evidence, maneuver, "paper"), _curve(evidence, maneuver, "covering", straight=False)
     points, speed = _curve(evidence, maneuver, _FIXED), curve["airspeed_kt"].tolist()
     limit = np.maximum(0.03 * curve["airspeed_kt"], 5.0)  # FAR 25.1323(c)
@@ -105,13 +105,13 @@ def _airplane(evidence: StudyTables) -> Finding:
 
 
 def _rises(spreads: Sequence[Spread]) -> bool:
-    """Whether each mean lies above the one before by more than two standard errors of the difference."""
+    """Return whether each mean is above the one before by more than two standard errors of the difference."""
     steps = pairwise(spreads)
     return all(b.mean - a.mean > 2.0 * np.nan_to_num(np.hypot(a.error, b.error)) for a, b in steps)
 
 
 def by_chance(flights: Mapping[str, Array], order: Sequence[str]) -> float:
-    """How many of all choices of one flight a maneuver rise in the order given [%]; NaN without flights."""
+    """Return the share [%] of choices of one flight a maneuver that rise in this order; NaN for no flights."""
     counts = np.ones(len(flights[order[0]]))
     for before, after in pairwise(order):
         below = np.asarray(flights[before])[None, :] < np.asarray(flights[after])[:, None]
@@ -121,7 +121,10 @@ def by_chance(flights: Mapping[str, Array], order: Sequence[str]) -> float:
 
 
 def _chances(evidence: StudyTables) -> tuple[float, float]:
-    """The published order from one flight a maneuver: all in the airplane's air; each in an air of its own."""
+    """Return how often one flight for each maneuver gives the published order by chance.
+
+    All flights are in the airplane's air, or each maneuver is in a different air.
+    """
     same = {m: _straight(evidence, m, "airplane").dropna().to_numpy() for m in AIRPLANE_FLOWN}
     airs = ("smooth", "airplane", "moderate")
     own = {m: np.concatenate([_straight(evidence, m, air).dropna() for air in airs]) for m in AIRPLANE_FLOWN}
@@ -130,7 +133,7 @@ def _chances(evidence: StudyTables) -> tuple[float, float]:
 
 
 def _turned(evidence: StudyTables, maneuver: str) -> Spread:
-    """By how many percent turn data raise the 2σ."""
+    """Return the increase of the 2σ by turn data [%]."""
     full = evidence.residual(maneuver, setting="airplane", **{**_STRAIGHT, "on_condition": False})
     return percent_above(full, _straight(evidence, maneuver, "airplane"))
 

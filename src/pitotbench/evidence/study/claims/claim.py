@@ -1,4 +1,4 @@
-"""What a claim is, and what an answer to it holds."""
+"""The records of a claim and of the answer to it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ Verdict = Literal["reproduced", "in part", "not reproduced"]
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """The answer to a claim: our number with its spread over seeds, the verdict, why; tables and pictures."""
+    """The answer to a claim: our number with its spread over seeds, the verdict, its reason, tables, pictures."""
 
     verdict: Verdict
     ours: str
@@ -25,7 +25,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A statement of Martos, Kiszely and Foster (2011), in short; `criterion` says how the verdict is reached."""
+    """A statement of Martos, Kiszely and Foster (2011), in short; `criterion` is the rule for the verdict."""
 
     number: str
     words: str
@@ -35,7 +35,7 @@ class Claim:
 
 
 def verdict(*held: bool) -> Verdict:
-    """All parts of a claim hold, some do, none does."""
+    """Return the verdict from the parts of a claim: all of them hold, some do, or none does."""
     if all(held):
         return "reproduced"
     return "in part" if any(held) else "not reproduced"

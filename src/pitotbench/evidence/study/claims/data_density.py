@@ -1,4 +1,4 @@
-"""C9 and C10: how many samples, and how evenly spread."""
+"""C9 and C10: the number of samples, and their distribution over airspeed."""
 
 import numpy as np
 import pandas as pd
@@ -70,13 +70,13 @@ def _row(evidence: StudyTables, maneuver: str, variant: str, label: str) -> dict
 
 
 def _predicted(evidence: StudyTables, usual: int) -> str:
-    """By how many percent the injected noise alone changes from a card to the next of the table."""
+    """Return the change [%] from one card of the table to the next, predicted from the injected noise alone."""
     before, after = (expected_noise(evidence, *card[:2]) for card in CARDS[usual : usual + 2])
     return signed(100.0 * (after / before - 1.0))
 
 
 def _bounds(evidence: StudyTables, usual: int) -> str:
-    """The covering 2σ [kt] of a card and of the next of the table."""
+    """Return the covering 2σ [kt] of a card and of the next one in the table."""
     found = [
         Spread.of(evidence.fit("two_sigma_kt", maneuver, variant=variant, method="covering")).mean
         for maneuver, variant, _ in CARDS[usual : usual + 2]
@@ -93,7 +93,7 @@ def _larger(change: Spread) -> bool:
 
 
 def expected_noise(evidence: StudyTables, maneuver: str, variant: str) -> float:
-    """2σ [kt] of white pressure noise at the airspeeds of the density table, which is of one seed."""
+    """Return 2σ [kt] of white pressure noise at the airspeeds of the density table, which is from one seed."""
     table = evidence.density
     rows = table[(table.maneuver == maneuver) & (table.variant == variant) & (table.setting == "smooth")]
     return airspeed_noise(rows.airspeed_kt.to_numpy(), rows.seconds.to_numpy())

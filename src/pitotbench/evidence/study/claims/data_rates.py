@@ -9,12 +9,12 @@ from pitotbench.evidence.study.settings import ALIKE
 from pitotbench.evidence.study.study_tables import Spread, StudyTables, signed
 from pitotbench.sense import SYSTEMS
 
-_SAME = 2.0  # %: less is no significant difference
-_TEN = (5.0, 15.0)  # %: about ten
+_SAME = 2.0  # %: a smaller difference is not significant
+_TEN = (5.0, 15.0)  # %: our reading of "about ten percent"
 
 
 def _change(evidence: StudyTables, maneuver: str, das: str, smooth: bool = False, **how: object) -> pd.Series:
-    """By how many percent the 2σ is above that of 50/50 Hz, by seed; `smooth` interpolates the fixes."""
+    """Return the 2σ relative to that at 50/50 Hz, minus one [%], by seed; `smooth` interpolates the fixes."""
     column, method = ("smooth_two_sigma_kt", "covering") if smooth else ("residual_two_sigma_kt", "paper")
     one = evidence.fit(column, maneuver, das=das, method=method, **how)
     other = evidence.fit(column, maneuver, method=method, **{**how, "gps_noise": 1.0})
@@ -22,7 +22,7 @@ def _change(evidence: StudyTables, maneuver: str, das: str, smooth: bool = False
 
 
 def _average(evidence: StudyTables, label: str, without: str = "") -> Spread:
-    """The change averaged over the maneuvers, over seeds."""
+    """Return the change averaged over the maneuvers, with its spread over seeds."""
     smooth, how = ASKED[label]
     changes = [_change(evidence, m, "20/1", smooth, **how) for m in PAPER_ORDER if m != without]
     return Spread.of(pd.concat(changes, axis=1).mean(axis=1, skipna=False))
@@ -50,14 +50,14 @@ def _fast(evidence: StudyTables) -> Finding:
 
 
 def _bound_change(evidence: StudyTables) -> str:
-    """Least and largest ratio of the covering 2σ at 100/100 to that at 50/50 over the maneuvers."""
+    """Return the least and largest ratio over the maneuvers of the covering 2σ at 100/100 to that at 50/50 Hz."""
     bound = {das: [Spread.of(evidence.fit("two_sigma_kt", m, das=das, method="covering")).mean for m in PAPER_ORDER]
              for das in ("100/100", "50/50")}  # fmt: skip
     found = [fast / usual for fast, usual in zip(*bound.values(), strict=True)]
     return f"{min(found):.2f} to {max(found):.2f}"
 
 
-# How 20/1 Hz is looked at: fixes interpolated or held, and what else is changed.
+# The looks at 20/1 Hz: fixes interpolated or held, with other changes.
 ASKED: dict[str, tuple[bool, dict[str, object]]] = {
     "held, smooth air [%]": (False, {}),
     "held, light turbulence [%]": (False, {"setting": "light"}),

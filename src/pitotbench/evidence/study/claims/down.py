@@ -14,20 +14,20 @@ from pitotbench.sense import SYSTEMS
 from pitotbench.units import FOOT, KNOT
 
 _RESIDUAL = "2σ of the residual [kt]"
-_SEEN = 1.0  # %: a fall below it is none
+_SEEN = 1.0  # %: a smaller fall counts as none
 _SAME = 2.0  # %
 _PUBLISHED = 25.0  # %
-_UP_TO = (10.0, 40.0)  # %: "as much as 25 %"
+_UP_TO = (10.0, 40.0)  # %: our reading of "as much as 25 %"
 
 
 def _fall(evidence: StudyTables, maneuver: str, **how: object) -> Spread:
-    """By how many percent the 2σ falls with V_down; positive is a fall."""
+    """Return the fall of the 2σ with V_down [%], positive where it falls."""
     found = percent_above(evidence.residual(maneuver, **how), evidence.residual(maneuver, **{**how, "down": False}))
     return Spread(-found.mean, found.deviation, found.count)
 
 
 def _needed(evidence: StudyTables, wanted: float) -> float:
-    """Multiple of 4-Leg's vertical speed at which the fall reaches `wanted` percent; inf where none does."""
+    """Return the multiple of 4-Leg's vertical speed at which the fall reaches `wanted` percent; inf for none."""
     falls = [_fall(evidence, "four_leg", change="vertical speed", level=times).mean for times in STEEPER]
     return float(np.interp(wanted, falls, STEEPER)) if max(falls) >= wanted else float("inf")
 
@@ -67,7 +67,7 @@ def _with_down(evidence: StudyTables) -> Finding:
 
 
 def _worth(evidence: StudyTables) -> str:
-    """How large the effect can be at the vertical speeds that pilots fly, and what less noise would show of it."""
+    """Explain how large the effect can be at the vertical speeds of pilots, and how it shows with less noise."""
     good, hurried = (
         Spread.of(evidence.flight("vertical_speed_fpm", "four_leg", setting)).mean for setting in ("smooth", "busy")
     )
@@ -86,7 +86,7 @@ def _worth(evidence: StudyTables) -> str:
 
 
 def _how_much(evidence: StudyTables) -> str:
-    """How steep a path must be for the published fall."""
+    """Explain how steep a path must be for the published fall."""
     times = _needed(evidence, _PUBLISHED)
     flown = Spread.of(evidence.flight("vertical_speed_fpm", "four_leg")).mean
     if np.isinf(times):
@@ -104,7 +104,7 @@ def _how_much(evidence: StudyTables) -> str:
 
 
 def _at_rates(evidence: StudyTables) -> str:
-    """The order of maneuvers and rates, where there is a fall to speak of."""
+    """Return the order of maneuvers and rates where the fall is large enough."""
     how: dict[str, object] = {"change": "vertical speed", "level": STEEP}
     fast = {m: _fall(evidence, m, **how).mean for m in PAPER_ORDER}
     slow = {m: _fall(evidence, m, das="20/1", given_down=True, **how).mean for m in PAPER_ORDER}

@@ -43,8 +43,7 @@ def _means(evidence: StudyTables, measure: str, setting: str = "smooth") -> Arra
 
 
 def _experiment(evidence: StudyTables) -> pd.DataFrame:
-    """Kendall's τ with the simulator's ratings, a line a measure and control, a column a pilot; and what is lost
-    when the pilot has other things to do."""
+    """Return Kendall's τ with the simulator's ratings, a row a measure and control, a column a pilot."""
     rows: list[dict[str, object]] = []
     for measure, label in {**MEASURES, **CONTROLS}.items():
         taus = {
@@ -55,7 +54,7 @@ def _experiment(evidence: StudyTables) -> pd.DataFrame:
 
 
 def _lost(evidence: StudyTables) -> Array:
-    """Out of tolerance, busy minus good [%]: what a task costs when attention is taken away."""
+    """Return the time out of tolerance, busy pilot minus good pilot [%]: the cost of divided attention."""
     measure = "out_of_tolerance_percent"
     found = [evidence.flight(measure, m, "busy") - evidence.flight(measure, m) for m in PAPER_ORDER]
     return np.array([Spread.of(one).mean for one in found])
@@ -75,7 +74,7 @@ def _ratings(evidence: StudyTables) -> Finding:
 
 
 def _because(evidence: StudyTables) -> str:
-    """The experiment: the same maneuvers with the person taken out, and with other things to do."""
+    """Explain the experiment: the same maneuvers without the person, and with other tasks for the pilot."""
     table = _experiment(evidence)
     taus = table.drop(columns="measure").apply(lambda c: c.str.replace("−", "-").astype(float)).to_numpy()
     none, good, busy = (_means(evidence, "reversals_a_minute", setting) for setting in PILOTS)

@@ -20,7 +20,7 @@ _IDENTICAL = 3.0  # %
 
 
 def _ratios(evidence: StudyTables, maneuver: str) -> pd.Series:
-    """2σ of the Bias model over the mean of the other models', by seed."""
+    """Return 2σ of the Bias model over the mean 2σ of the other models, by seed."""
     others = pd.concat([evidence.residual(maneuver, model=model) for model in PAPER_MODELS[:-1]], axis=1)
     return evidence.residual(maneuver, model="bias") / others.mean(axis=1)
 
@@ -30,7 +30,7 @@ def _over_others(evidence: StudyTables, maneuver: str) -> Spread:
 
 
 def _average(evidence: StudyTables) -> Spread:
-    """The ratio averaged over the maneuvers, over seeds."""
+    """Return the ratio averaged over the maneuvers, with its spread over seeds."""
     found = [_ratios(evidence, m) for m in PAPER_ORDER]
     return Spread.of(pd.concat(found, axis=1).mean(axis=1, skipna=False))
 
@@ -84,10 +84,10 @@ def _bars(evidence: StudyTables) -> Bars:
 
 
 def model_shapes() -> Lines:
-    """The structures of Fig 4, each as near to the default pressure error as it comes over 80 to 170 kt."""
+    """Draw the structures of Fig 4, each fitted to the default pressure error over 80 to 170 kt."""
     truth = PressureErrorSpec()
     x = np.linspace(0.6, 3.0, 121)
-    speed = 100.0 * np.sqrt(x)  # incompressible: for the picture only
+    speed = 100.0 * np.sqrt(x)  # incompressible: accurate enough for a picture
     wanted = MODELS[truth.model].basis(x) @ np.array(truth.parameters)
     series = []
     for name in STRUCTURES:
@@ -114,7 +114,7 @@ def _same(evidence: StudyTables) -> Finding:
 
 
 def _apart(slowest: float, fastest: float) -> float:
-    """Largest distance [kt] between two speeds [kt] of the default error and the Quadratic nearest to it."""
+    """Return the largest distance [kt] of the fitted Quadratic from the default error between two speeds [kt]."""
     truth = PressureErrorSpec()
     flown = air.impact_pressure(np.linspace(100.0, 160.0, 61) * KNOT) / REFERENCE_PRESSURE
     wanted = MODELS[truth.model].basis(flown) @ np.array(truth.parameters)

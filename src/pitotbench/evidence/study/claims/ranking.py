@@ -26,7 +26,7 @@ def _agreement(values: list[float]) -> float:
 
 
 def _asked() -> list[tuple[str, dict[str, object]]]:
-    """Every air, pilot, data system, part of the data and noise that the order is looked at in."""
+    """Return the looks for the order: every air, pilot, data system, part of the data and noise."""
     asked: list[tuple[str, dict[str, object]]] = []
     for setting, air in SETTINGS.items():
         if set(air.flown) == set(PAPER_ORDER):
@@ -39,7 +39,7 @@ def _asked() -> list[tuple[str, dict[str, object]]]:
 
 
 def _experiments(evidence: StudyTables) -> pd.DataFrame:
-    """The 2σ of each maneuver, their order and how well it agrees with the paper's, wherever it was flown."""
+    """Return the 2σ of each maneuver, their order and its agreement with the paper's, a row for each look."""
     rows = []
     for label, how in _asked():
         values = _means(evidence, **how)
@@ -66,7 +66,7 @@ def _ranking(evidence: StudyTables) -> Finding:
 
 
 def _values(evidence: StudyTables) -> str:
-    """The 2σ at 50/50 Hz, smallest first."""
+    """Return the 2σ at 50/50 Hz in words, the smallest first."""
     found = sorted((Spread.of(evidence.residual(m)) for m in PAPER_ORDER), key=lambda s: s.mean)
     return ", ".join(spread.text(3) for spread in found)
 

@@ -1,4 +1,4 @@
-"""C1 and C13: how long the maneuvers take."""
+"""C1 and C13: the times of the maneuvers."""
 
 from pitotbench.evidence.study.charting import maneuver_bars
 from pitotbench.evidence.study.claims.claim import Claim, Finding, verdict
@@ -7,7 +7,7 @@ from pitotbench.evidence.study.study_tables import Spread, StudyTables, ratio, s
 
 SIMULATOR = {"rapid_decel": 5.0, "step_decrease": 6.0, "circle": 6.0, "race_track": 15.0, "four_leg": 21.0}
 AIRPLANE = {"rapid_decel": 4.0, "step_decrease": 6.0, "race_track": 16.5, "four_leg": 28.0}  # Table 2, minutes
-_CLOSE = 1.0  # min: the table is in whole minutes
+_CLOSE = 1.0  # min: the table has whole minutes
 _QUARTER = (0.20, 0.33)
 
 

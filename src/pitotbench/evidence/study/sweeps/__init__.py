@@ -1,4 +1,4 @@
-"""The table of open questions: a newcomer is one file and one line here."""
+"""The table of open questions. A new question is one file and one line here."""
 
 from pitotbench.catalog import Catalog
 from pitotbench.evidence.study.sweeps.changing_wind import WIND

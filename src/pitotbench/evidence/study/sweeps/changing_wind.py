@@ -18,13 +18,13 @@ from pitotbench.evidence.study.sweeps.sweep import Reply, Sweep
 RATES = (0.1, 0.3, 1.0, 3.0)  # kt a minute
 SHEARS = (3.0, 10.0)  # kt a hundred feet
 DRIFTING = CalibrationOptions(wind="drifting")
-_NAMED = RATES[2]  # the change that the answer and the table name
+_NAMED = RATES[2]  # the change for which the answer and the table give numbers
 _TOLERATED = 2.0  # times the rms error of a constant wind
 
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """A kind of change, the wind of the model that is fitted, and how its picture is called."""
+    """A kind of change, the wind of the fitted model, and the name of its picture."""
 
     change: str
     wind: str
@@ -65,7 +65,7 @@ SHEARED = Trouble(
 
 
 def looks(maneuver: str) -> tuple[Look, ...]:
-    """Every rate with a constant and with a drifting wind in the model; every shear."""
+    """Return looks at every rate with a constant and with a drifting wind in the model, and at every shear."""
     changing = [Look("50/50", o, "wind change", rate) for rate in RATES for o in (COVERING, DRIFTING)]
     return (*changing, *(Look("50/50", COVERING, "shear", size) for size in SHEARS), Look("50/50", DRIFTING))
 
@@ -82,7 +82,7 @@ def _error(evidence: StudyTables, trouble: Trouble, maneuver: str, level: float)
 
 
 def tolerated(evidence: StudyTables, trouble: Trouble, maneuver: str) -> float:
-    """The level at which the rms error over seeds is twice that of a constant wind; inf where none is."""
+    """Return the level at which the rms error over seeds is twice that of a constant wind; inf where none is."""
     still = rms(_error(evidence, trouble, maneuver, 0.0))
     errors = [rms(_error(evidence, trouble, maneuver, level)) / still for level in trouble.levels]
     for i, (level, error) in enumerate(zip(trouble.levels, errors, strict=True)):

@@ -16,15 +16,15 @@ from pitotbench.units import FOOT
 
 FLOWN = ("step_decrease", "rapid_decel")
 AIRS = {"smooth": "smooth air", "light": "light turbulence"}
-ALTITUDES = (2000.0, 12000.0)  # ft, beside the usual 6,000
+ALTITUDES = (2000.0, 12000.0)  # ft, in addition to the usual 6,000
 TEMPERATURES = (-20.0, 20.0)  # K above standard
 _USUAL_ALTITUDE = 6000.0
-_SMALL = 0.1  # a factor below is printed with two digits that count
+_SMALL = 0.1  # a smaller factor is printed with two significant digits
 _LOOKS = (Look("50/50", COVERING), Look("50/50", PAPER))
 
 
 def sorties(seed: int) -> Iterator[Sortie]:
-    """Two maneuvers at each altitude in either air, and at each temperature in light turbulence."""
+    """Yield two maneuvers at each altitude in both airs, and at each temperature in light turbulence."""
     for maneuver in FLOWN:
         for feet in ALTITUDES:
             for air in AIRS:
@@ -57,7 +57,7 @@ def _warm(evidence: StudyTables, maneuver: str, kelvin: float) -> pd.Series:
 
 
 def _factors(evidence: StudyTables, air: str, one: str, other: str) -> str:
-    """Least and largest ratio of the mean bound of one variant to another, over the maneuvers."""
+    """Return the least and the largest ratio over the maneuvers of the mean bound of one variant to another."""
     mean = {v: [Spread.of(_bound(evidence, air, m, v)).mean for m in FLOWN] for v in (one, other)}
     found = [a / b for a, b in zip(mean[one], mean[other], strict=True)]
     return " to ".join(f"{f:.2f}" if f > _SMALL else f"{f:.2g}" for f in (min(found), max(found)))

@@ -25,13 +25,13 @@ CRITERIA = {"white_criterion": "all samples, as if white", "block_criterion": "m
 
 
 def looks(maneuver: str) -> tuple[Look, ...]:
-    """Every truth fitted with every model; the usual truth is looked at anyway."""
+    """Return looks at every true curve with every model. The usual one is already among the looks of the claims."""
     options = [replace(PAPER, model=model) for model in MODELS]
     return tuple(Look("50/50", one, truth) for truth in TRUTHS for one in options if truth != "none")
 
 
 def choices(evidence: StudyTables) -> pd.DataFrame:
-    """One row a flight and truth: the model that each criterion chooses, and the true rms error of every model."""
+    """Return a row a flight and true curve: the model that each criterion chooses, and every model's rms error."""
     fits = evidence.fits
     for name, value in {**USUAL, "setting": "light"}.items():
         if name not in ("model", "change", "level"):
@@ -49,7 +49,7 @@ def choices(evidence: StudyTables) -> pd.DataFrame:
 
 
 def _chosen(table: pd.DataFrame, criterion: str) -> pd.Series:
-    """The true rms error of the chosen model [kt], flight by flight."""
+    """Return the true rms error of the chosen model [kt], flight by flight."""
     errors = table[list(MODELS)].to_numpy()
     picked = table[criterion].map({m: i for i, m in enumerate(MODELS)}).to_numpy()
     return pd.Series(errors[np.arange(len(table)), picked], index=table.index)

@@ -1,4 +1,4 @@
-"""How many speeds, how long a step?"""
+"""How many speeds are needed, and how long must a step be?"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _LOOKS = (Look("50/50", COVERING), Look("50/50", PAPER))
 
 
 def sorties(seed: int) -> Iterator[Sortie]:
-    """Every card in light turbulence."""
+    """Yield every card in light turbulence."""
     for maneuver, variants in CARDS.items():
         for variant, card in variants.items():
             yield Sortie("light", case_of("light", maneuver, seed, card=card), _LOOKS, variant)
@@ -37,7 +37,7 @@ class Point:
 
 
 def _points(evidence: StudyTables, maneuver: str) -> list[Point]:
-    """The cards of a maneuver with the usual one, shortest first; the same seeds for all."""
+    """Return the cards of a maneuver and the usual one, the shortest first, all with the same seeds."""
     points = []
     few = evidence.residual(maneuver, setting="light", variant=next(iter(CARDS[maneuver]))).index
     for variant in ("standard", *CARDS[maneuver]):

@@ -26,12 +26,12 @@ KINDS = {
 
 
 def system(side: str, rate: float) -> str:
-    """The data system of a side and rate; a GPS is never faster than the air data."""
+    """Return the data system with a rate on one side. Its GPS is never faster than its air data."""
     return {"both": f"{rate:g}/{rate:g}", "air": f"{rate:g}/{min(rate, 1.0):g}", "gps": f"200/{rate:g}"}[side]
 
 
 def looks(maneuver: str) -> tuple[Look, ...]:
-    """Every rate of every side, once; the usual data systems are looked at anyway."""
+    """Return looks at every rate of both sides, once. The claims already have the usual systems."""
     if maneuver not in FLOWN:
         return ()
     systems = dict.fromkeys(system(side, rate) for side in SIDES for rate in RATES)

@@ -1,4 +1,4 @@
-"""What does sideslip do, held throughout and in turns only?"""
+"""How does sideslip change the answer, in the whole flight and in turns only?"""
 
 from functools import partial
 
@@ -15,11 +15,11 @@ from pitotbench.evidence.study.sweeps.sweep import Reply, Sweep
 
 ANGLES = (2.0, 4.0, 8.0)  # degrees
 KINDS = {"steady sideslip": "held throughout", "sideslip in turns": "in turns only"}
-_SAID = ANGLES[1]  # the angle that the answer names
+_SAID = ANGLES[1]  # the angle for which the answer gives numbers
 
 
 def looks(maneuver: str) -> tuple[Look, ...]:
-    """Every angle, throughout and in turns."""
+    """Return looks at every angle, in the whole flight and in turns only."""
     return tuple(Look("50/50", o, kind, angle) for kind in KINDS for angle in ANGLES for o in (COVERING, PAPER))
 
 
@@ -47,7 +47,7 @@ def _chart(evidence: StudyTables, kind: str) -> Lines:
 
 
 def _residual_change(evidence: StudyTables, maneuver: str) -> float:
-    """By how many percent a steady sideslip changes the residual."""
+    """Return the change of the residual by a steady sideslip [%]."""
     column = partial(_column, evidence, "steady sideslip", maneuver, column="residual_two_sigma_kt", method="paper")
     return percent_above(column(_SAID), column(0.0)).mean
 

@@ -1,4 +1,4 @@
-"""What a sweep is: a question that the paper left open, what is flown and sensed for it, and the answer."""
+"""The records of a sweep: an open question of the paper, its flights and looks, and the answer."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -21,18 +21,18 @@ class Reply:
 
 
 def no_looks(maneuver: str) -> tuple[Look, ...]:
-    """Nothing more is asked of the flights in light turbulence."""
+    """Return no further looks at the flights in light turbulence."""
     return ()
 
 
 def no_sorties(seed: int) -> Iterable[Sortie]:
-    """Nothing more is flown."""
+    """Return no further flights."""
     return ()
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """`looks(maneuver)` are taken at the flights in light turbulence, `sorties(seed)` are flown besides."""
+    """A question: `looks(maneuver)` are its looks at flights in light turbulence, `sorties(seed)` more flights."""
 
     name: str
     question: str

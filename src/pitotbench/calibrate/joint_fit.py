@@ -41,7 +41,7 @@ class _Information:
 def reduce_together(
     logs: Sequence[FlightLog], options: CalibrationOptions
 ) -> list[tuple[Reduction, MetersPerSecond]]:
-    """Reduce each log and give it the answer of all, with the indicated airspeeds [m/s] that the logs cover together.
+    """Reduce each log and give it the joint answer, with the indicated airspeeds [m/s] that all logs cover.
 
     Raises as `reduction.reduce_log` does.
     """

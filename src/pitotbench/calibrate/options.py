@@ -24,16 +24,16 @@ class CalibrationOptions:
     model: name in the table of pressure-error models, or `auto` (see `averaging`).
     method: `covering` (generalized least squares with a bound that is meant to cover) or `paper` (output error with
     white residuals).
-    form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector`. With the method `paper`, the
-    vector form predicts ground velocity from airspeed, attitude and flow angles. With the method `covering`, it adds
-    the equation for the wind across the measured direction of the air velocity to the scalar equation.
+    form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector`. With the method `paper`,
+    the vector form predicts ground velocity from airspeed, attitude and flow angles. With the method `covering`, it
+    adds the equation for the wind across the measured direction of the air velocity to the scalar equation.
     error_location: `impact` (as in the paper: the error is in the impact pressure alone), `total` (the error of the
     total source, which is the same to this estimator), `static` (the error of the static source, which changes the
-    static pressure too and is visible against GPS height), or `auto`: by evidence where the log has its height, else
-    static for logs that are not synthetic.
+    static pressure too and is visible against GPS height), or `auto`: by evidence where the log has its height,
+    else static for logs that are not synthetic.
     use_down: use the vertical GPS velocity. on_condition: use only the rows that the log marks as on condition.
-    mach_max: rows above it are left out. ground_speed_min [m/s]: rows below it are left out, for a log that begins on
-    the ground, where the air data have an unknown zero.
+    mach_max: rows above it are left out. ground_speed_min [m/s]: rows below it are left out, for a log that begins
+    on the ground, where the air data have an unknown zero.
     wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
     wind: `constant`; `linear` in time, and in height where the log climbs; `drifting`, a slow Gauss-Markov process
     whose size is estimated (method `covering`).

@@ -39,8 +39,8 @@ _MOST_NAMED, _MOST_LISTED = 5, 1000  # greatest number of left-out rows in a war
 class Reduction:
     """The reduction of a log: model, rows, white fit, answer, diagnostics and warnings.
 
-    `options` include the accuracies and the latency that were used. `assumptions` are the accuracies that
-    contribute to the bound, each with its source.
+    `options` include the accuracies and the latency that were used. `assumptions` are the accuracies
+    assumed for the bound, each with its source.
     """
 
     options: CalibrationOptions

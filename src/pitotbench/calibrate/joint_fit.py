@@ -91,8 +91,8 @@ def _information(each: Reduction, number: int, shared: dict[str, int]) -> _Infor
 def _names(each: Reduction, number: int) -> list[str]:
     """Names of the elements of θ. A name with the log's number belongs to this log alone."""
     winds = [f"wind {axis} {number}" for axis in range(each.model.count - each.model.error_count)]
-    beside = [n.name if _is_common(each, n.name) else f"{n.name} {number}" for n in each.nuisances]
-    return [*each.model.error.parameter_names, *winds, *beside]
+    others = [n.name if _is_common(each, n.name) else f"{n.name} {number}" for n in each.nuisances]
+    return [*each.model.error.parameter_names, *winds, *others]
 
 
 def _is_common(each: Reduction, name: str) -> bool:

@@ -115,8 +115,8 @@ def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances:
     k = answer.mean[: curve.model.error_count]
     gradient, basis = correction_gradient(curve, answer, nuisances), widened(curve.basis(), answer)
     bounds = answer.two_sigma(gradient)
-    own = gradient[:, : curve.model.count]
-    white_variance = np.einsum("cp,pq,cq->c", own, white.covariance, own)
+    part = gradient[:, : curve.model.count]
+    white_variance = np.einsum("cp,pq,cq->c", part, white.covariance, part)
     return ErrorCurve(
         indicated_airspeed=curve.indicated_airspeed,
         correction=curve.correction(k),

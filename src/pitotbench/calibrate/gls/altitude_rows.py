@@ -197,11 +197,11 @@ def _carried_height(log: FlightLog, latency: float, by_velocity: bool) -> _Carri
         inside = np.flatnonzero((part == number) & (log.time >= knots[0]) & (log.time <= knots[-1]))
         if by_velocity:
             assert log.velocity_down is not None
-            own, height[inside] = _integrated(knots, -log.velocity_down[fixes], log.time[inside], dense)
-            start = float(np.median(measured - own))
+            integral, height[inside] = _integrated(knots, -log.velocity_down[fixes], log.time[inside], dense)
+            start = float(np.median(measured - integral))
             height[inside] += start
             at_fixes.append(fixes)
-            offsets.append(measured - own - start)
+            offsets.append(measured - integral - start)
         else:
             curve = np.interp(log.time[inside], knots, measured) if dense else None
             height[inside] = CubicSpline(knots, measured)(log.time[inside]) if curve is None else curve

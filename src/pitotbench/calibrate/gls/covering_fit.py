@@ -128,9 +128,9 @@ def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
 
     Raises NoAnswerError where the log is too short for its unknowns or the steps do not settle.
     """
-    theta, mode, own, log_prior = start, None, structure.model.count, log_prior_of(structure)
+    theta, mode, count, log_prior = start, None, structure.model.count, log_prior_of(structure)
     blocks = divide(obs, 2.0 * block_length(obs))
-    unknowns = own + noise_count(structure)
+    unknowns = count + noise_count(structure)
     if len(blocks.count) <= unknowns:
         raise NoAnswerError(
             f"by its clock the log lasts {obs.time[-1] - obs.time[0]:.3g} s, too short for {unknowns} unknowns: "
@@ -143,8 +143,8 @@ def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
         answer = solve(rough.regression, rough.noise_of(mode))
         # The next point has the mean wind: the level of a drifting wind may be far from any wind of the flight.
         step, covariance = _of_mean_wind(structure, rough, mode, answer)
-        theta = theta + step[:own]
-        if np.all(np.abs(step[:own]) < _FAR * np.sqrt(np.diag(covariance)[:own])):
+        theta = theta + step[:count]
+        if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])):
             return Approach(theta, mode, covariance)
     raise NoAnswerError("the fit does not settle: check the log for gross errors, or choose a simpler model")
 

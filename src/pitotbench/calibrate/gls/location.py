@@ -139,8 +139,8 @@ def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[App
     z, left = solve(problem, altitude_noise(rows, noise))
     # Without vertical velocity the simple noise makes the probability too small, and the warning would be false.
     chance = None if rows.tie is None else _chance(z, left)
-    own = bare.model.count
-    step = near.covariance[:own, :free] @ np.linalg.solve(root.T, z)
+    count = bare.model.count
+    step = near.covariance[:count, :free] @ np.linalg.solve(root.T, z)
     return Approach(near.theta + step, np.concatenate([near.noise, noise]), near.covariance), log_evidence, chance
 
 

@@ -1,4 +1,4 @@
-"""FlightLog to Calibration. Nothing in this package can reach the truth of a simulated flight.
+"""Calibration of a FlightLog. Nothing in this package can read the truth of a simulated flight.
 
 The estimators load with the first calibration, so that options and the arithmetic of legs do not wait for SciPy.
 """
@@ -19,11 +19,12 @@ from pitotbench.records.log import FlightLog
 
 
 def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
-    """Recover the pressure-error curve and the wind from a log.
+    """Estimate the pressure-error curve and the wind from a log.
 
-    Parameters: log; options (defaults: Inverse+, covering method).
+    Parameters: log; options (defaults: Inverse+, covering method). The result is in SI units, each number with 2σ.
     Raises BadInputError for a log that cannot be used, NoAnswerError for one that does not determine the answer.
-    Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for the methods.
+    Source: Martos, Kiszely and Foster (2011) for the problem; see `gls.covering_fit` and `output_error` for the
+    methods.
     """
     from pitotbench.calibrate.averaging.model_average import calibrate_auto
     from pitotbench.calibrate.reduction import reduce_log
@@ -38,9 +39,10 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
 def calibrate_together(
     logs: Sequence[FlightLog], options: CalibrationOptions | None = None
 ) -> tuple[Calibration, ...]:
-    """One curve for several logs of one airplane, each with its own wind: a Calibration a log, one curve in all.
+    """Estimate one curve from several logs of one airplane, with a separate wind for each log.
 
-    Raises as `calibrate` does; a warning says where the logs disagree about the curve.
+    Returns one Calibration per log; all have the same curve. A warning says where the logs disagree about the
+    curve. Raises as `calibrate` does, and BadInputError for the model `auto`.
     """
     from pitotbench.calibrate.joint_fit import reduce_together
     from pitotbench.calibrate.result import assemble
@@ -56,8 +58,10 @@ def calibrate_together(
 
 
 def _judged(calibration: Calibration) -> Calibration:
-    """The calibration, with a warning where its curve is doubtful. Raises NoAnswerError where it is useless,
-    BadInputError where no airplane has such a curve."""
+    """Return the calibration, with a warning where its curve is doubtful.
+
+    Raises NoAnswerError where its bound is too wide, and BadInputError where no airplane has such a curve.
+    """
     from pitotbench.calibrate.observability import require_useful
     from pitotbench.calibrate.plausible_curve import judge_curve
 

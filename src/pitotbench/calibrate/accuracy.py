@@ -1,6 +1,6 @@
-"""Accuracies of what the residual cannot show: they widen the bound, each by its share.
+"""Accuracies of constant errors that the residual does not show. Each widens the bound.
 
-Where nobody states one, the usual one holds: a bound that takes the temperature for exact would be too small on
+Where an accuracy is not stated, the usual one is assumed. A bound for an exact temperature would be too small on
 nearly every airplane.
 """
 
@@ -12,17 +12,17 @@ from pitotbench.catalog import explain
 from pitotbench.records.calibration import Assumption
 from pitotbench.records.errors import BadInputError
 
-WITHOUT_TEMPERATURE = 10.0  # K, 2σ: how far a day may be from the standard one where the log holds no temperature
+WITHOUT_TEMPERATURE = 10.0  # K, 2σ: departure of a day from the standard one, for a log without temperature
 
 
 @dataclass(frozen=True, slots=True)
 class Accuracies:
-    """2σ of constant errors, the same over a log (and over several logs of one airplane); 0 leaves one out.
+    """2σ of errors that are constant over a log, and over several logs of one airplane; 0 leaves an error out.
 
     temperature_k [K] of the probe; recovery_factor [-]; static_pressure_pa [Pa] of the transducer;
-    impact_pressure_zero_pa [Pa], the zero offset of the impact pressure (wide: it is found from the log);
+    impact_pressure_zero_pa [Pa], the zero offset of the impact pressure (wide: it is estimated from the log);
     velocity_mps [m/s] of each horizontal GPS component; latency_s [s] by which GPS velocity trails the air data.
-    Raises BadInputError for a negative or infinite one.
+    Raises BadInputError for a negative or infinite accuracy.
     """
 
     temperature_k: float = 0.0
@@ -48,10 +48,11 @@ Stated = Accuracies | Mapping[str, float] | None
 
 
 def assumptions_of(stated: Stated, header: Mapping[str, object]) -> tuple[Assumption, ...]:
-    """The accuracy of each name that holds for a log, and where it comes from.
+    """Return the accuracies assumed for a log, each with its source.
 
-    `stated`: a whole record, or some names of it; what it does not name comes from the table `accuracy` of the
-    log's header, else it is the usual one. Raises BadInputError for unknown names or wrong numbers.
+    Parameters: stated, a whole record or some of its names; header, that of the log. A name that is not stated
+    comes from the header's table `accuracy`, else it has the usual accuracy. Raises BadInputError for unknown names
+    or wrong numbers.
     """
     if isinstance(stated, Accuracies):
         return tuple(Assumption(f.name, getattr(stated, f.name), "stated") for f in fields(stated))
@@ -66,16 +67,17 @@ def assumptions_of(stated: Stated, header: Mapping[str, object]) -> tuple[Assump
 
 
 def accuracies_of(stated: Stated, header: Mapping[str, object]) -> Accuracies:
-    """The accuracies that hold for a log; see `assumptions_of`."""
+    """Return the accuracies assumed for a log as a record; see `assumptions_of`. Raises as it does."""
     if isinstance(stated, Accuracies):
         return stated
     return Accuracies(**{a.name: a.two_sigma for a in assumptions_of(stated, header)})
 
 
 def parse_accuracies(text: str) -> dict[str, float]:
-    """Accuracies by name from `temperature_k=1,static_pressure_pa=40`; `none` among them makes all others zero.
+    """Read accuracies from text such as `temperature_k=1,static_pressure_pa=40`.
 
-    Raises BadInputError that names the known ones.
+    With `none` among them, all accuracies that are not named are zero. Raises BadInputError for an unknown name,
+    with the known ones, or for a value that is not a number.
     """
     parts = [part.strip() for part in text.split(",") if part.strip()]
     stated = {f.name: 0.0 for f in fields(Accuracies)} if NONE in parts else {}
@@ -93,16 +95,16 @@ def parse_accuracies(text: str) -> dict[str, float]:
 
 
 def accuracies_from(stated: Mapping[str, float]) -> Accuracies:
-    """Accuracies by name, units in the names, zero where not named.
+    """Make a record of accuracies by name, with the unit in the name; those not named are zero.
 
-    Raises BadInputError that names the known ones.
+    Raises BadInputError for an unknown name, with the known ones, or for a value that is not a number.
     """
     return Accuracies(**_checked(stated))
 
 
 def _checked(stated: object) -> dict[str, float]:
-    """Numbers by known names. Raises BadInputError otherwise."""
-    if not isinstance(stated, Mapping):  # from the header of a log, which can hold anything
+    """Return the accuracies as numbers. Raises BadInputError for unknown names and wrong values."""
+    if not isinstance(stated, Mapping):  # the header of a log can contain any value
         raise BadInputError(f"accuracy {stated!r}: state a table of 2σ by name, such as temperature_k = 1")
     known = [f.name for f in fields(Accuracies)]
     for name, value in stated.items():

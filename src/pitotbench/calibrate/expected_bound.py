@@ -1,7 +1,7 @@
-"""The bound that a log of a flight will have, from where the flight goes alone: the inverse information matrix.
+"""The bound expected of a flight from its geometry alone: the inverse information matrix.
 
-The response of the log is not looked at, only the geometry: speeds, headings, times. The level and the length of
-the gusts are taken as known, so the calibrator's own bound, which has to find them, is wider.
+The geometry is speeds, headings and times; the response of the log is not used. The level and the length of the
+gusts are assumed known. The calibration estimates them, so its bound is wider.
 """
 
 from dataclasses import dataclass, replace
@@ -26,8 +26,8 @@ from pitotbench.units import Array, MetersPerSecond
 
 @dataclass(frozen=True, slots=True)
 class ExpectedNoise:
-    """What is expected: standard deviation [m/s] and length [m] of the gusts, and of the white noise beside the
-    pressure sensor's [m/s]."""
+    """The expected noise: standard deviation [m/s] and length [m] of the gusts, and the standard deviation of the
+    white noise [m/s] without that of the pressure sensor."""
 
     gust_deviation: float
     gust_length: float = GUST_LENGTH
@@ -41,10 +41,11 @@ def expected_two_sigma(
     noise: ExpectedNoise,
     indicated_airspeed: MetersPerSecond,
 ) -> MetersPerSecond:
-    """2σ of the error curve at indicated airspeeds [m/s] (c,), for noise that is known.
+    """Compute 2σ of the error curve at indicated airspeeds, (c,) [m/s], for known noise.
 
-    Parameters: log, of the flight in smooth air; theta (p,), error parameters and wind toward north and east [m/s],
-    about which the problem is linearized. Raises NoAnswerError where the flight cannot determine the answer.
+    Parameters: log, of the flight in smooth air; options; theta (p,), error parameters and wind toward north and
+    east [m/s], at which the problem is linearized; noise; indicated_airspeed (c,) [m/s]. Raises NoAnswerError where
+    the flight cannot determine the answer.
     """
     options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, options)

@@ -1,8 +1,8 @@
-"""Several logs of one airplane: a curve in common, each log its own wind.
+"""Several logs of one airplane: one curve in common, and a separate wind for each log.
 
-Each log is reduced for itself; its answer, as a Gaussian, is information about the curve, its own wind and the
-nuisances. What belongs to the airplane (curve, stated accuracies of its sensors) is common, what belongs to the day
-is each log's own, and a prior counts once. Adding information is what a joint fit of linear problems does.
+Each log is reduced separately. Its answer, as a Gaussian, is information about the curve, the wind of that log and
+the nuisances. The unknowns of the airplane (curve, errors of its sensors) are common to all logs; those of the day
+are separate. A common prior counts once. The sum of the information is the joint fit of the linearized problems.
 """
 
 from collections.abc import Sequence
@@ -22,13 +22,16 @@ from pitotbench.calibrate.rows.observations import observe
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, MetersPerSecond
 
-_DISAGREE = 0.01  # probability of so much disagreement by chance, below which it is said
+_DISAGREE = 0.01  # probability of so much disagreement by chance: below it there is a warning
 
 
 @dataclass(frozen=True, slots=True)
 class _Information:
-    """What a log knows: precision (p, p) and precision times estimate (p,) without common priors, and the place
-    of each of its unknowns among those of all logs, (p,)."""
+    """The information of one log without the common priors.
+
+    `precision` is (p, p), and `pull` (p,) is precision times estimate. `place` (p,) is the index of each unknown
+    among those of all logs.
+    """
 
     precision: Array
     pull: Array
@@ -38,7 +41,10 @@ class _Information:
 def reduce_together(
     logs: Sequence[FlightLog], options: CalibrationOptions
 ) -> list[tuple[Reduction, MetersPerSecond]]:
-    """Each log's reduction with the answer of all, and the indicated airspeeds [m/s] that they cover together."""
+    """Reduce each log and give it the joint answer, with the indicated airspeeds [m/s] that all logs cover.
+
+    Raises as `reduction.reduce_log` does.
+    """
     reference = reference_of([observe(log, options) for log in logs])
     single = [reduce_log(log, options, reference) for log in logs]
     indicated = [air.calibrated_airspeed(each.observations.impact_pressure) for each in single]
@@ -52,7 +58,7 @@ def reduce_together(
 
 
 def _joined(single: Sequence[Reduction]) -> list[Posterior]:
-    """The answer of all logs, as seen by each."""
+    """The joint answer, once per log, in the unknowns of that log."""
     shared: dict[str, int] = {}
     known = [_information(each, number, shared) for number, each in enumerate(single)]
     size = len(shared)
@@ -71,7 +77,7 @@ def _joined(single: Sequence[Reduction]) -> list[Posterior]:
 
 
 def _information(each: Reduction, number: int, shared: dict[str, int]) -> _Information:
-    """What one log knows; `shared` maps names to places and grows by the log's own unknowns."""
+    """The information of one log. `shared` maps names to places; new unknowns of the log are added to it."""
     precision = _inverse(each.answer.covariance)
     pull = precision @ each.answer.mean
     commons = _common_priors([each])
@@ -83,14 +89,14 @@ def _information(each: Reduction, number: int, shared: dict[str, int]) -> _Infor
 
 
 def _names(each: Reduction, number: int) -> list[str]:
-    """Names of θ: those with the log's number are its own."""
+    """Names of the elements of θ. A name with the log's number belongs to this log alone."""
     winds = [f"wind {axis} {number}" for axis in range(each.model.count - each.model.error_count)]
-    beside = [n.name if _is_common(each, n.name) else f"{n.name} {number}" for n in each.nuisances]
-    return [*each.model.error.parameter_names, *winds, *beside]
+    others = [n.name if _is_common(each, n.name) else f"{n.name} {number}" for n in each.nuisances]
+    return [*each.model.error.parameter_names, *winds, *others]
 
 
 def _is_common(each: Reduction, name: str) -> bool:
-    """Whether a nuisance belongs to the airplane: a standard day's temperature and a changing wind do not."""
+    """Whether a nuisance is common to all logs; the temperature of a standard day and a changing wind are not."""
     if name == "temperature_k" and each.observations.standard_day:
         return False
     return any(name == f.name or name.startswith("velocity_") for f in fields(Accuracies))
@@ -119,6 +125,6 @@ def _disagreement(single: Sequence[Reduction]) -> tuple[str, ...]:
 
 
 def _inverse(matrix: Array) -> Array:
-    """Inverse of a symmetric matrix of unlike units."""
+    """Inverse of a symmetric matrix whose rows have different units, scaled to keep it well conditioned."""
     scale = np.sqrt(np.abs(np.diag(matrix)))
     return np.asarray(np.linalg.inv(matrix / np.outer(scale, scale)) / np.outer(scale, scale))

@@ -1,4 +1,4 @@
-"""Does the log determine what is asked of it? A number that it does not determine is never given."""
+"""Checks that a log determines the requested answer. A number that it does not determine is never returned."""
 
 import numpy as np
 
@@ -9,13 +9,13 @@ from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import DEGREE, KNOT
 
 _HEADING_SPREAD = 30.0 * DEGREE  # below it the along-track wind and the curve's level are one unknown
-_SPEED_RATIO = {1: 1.0, 2: 1.05, 3: 1.10}  # impact-pressure ratio that a model of so many terms needs
+_SPEED_RATIO = {1: 1.0, 2: 1.05, 3: 1.10}  # number of terms to the ratio of impact pressures that they need
 _SPLINE_RATIO = 1.3  # the same for a model of more terms
 _USELESS = 10.0 * KNOT  # a bound beyond this is no answer
 
 
 def require_observable(model: PredictionModel, obs: Observations) -> None:
-    """Raise NoAnswerError where headings or speeds are too much alike, with what to fly next."""
+    """Raise NoAnswerError where headings or speeds are too similar. The message says what to fly next."""
     for axis, velocity in (("north", obs.velocity_north), ("east", obs.velocity_east)):
         if not np.any(velocity):
             raise NoAnswerError(
@@ -38,7 +38,7 @@ def require_observable(model: PredictionModel, obs: Observations) -> None:
 
 
 def heading_spread(obs: Observations) -> float:
-    """Width of the smallest arc that holds 98 % of the ground tracks [rad]."""
+    """Return the width of the smallest arc that contains 98 % of the ground tracks [rad]."""
     thin = max(1, len(obs) // 5000)
     track = np.sort(np.arctan2(obs.velocity_east[::thin], obs.velocity_north[::thin]))
     keep = int(np.ceil(0.98 * len(track)))
@@ -47,7 +47,7 @@ def heading_spread(obs: Observations) -> float:
 
 
 def require_useful(calibration: Calibration) -> None:
-    """Raise NoAnswerError where the bound on the curve or the wind is so wide that there is no answer."""
+    """Raise NoAnswerError where 2σ of the curve or the wind is above 10 kt or not finite."""
     wind = max(calibration.wind.north.two_sigma, calibration.wind.east.two_sigma)
     curve = float(np.max(calibration.curve.two_sigma))
     if not np.isfinite(wind + curve):

@@ -1,4 +1,4 @@
-"""One thread for linear algebra: faster on arrays of this size, and the same digits on any number of cores."""
+"""Linear algebra on one thread: faster for arrays of this size, and the same digits on any number of cores."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,16 +11,16 @@ if TYPE_CHECKING:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Limit the linear-algebra libraries to one thread while the context lasts."""
+    """Limit the linear-algebra libraries to one thread within the context."""
     with _controller().limit(limits=1):
         yield
 
 
 @cache
 def _controller() -> "ThreadpoolController":
-    """Looked up once: finding the loaded libraries takes longer than a fit.
+    """Find the loaded libraries, once, because this takes longer than a fit.
 
-    The BLAS of NumPy and that of SciPy must be loaded by then. The estimators load both on import.
+    The BLAS of NumPy and that of SciPy must be loaded before. The estimators load both on import.
     """
     from threadpoolctl import ThreadpoolController
 

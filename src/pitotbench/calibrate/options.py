@@ -1,4 +1,4 @@
-"""What the user can choose about a calibration, in one record."""
+"""The options of a calibration, in one record."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -21,22 +21,27 @@ LATENCIES = ("given", "checked", "estimated")
 class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
 
-    model: name in the table of pressure-error models, or `auto` (see `structure`). method: `covering` (generalized
-    least squares with a bound that is meant to cover) or `paper` (output error with white residuals).
-    form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector` (method `paper`: ground
-    velocity predicted from airspeed, attitude and flow angles; method `covering`: the wind across the measured
-    direction of the air velocity beside the scalar equation). error_location: `impact` (the paper: the error
-    corrupts the impact pressure alone), `total` (the total source's: to this estimator the same), `static` (the
-    error is the static source's and moves the static pressure too; it then shows against GPS height as well), or
-    `auto`: by evidence where the log has its height, else static for logs that are not synthetic.
-    mach_max: rows above it are left out; ground_speed_min: rows below it [m/s] (a log that begins on the ground,
-    where the air data have an unknown zero). wind_down: estimate a vertical wind. recovery_factor: of the
-    temperature probe. wind: `constant`; `linear` in time, and in height where the log climbs; `drifting`, a slow
-    Gauss-Markov process whose size is found from the data (method `covering`). gps_latency: seconds by which GPS
-    velocity is stamped late, taken off; latency: `given`, `checked` (a warning where the log shows another) or
-    `estimated`. accuracies: 2σ of what the residual cannot show, as a whole record or by
-    name; what is not named comes from the log's header, else it is the usual one (`accuracy.USUAL`). robust: leave
-    faulty rows out and list them.
+    model: name in the table of pressure-error models, or `auto` (see `averaging`).
+    method: `covering` (generalized least squares with a bound that is meant to cover) or `paper` (output error with
+    white residuals).
+    form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector`. With the method `paper`,
+    the vector form predicts ground velocity from airspeed, attitude and flow angles. With the method `covering`, it
+    adds the equation for the wind across the measured direction of the air velocity to the scalar equation.
+    error_location: `impact` (as in the paper: the error is in the impact pressure alone), `total` (the error of the
+    total source, which is the same to this estimator), `static` (the error of the static source, which changes the
+    static pressure too and is visible against GPS height), or `auto`: by evidence where the log has its height,
+    else static for logs that are not synthetic.
+    use_down: use the vertical GPS velocity. on_condition: use only the rows that the log marks as on condition.
+    mach_max: rows above it are left out. ground_speed_min [m/s]: rows below it are left out, for a log that begins
+    on the ground, where the air data have an unknown zero.
+    wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
+    wind: `constant`; `linear` in time, and in height where the log climbs; `drifting`, a slow Gauss-Markov process
+    whose size is estimated (method `covering`).
+    gps_latency [s]: time by which GPS velocity is stamped late; it is subtracted.
+    latency: `given`, `checked` (a warning where the log shows another) or `estimated`.
+    robust: leave out faulty rows and list them.
+    accuracies: 2σ of constant errors that the residual does not show, as a whole record or by name. A name that is
+    not given comes from the log's header, else it has the usual accuracy (`accuracy.USUAL`).
     Raises BadInputError or UnknownNameError for a choice that does not exist.
     """
 
@@ -81,7 +86,10 @@ def require_model(name: str) -> None:
 
 
 def options_from(choices: Mapping[str, Any]) -> CalibrationOptions:
-    """Options from choices by name. Raises BadInputError for an unknown name or a value of a wrong kind."""
+    """Make options from choices by name.
+
+    Raises BadInputError for an unknown name or a wrong value, and UnknownNameError for an unknown model.
+    """
     known = [f.name for f in fields(CalibrationOptions)]
     for name in choices:
         if name not in known:

@@ -1,8 +1,8 @@
-"""Output error as the paper has it: maximum likelihood with white residuals whose covariance is re-estimated.
+"""Output error as in the paper: maximum likelihood with white residuals whose covariance is re-estimated.
 
 Klein and Morelli, Aircraft System Identification, 2006, ch. 6 (Gauss-Newton with the modified Newton-Raphson
 information matrix); Martos, Kiszely and Foster (2011) used the routine of the same name from their toolbox.
-The bound that belongs to it is the Cramér-Rao bound for white residuals: far too small on real air.
+Its bound is the Cramér-Rao bound for white residuals. It is far too small in real air, where gusts are correlated.
 """
 
 from collections.abc import Callable
@@ -13,19 +13,22 @@ import numpy as np
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
-_DECREMENT = 0.02  # standard errors: the step left to take, in the metric of the information matrix
+_DECREMENT = 0.02  # standard errors: remaining step at convergence, in the metric of the information matrix
 _ITERATIONS = 50
 _HALVINGS = 8
 _DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of the scaled normal equations
 _ARMIJO = 0.2
-_NOISE_FLOOR = 1e-10  # (m/s)²: data without noise still have a scale on which a step is small
+_NOISE_FLOOR = 1e-10  # (m/s)²: gives data without noise a scale for a small step
 
 Outputs = Callable[[Array], tuple[Array, Array]]
 
 
 @dataclass(frozen=True, slots=True)
 class OutputErrorFit:
-    """θ (p,), its white Cramér-Rao covariance (p, p), residuals (m, n), their covariance (m, m) and the way."""
+    """θ (p,) with its white Cramér-Rao covariance (p, p), and residuals (m, n) [m/s] with their covariance (m, m).
+
+    The condition number is that of the scaled information matrix; `reason` says why the iteration ended.
+    """
 
     theta: Array
     covariance: Array
@@ -39,9 +42,9 @@ class OutputErrorFit:
 def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
     """Minimize the negative log-likelihood over θ and the residual covariance.
 
-    `outputs(θ)` returns residuals (m, n), measured minus predicted, and the Jacobian (m, n, p) of the
-    *prediction*. Raises NoAnswerError where the start is outside the model's domain, the steps do not settle or the
-    information matrix is singular.
+    `outputs(θ)` returns residuals (m, n), measured minus predicted, and the Jacobian (m, n, p) of the *prediction*;
+    `start` is θ (p,). Raises NoAnswerError where the start is outside the model's domain, the steps do not settle
+    or the information matrix is singular.
     """
     theta = start
     residuals, jacobian = _at_start(outputs, start)
@@ -71,7 +74,7 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
 
 
 def _at_start(outputs: Outputs, start: Array) -> tuple[Array, Array]:
-    """The outputs at the start. Raises NoAnswerError where the model has none for some row."""
+    """The outputs at the start. Raises NoAnswerError where the model has no prediction for some row."""
     with np.errstate(invalid="ignore", divide="ignore"):
         residuals, jacobian = outputs(start)
     if not np.all(np.isfinite(residuals)) or not np.all(np.isfinite(jacobian)):
@@ -83,7 +86,7 @@ def _at_start(outputs: Outputs, start: Array) -> tuple[Array, Array]:
 
 
 def _condition_number(information: Array, scale: Array) -> float:
-    """Of the scaled information matrix; infinite where a parameter changes no output."""
+    """Condition number of the scaled information matrix; infinite where a parameter changes no output."""
     if not np.all(np.isfinite(information)) or not np.all(scale > 0.0):
         return float("inf")
     return float(np.linalg.cond(information / np.outer(scale, scale)))
@@ -92,8 +95,11 @@ def _condition_number(information: Array, scale: Array) -> float:
 def _step(
     outputs: Outputs, theta: Array, normal: Array, slope: Array, scale: Array, noise: Array, residuals: Array
 ) -> tuple[Array, Array, Array]:
-    """The Gauss-Newton step; where no part of it leads down, as behind a bend of the valley, ever more damped ones
-    (Marquardt 1963). Raises NoAnswerError where none leads down within the model's domain."""
+    """Take the Gauss-Newton step, or a damped one (Marquardt 1963).
+
+    Where no part of the step reduces the squares, as in a curved valley, the damping is increased. Raises
+    NoAnswerError where no step stays within the model's domain.
+    """
     taken = None
     for damping in _DAMPINGS:
         step = np.linalg.solve(normal + damping * np.eye(len(slope)), slope) / scale
@@ -114,10 +120,11 @@ def _step(
 def _line_search(
     outputs: Outputs, theta: Array, step: Array, descent: float, noise: Array, residuals: Array
 ) -> tuple[tuple[Array, Array, Array] | None, bool]:
-    """Take the step, halved until the weighted squares fall by a fair share of what the gradient promises, and say
-    whether they do; None where even the shortest leaves the model's domain.
+    """Halve the step until the weighted squares fall enough (Armijo condition), and say whether they do.
 
-    `descent` is gradient · step. Without the Armijo condition a curved valley is crossed from side to side.
+    Enough is a fixed share of the fall that the gradient predicts; `descent` is gradient · step. Without this
+    condition the steps cross a curved valley from side to side. The first result is None where even the shortest
+    step leaves the model's domain.
     """
     weight = np.asarray(np.linalg.inv(noise))
     before = _weighted_squares(residuals, weight)

@@ -10,11 +10,14 @@ from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
-_COARSE_ROWS = 2000  # a long log is first fitted on about so many rows, to start the full fit near its end
+_COARSE_ROWS = 2000  # rows of the first fit of a long log, which starts the full fit near its minimum
 
 
 def fit_scalar(model: PredictionModel, obs: Observations) -> OutputErrorFit:
-    """One output, airspeed [m/s]: as indicated against as predicted from the held velocity and the wind."""
+    """Fit one output: indicated airspeed [m/s], predicted from the held velocity and the wind.
+
+    Raises NoAnswerError as `fit_output_error` does.
+    """
     held = obs.as_held()
     start = np.zeros(model.count)
     if len(held) > _COARSE_ROWS * 4:
@@ -24,7 +27,7 @@ def fit_scalar(model: PredictionModel, obs: Observations) -> OutputErrorFit:
 
 
 def airspeed_outputs(model: PredictionModel, obs: Observations) -> Outputs:
-    """The residual in indicated airspeed [m/s] and the Jacobian of its prediction."""
+    """Return the function of θ that gives the residual of indicated airspeed, (1, n) [m/s], and the Jacobian."""
     measured = air.calibrated_airspeed(obs.impact_pressure)
 
     def outputs(theta: Array) -> tuple[Array, Array]:
@@ -37,15 +40,18 @@ def airspeed_outputs(model: PredictionModel, obs: Observations) -> Outputs:
 
 
 def fit_vector(model: PredictionModel, obs: Observations, log: FlightLog) -> OutputErrorFit:
-    """Three outputs, ground velocity north, east and down [m/s], from airspeed, attitude, flow angles and wind.
+    """Fit ground velocity north, east and down [m/s], predicted from airspeed, attitude, flow angles and wind.
 
-    Raises BadInputError where the log has no attitude or no flow angles.
+    Raises BadInputError where the log has no attitude or no flow angles, NoAnswerError as `fit_output_error` does.
     """
     return fit_output_error(velocity_outputs_of(model, obs, log), np.zeros(model.count))
 
 
 def velocity_outputs_of(model: PredictionModel, obs: Observations, log: FlightLog) -> Outputs:
-    """The residual in ground velocity, (2 or 3, n) [m/s], and its Jacobian."""
+    """Return the function of θ that gives the residual of ground velocity, (2 or 3, n) [m/s], and the Jacobian.
+
+    Raises BadInputError where the log has no attitude or no flow angles.
+    """
     direction = air_direction(log)[:, obs.used]
     x = obs.impact_pressure / model.reference_pressure
     basis = model.error.basis(x)
@@ -70,7 +76,7 @@ def velocity_outputs_of(model: PredictionModel, obs: Observations, log: FlightLo
 
 
 def _speed(impact: Array, obs: Observations) -> tuple[Array, Array]:
-    """True airspeed [m/s] of a true impact pressure [Pa], and its slope [m/s per Pa]."""
+    """True airspeed [m/s] for a true impact pressure [Pa], and its derivative [m/s per Pa]."""
     ratio = impact / obs.static_pressure
     power = np.exp(np.log1p(ratio) * (2.0 / 7.0))
     mach_squared = 5.0 * (power - 1.0)

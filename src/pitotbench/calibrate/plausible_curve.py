@@ -1,4 +1,4 @@
-"""Whether a curve of the pressure error can be that of an airplane, whatever its bound says."""
+"""Judgment whether a pressure-error curve is possible for an airplane."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -11,10 +11,10 @@ from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond
 
 @dataclass(frozen=True, slots=True)
 class CurveVerdict:
-    """`plausible`, `doubtful` (worth a warning) or `impossible` (no answer), and a sentence that says why.
+    """The verdict: `plausible`, `doubtful` (a warning) or `impossible` (no answer), with a sentence of explanation.
 
-    `worst` is the Δp/q_c of the largest size among the points that pass the limit, 0 where none does;
-    `indicated_airspeed` [m/s] is where it lies, 0 where none does.
+    `worst` [-] is the Δp/q_c of greatest size among the points beyond the limit, and `indicated_airspeed` [m/s] the
+    airspeed at that point. Both are 0 where no point is beyond it.
     """
 
     kind: Literal["plausible", "doubtful", "impossible"]
@@ -28,9 +28,9 @@ def judge_curve(
 ) -> CurveVerdict:
     """Judge a curve Δp/q_c over indicated airspeed [m/s] by its size; arrays of one length, (n,).
 
-    A point passes a limit where it does so by more than its 2σ: a curve that is hardly known is not impossible.
-    Impossible: above 0.2, where an airspeed would be wrong by a tenth. Doubtful: above 0.1, which is 5 kt at
-    100 kt and the largest error that FAR 23.1323 accepts. The limits are those that a log is judged with.
+    A point is beyond a limit where it exceeds the limit by more than its 2σ: an uncertain curve is not impossible.
+    Impossible: above 0.2, an error of a tenth in airspeed. Doubtful: above 0.1, which is 5 kt at 100 kt and the
+    largest error that FAR 23.1323 accepts. The limits are those for the judgment of a log.
     Raises ValueError for arrays of different lengths, or for a number that is not finite.
     """
     speed, error, bound = indicated_airspeed, normalized_pressure_error, normalized_two_sigma

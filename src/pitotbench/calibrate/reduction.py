@@ -1,4 +1,4 @@
-"""One log on its way to an answer: rows, white fit, faulty rows, noise, answer."""
+"""The reduction of one log: selection of rows, white fit, screening of faulty rows, noise and answer."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -28,16 +28,20 @@ from pitotbench.records.calibration import Assumption
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.log import FlightLog
 
-_ILL_CONDITIONED = 1e6
-_FULL_SCALE_RATIO = 8.0  # q_ci/q_ref above which the reference pressure is raised to the data
+_ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
+_FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data
 _LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
-_DISAGREE = 0.001  # probability of so much disagreement by chance, below which it is said
-_MOST_NAMED, _MOST_LISTED = 5, 1000  # rows left out: in a warning, in the diagnostics
+_DISAGREE = 0.001  # probability of so much disagreement by chance: below it there is a warning
+_MOST_NAMED, _MOST_LISTED = 5, 1000  # greatest number of left-out rows in a warning and in the diagnostics
 
 
 @dataclass(frozen=True, slots=True)
 class Reduction:
-    """A log reduced: what was fitted to which rows, the white fit, the answer, and what was noticed on the way."""
+    """The reduction of a log: model, rows, white fit, answer, diagnostics and warnings.
+
+    `options` include the accuracies and the latency that were used. `assumptions` are the accuracies
+    assumed for the bound, each with its source.
+    """
 
     options: CalibrationOptions
     model: PredictionModel
@@ -53,7 +57,11 @@ class Reduction:
 
 
 def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None) -> Reduction:
-    """Reduce a log; `reference_pressure` [Pa] None takes the usual one, or one near the data of a fast airplane."""
+    """Reduce a log.
+
+    `reference_pressure` [Pa] is q_ref; None takes the usual one, or one near the data of a fast airplane.
+    Raises BadInputError for a log that cannot be used, NoAnswerError for one that does not determine the answer.
+    """
     assumed = assumptions_of(options.accuracies, log.header)
     options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, options)
@@ -102,26 +110,26 @@ def _that_matter(
 
 
 def _stated_location(options: CalibrationOptions) -> str:
-    """Where the error sits for a fit that does not ask the log: as published, unless it is stated."""
+    """The location of the error for a fit without evidence from the log: as published unless stated."""
     return IMPACT if options.error_location == AUTO else options.error_location
 
 
 def model_of(
     name: str, options: CalibrationOptions, obs: Observations, reference_pressure: float
 ) -> PredictionModel:
-    """What is fitted; a model with knots gets them over the range of the data."""
+    """Return the model to be fitted. A model with knots has them over the range of the data."""
     error = MODELS[name].spread_over(*flown_range(obs, reference_pressure))
     return PredictionModel(error, reference_pressure, options.error_location == "static", options.wind_down)
 
 
 def flown_range(obs: Observations, reference_pressure: float) -> tuple[float, float]:
-    """The range of x = q_ci/q_ref in the data, without the outermost thousandths."""
+    """Return the range of x = q_ci/q_ref in the data, without the outermost thousandths."""
     low, high = (float(q) for q in np.quantile(obs.impact_pressure, [0.001, 0.999]) / reference_pressure)
     return low, max(high, _LEAST_RANGE * low)
 
 
 def reference_of(observed: Sequence[Observations]) -> float:
-    """The usual reference pressure [Pa], or a round one near the data's middle for fast airplanes."""
+    """Return the usual reference pressure [Pa], or for fast airplanes the median of the data, rounded."""
     middle = float(np.median(np.concatenate([obs.impact_pressure for obs in observed])))
     if middle < _FULL_SCALE_RATIO * REFERENCE_PRESSURE:
         return REFERENCE_PRESSURE
@@ -131,14 +139,14 @@ def reference_of(observed: Sequence[Observations]) -> float:
 def _screened(
     model: PredictionModel, obs: Observations, log: FlightLog, options: CalibrationOptions
 ) -> tuple[Observations, OutputErrorFit, NDArray[np.intp]]:
-    """The rows that count, the white fit to them, and the rows left out, (k,)."""
+    """The good rows, the white fit to them, and the numbers of the rows left out, (k,)."""
     fit = _white_fit(model, obs, log, options)
     none = np.zeros(0, dtype=np.intp)
     if options.robust and (options.form == "scalar" or options.method == "covering"):
         screened = screen(model, obs, None if fit is None else fit.theta)
         if len(screened.left_out):
             obs, none, fit = screened.observations, screened.left_out, None
-    # Fitted again without the faulty rows; without any, the error says why there is no fit.
+    # The fit is repeated without the faulty rows. Where there are none, it raises the error of the first fit again.
     return obs, fit or fit_scalar(model, obs), none
 
 
@@ -157,7 +165,7 @@ def _white_fit(
 def _cover(
     log: FlightLog, options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
 ) -> tuple[CalibrationOptions, Observations, ErrorPlace, dict[str, Any]]:
-    """The covering fit; where the latency is to be estimated, of the log read again with it."""
+    """Run the covering fit; an estimated latency is applied to the log, which is then read and fitted again."""
     structure = _structure(model, options, obs)
     located = fit_located(log, options, structure, obs, white.theta)
     found: dict[str, Any] = {}
@@ -185,7 +193,7 @@ def _cover(
 
 
 def _altitude_found(located: ErrorPlace) -> dict[str, Any]:
-    """What the altitude equation adds to the diagnostics."""
+    """The diagnostics of the altitude equation."""
     found: dict[str, Any] = {}
     if located.chance is not None:
         found["height_agreement"] = located.chance
@@ -238,7 +246,7 @@ def _warnings(
             f"{100.0 * agreement:.2g} % of cases): the model may not follow the curve (try --model auto, or a "
             "narrower range of speeds), or temperature or height may be off by more than stated"
         )
-    latency_bound = found.get("latency_two_sigma_s")  # None also where the log says nothing about the latency
+    latency_bound = found.get("latency_two_sigma_s")  # None also where the log does not determine the latency
     if latency_bound is not None and abs(found["latency_left_s"]) > latency_bound:
         warnings.append(latency_warning(found["latency_s"], latency_bound))
     return tuple(warnings)

@@ -1,4 +1,4 @@
-"""Assemble a Calibration from either fit."""
+"""The Calibration assembled from a reduction by either method."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,7 +22,11 @@ _FEWEST_POINTS = 2  # of a curve
 
 
 def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> Calibration:
-    """Everything a user sees; the curve at indicated airspeeds [m/s], of the log's own range where None."""
+    """Assemble the Calibration of a reduction.
+
+    `airspeeds` (c,) [m/s] are the indicated airspeeds of the curve; None takes the range of the log. Raises
+    NoAnswerError where the impact pressure is hardly more than its zero offset.
+    """
     model, obs, white, answer = reduction.model, reduction.observations, reduction.white, reduction.answer
     zero = found_zero(model, answer, reduction.nuisances)
     if airspeeds is None:
@@ -52,7 +56,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
 
 
 def found_zero(model: PredictionModel, answer: Posterior, nuisances: Sequence[Nuisance]) -> Estimate | None:
-    """The zero offset of the impact pressure [Pa] where it was looked for."""
+    """Return the zero offset of the impact pressure [Pa], or None where it was not estimated."""
     place = _zero_place(model, nuisances)
     if place is None:
         return None
@@ -66,9 +70,9 @@ def _zero_place(model: PredictionModel, nuisances: Sequence[Nuisance]) -> int | 
 
 
 def _above_zero(airspeeds: MetersPerSecond, zero: Estimate | None) -> MetersPerSecond:
-    """The airspeeds whose reading is more than its zero offset, with the offset's 2σ above it as well.
+    """The airspeeds whose impact pressure exceeds the zero offset plus its 2σ.
 
-    Raises NoAnswerError where there is none.
+    Raises NoAnswerError where there are fewer than two.
     """
     if zero is None:
         return airspeeds
@@ -84,7 +88,7 @@ def _above_zero(airspeeds: MetersPerSecond, zero: Estimate | None) -> MetersPerS
 def _published_two_sigma(
     options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
 ) -> float:
-    """2σ of the residual between data and model as airspeed [m/s], of the fit as the paper does it."""
+    """2σ of the residual as airspeed [m/s], for the fit by the paper's method."""
     airspeed = (
         white.residuals[0] if options.form == "scalar" else _residuals(model, obs.as_held(), white.theta).airspeed
     )
@@ -111,8 +115,8 @@ def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances:
     k = answer.mean[: curve.model.error_count]
     gradient, basis = correction_gradient(curve, answer, nuisances), widened(curve.basis(), answer)
     bounds = answer.two_sigma(gradient)
-    own = gradient[:, : curve.model.count]
-    white_variance = np.einsum("cp,pq,cq->c", own, white.covariance, own)
+    part = gradient[:, : curve.model.count]
+    white_variance = np.einsum("cp,pq,cq->c", part, white.covariance, part)
     return ErrorCurve(
         indicated_airspeed=curve.indicated_airspeed,
         correction=curve.correction(k),
@@ -125,8 +129,10 @@ def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances:
 
 
 def with_altitude(curve: ErrorCurve, of: CurveMap, answer: Posterior, obs: Observations) -> ErrorCurve:
-    """The curve with what the error does to the altitude, where it is the static source's: at the middle of the
-    log's static pressures."""
+    """Add the altitude correction [m] and its 2σ to the curve where the error is the static source's.
+
+    They are computed at the median of the log's static pressures.
+    """
     if not of.model.static_error:
         return curve
     pressure = float(np.median(obs.static_pressure))
@@ -138,7 +144,7 @@ def with_altitude(curve: ErrorCurve, of: CurveMap, answer: Posterior, obs: Obser
 
 
 def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> Array:
-    """Derivative of the correction with respect to all of θ, (c, p), that by a zero offset included."""
+    """Derivative of the correction [m/s] with respect to all of θ, (c, p), including the zero offset."""
     k = answer.mean[: curve.model.error_count]
     gradient, place = widened(curve.correction_gradient(k), answer), _zero_place(curve.model, nuisances)
     if place is not None:
@@ -147,14 +153,14 @@ def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[
 
 
 def widened(gradient: Array, answer: Posterior) -> Array:
-    """A gradient with respect to the error parameters as one with respect to all of θ."""
+    """Extend a gradient (c, K) over the error parameters with zeros to one over all of θ, (c, p)."""
     wide = np.zeros((len(gradient), len(answer.mean)))
     wide[:, : gradient.shape[1]] = gradient
     return wide
 
 
 def _shares(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> tuple[Share, ...]:
-    """What each nuisance contributes to the bounds."""
+    """The contribution of each nuisance to the bounds."""
     free, count = curve.model.error_count, curve.model.count
     gradient = correction_gradient(curve, answer, nuisances)
     every = np.eye(len(answer.mean))

@@ -1,10 +1,10 @@
-"""What is thought of a pressure-error curve before the flight: a law of the table, and a departure from it.
+"""The prior of a pressure-error curve before the flight: a law of the table plus a departure from it.
 
-No airplane knows our formulas, so each is taken as a first approximation. Over the flown range of ln x the curve is
-a law plus a sum of orthonormal (Legendre) polynomials from degree 2 on, with independent Gaussian coefficients that
-fall as 1/degree², the rate of curves with a square-integrable second derivative. How large the departure is, is
-unknown: each size of a ladder is as likely. Where a flight leaves gaps between its speeds, the departure keeps the
-bound from closing there.
+No airplane follows a formula exactly, so each law is a first approximation. Over the flown range of ln x the curve
+is a law plus a sum of orthonormal (Legendre) polynomials from degree 2 on. Their coefficients are independent and
+Gaussian and fall as 1/degree², the rate of curves with a square-integrable second derivative. The size of the
+departure is unknown: all sizes of a fixed list are equally likely. Where a flight has gaps between its speeds, the
+departure keeps the bound wide there.
 """
 
 from collections.abc import Sequence
@@ -18,16 +18,19 @@ from pitotbench.units import Array
 
 LEVEL = 0.06  # Δp/q_c, standard deviation of a curve's level and slope: 4 kt at 130 kt
 DEPARTURES = (0.0005, 0.001, 0.002, 0.004, 0.008)  # Δp/q_c, root mean square: 0.03 to 0.5 kt at 130 kt
-LAWLESS = "spline"  # the model whose law is a straight line in ln x: all else is departure
-_LAWLESS_SHARE = 0.5  # as likely as not, the curve follows no law of the table
-_DEGREES = 16
-_POINTS = 24  # of the quadrature, more than the degrees
+LAWLESS = "spline"  # the model whose law is a straight line in ln x: the rest is departure
+_LAWLESS_SHARE = 0.5  # probability that the curve follows no law of the table
+_DEGREES = 16  # the next coefficient's deviation is 1/64 of that of degree 2
+_POINTS = 24  # of the quadrature; more than the degrees, so that the projection is well determined
 
 
 @dataclass(frozen=True, slots=True)
 class Hypothesis:
-    """One thought: a model as the law, the departure's size [-], its probability before the flight, and the
-    covariance of the curve's values at the points asked for, (c, c)."""
+    """One hypothesis of the curve.
+
+    `name` is the model that serves as the law and `departure` [-] the size of the departure from it. `probability`
+    is that before the flight; `covariance` (c, c) [-] is that of the curve's values at the requested points.
+    """
 
     name: str
     departure: float
@@ -36,8 +39,10 @@ class Hypothesis:
 
 
 def hypotheses(laws: Sequence[PressureErrorModel], x: Array, level: float = LEVEL) -> list[Hypothesis]:
-    """All laws and the straight line, with departures of all sizes, for the curve at increasing points x (c,) that
-    span the range evenly over ln x. `level` [-] is the standard deviation of level and slope.
+    """Combine every law, and the straight line, with a departure of every size.
+
+    Parameters: laws of the table; x (c,), increasing points, evenly spaced in ln x over the range; level [-], the
+    standard deviation of the curve's level and slope. The probabilities of the result sum to 1.
     """
     place = np.linspace(-1.0, 1.0, len(x))
     departure = _departure(place)
@@ -51,21 +56,24 @@ def hypotheses(laws: Sequence[PressureErrorModel], x: Array, level: float = LEVE
 
 
 def _departure(place: Array) -> Array:
-    """Covariance at places in [-1, 1] of departures whose root mean square is 1."""
+    """Covariance, at places in [-1, 1], of departures whose root mean square is 1."""
     variance = np.arange(2, _DEGREES, dtype=np.float64) ** -4
     polynomials = _orthonormal(place)[:, 2:]
     return np.asarray((polynomials * variance) @ polynomials.T / variance.sum())
 
 
 def _of_line(place: Array, level: float) -> Array:
-    """Covariance at places in [-1, 1] of straight lines."""
+    """Covariance of straight lines at places in [-1, 1]."""
     line = _orthonormal(place)[:, :2]
     return np.asarray(level**2 * line @ line.T)
 
 
 def _of_law(law: PressureErrorModel, x: Array, level: float) -> Array:
-    """Covariance at x of the curves that the law can draw: of all such, those of moderate level and slope and a
-    bend that falls with the degree are likelier, whatever the scale of the law's terms."""
+    """Covariance at x of the curves of a law.
+
+    Curves of moderate level and slope, with a bend that falls with the degree, are more likely. This does not
+    depend on the scale of the law's terms.
+    """
     place, weight = legendre.leggauss(_POINTS)
     inner = np.exp(0.5 * np.log(x[0] * x[-1]) + 0.5 * np.log(x[-1] / x[0]) * place)
     coefficients = _orthonormal(place).T @ (0.5 * weight[:, None] * law.basis(inner))

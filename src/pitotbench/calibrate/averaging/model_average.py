@@ -1,7 +1,8 @@
-"""`--model auto`: which model the log speaks for, and a bound that allows for not knowing it.
+"""`--model auto`: the models weighed by the log, and a bound that includes the doubt about the model.
 
 Every model of the table is fitted and judged. The answer is a mixture over the models and over departures from them
-(Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999), made where models can meet: in the curve.
+(Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). The mixture is made of curves, because the
+parameters of different models cannot be compared.
 """
 
 from collections.abc import Sequence
@@ -30,37 +31,42 @@ from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
-_KNOTS = 13  # of the spline in which models meet: finer than any departure
-_LAWS = ("inverse+", "linear", "bias")  # tried in turn for the rows that count
+_KNOTS = 13  # of the spline that describes the curves of all models: fine enough for any likely departure
+_LAWS = ("inverse+", "linear", "bias")  # tried in turn to select the rows, the richest law first
 _LEAST_RANGE = 2.0  # ratio of impact pressures, as from 100 to 141 kt
 
 
 @dataclass(frozen=True, slots=True)
 class ModelChoice:
-    """The models as judged; what is thought of the curve and how likely each thought is, (h,), summing to 1; the
-    spline in which they meet, and the mixture of all as an answer for it."""
+    """The models as judged, the hypotheses of the curve, and the mixture of all.
+
+    `shares` (h,) are the probabilities of the hypotheses after the flight and sum to 1. `common` is the model with
+    a fine spline that describes every curve, and `answer` the mixture in its parameters.
+    """
 
     judgments: tuple[Judgment, ...]
-    thoughts: tuple[Hypothesis, ...]
+    hypotheses: tuple[Hypothesis, ...]
     shares: Array
     common: PredictionModel
     answer: Posterior
 
     @property
     def best(self) -> ModelFit:
-        """The candidate that promises to predict best."""
+        """The candidate that is expected to predict new data best."""
         return min(self.judgments, key=lambda judgment: judgment.unfitness).candidate
 
     def weight_of(self, name: str) -> float:
         """Probability that the curve follows a model, with departures of any size."""
-        own = [share for thought, share in zip(self.thoughts, self.shares, strict=True) if thought.name == name]
-        return float(np.sum(own))
+        part = [
+            share for hypothesis, share in zip(self.hypotheses, self.shares, strict=True) if hypothesis.name == name
+        ]
+        return float(np.sum(part))
 
 
 def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
-    """Fit every model of the table to the same rows, weigh them and combine their answers.
+    """Fit every model of the table to the same rows, weigh the models and combine their answers.
 
-    Raises NoAnswerError where the log determines none of them.
+    Raises NoAnswerError where the log determines no model, and BadInputError for a log that cannot be used.
     """
     rows = _rows(log, options)
     choice = choose_model(_judgments(rows), rows)
@@ -91,7 +97,7 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
 
 
 def _rows(log: FlightLog, options: CalibrationOptions) -> Reduction:
-    """The log reduced with the first law that it determines: for its rows, its latency, its warnings."""
+    """Reduce the log with the first law that it determines; this gives the rows, the latency and the warnings."""
     reasons: list[NoAnswerError] = []
     for name in _LAWS:
         try:
@@ -102,7 +108,8 @@ def _rows(log: FlightLog, options: CalibrationOptions) -> Reduction:
 
 
 def _judgments(rows: Reduction) -> list[Judgment]:
-    """Of the models that the log determines; where it determines no law, the simplest one's reason is raised."""
+    """Judge the models that the log determines. Raises the NoAnswerError of the simplest law where it determines
+    none."""
     found: list[Judgment] = []
     reasons: list[NoAnswerError] = []
     for name in MODELS:
@@ -118,7 +125,7 @@ def _judgments(rows: Reduction) -> list[Judgment]:
 
 
 def _candidate(name: str, rows: Reduction) -> ModelFit:
-    """One model, fitted to be weighed. Raises NoAnswerError where the log does not determine it."""
+    """Fit one model. Raises NoAnswerError where the log does not determine it."""
     obs, reference = rows.observations, rows.model.reference_pressure
     model = replace(model_of(name, rows.options, obs, reference), static_error=rows.model.static_error)
     require_observable(model, obs)
@@ -129,21 +136,25 @@ def _candidate(name: str, rows: Reduction) -> ModelFit:
 
 
 def choose_model(judgments: Sequence[Judgment], rows: Reduction) -> ModelChoice:
-    """Weigh the models, each with departures of every size. At least one judgment must be of a law."""
+    """Weigh the models, each with departures of every size.
+
+    At least one judgment must be of a law: the common problem is linearized at the curve of the best law.
+    """
     laws = [judgment for judgment in judgments if judgment.candidate.name != LAWLESS]
     nearest = min(laws, key=lambda judgment: judgment.aicc).candidate
     structure, problem, theta = _common_problem(nearest, rows)
     common = structure.model
     assert isinstance(common.error, SplineModel)
     knots = np.array(common.error.knots)
+    # An airplane with a large error must not be an outlier of its prior, so the level grows with the curve.
     level = max(LEVEL, float(np.sqrt(np.mean(_curve_of(nearest, knots) ** 2))))
-    thoughts = tuple(hypotheses([law.candidate.model.error for law in laws], knots, level))
-    answer, shares = weigh_models(thoughts, _moments(nearest.fit, structure, problem, theta))
-    return ModelChoice(tuple(judgments), thoughts, shares, common, answer)
+    prior = tuple(hypotheses([law.candidate.model.error for law in laws], knots, level))
+    answer, shares = weigh_models(prior, _moments(nearest.fit, structure, problem, theta))
+    return ModelChoice(tuple(judgments), prior, shares, common, answer)
 
 
 def _moments(fit: CoveringFit, structure: Structure, problem: Linearized, theta: Array) -> list[Moments]:
-    """What the data say of the common problem under each noise of a fit."""
+    """The moments of the common problem under each noise of a fit."""
     found = []
     for node, mass in zip(fit.nodes, noise_masses(fit), strict=True):
         noise = fit.noise_of(node.noise)
@@ -157,7 +168,7 @@ def _curve_of(candidate: ModelFit, x: Array) -> Array:
 
 
 def _common_problem(nearest: ModelFit, rows: Reduction) -> tuple[Structure, Linearized, Array]:
-    """The structure with a fine spline, its problem at the curve of the law that fits best, and θ0 there."""
+    """The structure with a fine spline, its problem linearized at the curve of the best law, and θ0 there."""
     spline = spline_between(*_wide_enough(*nearest.flown), _KNOTS)
     common = replace(nearest.model, error=spline)
     k = _curve_of(nearest, np.array(spline.knots))
@@ -167,13 +178,16 @@ def _common_problem(nearest: ModelFit, rows: Reduction) -> tuple[Structure, Line
 
 
 def _wide_enough(low: float, high: float) -> tuple[float, float]:
-    """The range over which the prior of curves holds: over less, nobody expects the whole change of a curve."""
+    """Widen a range of x to the least one for which the prior of curves is meant.
+
+    Over a narrower range a curve is not expected to change by as much as the prior allows.
+    """
     margin = float(np.sqrt(max(_LEAST_RANGE * low / high, 1.0)))
     return low / margin, high * margin
 
 
 def _curve(choice: ModelChoice, of_best: ErrorCurve, curve: CurveMap, nuisances: Sequence[Nuisance]) -> ErrorCurve:
-    """The mixture at the airspeeds of the best model's curve; the white bound stays that of the best model."""
+    """The mixture's curve at the airspeeds of the best model's curve; the white bound remains the best model's."""
     k = choice.answer.mean[: choice.common.error_count]
     gradient, basis = (
         correction_gradient(curve, choice.answer, nuisances),
@@ -191,22 +205,22 @@ def _curve(choice: ModelChoice, of_best: ErrorCurve, curve: CurveMap, nuisances:
 
 
 def _wind(choice: ModelChoice) -> WindEstimate:
-    own = slice(choice.common.error_count, choice.common.count)
-    values = choice.answer.mean[own]
-    bounds = choice.answer.two_sigma(np.eye(len(choice.answer.mean)))[own]
+    part = slice(choice.common.error_count, choice.common.count)
+    values = choice.answer.mean[part]
+    bounds = choice.answer.two_sigma(np.eye(len(choice.answer.mean)))[part]
     parts = zip(("north", "east", "down"), values, bounds, strict=False)
     return WindEstimate(*(Estimate(name, float(v), float(b)) for name, v, b in parts))
 
 
 def choice_record(choice: ModelChoice) -> dict[str, Any]:
-    """The choice as plain data: `model_choice`, a row a model, and `departure`, the probability of each size."""
+    """The choice as plain data: `model_choice`, a row per model, and `departure`, the probability of each size."""
     return {"model_choice": _table(choice), "departure": _departures(choice)}
 
 
 def _table(choice: ModelChoice) -> list[dict[str, Any]]:
-    """The choice as plain data, a row a model; of logarithms only differences between rows mean anything.
+    """One row per model. Of log-likelihoods and criteria only the differences between rows have a meaning.
 
-    A model that the log does not determine by itself has a weight alone.
+    A model that the log does not determine by itself has a weight but no criteria.
     """
     judged = {judgment.candidate.name: judgment for judgment in choice.judgments}
     weights = {name: choice.weight_of(name) for name in MODELS}
@@ -233,8 +247,8 @@ def _criteria(judgment: Judgment) -> dict[str, Any]:
 
 
 def _departures(choice: ModelChoice) -> dict[str, float]:
-    """Probability of each size of departure from a law, by its root mean square in Δp/q_c."""
-    sizes = dict.fromkeys((t.departure for t in choice.thoughts), 0.0)
-    for thought, share in zip(choice.thoughts, choice.shares, strict=True):
-        sizes[thought.departure] += float(share)
+    """Probability of each size of departure from a law, keyed by its root mean square in Δp/q_c."""
+    sizes = dict.fromkeys((hypothesis.departure for hypothesis in choice.hypotheses), 0.0)
+    for hypothesis, share in zip(choice.hypotheses, choice.shares, strict=True):
+        sizes[hypothesis.departure] += float(share)
     return {f"{size:g}": share for size, share in sizes.items()}

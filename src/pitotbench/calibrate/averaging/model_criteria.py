@@ -1,4 +1,4 @@
-"""The usual criteria of a model: what its whitened residual costs, and how it predicts what it has not seen."""
+"""The usual criteria of a model: AICc and BIC of its whitened residual, and its prediction of held-out data."""
 
 from dataclasses import dataclass, replace
 
@@ -16,13 +16,16 @@ from pitotbench.estimate.restricted_likelihood import Regression
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
-SEGMENTS = 10  # stretches of equal length, each predicted from the others
+SEGMENTS = 10  # parts of the log of equal length, each predicted from the others
 _POINTS = 24  # over the flown range
 
 
 @dataclass(frozen=True, slots=True)
 class ModelFit:
-    """One model of the table, fitted to data between two values of x = q_ci/q_ref."""
+    """One model of the table, fitted to a log: by output error (`white`) and by the covering estimator (`fit`).
+
+    `flown` is the range of x = q_ci/q_ref [-] in the data, without the outermost thousandths.
+    """
 
     name: str
     model: PredictionModel
@@ -33,8 +36,11 @@ class ModelFit:
 
 @dataclass(frozen=True, slots=True)
 class Judgment:
-    """What speaks for a candidate: its greatest log-likelihood, AICc and BIC of the whitened residual, and the log
-    predictive density of every stretch given the others, (10,)."""
+    """The criteria of a candidate.
+
+    `log_likelihood` is the greatest one of the whitened residual; AICc and BIC follow from it. `held_out` (10,) is
+    the log predictive density of each segment given the others.
+    """
 
     candidate: ModelFit
     log_likelihood: float
@@ -49,13 +55,13 @@ class Judgment:
 
 
 def judge_model(candidate: ModelFit, obs: Observations) -> Judgment:
-    """Judge a candidate; only differences between candidates of one log mean anything.
+    """Judge a candidate. Only differences between candidates of one log have a meaning.
 
-    Raises NoAnswerError for a fit that turns back: more indicated pressure for less airspeed.
+    Raises NoAnswerError for a fit that turns back, where the indicated pressure falls as the airspeed rises.
     """
     fit = candidate.fit
     likeliest, rows = _of_triangle(fit.noise_of(max(fit.nodes, key=lambda node: node.weight).noise))
-    # The residuals are in airspeed; as densities of what was measured they are divided by the slope.
+    # The residuals are in airspeed. A density of the measured pressure is that of the airspeed over the slope.
     scale = _log_slopes(candidate, obs)
     problem = _clean(candidate, rows)
     best = log_likelihood(problem, likeliest) - float(np.sum(scale))
@@ -71,13 +77,15 @@ def judge_model(candidate: ModelFit, obs: Observations) -> Judgment:
 
 
 def _of_triangle(noise: Noise) -> tuple[Noise, slice]:
-    """The noise of the wind triangle's rows, and which they are: all models see the heights alike."""
+    """The noise of the wind triangle's rows, and these rows. The heights do not distinguish the models."""
     return noise.first if isinstance(noise, JointNoise) else (noise, slice(None))
 
 
 def _clean(candidate: ModelFit, rows: slice) -> Regression:
-    """The problem with the instruments for regressors, as in `evidence`, and for the error parameters themselves,
-    not for corrections to those at which it was linearized."""
+    """The problem with the instruments as regressors, as for the evidence (see `model_weights.Moments`).
+
+    Its unknowns are the error parameters themselves, not corrections to those at which it was linearized.
+    """
     problem, free = candidate.fit.problem, candidate.model.error_count
     k = candidate.fit.theta[:free]
     instruments = problem.instruments[rows]
@@ -86,7 +94,7 @@ def _clean(candidate: ModelFit, rows: slice) -> Regression:
 
 
 def _weak_prior(candidate: ModelFit) -> Array:
-    """A precision that keeps a curve within a few LEVELs where a left-out stretch is all that was flown there."""
+    """A precision that keeps the curve within a few LEVELs at speeds that occur in the held-out segment alone."""
     free = candidate.model.error_count
     low, high = candidate.flown
     basis = candidate.model.error.basis(np.geomspace(low, high, _POINTS))
@@ -100,9 +108,9 @@ def _segments(blocks: int) -> NDArray[np.intp]:
 
 
 def _log_slopes(candidate: ModelFit, obs: Observations) -> Array:
-    """Sum over the blocks of each stretch of the log of the indicated pressure's slope over airspeed."""
-    own = candidate.model.count
-    slope = candidate.model.predict(candidate.fit.theta[:own], obs).slope
+    """Sum, over the blocks of each segment, of the logarithm of the indicated pressure's slope over airspeed."""
+    count = candidate.model.count
+    slope = candidate.model.predict(candidate.fit.theta[:count], obs).slope
     if not np.all(slope > 0.0):
         raise NoAnswerError(
             f"the fit of {candidate.name!r} turns back between the flown speeds: use a simpler model"

@@ -1,9 +1,9 @@
-"""How likely a log makes each thought of the curve, and the answer when none of them is sure.
+"""The probability of each hypothesis of the curve given a log, and the answer averaged over the hypotheses.
 
-The curve is described by a fine spline, whose parameters are its values at many knots: every hypothesis is then a
-Gaussian prior on them, and all share one linearization, one set of noises and one set of data. Their evidences are
-therefore comparable, which restricted likelihoods of models with different terms are not: those leave out different
-contrasts of the data. The wind's prior is flat, and the same for all.
+A fine spline describes the curve; its parameters are the curve's values at many knots. Every hypothesis is a
+Gaussian prior of these values. All hypotheses share one linearization, one set of noises and one set of data, so
+their evidences can be compared. Restricted likelihoods of models with different terms cannot: each of them leaves
+out other contrasts of the data. The wind's prior is flat, and the same for all.
 """
 
 from collections.abc import Sequence
@@ -20,20 +20,23 @@ from pitotbench.estimate.joint_noise import Noise
 from pitotbench.estimate.restricted_likelihood import Regression, restricted_log_likelihood
 from pitotbench.units import Array
 
-_NEGLIGIBLE = 1e-6  # weight of a Gaussian that no bound would notice
+_NEGLIGIBLE = 1e-6  # weight of a Gaussian that changes no bound
 
 
 @dataclass(frozen=True, slots=True)
 class Moments:
-    """What the data say under one noise: with weights C⁻¹, the products of regressors X, instruments Z and
-    response, and log|C|; `log_mass` is the noise's own weight: prior and volume of its node; `mean_wind` is what
-    takes the level of a drifting wind to its mean, None for a wind that does not drift.
+    """The sums that a fit needs under one noise of covariance C.
 
-    Evidence takes the instruments for regressors (response y + Zθ0). With the regressors themselves the noise of
-    the GPS, which is in both sides, would speak for bends: where an airplane holds its speed, there is little else.
+    They are the products, with weights C⁻¹, of regressors X, instruments Z and response y, and log|C|. `log_mass`
+    is the logarithm of prior times volume of the noise's node. `mean_wind` converts the level of a drifting wind to
+    its mean; it is None for a wind that does not drift.
+
+    The evidence uses the instruments as regressors (response y + Zθ0). The noise of the GPS is both in the
+    regressors and in the response; with the regressors themselves it would favor curves with bends, above all where
+    the airplane holds its speed.
     """
 
-    normal: Array  # ZᵀC⁻¹X + Π, with the precision Π of what is known of the nuisances
+    normal: Array  # ZᵀC⁻¹X + Π, with the prior precision Π of the nuisances
     spread: Array  # ZᵀC⁻¹Z + Π
     gradient: Array  # ZᵀC⁻¹(y + Xθ0), for the estimate
     clean_gradient: Array  # ZᵀC⁻¹(y + Zθ0), for the evidence
@@ -46,7 +49,11 @@ class Moments:
 def moments(
     problem: Regression, theta: Array, noise: Noise, log_mass: float, mean_wind: MeanWind | None = None
 ) -> Moments:
-    """The moments under one noise of a problem that was linearized at θ0 (p,); `mean_wind` of the same problem."""
+    """Compute the moments under one noise.
+
+    Parameters: problem, linearized at θ0; theta, θ0 (p,); noise; log_mass, see `noise_masses`; mean_wind, of the
+    same problem.
+    """
     X, Z = problem.regressors, problem.instruments
     clean = problem.response + Z @ theta
     weighed, weighed_clean = noise.weigh(Z), noise.weigh(clean[:, None])[:, 0]
@@ -65,20 +72,20 @@ def moments(
 
 
 def noise_masses(fit: CoveringFit) -> Array:
-    """Log of prior times volume of the nodes of a fit's noise: what is left when its likelihood is taken off."""
+    """Logarithm of prior times volume of each node of a fit's noise, (nodes,): its mass without the likelihood."""
     likelihoods = [restricted_log_likelihood(fit.problem, fit.noise_of(node.noise)) for node in fit.nodes]
     return np.array([node.log_mass for node in fit.nodes]) - likelihoods
 
 
-def weigh_models(thoughts: Sequence[Hypothesis], nodes: Sequence[Moments]) -> tuple[Posterior, Array]:
-    """The mixture over all hypotheses and noises, and the probability of each hypothesis, (h,).
+def weigh_models(hypotheses: Sequence[Hypothesis], nodes: Sequence[Moments]) -> tuple[Posterior, Array]:
+    """Return the mixture over all hypotheses and noises, and the probability of each hypothesis, (h,).
 
-    The first parameters are the curve's values at the points for which the hypotheses were made.
+    The first parameters of the problem are the curve's values at the points for which the hypotheses were made.
     """
-    evidences = np.empty((len(thoughts), len(nodes)))
-    precisions = [_precision(thought, len(nodes[0].gradient)) for thought in thoughts]
-    for h, thought in enumerate(thoughts):
-        prior = float(np.log(thought.probability)) - 0.5 * float(np.linalg.slogdet(thought.covariance)[1])
+    evidences = np.empty((len(hypotheses), len(nodes)))
+    precisions = [_precision(hypothesis, len(nodes[0].gradient)) for hypothesis in hypotheses]
+    for h, hypothesis in enumerate(hypotheses):
+        prior = float(np.log(hypothesis.probability)) - 0.5 * float(np.linalg.slogdet(hypothesis.covariance)[1])
         for j, node in enumerate(nodes):
             evidences[h, j] = prior + _log_evidence(node, precisions[h])
     weights = np.exp(evidences - logsumexp(evidences))
@@ -89,10 +96,10 @@ def weigh_models(thoughts: Sequence[Hypothesis], nodes: Sequence[Moments]) -> tu
     return answer, weights.sum(axis=1)
 
 
-def _precision(thought: Hypothesis, size: int) -> Array:
-    own = len(thought.covariance)
+def _precision(hypothesis: Hypothesis, size: int) -> Array:
+    count = len(hypothesis.covariance)
     precision = np.zeros((size, size))
-    precision[:own, :own] = np.linalg.inv(thought.covariance)
+    precision[:count, :count] = np.linalg.inv(hypothesis.covariance)
     return precision
 
 
@@ -103,7 +110,7 @@ def _log_evidence(node: Moments, precision: Array) -> float:
 
 
 def _posterior(node: Moments, precision: Array) -> tuple[Array, Array]:
-    """Mean and covariance by instruments, as in `restricted_likelihood.solve`; of a drifting wind, of its mean."""
+    """Mean and covariance by instruments, as in `restricted_likelihood.solve`; a drifting wind as its mean."""
     inverse = np.linalg.inv(node.normal + precision)
     covariance = inverse @ (node.spread + precision) @ inverse.T
     answer = (inverse @ node.gradient, 0.5 * (covariance + covariance.T))

@@ -1,12 +1,13 @@
-"""The second equation: indicated static pressure against GPS height shows the static source's error directly.
+"""The altitude equation: indicated static pressure against GPS height gives the static source's error directly.
 
     p_i(t) = p_ref + ∫ −ρ g dh + Δp(q_ci)
 
-with Δp = q_c − q_ci, which is p_i − p where the total pressure is right. It needs neither wind nor, to first order,
-temperature, and its noise does not grow with the gusts: it is the error of the receiver's height, white and slow.
-Where the log has the vertical velocity, its integral carries the height, and the receiver's height only ties it.
+with Δp = q_c − q_ci, which is p_i − p where the total pressure is right. It needs neither the wind nor, to first
+order, the temperature. Its noise does not grow with the gusts: it is the error of the receiver's height, which has
+a white and a slow part. Where the log has the vertical velocity, its integral is the height between fixes, and the
+receiver's height only removes the drift of the integral.
 
-Everything is slow, so that means over two to four seconds are enough: a few hundred rows, in meters of height.
+All these signals are slow, so means over two to four seconds are enough. They are a few hundred rows, in meters.
 Background: Gracey, NASA RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
 """
 
@@ -30,37 +31,39 @@ from pitotbench.timeline import interval, pauses, stretch_numbers
 from pitotbench.units import KNOT, Array, Booleans, Meters, MetersPerSecond, Pascal, Seconds
 
 SLOW_SCALE = 5.0  # m, half-normal prior on the slow height error: 1 to 3 m for a receiver alone
-SLOW_TIME, SLOW_TIME_FACTOR = 90.0, 3.0  # s, its memory: log-normal prior, as a factor
+SLOW_TIME, SLOW_TIME_FACTOR = 90.0, 3.0  # s, its correlation time: log-normal prior, 1σ as a factor
 WALK_SCALE = 0.2  # m/√s, half-normal prior on the integral of the vertical velocity's error: 0.05 at 1 Hz
 WHITE_SCALE = 3.0  # m, half-normal prior on the white height error where there is no vertical velocity
 NOISE_COUNT = 3
 
-_BLOCK = 2.0  # s: short against the memory of a height error
+_BLOCK = 2.0  # s: short against the correlation time of a height error
 _LONG, _LONG_BLOCK = 480.0, 4.0  # s: above so much data, so long a block
 _DENSE = 0.5  # share of fresh fixes above which a chord between fixes is exact enough
 _FEWEST_FIXES, _FEWEST_BLOCKS = 4, 15
 _CORIOLIS = 1e-4  # 1/s, middle latitudes
-_LEAST_WIND = 3.0  # m/s: of the wind that goes with a pressure gradient, at least
-_TENDENCY = 5.0  # Pa in ten minutes (1σ): weather and transducer
-_LAYER = 1.5  # K (1σ): what moisture and gravity do to the weight of the air between two heights
-_LEAST_LAPSE = 1e-6  # K/m: of air of one temperature, for which the formula has no other form
-_LEAST_CLIMB = 60.0  # m: above it the lapse rate is the log's own
+_LEAST_WIND = 3.0  # m/s: least wind from which a pressure gradient is computed
+_TENDENCY = 5.0  # Pa in ten minutes (1σ): change of the weather and drift of the transducer
+_LAYER = (
+    1.5  # K (1σ): effect of moisture and gravity on the weight of the air between two heights, as a temperature
+)
+_LEAST_LAPSE = 1e-6  # K/m: stands for zero, for which the formula of the column would divide by zero
+_LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
 _AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
-_FARTHEST = 6.8  # standard deviations: a row beyond is a fault
+_FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of `screening`
 _LARGE, _LARGE_DEVIATIONS = 0.95, 1.96  # a quantile of a normal variable's size, in standard deviations
 _FLOOR = 1e-8  # m²: keeps the covariance regular for logs without noise
 
 
 @dataclass(frozen=True, slots=True)
 class AltitudeRows:
-    """Block means, (n,), and what is known of their noise.
+    """Block means, (n,), and their noise.
 
-    `rise`: indicated static pressure less that of the air column at the height, in meters of air; `gain`: meters
-    a pascal, 1/(ρ g); `impact_pressure`: indicated, 0 at rest; `tie`: the receiver's height less the integral of
-    its vertical velocity [m], None without vertical velocity; `sensor`, `fix`: white variances [m²], the latter
-    infinite where a block has no fix (without vertical velocity: one over the number of fixes); `first`: whether
-    the block begins a stretch; `warmth`: meters of `rise` that a kelvin is worth; `unknown`: columns of what only
-    this equation does not know; `slow_guess`: a first guess of the slow height error [m].
+    `rise`: indicated static pressure minus that of the air column at the height, in meters of air. `gain`: meters
+    per pascal, 1/(ρ g). `impact_pressure`: indicated [Pa], 0 at rest. `tie`: the receiver's height minus the
+    integral of its vertical velocity [m], None without vertical velocity. `sensor`, `fix`: white variances [m²];
+    the latter is infinite where a block has no fix (without vertical velocity: one over the number of fixes).
+    `first`: whether the block begins a stretch. `warmth`: change of `rise` per kelvin [m/K]. `unknown`: columns of
+    the unknowns of this equation alone. `slow_guess`: a first guess of the slow height error [m].
     """
 
     time: Seconds
@@ -80,15 +83,15 @@ class AltitudeRows:
 
     @property
     def count(self) -> int:
-        """Rows of the regression: a block once, and once more where the velocity's integral is tied to a fix."""
+        """Rows of the regression: one per block, and another where the block has a fix that ties the integral."""
         return len(self) + (0 if self.tie is None else int(np.isfinite(self.fix).sum()))
 
 
 def altitude_rows(log: FlightLog, obs: Observations, latency: float, wind: Array) -> AltitudeRows | None:
-    """The altitude rows of a log's used rows and of its rows at rest; None where its height does not serve.
+    """Compute the altitude rows from a log's used rows and its rows at rest; None where its height is of no use.
 
-    `latency` [s] by which the GPS is stamped late; `wind` toward north and east [m/s], roughly: a pressure gradient
-    of about its size goes with it.
+    Parameters: log; obs; latency, by which the GPS is stamped late [s]; wind (2,), roughly, toward north and east
+    [m/s], which gives the size of the horizontal pressure gradient.
     """
     if log.altitude is None:
         return None
@@ -107,8 +110,10 @@ def altitude_rows(log: FlightLog, obs: Observations, latency: float, wind: Array
 def altitude_regression(
     rows: AltitudeRows, model: PredictionModel | None, theta: Array, nuisances: Sequence[Nuisance]
 ) -> Regression:
-    """The rows linearized at θ, in the unknowns of the triangle; without any unknown where `model` is None (the
-    error is not the static source's)."""
+    """Linearize the rows at θ, in the unknowns of the wind triangle [m].
+
+    There are no unknowns where `model` is None: the error is then not the static source's.
+    """
     response, regressors = rows.rise, np.zeros((len(rows), 0))
     if model is not None:
         free = model.error_count
@@ -129,8 +134,11 @@ def altitude_regression(
 
 
 def altitude_noise(rows: AltitudeRows, phi: Array) -> Noise:
-    """The covariance of the rows for φ = ln(slow height error [m], its memory [s], and the walk of the integrated
-    velocity [m/√s] or, without vertical velocity, the white height error [m])."""
+    """The covariance of the rows for parameters φ.
+
+    φ = ln(slow height error [m], its correlation time [s], third). The third is the random walk of the integrated
+    velocity [m/√s] or, without vertical velocity, the white height error [m].
+    """
     deviation, memory, third = np.exp(phi)
     if rows.tie is None:
         white = (rows.sensor + third**2 * rows.fix)[None]
@@ -141,8 +149,10 @@ def altitude_noise(rows: AltitudeRows, phi: Array) -> Noise:
 
 
 def altitude_log_prior(rows: AltitudeRows, phi: Array) -> float:
-    """Half-normal levels (the φ terms turn densities of a level into densities of its logarithm), log-normal
-    memory."""
+    """The prior of φ: half-normal levels and a log-normal correlation time.
+
+    The φ terms convert the density of a level to that of its logarithm.
+    """
     third = WHITE_SCALE if rows.tie is None else WALK_SCALE
     memory = (phi[1] - np.log(SLOW_TIME)) / np.log(SLOW_TIME_FACTOR)
     levels = (np.exp(phi[0]) / SLOW_SCALE) ** 2 + (np.exp(phi[2]) / third) ** 2
@@ -150,16 +160,19 @@ def altitude_log_prior(rows: AltitudeRows, phi: Array) -> float:
 
 
 def altitude_guess(rows: AltitudeRows) -> Array:
-    """φ to begin with."""
+    """A start for φ."""
     third = 0.3 if rows.tie is None else 0.03
     return np.log([rows.slow_guess, SLOW_TIME, third])
 
 
 @dataclass(frozen=True, slots=True)
 class _CarriedHeight:
-    """Height at every row of the log [m], NaN where unknown, interpolated or the integral of the vertical velocity;
-    the stretch of every row; which rows are fixes, the usual seconds between them, and the receiver's height at
-    them less that integral [m] (None without vertical velocity)."""
+    """Height at every row of the log, from the fixes.
+
+    `height` [m] is interpolated or the integral of the vertical velocity, and NaN where unknown. `part` is the
+    stretch of every row. `fresh` marks new fixes, `fixes` are their rows, and `seconds` the usual interval between
+    them. `offsets` [m] is the receiver's height minus the integral at `fixes`, None without vertical velocity.
+    """
 
     height: Meters
     part: NDArray[np.intp]
@@ -170,7 +183,7 @@ class _CarriedHeight:
 
 
 def _carried_height(log: FlightLog, latency: float, by_velocity: bool) -> _CarriedHeight:
-    """Each stretch for itself; read `latency` seconds later than stamped."""
+    """Compute the height of each stretch separately, with fixes `latency` seconds earlier than stamped."""
     assert log.altitude is not None
     fresh = log.fresh_fixes()
     part = stretch_numbers(log.time, pauses(log.time))
@@ -184,11 +197,11 @@ def _carried_height(log: FlightLog, latency: float, by_velocity: bool) -> _Carri
         inside = np.flatnonzero((part == number) & (log.time >= knots[0]) & (log.time <= knots[-1]))
         if by_velocity:
             assert log.velocity_down is not None
-            own, height[inside] = _integrated(knots, -log.velocity_down[fixes], log.time[inside], dense)
-            start = float(np.median(measured - own))
+            integral, height[inside] = _integrated(knots, -log.velocity_down[fixes], log.time[inside], dense)
+            start = float(np.median(measured - integral))
             height[inside] += start
             at_fixes.append(fixes)
-            offsets.append(measured - own - start)
+            offsets.append(measured - integral - start)
         else:
             curve = np.interp(log.time[inside], knots, measured) if dense else None
             height[inside] = CubicSpline(knots, measured)(log.time[inside]) if curve is None else curve
@@ -198,7 +211,7 @@ def _carried_height(log: FlightLog, latency: float, by_velocity: bool) -> _Carri
 
 
 def _integrated(knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bool) -> tuple[Meters, Meters]:
-    """The integral of a climb rate, known at knots, there and at other times."""
+    """The integral [m] of a climb rate given at knots, at the knots and at other times."""
     if dense:
         rises = np.concatenate([[0.0], np.cumsum(0.5 * (climb[1:] + climb[:-1]) * np.diff(knots))])
         return rises, np.interp(time, knots, rises)
@@ -207,17 +220,16 @@ def _integrated(knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bo
 
 
 def _at_rest(log: FlightLog) -> Booleans:
-    """Rows before take-off or after landing: no error of the static source, a height and a pressure that are known
-    to belong together."""
+    """Rows before take-off or after landing: there the static source has no error, so height and pressure agree."""
     still = np.hypot(log.velocity_north, log.velocity_east) < _AT_REST
     return np.asarray(still & (log.impact_pressure < float(air.impact_pressure(_NO_AIRSPEED))))
 
 
 def _white_noise(values: Array) -> tuple[float, Booleans]:
-    """The standard deviation of the white noise of values, from second differences (slow signals cancel), and which
-    of them stand out from both neighbors.
+    """The standard deviation of the white noise of values (n,), and which values differ from both neighbors, (n,).
 
-    Of coarsely rounded data most differences are zero: the larger ones set the scale.
+    It comes from second differences, in which slow signals cancel. Most differences of coarsely rounded data are
+    zero, so the larger ones set the scale.
     """
     second = np.abs(np.diff(values, 2)) / np.sqrt(6.0)
     common, large = np.quantile(second, [0.5, _LARGE])
@@ -229,7 +241,7 @@ def _white_noise(values: Array) -> tuple[float, Booleans]:
 
 @dataclass(frozen=True, slots=True)
 class _Blocks:
-    """The block of each chosen row, (rows,), non-decreasing, and the rows a block, (n,)."""
+    """The chosen rows, the block of each, (rows,), non-decreasing, and the number of rows per block, (n,)."""
 
     rows: NDArray[np.intp]
     index: NDArray[np.intp]
@@ -241,7 +253,7 @@ class _Blocks:
 
 
 def _divided(log: FlightLog, carried: _CarriedHeight, rows: NDArray[np.intp]) -> _Blocks:
-    """Blocks of two seconds, four in long logs, or of a fix interval where that is longer; never across a gap."""
+    """Divide rows into blocks of two seconds, four in long logs, or of a longer fix interval; none spans a gap."""
     length = max(_LONG_BLOCK if len(log) * interval(log.time) > _LONG else _BLOCK, carried.seconds)
     cell = np.floor((log.time - log.time[0]) / length).astype(np.intp)
     cell += carried.part * (int(cell[-1]) + 2)
@@ -287,7 +299,10 @@ def _assembled(
 def _air_temperature(
     log: FlightLog, obs: Observations, blocks: _Blocks, impact: Pascal, static: Pascal, above: Meters
 ) -> tuple[float, float]:
-    """Air temperature [K] at the middle height, and its lapse [K/m]: the log's where it climbs, else standard."""
+    """Air temperature [K] at the mean height, and its change with height [K/m].
+
+    The change is fitted to a log that climbs and standard for another.
+    """
     probe = log.total_temperature if log.total_temperature is not None else log.air_temperature
     if probe is None:
         probe = air.standard_temperature(air.pressure_altitude(log.static_pressure))
@@ -300,8 +315,10 @@ def _air_temperature(
 
 
 def _ties(carried: _CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:
-    """The receiver's height less the integral of its velocity, a block, and the white variance of it; without
-    velocity, one over the fixes a block."""
+    """The receiver's height minus the integral of its velocity, per block [m], and its white variance [m²].
+
+    Without vertical velocity the first is None and the second is one over the number of fixes in the block.
+    """
     count = len(blocks.count)
     if carried.offsets is None:
         fixes = np.bincount(blocks.index, carried.fresh[blocks.rows], count)
@@ -318,8 +335,11 @@ def _ties(carried: _CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Arra
 
 
 def _white_variance(values: Array) -> float:
-    """Variance of the white part of a series with slow ones: what differences over one step have and over two have
-    no more of."""
+    """Variance of the white part of a series that also has slow parts.
+
+    The white part adds the same variance to differences over one and over two steps; a slow part adds twice as much
+    over two. So the first minus half the second is the white variance.
+    """
     once, twice = ((1.4826 * float(np.median(np.abs(values[lag:] - values[:-lag])))) ** 2 for lag in (1, 2))
     return max(once - 0.5 * twice, 0.0)
 
@@ -327,8 +347,11 @@ def _white_variance(values: Array) -> float:
 def _unknowns(
     rows: AltitudeRows, column: Array, velocity: Array, wind: Array, standard_day: bool
 ) -> UnknownColumns:
-    """The reference pressure (nothing known before), a horizontal pressure gradient, a slow change, and the mean
-    temperature of the layer between the heights."""
+    """The unknowns of the altitude equation alone, as columns with their priors.
+
+    They are the reference pressure (flat prior), a horizontal pressure gradient (two), a slow change of pressure,
+    and the mean temperature of the layer between the heights.
+    """
     step = np.diff(rows.time)
     place = np.concatenate(
         [np.zeros((2, 1)), np.cumsum(0.5 * (velocity[:, 1:] + velocity[:, :-1]) * step, axis=1)], 1

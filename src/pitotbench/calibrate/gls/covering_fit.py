@@ -1,7 +1,7 @@
-"""The estimator whose 2σ is meant to cover: generalized least squares against noise with a memory.
+"""The estimator whose 2σ is meant to cover: generalized least squares with correlated noise.
 
-The noise (see `linearized`) is white sensor noise plus gusts. Their levels and scale are unknown: they are
-estimated by restricted likelihood and marginalized over their posterior.
+The noise (see `linearized_problem`) is white sensor noise plus gusts. Their levels and length are unknown. They are
+estimated by restricted likelihood, and the answer is averaged over their posterior.
 """
 
 from dataclasses import dataclass, replace
@@ -35,13 +35,16 @@ from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
 _LEAST_PLANNED = 10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
-_PASSES, _FAR = 6, 4.0  # a step of more standard errors than that is followed by another
+_PASSES, _FAR = 6, 4.0  # passes at most; a step of more standard errors than this is followed by another
 
 
 @dataclass(frozen=True, slots=True)
 class CoveringFit:
-    """The reference point θ0 (p + m,), zero for the m nuisances, the noise nodes with corrections to it, and what
-    noise was found."""
+    """A fit: θ0, the nodes of the noise posterior and the most likely noise.
+
+    `theta` (p + m,) is the reference point θ0, zero for the m nuisances; the nodes hold corrections to it. The
+    deviations of gust and drifting wind are in m/s, the gust length in m; `blocks` is the number of blocks.
+    """
 
     theta: Array
     nodes: tuple[NoiseNode, ...]
@@ -55,7 +58,8 @@ class CoveringFit:
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """Where the first pass ended: θ (p,), the most likely noise, the covariance of θ and the nuisances then."""
+    """The result of the first pass: θ (p,), the most likely noise φ, and the covariance of θ and the nuisances,
+    (p + m, p + m)."""
 
     theta: Array
     noise: Array
@@ -63,16 +67,17 @@ class Approach:
 
 
 def fit_covering(structure: Structure, obs: Observations, start: Array) -> CoveringFit:
-    """Fit from a near-by start θ (p,); every node's estimate is a correction to the returned θ.
+    """Fit from a nearby start θ (p,). Every node's estimate is a correction to the returned θ.
 
-    A first pass, on blocks twice as long, moves θ to the most likely noise's answer; the last linearizes there and
-    gives the bound.
+    The first pass, on blocks twice as long, moves θ to the estimate under the most likely noise. The last pass
+    linearizes there and gives the bound.
+    Raises NoAnswerError where the log is too short, the fit leaves the model's domain or the steps do not settle.
     """
     return settle(structure, obs, approach(structure, obs, start))
 
 
 def settle(structure: Structure, obs: Observations, approached: Approach) -> CoveringFit:
-    """The last pass of `fit_covering`."""
+    """Run the last pass of `fit_covering`."""
     length, log_prior = block_length(obs), log_prior_of(structure)
     theta, mode = approached.theta, approached.noise
     blocks = divide(obs, length)
@@ -99,13 +104,13 @@ def _node_of_mean_wind(structure: Structure, problem: Linearized, node: NoiseNod
 def _of_mean_wind(
     structure: Structure, problem: Linearized, phi: Array, answer: tuple[Array, Array]
 ) -> tuple[Array, Array]:
-    """The answer for one noise; of a drifting wind, with its mean."""
+    """The answer under one noise, with the mean wind where the wind drifts."""
     mean = mean_wind_under(problem, structure, problem.noise_of(phi), phi)
     return answer if mean is None else mean.of(answer)
 
 
 def mean_wind_under(problem: Linearized, structure: Structure, noise: Noise, phi: Array) -> MeanWind | None:
-    """The mean of a drifting wind under one noise, of parameters φ; None for a wind that does not drift."""
+    """The mean of a drifting wind under the noise of parameters φ; None for a wind that does not drift."""
     if problem.kernel is None:
         return None
     deviation, first = float(np.exp(phi[3])), structure.model.error_count
@@ -113,16 +118,19 @@ def mean_wind_under(problem: Linearized, structure: Structure, noise: Noise, phi
 
 
 def linearized(structure: Structure, obs: Observations, theta: Array, gust_deviation: float) -> Linearized:
-    """The problem of a structure at θ (p,), on the blocks of `fit_covering`."""
+    """Linearize the problem of a structure at θ, on the blocks of `fit_covering`; gust deviation [m/s]."""
     blocks = divide(obs, block_length(obs))
     return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2)
 
 
 def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
-    """The first pass of `fit_covering`; once, or again and again from a start far away."""
-    theta, mode, own, log_prior = start, None, structure.model.count, log_prior_of(structure)
+    """Run the first pass of `fit_covering`, repeated from a start that is far away.
+
+    Raises NoAnswerError where the log is too short for its unknowns or the steps do not settle.
+    """
+    theta, mode, count, log_prior = start, None, structure.model.count, log_prior_of(structure)
     blocks = divide(obs, 2.0 * block_length(obs))
-    unknowns = own + noise_count(structure)
+    unknowns = count + noise_count(structure)
     if len(blocks.count) <= unknowns:
         raise NoAnswerError(
             f"by its clock the log lasts {obs.time[-1] - obs.time[0]:.3g} s, too short for {unknowns} unknowns: "
@@ -133,25 +141,30 @@ def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
         guess = first_guess(rough, structure) if mode is None else mode
         mode = most_likely_noise(rough.regression, rough.noise_of, log_prior, guess)
         answer = solve(rough.regression, rough.noise_of(mode))
-        # Linearized at the mean wind: the level around which it would drift for ever may be far away.
+        # The next point has the mean wind: the level of a drifting wind may be far from any wind of the flight.
         step, covariance = _of_mean_wind(structure, rough, mode, answer)
-        theta = theta + step[:own]
-        if np.all(np.abs(step[:own]) < _FAR * np.sqrt(np.diag(covariance)[:own])):
+        theta = theta + step[:count]
+        if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])):
             return Approach(theta, mode, covariance)
     raise NoAnswerError("the fit does not settle: check the log for gross errors, or choose a simpler model")
 
 
 def covariance_given(structure: Structure, obs: Observations, blocks: Blocks, theta: Array, phi: Array) -> Array:
-    """Covariance of θ and the nuisances, (p + m, p + m), were the noise known, φ = ln(gust deviation [m/s], gust
-    length [m], white deviation [m/s]): the inverse information matrix, whatever the response."""
+    """Covariance of θ and the nuisances, (p + m, p + m), for a known noise.
+
+    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s]). It is the inverse information matrix and
+    does not depend on the response.
+    """
     problem = linearize(structure, obs, blocks, theta)
     return solve(problem.regression, problem.noise_of(phi))[1]
 
 
 def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFit, column: Nuisance) -> Estimate:
-    """One more nuisance, free, with the noise that is then most likely, on one-second blocks.
+    """Estimate one more nuisance, without a prior, on one-second blocks, and return it with 2σ.
 
-    Its instrument is its smoothed column where that is larger than its `deviation`: planned, no answer to gusts.
+    The noise is the most likely one with this nuisance. Its instrument is its smoothed column where that exceeds
+    `column.deviation`: such accelerations are planned and not a response to gusts. 2σ is infinite where there are
+    too few of them.
     """
     blocks, structure = divide(obs, 1.0), replace(structure, crosswind=False, altitude=None)
     theta = fit.theta[: structure.model.count]

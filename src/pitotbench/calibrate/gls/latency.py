@@ -1,10 +1,10 @@
-"""By how much GPS velocity trails the air data, from planned changes of speed.
+"""The latency of the GPS velocity against the air data, from planned changes of speed.
 
-A latency shows where the ground accelerates along the airspeed. An airspeed hold, and drag alone, answer gusts with
-ground speed: such small accelerations make a latency of a second appear that is none (measured on simulated
-flights without latency: −1.0 to −1.5 s on circles and level legs). So only accelerations beyond those count,
-smoothed, which also keeps the velocity's own noise out. Logs without any (steady legs, turns) say nothing about
-latency.
+A latency has an effect where the airplane accelerates over the ground along the airspeed. But the ground speed also
+responds to gusts, by an airspeed hold or by drag alone. These small accelerations imitate a latency (simulated
+flights without latency gave −1.0 to −1.5 s on circles and level legs). Therefore only larger accelerations count.
+They are smoothed, which also removes the noise of the velocity. A log without any, of steady legs or turns, does
+not determine the latency.
 """
 
 from dataclasses import replace
@@ -21,17 +21,18 @@ from pitotbench.records.calibration import Estimate
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.log import FlightLog
 
-_PLANNED = 0.4  # m/s²: an idle deceleration has 1, the answer to moderate turbulence 0.1
-_READINGS = 4
-_LARGEST = 2.0  # s
+_PLANNED = 0.4  # m/s²: an idle deceleration has 1, the response to moderate turbulence 0.1
+_READINGS = 4  # of the log, at most, each with the latest estimate
+_LARGEST = 2.0  # s, of a latency of either sign
 
 
 def estimate_latency(
     log: FlightLog, options: CalibrationOptions, obs: Observations, structure: Structure, fit: CoveringFit
 ) -> Estimate:
-    """Latency of the GPS velocity [s], with 2σ; negative where the air data trail; 2σ infinite where unknown.
+    """Estimate the latency of the GPS velocity [s], with 2σ.
 
-    The rows of the fit, `obs`, are read again with what was found, until it stays.
+    It is negative where the air data trail. The 2σ is infinite where the log does not determine it. The rows of the
+    fit, `obs`, are read again with each estimate until the estimate settles.
     """
     column = Nuisance("latency_s", _PLANNED, by_latency)
     total = options.gps_latency
@@ -45,7 +46,10 @@ def estimate_latency(
 
 
 def with_latency(options: CalibrationOptions, latency: Estimate) -> CalibrationOptions:
-    """Options with an estimated latency taken off and its 2σ carried. Raises NoAnswerError where it is unknown."""
+    """Return the options with an estimated latency as the GPS latency and its 2σ as the accuracy.
+
+    A greater stated accuracy is kept. Raises NoAnswerError where the latency is unknown.
+    """
     if not np.isfinite(latency.two_sigma):
         raise NoAnswerError(
             "the latency is not observable: the log holds no planned change of speed; fly an idle deceleration, "
@@ -57,7 +61,7 @@ def with_latency(options: CalibrationOptions, latency: Estimate) -> CalibrationO
 
 
 def latency_warning(latency: float, two_sigma: float) -> str:
-    """What a significant latency means, in words."""
+    """The warning of a latency that differs from zero by more than its 2σ; both in seconds."""
     late, early = ("GPS velocity", "air data") if latency > 0.0 else ("air data", "GPS velocity")
     return (
         f"the {late} trail the {early} by {abs(latency):.2f} ± {two_sigma:.2f} s (2σ); "

@@ -1,9 +1,10 @@
-"""The covering estimator's problem at one point: block means, what moves them, and the family of their noise.
+"""The covering estimator's problem at one point: block means, their regressors and the family of their noise.
 
-The residual of block means is white sensor noise plus the gust along the flight path. The gust is a horizontal
-vector whose two components are first-order Gauss-Markov processes with the length scale of the Dryden spectrum
-(MIL-F-8785C; 533 m above 2,000 ft) under a wide prior; a turn sees first one component, then the other. Where the
-direction of the air velocity was measured, a second equation a block sees the component across the path.
+The residual of the block means is white sensor noise plus the gust along the flight path. The gust is a horizontal
+vector. Its two components are first-order Gauss-Markov processes with the length of the Dryden spectrum
+(MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. In a turn the flight path points along one component, then
+along the other. Where the direction of the air velocity was measured, each block has a second equation for the
+component across the path.
 """
 
 from dataclasses import dataclass, replace
@@ -38,16 +39,19 @@ WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pr
 WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation
 WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
 ACROSS_SCALE = 1.0  # m/s, half-normal prior on the white part across the path: 1° of direction at 60 m/s
-_LEAST_WHITE = 0.02  # m/s, where the search for the white level begins at least
+_LEAST_WHITE = 0.02  # m/s, least start of the search for the white level
 _WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
 
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """What is fitted: the prediction, the nuisances beside its parameters, whether the wind drifts, whether the
-    measured direction of the air velocity is used (`observations.air_heading`), and the rows of the altitude
-    equation where the error is the static source's and the log has its height."""
+    """The structure to be fitted: the prediction, the nuisances and the equations.
+
+    `drifting` states whether the wind drifts. `crosswind` adds the equation across the measured direction of the
+    air velocity (`observations.air_heading`). `altitude` holds the rows of the altitude equation, for an error of
+    the static source in a log with heights.
+    """
 
     model: PredictionModel
     nuisances: tuple[Nuisance, ...]
@@ -58,9 +62,13 @@ class Structure:
 
 @dataclass(frozen=True, slots=True)
 class Linearized:
-    """The problem linearized at one θ, as block means: the regression [m/s], the blocks' airspeeds and after them,
-    where the structure asks for it, their crosswinds; the family of its noise; the sensor's part of the noise along
-    the path [(m/s)²], (blocks,); and of a drifting wind each datum's correlation with the mean."""
+    """The problem linearized at one θ, as block means.
+
+    `regression` [m/s] holds the airspeeds of the blocks, then their crosswinds and the altitude rows [m] where the
+    structure has them. `noise_of` gives the noise for parameters φ. `sensor` (blocks,) [(m/s)²] is the pressure
+    sensor's part of the noise along the path. `kernel` is the correlation of each datum with the mean of a drifting
+    wind, None for another wind.
+    """
 
     regression: Regression
     noise_of: NoiseOf
@@ -71,10 +79,10 @@ class Linearized:
 def linearize(
     structure: Structure, obs: Observations, blocks: Blocks, theta: Array, gust_variance: float = 0.0
 ) -> Linearized:
-    """The problem at θ.
+    """Linearize the problem at θ (p,).
 
-    Gusts across the flight path lengthen the airspeed vector: by σ²/V on average, which is taken off.
-    Raises NoAnswerError where θ is outside the model's domain.
+    Gusts across the flight path lengthen the airspeed vector by σ²/V on average, with σ² = `gust_variance`
+    [(m/s)²]; this is subtracted. Raises NoAnswerError where θ is outside the model's domain.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         prediction = structure.model.predict(theta, obs)
@@ -99,7 +107,7 @@ def linearize(
         np.concatenate([smoothed(x, blocks) for _, x in outputs]),
         np.array(precision),
     )
-    # A residual falls by the wind component that it sees: these are its direction cosines.
+    # A residual falls by the wind component along its direction: these are the direction cosines.
     first = structure.model.error_count
     seen = np.stack([-x[:, first : first + 2] for _, x in outputs])
     kernel = np.tile(kernel_means(blocks, WIND_TIME), len(outputs)) if structure.drifting else None
@@ -108,7 +116,7 @@ def linearize(
 
 
 def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRows, theta: Array) -> Linearized:
-    """The same problem with the altitude rows after those of the wind triangle."""
+    """The same problem with the altitude rows appended to those of the wind triangle."""
     first, second = triangle.regression, altitude_regression(rows, structure.model, theta, structure.nuisances)
     both = Regression(
         np.concatenate([first.response, second.response]),
@@ -124,7 +132,7 @@ def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRow
         count=noise_count(structure) - NOISE_COUNT,
         size=len(first.response),
     )
-    # The altitude rows do not move with the wind; the mean stays that over the triangle's rows.
+    # The altitude rows do not depend on the wind; the mean remains that over the rows of the triangle.
     kernel = triangle.kernel
     if kernel is not None:
         kernel = np.append(kernel, np.full(len(second.response), float(np.mean(kernel))))
@@ -132,7 +140,7 @@ def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRow
 
 
 def smoothed(regressors: Array, blocks: Blocks) -> Array:
-    """Instruments: regressors (blocks, p) without their fast noise."""
+    """Smooth regressors (blocks, p) into instruments (blocks, p), without their fast noise."""
     return np.asarray(gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest"))
 
 
@@ -143,8 +151,11 @@ def _sensor_noise(obs: Observations) -> float:
 
 
 def _noise_family(structure: Structure, blocks: Blocks, airspeed: Array, seen: Array, sensor: Array) -> NoiseOf:
-    """φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation [m/s]) (, white
-    deviation across the path [m/s])) to a covariance; `seen`: direction cosines, (outputs, blocks, 2)."""
+    """The map from φ to the covariance.
+
+    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation [m/s]) (, white
+    deviation across the path [m/s])). `seen` (outputs, blocks, 2) are direction cosines.
+    """
     at_edges = blocks.at_edges(airspeed)
     slow = np.full(len(at_edges), WIND_TIME)
 
@@ -162,11 +173,11 @@ def _noise_family(structure: Structure, blocks: Blocks, airspeed: Array, seen: A
 
 
 def log_prior_of(structure: Structure) -> LogPrior:
-    """Half-normal levels (the φ terms turn densities of a level into densities of its logarithm), log-normal
-    length.
+    """The prior of φ: half-normal levels and a log-normal length.
 
-    Beside a drifting wind the gust's level has no φ term (Jeffreys' prior for a scale): both explain short changes,
-    and a density that is flat in the level takes calm air for gusty at the drift's expense.
+    The φ terms convert the density of a level to that of its logarithm. With a drifting wind the gust's level has
+    no φ term (Jeffreys' prior for a scale). Gusts and drift both explain short changes, and a density that is flat
+    in the level would attribute the drift of calm air to gusts.
     """
     rows = structure.altitude
     gust, white = (GUST_SCALE, 0.0 if structure.drifting else 1.0), (WHITE_SCALE, 1.0)
@@ -188,13 +199,15 @@ def log_prior_of(structure: Structure) -> LogPrior:
 
 
 def noise_count(structure: Structure) -> int:
-    """How many parameters the noise has."""
+    """The number of parameters of the noise."""
     return 3 + structure.drifting + structure.crosswind + (0 if structure.altitude is None else NOISE_COUNT)
 
 
 def first_guess(problem: Linearized, structure: Structure) -> Array:
-    """φ from the airspeed's residual of least squares: what neighbors share is gust, what is left beside the sensor
-    is white."""
+    """A start for φ from the least-squares residual of the airspeed.
+
+    The covariance of neighboring blocks is attributed to gusts. The rest, without the sensor's noise, is white.
+    """
     data, blocks = problem.regression, len(problem.sensor)
     response, regressors = data.response[:blocks], data.regressors[:blocks]
     rest = response - regressors @ np.linalg.lstsq(regressors, response)[0]

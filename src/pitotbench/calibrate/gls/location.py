@@ -1,9 +1,9 @@
-"""Where the pressure error sits, and the fit that goes with it.
+"""The location of the pressure error, and the fit for it.
 
-A static source's error moves the static pressure (p = p_i − Δp) and shows against GPS height; an error of the
-total source, or of the impact pressure alone (as published), leaves it right. The last two predict the same data,
-so that no log can separate them. The wind triangle hardly knows the place; with the altitude equation beside it the
-evidence is clear.
+An error of the static source changes the static pressure (p = p_i − Δp), and GPS height shows it. An error of the
+total source, or of the impact pressure alone (as published), does not change the static pressure. These two predict
+the same data, so no log can separate them. The wind triangle hardly depends on the location; the altitude equation
+together with it gives clear evidence.
 """
 
 from collections.abc import Mapping
@@ -38,20 +38,24 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
 STATIC, TOTAL, IMPACT = "static", "total", "impact"
-_SURE = 1e-3  # probability of the less likely place below which it has no say
-_CERTAIN = 500.0  # log odds beyond which there is nothing to compute
-_LEAST_GAINED = 1e-6  # share of a variance below which the altitude says nothing in a direction
-_FAR_OFF = 40.0  # log odds by which noises on a coarse net decide
+_SURE = 1e-3  # probability below which the less likely location is left out of the answer
+_CERTAIN = 500.0  # log odds, clipped here to keep the exponential finite
+_LEAST_GAINED = 1e-6  # share of a variance: below it the altitude does not determine a direction
+_FAR_OFF = 40.0  # log odds beyond which a coarse list of noises is enough
+# Factors on (slow error, its correlation time, third parameter): a wrong location makes the heights look noisier.
 _NOISIER = ((1.0, 1.0, 1.0), (2.0, 1.0, 1.0), (2.0, 0.5, 2.0), (4.0, 1.0, 1.0), (4.0, 0.5, 4.0))
-_BENCH = "pitotbench flight log"  # begins the `format` of a synthetic log's header
+_BENCH = "pitotbench flight log"  # the `format` in a synthetic log's header begins with it
 
 
 @dataclass(frozen=True, slots=True)
 class ErrorPlace:
-    """Where the error sits, the probability that it is the static source's (None where it was stated or assumed),
-    the structure with its fit, the answer (a mixture where two places are likely), and the probability that wind
-    triangle and altitude equation differ by so much about the curve by chance (None where only one speaks of it, or
-    where no vertical velocity carries the height)."""
+    """The location of the error and the fit for it.
+
+    `static_probability` is the probability of the static source, None where the location was stated or assumed.
+    `answer` is a mixture where two locations are likely. `chance` is the probability that the curves of wind
+    triangle and altitude equation differ by so much by chance; it is None without the altitude equation for this
+    location, and without vertical velocity.
+    """
 
     location: str
     static_probability: float | None
@@ -62,17 +66,19 @@ class ErrorPlace:
 
 
 def assumed_location(header: Mapping[str, object]) -> str:
-    """Where the error of a log is taken to sit before anything is known: as published for a synthetic log, else the
-    static source, whose error is the larger one on nearly every airplane (Gracey 1980)."""
+    """The location assumed before any evidence: as published for a synthetic log, else the static source.
+
+    The static source has the larger error on nearly every airplane (Gracey 1980).
+    """
     return IMPACT if str(header.get("format", "")).startswith(_BENCH) else STATIC
 
 
 def fit_located(
     log: FlightLog, options: CalibrationOptions, structure: Structure, obs: Observations, start: Array
 ) -> ErrorPlace:
-    """Fit with the error where the options say, or where the log says (`auto`).
+    """Fit with the error at the location that the options state, or at the one that the log supports (`auto`).
 
-    `structure` without altitude rows; `start` θ (p,).
+    Parameters: log; options; structure, without altitude rows; obs; start, θ (p,). Raises as `fit_covering` does.
     """
     stated = None if options.error_location == AUTO else options.error_location
     assumed = stated or assumed_location(log.header)
@@ -97,7 +103,7 @@ def _at(structure: Structure, static: bool, rows: AltitudeRows | None = None) ->
 def _with_height(
     stated: str | None, assumed: str, bare: Structure, rows: AltitudeRows, obs: Observations, start: Array
 ) -> ErrorPlace:
-    """The triangle on coarse blocks, then what the altitude rows add to it; the likely places are fitted."""
+    """Fit the triangle on coarse blocks, add the altitude rows to its answer, and fit the likely locations."""
     near = approach(bare, obs, start)
     joint, gain, chance = _with_rows(near, bare, rows)
     moved = _at(bare, True, rows)
@@ -116,10 +122,11 @@ def _with_height(
 
 
 def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float, float | None]:
-    """Where the altitude rows move the answer of the triangle, the logarithm of how likely it makes them, and the
-    probability of so large a move by chance (None without vertical velocity).
+    """Update the triangle's answer with the altitude rows.
 
-    What the triangle knows of the curve is their prior: k = k0 + L z with LLᵀ its covariance, z standard normal.
+    Returns the new answer, the log evidence of the rows given the triangle, and the probability of so large a
+    change by chance (None without vertical velocity). The triangle's curve is the prior of the rows: k = k0 + L z,
+    with LLᵀ its covariance and z standard normal.
     """
     free = bare.model.error_count
     known = near.covariance[:free, :free]
@@ -130,17 +137,17 @@ def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[App
     problem = Regression(plain.response, seen, seen, np.ones(free))
     noise, log_evidence = _tried(problem, rows)
     z, left = solve(problem, altitude_noise(rows, noise))
-    # Without vertical velocity the plain noise makes the number too small: it would cry wolf.
+    # Without vertical velocity the simple noise makes the probability too small, and the warning would be false.
     chance = None if rows.tie is None else _chance(z, left)
-    own = bare.model.count
-    step = near.covariance[:own, :free] @ np.linalg.solve(root.T, z)
+    count = bare.model.count
+    step = near.covariance[:count, :free] @ np.linalg.solve(root.T, z)
     return Approach(near.theta + step, np.concatenate([near.noise, noise]), near.covariance), log_evidence, chance
 
 
 def _chance(z: Array, left: Array) -> float:
-    """Probability of so large an estimate z of a standard normal vector, of which the covariance `left` remains.
+    """Probability of so large an estimate z of a standard normal vector whose posterior covariance is `left`.
 
-    Before anything is seen, such an estimate varies by what it takes off the variance of one.
+    Before the data are known, such an estimate has the covariance 1 − `left`.
     """
     gained, axes = np.linalg.eigh(np.eye(len(z)) - left)
     moved = gained > _LEAST_GAINED
@@ -149,10 +156,10 @@ def _chance(z: Array, left: Array) -> float:
 
 
 def _evidence_without_curve(rows: AltitudeRows, noise: Array, gain: float) -> float:
-    """How likely the altitude rows are where the static pressure is right: heights and their noise alone.
+    """Log evidence of the altitude rows where the static pressure has no error: heights and their noise alone.
 
-    Where no noise near the one given makes them nearly as likely as `gain`, the best of those noises will do: the
-    exact number would change nothing.
+    Where no noise near the given one brings it close to `gain`, the best of those noises is enough: the exact
+    number would not change the decision.
     """
     problem = altitude_regression(rows, None, np.zeros(0), ())
     near = [noise + np.log(factors) for factors in _NOISIER]
@@ -164,7 +171,7 @@ def _evidence_without_curve(rows: AltitudeRows, noise: Array, gain: float) -> fl
 
 
 def _tried(problem: Regression, rows: AltitudeRows) -> tuple[Array, float]:
-    """The most likely noise of a problem of altitude rows alone, and the evidence."""
+    """The most likely noise of a problem of altitude rows alone, and the log evidence."""
     return mode_and_evidence(problem, *_noise_and_prior(rows), altitude_guess(rows))
 
 
@@ -174,7 +181,7 @@ def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
 
 
 def _mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
-    """One answer of several, each with its probability."""
+    """Combine several answers, each with its probability, in one mixture."""
     if len(answers) == 1:
         return answers[0][1]
     total = sum(share for share, _ in answers)
@@ -186,6 +193,6 @@ def _mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
 
 
 def _widened(answer: Posterior, other: Posterior) -> Posterior:
-    """An answer whose bound holds another place too: the difference counts as one standard deviation."""
+    """Widen an answer to allow for another location: the difference counts as one standard deviation."""
     apart = other.mean - answer.mean
     return replace(answer, covariances=answer.covariances + np.outer(apart, apart))

@@ -1,7 +1,7 @@
-"""Whether the log puts a nuisance or a noise parameter far outside what was assumed of it.
+"""Warnings for nuisances and noise parameters that the log puts far outside their priors.
 
-A prior that the log contradicts makes a bound that is too small: the estimate is a compromise between the two. The
-sensor, its unit or the assumption is wrong, and only the user can say which.
+Where the log contradicts a prior, the estimate is a compromise between the two, and the bound is too small. The
+sensor, its unit or the assumption is wrong; only the user can decide which.
 """
 
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ from pitotbench.calibrate.model.nuisances import Nuisance
 
 _FAR = 3.0  # standard deviations of the prior
 
-_ERRORS = {  # of a nuisance: its words and its unit
+_ERRORS = {  # name of a nuisance to its words and its unit
     "temperature_k": ("constant error of the temperature", "K"),
     "recovery_factor": ("error of the recovery factor", ""),
     "static_pressure_pa": ("constant error of the static pressure", "Pa"),
@@ -50,19 +50,19 @@ _ERRORS = {  # of a nuisance: its words and its unit
 
 @dataclass(frozen=True, slots=True)
 class _Level:
-    """A level with a half-normal prior of this scale."""
+    """A level with a half-normal prior of the given scale."""
 
     words: str
     unit: str
     scale: float
 
     def departure(self, value: float) -> float:
-        """Standard deviations from nothing at all."""
+        """Distance from zero in standard deviations."""
         return value / self.scale
 
     @property
     def expected(self) -> str:
-        """What was assumed, in words."""
+        """The assumed size, in words."""
         return f"at most about {2.0 * self.scale:.3g} {self.unit} expected"
 
 
@@ -76,19 +76,21 @@ class _Extent:
     factor: float
 
     def departure(self, value: float) -> float:
-        """Standard deviations of the logarithm from the middle, without sign."""
+        """Distance of the logarithm from that of the middle, in standard deviations, without sign."""
         return float(abs(np.log(value / self.middle)) / np.log(self.factor))
 
     @property
     def expected(self) -> str:
-        """What was assumed, in words."""
+        """The assumed size, in words."""
         reach = self.factor**2
         return f"{self.middle / reach:.3g} to {self.middle * reach:.3g} {self.unit} expected"
 
 
 def outside_prior(structure: Structure, fit: CoveringFit, answer: Posterior) -> tuple[str, ...]:
-    """A sentence for each nuisance and each parameter of the noise that lies more than three standard deviations of
-    its prior from the middle, with its size."""
+    """Write a sentence for each nuisance and each noise parameter far outside its prior.
+
+    Far is more than three standard deviations of the prior from its middle. The sentence states the size.
+    """
     return (*_nuisances_outside(structure, answer), *_noise_outside(structure, fit))
 
 

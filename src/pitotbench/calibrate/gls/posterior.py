@@ -1,4 +1,4 @@
-"""The answer for θ as a mixture of Gaussians: one a node of the noise posterior."""
+"""The posterior of θ as a mixture of Gaussians, one per node of the noise posterior."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from pitotbench.units import Array
 
 @dataclass(frozen=True, slots=True)
 class Posterior:
-    """Weighted Gaussian answers for θ: weights (m,), means (m, p), covariances (m, p, p)."""
+    """Weighted Gaussians for θ: weights (m,), which sum to 1, means (m, p) and covariances (m, p, p)."""
 
     weights: Array
     means: Array
@@ -31,25 +31,25 @@ class Posterior:
         return np.asarray(within + np.einsum("m,mp,mq->pq", self.weights, offset, offset))
 
     def two_sigma(self, gradient: Array) -> Array:
-        """Half-widths of linear functions of θ, gradient (c, p)."""
+        """2σ of linear functions of θ with gradient (c, p), as half-widths of the mixture, (c,)."""
         means = self.means @ gradient.T
         variances = np.einsum("cp,mpq,cq->mc", gradient, self.covariances, gradient)
-        with np.errstate(invalid="ignore"):  # a variance below zero ends as a bound that is refused
+        with np.errstate(invalid="ignore"):  # a negative variance gives a NaN bound, which `require_useful` refuses
             deviations = np.sqrt(variances)
         return half_width(self.weights, means, deviations)
 
     def simultaneous(self, gradient: Array, bounds: Array) -> Array:
-        """Half-widths that hold all at once: the pointwise ones (c,) times one factor."""
+        """Half-widths that hold at all points together: the pointwise `bounds` (c,) times one factor."""
         return bounds * simultaneous_factor(self.weights, self.means, self.covariances, gradient, bounds)
 
     def two_sigma_by(self, place: int, gradient: Array) -> Array:
-        """The part of the half-widths, (c,), that not knowing θ[place] contributes: what goes when it is known."""
+        """The part of 2σ, (c,), that the uncertainty of θ[place] adds: it vanishes where θ[place] is known."""
         covariance = self.covariance
         return 2.0 * np.abs(gradient @ covariance[:, place]) / float(np.sqrt(covariance[place, place]))
 
 
 def posterior_of(fit: OutputErrorFit | CoveringFit) -> Posterior:
-    """The answer of a fit: one Gaussian for output error, a mixture for the covering estimator."""
+    """The posterior of a fit: one Gaussian for output error, a mixture for the covering estimator."""
     if isinstance(fit, OutputErrorFit):
         return Posterior(np.ones(1), fit.theta[None], fit.covariance[None])
     return Posterior(

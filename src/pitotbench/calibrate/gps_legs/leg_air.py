@@ -1,4 +1,4 @@
-"""The air of a group of legs: what a true airspeed in it is as a calibrated one, and how well that is known."""
+"""The air of a group of legs: it converts a true airspeed to a calibrated one, with the stated accuracies."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -10,14 +10,17 @@ from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE, Accuracies
 from pitotbench.calibrate.gps_legs.legs import SteadyGroup
 from pitotbench.calibrate.rows.observations import Observations
 
-_PART = 1e-3  # of a stated accuracy, over which its effect is differenced: a zero may be larger than the pressure
+_PART = 1e-3  # of a stated accuracy, the step of the difference: the whole zero offset may exceed the pressure
 
 
 @dataclass(frozen=True, slots=True)
 class LegAir:
-    """Means over a group's legs: indicated impact and static pressure [Pa], probe temperature [K], its heating
-    0.2 r (0 for a probe of the air's own temperature), whether the pressure error is the static source's, and
-    whether the temperature is that of a standard day."""
+    """Means over the legs of a group.
+
+    `impact_pressure` and `static_pressure` [Pa] are indicated. `probe_heating` [-] is 0.2 r for a probe of total
+    temperature [K] and 0 for air temperature. `static_error` states whether the pressure error is the static
+    source's, and `standard_day` whether the temperature is that of a standard day.
+    """
 
     impact_pressure: float
     static_pressure: float
@@ -32,9 +35,9 @@ class LegAir:
         return float(air.calibrated_airspeed(self.impact_pressure))
 
     def calibrated_airspeed(self, true_airspeed: float) -> float:
-        """Calibrated airspeed [m/s] of a true one [m/s].
+        """Calibrated airspeed [m/s] for a true airspeed [m/s].
 
-        Where the error is the static source's, total pressure is right: p (1 + q/p) = p_i + q_i.
+        Where the error is the static source's, the total pressure has none: p (1 + q/p) = p_i + q_i.
         """
         ratio = _ratio(true_airspeed, self.probe_temperature, self.probe_heating)
         pressure = self.static_pressure
@@ -43,20 +46,21 @@ class LegAir:
         return float(air.calibrated_airspeed(pressure * ratio))
 
     def correction(self, true_airspeed: float) -> float:
-        """Calibrated minus indicated airspeed [m/s] where the true one is known [m/s]."""
+        """Calibrated minus indicated airspeed [m/s] for a true airspeed [m/s]."""
         return self.calibrated_airspeed(true_airspeed) - self.indicated_airspeed
 
     def stated_two_sigma(self, true_airspeed: float, stated: Accuracies) -> float:
-        """2σ of the correction [m/s] that the stated accuracies of the air data make, each by itself.
+        """2σ of the correction [m/s] at a true airspeed [m/s] from the stated accuracies of the air data.
 
-        Errors of GPS velocity go to the wind, and a latency moves nothing at constant airspeed.
+        The errors are independent. Those of GPS velocity change the wind alone, and a latency changes nothing at
+        constant airspeed.
         """
         here = self.correction(true_airspeed)
         parts = [(moved.correction(true_airspeed) - here) / _PART for moved in self._each_moved(stated)]
         return float(np.linalg.norm(parts))
 
     def _each_moved(self, stated: Accuracies) -> Iterator["LegAir"]:
-        """This air with one of its numbers off by a small part of its accuracy."""
+        """Yield this air with one quantity at a time changed by a small part of its accuracy."""
         temperature = max(stated.temperature_k, WITHOUT_TEMPERATURE if self.standard_day else 0.0)
         recovery = 0.2 * stated.recovery_factor if self.probe_heating > 0.0 else 0.0
         yield replace(self, probe_temperature=self.probe_temperature + _PART * temperature)
@@ -66,7 +70,7 @@ class LegAir:
 
 
 def leg_air(group: SteadyGroup, obs: Observations, static_error: bool) -> LegAir:
-    """The air of a group: every leg counts the same, as in the methods' airspeed."""
+    """Average the air of a group. Every leg has the same weight, as in the methods' airspeed."""
     blocks = group.blocks
     indicated_true, pressure, probe = (
         float(group.leg_means(channel).mean())
@@ -77,6 +81,6 @@ def leg_air(group: SteadyGroup, obs: Observations, static_error: bool) -> LegAir
 
 
 def _ratio(true_airspeed: float, probe_temperature: float, probe_heating: float) -> float:
-    """q_c/p of a true airspeed [m/s] in air of a probe temperature [K], T = T_t − 0.2 r V²/(γR)."""
+    """q_c/p for a true airspeed [m/s] and a probe temperature [K], with T = T_t − 0.2 r V²/(γR)."""
     heating = probe_heating * true_airspeed**2 / (air.HEAT_RATIO * air.GAS_CONSTANT)
     return float(air.impact_pressure_from_true_airspeed(true_airspeed, 1.0, probe_temperature - heating))

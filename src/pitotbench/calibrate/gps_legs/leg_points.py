@@ -1,7 +1,8 @@
 """Fixed-speed points from a log: each group of steady legs or turn gives one airspeed, wind and correction.
 
-The indicated airspeed varies a little within a group. Every ground velocity is brought to the group's mean by what
-the indicated true airspeed was off it, along the flight path; then the methods' formulas apply as published.
+The indicated airspeed varies a little within a group. The difference of the indicated true airspeed from the
+group's mean is subtracted from each ground velocity, along the flight path. Then the methods' formulas apply as
+published.
 """
 
 from dataclasses import dataclass, replace
@@ -23,14 +24,18 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, Array
 
 _METHODS = {3: "three_leg", 4: "four_leg"}
-_ROUNDS = 4  # the wind turns the flight path, the flight path turns what is taken off: settles at once
-_STEP = 0.01  # m/s, for the differences that say what an answer owes to each leg
-_RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the card's tolerance on heading
+_ROUNDS = 4  # the subtracted speed depends on the flight path, and this on the wind: it settles at once
+_STEP = 0.01  # m/s, for the numerical derivatives of an answer with respect to each leg
+_RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the test card's tolerance on heading
 
 
 @dataclass(frozen=True, slots=True)
 class _Solved:
-    """A group, its velocities at one airspeed, the answer [V, W_N, W_E], its spread, the noise problem [m/s]."""
+    """A group with its answer [V, W_N, W_E] [m/s].
+
+    `velocity` (n, 2) [m/s] is brought to one airspeed; `spread` [m/s] is the standard deviation of the
+    three-leg answers of four legs, or of the residual for a turn and for more legs.
+    """
 
     group: SteadyGroup
     method: str
@@ -43,9 +48,9 @@ class _Solved:
 def fixed_speed_points(log: FlightLog, options: CalibrationOptions | None = None) -> tuple[FixedSpeedPoint, ...]:
     """One point for each full turn and each group of legs on three or more tracks at one airspeed.
 
-    Of the options the row selection, the recovery factor, the error location and the accuracies (stated, else the
-    header's, else the usual ones) matter. The 2σ holds gusts, sensor noise and GPS noise as found in the log, and
-    the accuracies.
+    The used options are the row selection, the recovery factor, the error location and the accuracies (stated, else
+    the header's, else the usual ones). The 2σ covers gusts, sensor noise and GPS noise as found in the log, and the
+    accuracies.
     Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or turns.
     """
     with one_thread():
@@ -70,7 +75,7 @@ def _points(log: FlightLog, options: CalibrationOptions) -> tuple[FixedSpeedPoin
 
 
 def cross_check(log: FlightLog, options: CalibrationOptions | None = None) -> tuple[FixedSpeedPoint, ...]:
-    """The fixed-speed points to hold a curve against; none where the log has no legs or turns for them."""
+    """The fixed-speed points to compare a curve with; none where the log has no such legs or turns."""
     try:
         return fixed_speed_points(log, options)
     except NoAnswerError:
@@ -96,9 +101,10 @@ def _solve(group: SteadyGroup) -> _Solved:
 
 
 def _horseshoe(one: _Solved, bound: Array) -> list[tuple[_Solved, Array]]:
-    """The horseshoe's answer beside that of three legs, where their tracks are nearly 90° apart.
+    """The answer of the horseshoe method, in addition to that of three legs, for tracks nearly 90° apart.
 
-    What its formula is off, since they are not quite, is known from the three legs' answer and widens the bound.
+    The tracks are not exactly 90° apart, so the formula has an error. It is the difference from the three-leg
+    answer and widens the bound.
     """
     if one.method != "three_leg":
         return []
@@ -115,8 +121,10 @@ def _horseshoe(one: _Solved, bound: Array) -> list[tuple[_Solved, Array]]:
 
 
 def _leg_gain(group: SteadyGroup, velocity: Array, along: Array) -> Array:
-    """What a step of 1 m/s along the flight path in each second does to the answer, (n, 3). The legs' means alone
-    count: these are moved, one after the other."""
+    """Change of the answer per 1 m/s along the flight path in each second, (n, 3) [-].
+
+    The answer depends on the means of the legs alone, so these are changed one after the other.
+    """
     mean = group.leg_means(velocity)
     slope = np.empty((*mean.shape, 3))
     for place in np.ndindex(mean.shape):
@@ -139,7 +147,7 @@ def _answer(group: SteadyGroup, velocity: Array) -> tuple[Array, float | None]:
 
 
 def _answer_of_legs(mean: Array) -> tuple[Array, float | None]:
-    """The same of the mean ground velocities of legs, (k, 2)."""
+    """The same for the mean ground velocities of legs, (k, 2)."""
     if len(mean) > 4:
         return circle_fit(mean), None
     found = fixed_speed(np.linalg.norm(mean, axis=1), np.arctan2(mean[:, 1], mean[:, 0]))

@@ -1,8 +1,8 @@
-"""Steady legs and turns in a log, grouped by airspeed: what the fixed-speed methods can use.
+"""Steady legs and turns in a log, grouped by airspeed, for the fixed-speed methods.
 
-Where the log says what was on condition, that is believed; else straight legs and turns are found from the ground
-velocity, which gusts move less than the air data. Either way a piece must be long enough, straight or a full turn,
-level, and of constant airspeed.
+Where the log marks what was on condition, the marks are used. Else straight legs and turns are found from the
+ground velocity, which gusts change less than the air data. In both cases a piece must be long enough, straight or a
+full turn, level, and of constant airspeed.
 """
 
 from dataclasses import dataclass, replace
@@ -17,18 +17,20 @@ from pitotbench.units import DEGREE, KNOT, Array
 
 _SHORTEST = 5.0  # s, the least on condition that Martos, Kiszely and Foster (2011), III.A, allow a leg
 _STRAIGHT = 5.0 * DEGREE  # largest change of mean track between the halves of a straight leg
-_FULL_TURN = 300.0 * DEGREE  # least track of a turn whose ground velocities are a circle and not an arc
+_FULL_TURN = (
+    300.0 * DEGREE
+)  # least change of track of a turn: the ground velocities of a smaller one are only an arc
 _TURN_RATE = 1.0 * DEGREE  # rad/s: straight flight below, a third of a standard-rate turn above (no labels)
-_ACCELERATION = 0.5 * KNOT  # m/s² of ground speed, above which airspeed is being changed (no labels)
-_WINDOW = 2  # blocks to either side, over which rates are taken (no labels)
-_DRIFT = 3.0 * KNOT  # of airspeed between the halves of a piece, and between neighbors of one group
-_LEVEL = 0.01  # of static pressure, about 300 ft: between the halves of a piece, and between neighbors
-_SAME_TRACK = 30.0 * DEGREE  # pieces on tracks nearer than this are one leg
+_ACCELERATION = 0.5 * KNOT  # m/s² of ground speed: above it the airspeed is being changed (no labels)
+_WINDOW = 2  # blocks to either side, for rates of change (no labels)
+_DRIFT = 3.0 * KNOT  # m/s of airspeed: limit between the halves of a piece and between neighbors of one group
+_LEVEL = 0.01  # of static pressure, about 300 ft: limit between the halves of a piece and between neighbors
+_SAME_TRACK = 30.0 * DEGREE  # pieces whose tracks differ by less are one leg
 
 
 @dataclass(frozen=True, slots=True)
 class SteadyGroup:
-    """Blocks at one airspeed and height, and the leg that each belongs to, (n,); a turn is one leg."""
+    """Blocks at one airspeed and height, and the number of the leg of each, (n,). A turn is one leg."""
 
     blocks: SteadyBlocks
     leg: NDArray[np.intp]
@@ -39,12 +41,12 @@ class SteadyGroup:
         return int(self.leg.max()) + 1
 
     def leg_means(self, data: Array) -> Array:
-        """Means over each leg of (n,) or (n, k) data."""
+        """Means of (n,) or (n, k) data over each leg, (legs,) or (legs, k)."""
         return np.stack([data[self.leg == number].mean(axis=0) for number in range(self.legs)])
 
 
 def steady_groups(log: FlightLog, obs: Observations) -> tuple[SteadyGroup, ...]:
-    """Full turns, and groups of straight legs on at least three tracks, in the order of their airspeeds."""
+    """Find full turns, and groups of straight legs on three tracks or more, sorted by airspeed."""
     blocks = block_means(log, obs)
     pieces = blocks.pieces() if labeled(log) else _found(blocks)
     long = [piece for piece in pieces if len(piece) * SECOND >= _SHORTEST and _holds(piece)]
@@ -56,7 +58,7 @@ def steady_groups(log: FlightLog, obs: Observations) -> tuple[SteadyGroup, ...]:
 
 
 def _found(blocks: SteadyBlocks) -> list[SteadyBlocks]:
-    """Straight and turning stretches of runs that carry no labels."""
+    """Find straight and turning stretches in runs without labels."""
     stretches = []
     for run in blocks.pieces():
         if len(run) <= 2 * _WINDOW:
@@ -70,14 +72,14 @@ def _found(blocks: SteadyBlocks) -> list[SteadyBlocks]:
 
 
 def _rate(values: Array) -> Array:
-    """Change a second, over a window around each block (narrower at the ends)."""
+    """Rate of change per second, over a window around each block (narrower at the ends)."""
     last = len(values) - 1
     behind, ahead = (np.clip(np.arange(last + 1) + shift, 0, last) for shift in (-_WINDOW, _WINDOW))
     return np.asarray((values[ahead] - values[behind]) / ((ahead - behind) * SECOND))
 
 
 def _holds(piece: SteadyBlocks) -> bool:
-    """Whether airspeed and height stay: means of the halves, since gusts average out and drifts do not."""
+    """Whether airspeed and height are constant: in the means of the halves gusts average out, and drifts do not."""
     airspeed, pressure = _halves(piece.indicated_true_airspeed), _halves(piece.static_pressure)
     return bool(np.ptp(airspeed) <= _DRIFT and np.ptp(pressure) <= _LEVEL * pressure[0])
 
@@ -88,7 +90,7 @@ def _halves(values: Array) -> Array:
 
 
 def _by_airspeed(pieces: list[SteadyBlocks]) -> list[list[SteadyBlocks]]:
-    """Pieces of one height, then of one airspeed; a chain of neighbors never spans more than twice the drift."""
+    """Group pieces by height, then by airspeed. No chain of neighbors spans more than twice the limit."""
     levels = _chains(pieces, [float(np.log(piece.static_pressure.mean())) for piece in pieces], _LEVEL)
     return [
         chain
@@ -111,7 +113,7 @@ def _chains(pieces: list[SteadyBlocks], values: list[float], step: float) -> lis
 
 
 def _as_legs(pieces: list[SteadyBlocks]) -> SteadyGroup:
-    """Pieces on one track become one leg; legs are numbered by track."""
+    """Join pieces on one track to one leg. The legs are numbered by track."""
     track = np.array([np.arctan2(piece.east.mean(), piece.north.mean()) for piece in pieces])
     order = np.argsort(track)
     gap = np.diff(track[order]) > _SAME_TRACK

@@ -1,7 +1,7 @@
 """Fixed-speed GPS methods: one true airspeed and one wind from legs flown at one airspeed.
 
-Three legs: exact (Gray, National Test Pilot School, 1998). Four legs: the mean of the four three-leg answers;
-their spread (standard deviation) tells how steady wind and airspeed were.
+Three legs: exact (Gray, National Test Pilot School, 1998). Four legs: the mean of the four three-leg answers.
+Their spread (standard deviation) is a measure of how steady wind and airspeed were.
 """
 
 from dataclasses import dataclass
@@ -12,14 +12,17 @@ import numpy as np
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.units import Array, MetersPerSecond, Radians
 
-_ILL_CONDITIONED = 1e6
+_ILL_CONDITIONED = 1e6  # condition number: beyond it the tracks are practically the same
 _STEPS = 6  # of Gauss-Newton, which converges in three or four
 
 
 @dataclass(frozen=True, slots=True)
 class FixedSpeedResult:
-    """True airspeed [m/s], spread of the three-leg answers [m/s] (None for three legs), wind speed [m/s] and
-    the direction that it blows from [rad, 0 to 2π]."""
+    """True airspeed [m/s] and wind.
+
+    `spread` [m/s] is the standard deviation of the three-leg answers, None for three legs. `wind_speed` is in m/s,
+    and `wind_from` the direction from which the wind comes [rad, 0 to 2π].
+    """
 
     true_airspeed: float
     spread: float | None
@@ -31,8 +34,8 @@ def fixed_speed(ground_speed: MetersPerSecond, track: Radians) -> FixedSpeedResu
     """Solve three or four legs flown at one true airspeed.
 
     Parameters: ground speed [m/s] and true track [rad] of each leg, shape (3,) or (4,).
-    Raises BadInputError for another number of legs or non-positive speeds, NoAnswerError for tracks that are
-    too much alike.
+    Raises BadInputError for another number of legs or non-positive speeds, NoAnswerError for tracks that
+    are too similar.
     """
     speed, angle = np.asarray(ground_speed, dtype=np.float64), np.asarray(track, dtype=np.float64)
     if speed.shape != angle.shape or speed.shape not in ((3,), (4,)):
@@ -60,8 +63,9 @@ def _three_legs(velocity: Array) -> tuple[float, float, float]:
 def horseshoe(ground_speed: MetersPerSecond) -> float:
     """True airspeed [m/s] from three legs on ground tracks 90° apart, the middle one second.
 
-    V = ½·sqrt(V1² + V2² + V3² + V1² V3²/V2²); Lowry, Performance of Light Aircraft, 1999. Exact for tracks; where
-    headings are held instead, a wind w along the middle leg makes it w²/V too high.
+    V = ½·sqrt(V1² + V2² + V3² + V1² V3²/V2²); Lowry, Performance of Light Aircraft, 1999. The formula is exact for
+    tracks. Where headings are held instead, a wind w along the middle leg makes the answer w²/V too high.
+    Raises BadInputError for ground speeds that are not positive.
     """
     first, second, third = (float(v) for v in ground_speed)
     if min(first, second, third) <= 0.0:
@@ -70,10 +74,10 @@ def horseshoe(ground_speed: MetersPerSecond) -> float:
 
 
 def circle_fit(velocity: Array) -> Array:
-    """True airspeed and wind [V, W_N, W_E] [m/s] of ground velocities (n, 2) at one airspeed: their circle.
+    """Fit a circle to ground velocities (n, 2) at one airspeed: true airspeed and wind [V, W_N, W_E] [m/s].
 
     Least squares of the distances from the circle, by Gauss-Newton from the algebraic fit (Kåsa 1976).
-    Raises NoAnswerError where the velocities are too much alike.
+    Raises NoAnswerError where the velocities are too similar.
     """
     columns = np.column_stack([2.0 * velocity, np.ones(len(velocity))])
     if len(velocity) < 3 or np.linalg.cond(columns) > _ILL_CONDITIONED:
@@ -89,11 +93,11 @@ def circle_fit(velocity: Array) -> Array:
 
 
 def circle_gain(velocity: Array, answer: Array) -> Array:
-    """What a step of 1 m/s along the flight path in each ground velocity (n, 2) does to the answer of `circle_fit`,
-    (n, 3).
+    """Change of the answer of `circle_fit` per 1 m/s along the flight path in each ground velocity, (n, 3) [-].
 
-    By the implicit function theorem: the fit's gradient, the sum of r (1, u) with residuals r and unit vectors u of
-    the flight path, stays zero. A step along u changes r alone.
+    Parameters: velocity (n, 2) [m/s]; answer [V, W_N, W_E] [m/s]. By the implicit function theorem: the gradient of
+    the fit, the sum of r (1, u) with residuals r and unit vectors u of the flight path, remains zero. A step along
+    u changes r alone.
     """
     through_air = velocity - answer[1:]
     distance = np.linalg.norm(through_air, axis=1)

@@ -1,1 +1,1 @@
-"""What a curve and a wind predict for each row, with the systematic errors beside them."""
+"""What a curve and a wind predict for each row, together with the systematic errors."""

@@ -1,4 +1,4 @@
-"""Where the velocity through the air points, from attitude and flow angles."""
+"""The direction of the velocity through the air, from attitude and flow angles."""
 
 from pitotbench.axes import body_to_earth, flow_direction
 from pitotbench.records.errors import BadInputError
@@ -7,9 +7,9 @@ from pitotbench.units import Array
 
 
 def air_direction(log: FlightLog) -> Array:
-    """Unit vector of the velocity through the air, north, east, down, (3, n), from attitude and flow angles.
+    """Return the unit vector of the velocity through the air, north, east, down, (3, n).
 
-    Raises BadInputError where the log lacks one of them.
+    Raises BadInputError where the log lacks attitude or a flow angle.
     """
     attitude = {"roll": log.roll, "pitch": log.pitch, "heading": log.heading}
     angles = {"angle_of_attack": log.angle_of_attack, "sideslip": log.sideslip}

@@ -1,10 +1,10 @@
-"""The second equation of the vector form: what blows across the measured direction of the air velocity.
+"""The second equation of the vector form: the wind across the measured direction of the air velocity.
 
-Ground velocity less wind has no component across the velocity through the air. Where attitude and flow angles tell
-the direction of the latter, the wind across it is measured without any airspeed: Vᵍ·c = W·c + gust·c, with c the
-horizontal unit vector to the right of the airplane's path through the air. Its noise is that of heading and vanes
-times the airspeed. It knows nothing of the error curve but helps to know the wind, which on few headings is
-confounded with the curve.
+Ground velocity minus wind has no component across the velocity through the air. Attitude and flow angles give the
+direction of that velocity, so the wind across it is measured without any airspeed: Vᵍ·c = W·c + gust·c. Here c is
+the horizontal unit vector to the right of the airplane's path through the air. The noise is that of heading and
+vanes times the airspeed. The equation does not contain the error curve. It helps to separate the wind from the
+curve, which few headings alone do not.
 """
 
 import numpy as np
@@ -15,15 +15,17 @@ from pitotbench.calibrate.rows.blocks import Blocks
 from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.units import Array
 
-# Degrees, standard deviation of a constant error of the direction: a vane that nobody calibrated is off by its zero
-# and by the upwash at its place.
+# Degrees, standard deviation of a constant error of the direction. An uncalibrated vane has the error of its zero
+# and that of the upwash or sidewash at its position.
 DIRECTION_DEVIATION = 5.0
 _PER_DEGREE = np.pi / 180.0
 
 
 def direction_nuisances() -> tuple[Nuisance, ...]:
-    """Constant errors of the direction: of heading and sideslip vane, and of the angle of attack, which shows in
-    bank. They move the crosswind only."""
+    """The constant errors of the direction: of heading and sideslip vane, and of the angle of attack.
+
+    That of the angle of attack has an effect in a bank only. Neither changes the predicted airspeed.
+    """
     return (
         Nuisance("direction_deg", DIRECTION_DEVIATION, _nothing, _by_direction),
         Nuisance("direction_in_bank_deg", DIRECTION_DEVIATION, _nothing, _by_direction_in_bank),
@@ -38,7 +40,10 @@ def crosswind(
     blocks: Blocks,
     theta: Array,
 ) -> tuple[Array, Array]:
-    """Response (blocks,) and regressors (blocks, p + m) [m/s] of the wind to the right, linearized at θ (p,)."""
+    """Return response (blocks,) [m/s] and regressors (blocks, p + m) of the wind to the right.
+
+    They are linearized at θ (p,); m is the number of nuisances.
+    """
     right = to_the_right(obs)
     first = model.error_count
     wind = theta[first : first + 2]

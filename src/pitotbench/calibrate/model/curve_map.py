@@ -1,4 +1,4 @@
-"""From fitted parameters to the error curve over indicated airspeed, with its sensitivities."""
+"""The error curve over indicated airspeed from fitted parameters, with its derivatives."""
 
 from dataclasses import dataclass
 
@@ -15,9 +15,10 @@ _SLACK_KT = 1.5  # a round airspeed this far outside the data still counts as co
 
 @dataclass(frozen=True, slots=True)
 class CurveMap:
-    """The curve as a function of the error parameters k, and its gradients, at fixed indicated airspeeds.
+    """The curve and its gradients as functions of the error parameters k (K,), at fixed indicated airspeeds (c,).
 
-    `zero` [Pa]: the zero offset of the impact pressure in a raw reading; q_ci is the reading less the offset.
+    `indicated_airspeed` [m/s] is the raw reading. `zero` [Pa] is the zero offset of the impact pressure in it; q_ci
+    is the reading minus the offset.
     """
 
     model: PredictionModel
@@ -25,15 +26,15 @@ class CurveMap:
     zero: float = 0.0
 
     def impact_pressure(self) -> Pascal:
-        """q_ci at the curve's airspeeds [Pa], (c,): as the ports give it, without the sensor's zero offset."""
+        """q_ci at the curve's airspeeds [Pa], (c,): the pressure at the ports, without the sensor's zero offset."""
         return air.impact_pressure(self.indicated_airspeed) - self.zero
 
     def basis(self) -> Array:
-        """The basis at the curve's airspeeds, (c, K)."""
+        """The error model's basis at the curve's airspeeds, (c, K) [-]."""
         return self.model.error.basis(self.impact_pressure() / self.model.reference_pressure)
 
     def normalized(self, k: Array) -> Array:
-        """Δp/q_c, (c,)."""
+        """Normalized pressure error Δp/q_c, (c,) [-]."""
         return np.asarray(self.basis() @ k)
 
     def correction(self, k: Array) -> MetersPerSecond:
@@ -55,8 +56,11 @@ class CurveMap:
         return np.asarray(-air.calibrated_airspeed_slope(self.impact_pressure() / rest) * by_indicated)
 
     def altitude(self, k: Array, static_pressure: float) -> Meters:
-        """True minus indicated pressure altitude [m], (c,), of an error of the static source at an indicated static
-        pressure [Pa]: p = p_i − Δp, and a lower pressure is a greater height."""
+        """True minus indicated pressure altitude [m], (c,), for an error of the static source.
+
+        `static_pressure` [Pa] is the indicated one. The true one is p = p_i − Δp; a lower pressure is a greater
+        altitude.
+        """
         error = self.impact_pressure() * (1.0 / (1.0 - self.normalized(k)) - 1.0)
         return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(static_pressure)
 
@@ -71,7 +75,10 @@ class CurveMap:
 
 
 def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
-    """Round indicated airspeeds [m/s] over the range of the data (its 0.1 to 99.9 percentiles)."""
+    """Round indicated airspeeds [m/s], (c,), over the range of the data (n,) between its 0.1 and 99.9 percentiles.
+
+    They are multiples of the least step in knots that gives 32 points or fewer.
+    """
     low, high = np.quantile(indicated_airspeed, [0.001, 0.999]) / KNOT
     for step in _STEPS_KT:
         first = np.ceil((low - _SLACK_KT) / step) * step

@@ -1,8 +1,8 @@
-"""The wind that a drifting log reports: its mean over the rows, not the level around which it would drift for ever.
+"""The wind reported for a drifting wind: the mean over the rows of the log, not the level W of the process.
 
-Of a wind W + w(t) with w a Gauss-Markov process, the data show the mean over the flight far better than W. With
-G = Cov(mean of w, data) the best prediction adds G C⁻¹(y − Xβ) to the estimate of W (Goldberger 1962; Robinson,
-"That BLUP is a good thing", Statistical Science 6, 1991).
+The wind is W + w(t), with w a Gauss-Markov process. The data determine its mean over the flight far better than W.
+With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the estimate of W (Goldberger 1962;
+Robinson, "That BLUP is a good thing", Statistical Science 6, 1991).
 """
 
 from dataclasses import dataclass
@@ -14,13 +14,15 @@ from pitotbench.estimate.joint_noise import Noise
 from pitotbench.estimate.restricted_likelihood import Regression
 from pitotbench.units import Array
 
-_COARSE = (
-    5e-5  # what taking blocks for points may be wrong by, in units of the process's variance: 0.6 cm/s at 1 m/s
-)
+# Error of treating blocks as points, as a share of the process's variance: 0.7 cm/s at 1 m/s.
+_COARSE = 5e-5
 
 
 def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
-    """Correlation of the process in each block with its mean over all rows, (blocks,) [-]."""
+    """Correlation of the process in each block with its mean over all rows, (blocks,) [-].
+
+    `correlation_time` [s] is that of the process.
+    """
     middle = 0.5 * (
         blocks.intervals.edges[blocks.intervals.left] + blocks.intervals.edges[blocks.intervals.left + 1]
     )
@@ -30,9 +32,11 @@ def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class MeanWind:
-    """What takes an answer for the wind's level to one for its mean, under one noise: the wind's columns among the
-    coefficients; the problem; G C⁻¹ as its transpose, (n, 2); and what the data leave unknown of the mean where the
-    level is known, (2, 2) [(m/s)²]."""
+    """The map from an answer for the wind's level to one for its mean, under one noise.
+
+    `winds` are the wind's columns among the coefficients. `weighed` (n, 2) is the transpose of G C⁻¹. `unknown`
+    (2, 2) [(m/s)²] is the covariance of the mean, given the data and the level.
+    """
 
     winds: slice
     problem: Regression
@@ -40,7 +44,7 @@ class MeanWind:
     unknown: Array
 
     def of(self, answer: tuple[Array, Array]) -> tuple[Array, Array]:
-        """An answer (estimate (p,), covariance (p, p)) whose wind components are those of the mean wind."""
+        """Return the answer (estimate (p,), covariance (p, p)) with the mean wind in place of the wind's level."""
         response, regressors = self.problem.response, self.problem.regressors
         estimate, covariance = answer[0].copy(), answer[1]
         estimate[self.winds] += self.weighed.T @ (response - regressors @ answer[0])
@@ -54,7 +58,8 @@ class MeanWind:
 def mean_wind(noise: Noise, problem: Regression, kernel: Array, deviation: float, first: int) -> MeanWind:
     """The mean wind of a problem whose wind columns begin at `first`.
 
-    `kernel`: see `kernel_means`; `deviation`: of the process [m/s]; `noise` includes the process.
+    Parameters: noise, which includes the process; problem; kernel (n,), see `kernel_means`; deviation, the standard
+    deviation of the process [m/s]; first.
     """
     winds = slice(first, first + 2)
     crossed = deviation**2 * kernel[:, None] * problem.regressors[:, winds]  # Gᵀ

@@ -1,7 +1,8 @@
-"""What is estimated beside the curve and the wind because it is not known exactly, each with its prior.
+"""The nuisances: quantities that are estimated together with the curve and the wind, each with its prior.
 
-Every nuisance is one number, zero on average, that changes the predicted airspeed in proportion. First order is
-enough: a temperature 3 K off moves the airspeed by 0.5 %, so what is neglected is 0.003 % of it.
+Every nuisance is one number with a mean of zero. Its effect on the predicted airspeed is proportional to it. The
+first order is enough: an error of 3 K in the temperature changes the airspeed by 0.5 %, and the neglected second
+order is below 0.003 % of the airspeed.
 """
 
 from collections.abc import Callable
@@ -19,9 +20,9 @@ from pitotbench.units import Array, Meters, MetersPerSecond
 # Wide priors of a linear wind: a change of 5 m/s in ten minutes or in 300 m is one standard deviation.
 _WIND_CHANGE = 5.0  # m/s
 _WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
-_LEAST_CLIMB = 60.0  # m: below so much height difference a shear has no meaning
+_LEAST_CLIMB = 60.0  # m: a smaller difference in height cannot determine a shear
 
-ZERO = "impact_pressure_zero_pa"  # the only one that belongs to the correction of a reading
+ZERO = "impact_pressure_zero_pa"  # the only nuisance that enters the correction of a reading
 _AXES = ("north", "east")
 
 Column = Callable[[Prediction, Observations], MetersPerSecond]
@@ -30,8 +31,11 @@ Change = Callable[[Observations], Array | float]
 
 @dataclass(frozen=True, slots=True)
 class Nuisance:
-    """One unknown: its name with unit, the standard deviation of its prior [that unit], and what one unit of it
-    adds to the predicted true airspeed, (n,) [m/s], and to the predicted wind across the path (None: nothing)."""
+    """One unknown with a Gaussian prior of mean zero.
+
+    `name` ends in the unit and `deviation` is the prior's standard deviation in it. `column` gives the change of
+    the predicted true airspeed per unit, (n,) [m/s]; `across` that of the predicted wind across the path (None: 0).
+    """
 
     name: str
     deviation: float
@@ -40,10 +44,13 @@ class Nuisance:
 
 
 def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisance, ...]:
-    """The nuisances of a log under the chosen options, in which the accuracies of its header already are."""
+    """The nuisances of a log. The accuracies of its header must already be in the options.
+
+    A nuisance whose accuracy is zero is left out.
+    """
     stated = accuracies_of(options.accuracies, {})
     temperature = max(stated.temperature_k, WITHOUT_TEMPERATURE if obs.standard_day else 0.0)
-    probe_heated = 1.0 if obs.probe_heating > 0.0 else 0.0  # a probe of the air's own temperature has no recovery
+    probe_heated = 1.0 if obs.probe_heating > 0.0 else 0.0  # an air temperature needs no recovery
     known = (
         Nuisance("temperature_k", 0.5 * temperature, _by_temperature),
         Nuisance("recovery_factor", 0.5 * stated.recovery_factor * probe_heated, _by_recovery),
@@ -57,7 +64,10 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
 
 
 def along_track(prediction: Prediction) -> Array:
-    """What wind toward north and east add to the predicted airspeed, (n, 2) [-]: minus its direction cosines."""
+    """Change of the predicted airspeed per unit of wind toward north and east, (n, 2) [-].
+
+    It is minus the direction cosines of the air velocity.
+    """
     return prediction.wind_columns[:, :2] / prediction.slope[:, None]
 
 
@@ -70,7 +80,7 @@ def to_the_right(obs: Observations) -> Array:
 def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
     """The wind's change with time and, where the log climbs, with height, toward north and east."""
     middle = 0.5 * (obs.time[0] + obs.time[-1])
-    # Functions of the rows and not values: a latency is looked for in rows read again, of which there may be fewer.
+    # These are functions of the rows: the search for a latency reads the rows again, and there may be fewer.
     changes: dict[str, Change] = {"per_600_s": lambda o: (o.time - middle) / _WIND_TIME}
     if obs.altitude is not None and np.ptp(obs.altitude) > _LEAST_CLIMB:
         mean = float(np.mean(obs.altitude))
@@ -83,8 +93,8 @@ def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
 
 
 def _wind(axis: int, change: Change = lambda obs: 1.0) -> tuple[Column, Column]:
-    """What a wind toward an axis (0 north, 1 east), times its change from row to row, adds along and across the
-    path."""
+    """The effect of a wind toward an axis (0 north, 1 east), times its change from row to row, along and across
+    the path."""
     return (
         lambda prediction, obs: along_track(prediction)[:, axis] * change(obs),
         lambda prediction, obs: to_the_right(obs)[:, axis] * change(obs),
@@ -102,7 +112,7 @@ def _by_temperature(prediction: Prediction, obs: Observations) -> MetersPerSecon
 
 
 def _by_recovery(prediction: Prediction, obs: Observations) -> MetersPerSecond:
-    # T = T_t/(1 + 0.2 r M²): more recovery means that the air is colder than thought.
+    # T = T_t/(1 + 0.2 r M²): more recovery means colder air for the same reading.
     heat = air.HEAT_RATIO * air.GAS_CONSTANT * obs.probe_temperature
     return 0.1 * prediction.true_airspeed**3 / heat
 
@@ -113,7 +123,7 @@ def _by_static_pressure(prediction: Prediction, obs: Observations) -> MetersPerS
 
 
 def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
-    """What one second of GPS latency adds to the predicted airspeed [m/s]: the ground acceleration along it."""
+    """Change of the predicted airspeed per second of GPS latency, (n,) [m/s]: the ground acceleration along it."""
     return np.asarray(-np.sum(along_track(prediction) * _acceleration(obs), axis=1))
 
 
@@ -122,12 +132,12 @@ def _across_by_latency(prediction: Prediction, obs: Observations) -> Array:
 
 
 def _acceleration(obs: Observations) -> Array:
-    """Of the ground velocity, north and east, (n, 2) [m/s²]."""
+    """Acceleration over the ground toward north and east, (n, 2) [m/s²]."""
     return np.stack([_rate(v, obs) for v in (obs.velocity_north, obs.velocity_east)], axis=1)
 
 
 def _rate(values: Array, obs: Observations) -> Array:
-    """Time derivative, zero beside pauses."""
+    """Time derivative; zero next to a pause, where the difference spans the pause."""
     rate = np.gradient(values, obs.time)
     edge = np.flatnonzero(np.diff(obs.stretch))
     rate[edge] = rate[edge + 1] = 0.0

@@ -1,6 +1,6 @@
-"""What the air data should read, given ground velocity, wind and error parameters, with the exact Jacobian.
+"""The predicted air data for a given ground velocity, wind and error curve, with the exact Jacobian.
 
-The noisy channel (indicated impact pressure) is predicted from the clean one (ground velocity). Parameters are
+The noisy channel (indicated impact pressure) is predicted from the clean one (ground velocity). The parameters are
 θ = [k1 … kK, W_N, W_E (, W_D)], wind components in m/s toward north, east and down.
 """
 
@@ -13,15 +13,18 @@ from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.pressure_error import PressureErrorModel
 from pitotbench.units import Array, MetersPerSecond, Pascal
 
-_NEWTON_STEPS = 8  # more only where the error curve bends back on itself
-_LAST_STEP = 1e-5  # of the impact pressure; leaves about 1e-10 of it
+_NEWTON_STEPS = 8  # more are needed only where the error curve bends back on itself
+_LAST_STEP = 1e-5  # of the impact pressure; the remaining error is about 1e-10 of it
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """Predicted indicated impact pressure [Pa] (n,), its Jacobian (n, p) with respect to θ, the true impact
-    pressure [Pa], the predicted true airspeed [m/s], and the slope of the indicated impact pressure over true
-    airspeed [Pa s/m]."""
+    """The prediction for n rows.
+
+    `indicated` (n,) [Pa] is the indicated impact pressure and `jacobian` (n, p) its derivative with respect to θ;
+    `impact_pressure` (n,) [Pa] is the true one and `true_airspeed` (n,) [m/s] the predicted one. `slope` (n,)
+    [Pa s/m] is the derivative of the indicated impact pressure with respect to true airspeed.
+    """
 
     indicated: Pascal
     jacobian: Array
@@ -38,7 +41,11 @@ class Prediction:
 
 @dataclass(frozen=True, slots=True)
 class PredictionModel:
-    """The structure that is fitted: error model, its reference, where the error acts, which wind is free."""
+    """The prediction to be fitted.
+
+    `reference_pressure` [Pa] is q_ref of the error model. With `static_error` the error is that of the static
+    source and changes the static pressure too. With `wind_down` the vertical wind is a parameter.
+    """
 
     error: PressureErrorModel
     reference_pressure: float
@@ -54,7 +61,7 @@ class PredictionModel:
         return self.error_count + (3 if self.wind_down else 2)
 
     def predict(self, theta: Array, obs: Observations) -> Prediction:
-        """Predict every row."""
+        """Predict every row for θ (p,)."""
         k, wind = theta[: self.error_count], theta[self.error_count :]
         north, east, down = obs.velocity_north - wind[0], obs.velocity_east - wind[1], obs.velocity_down
         down = down - wind[2] if self.wind_down else down
@@ -85,7 +92,7 @@ class PredictionModel:
             step = (value - q) / damping
             q = q + step
             if float(np.max(np.abs(step))) < _LAST_STEP * float(np.max(q)):
-                break  # convergence is quadratic: what is left is far below a step
+                break  # convergence is quadratic: the remaining error is far below the step
         by_ratio = obs.static_pressure * (1.0 - f) * (shape**2 if self.static_error else 1.0)
         return q, by_f / damping, by_ratio / damping, basis
 

@@ -1,4 +1,4 @@
-"""Averages over short blocks: the slow truth stays, the fast sensor noise averages out, the sums get short."""
+"""Means over short blocks: they keep slow signals, average out fast sensor noise and shorten the sums."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,16 @@ from pitotbench.estimate.markov_noise import Intervals
 from pitotbench.units import Array
 
 _BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensors' sampling
-_SHORT, _SHORT_BLOCK = 120.0, 0.5  # s: below so much data, so long a block
-_LONG, _LONG_BLOCK = 480.0, 2.0  # s: above so much data, so long a block
+_SHORT, _SHORT_BLOCK = 120.0, 0.5  # s: blocks of a log with less data
+_LONG, _LONG_BLOCK = 480.0, 2.0  # s: blocks of a log with more data
 
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """Which block each row is in, (rows,), the rows a block, (n,), and where the blocks lie in time."""
+    """The block of each row, (rows,), the number of rows per block, (n,), and the blocks' intervals in time.
+
+    `length` is that of a block [s].
+    """
 
     index: NDArray[np.intp]
     count: Array
@@ -24,13 +27,13 @@ class Blocks:
     length: float
 
     def mean(self, data: Array) -> Array:
-        """Block means of (rows,) or (rows, k) data."""
+        """Block means, (n,) or (n, k), of (rows,) or (rows, k) data."""
         if data.ndim == 1:
             return np.asarray(np.bincount(self.index, data, len(self.count)) / self.count)
         return np.stack([self.mean(column) for column in data.T], axis=1)
 
     def at_edges(self, block_values: Array) -> Array:
-        """Block values (n,) carried to the intervals' edges, (s,)."""
+        """Assign block values (n,) to the intervals' edges, (s,); a shared edge has that of the later block."""
         edges = np.empty(len(self.intervals.edges))
         edges[self.intervals.left + 1] = block_values
         edges[self.intervals.left] = block_values
@@ -38,13 +41,13 @@ class Blocks:
 
 
 def block_length(obs: Observations) -> float:
-    """One second, half below two minutes of data, two above eight."""
+    """Length of a block [s]: 1, but 0.5 for less than two minutes of data and 2 for more than eight."""
     duration = len(obs) * float(np.median(np.diff(obs.time)))
     return _SHORT_BLOCK if duration < _SHORT else _LONG_BLOCK if duration > _LONG else _BLOCK
 
 
 def divide(obs: Observations, length: float) -> Blocks:
-    """Blocks of a length [s], never across a pause."""
+    """Divide the rows into blocks of a length [s]. No block spans a pause."""
     offset = obs.time - obs.time[0]
     cell = np.floor((offset + 0.5 * length) / length).astype(np.intp)
     cells = int(cell[-1]) + 2
@@ -53,7 +56,7 @@ def divide(obs: Observations, length: float) -> Blocks:
 
 
 def _intervals(key: NDArray[np.intp], cells: int, length: float) -> Intervals:
-    """Edges of the blocks: neighbors share one, an empty cell or a new stretch starts a new one."""
+    """Edges of the blocks. Neighbors share one; after an empty cell, or in a new stretch, there is a new one."""
     cell = key % cells
     joined = np.concatenate([[False], (np.diff(key) == 1)])
     left = np.cumsum(np.where(joined, 1, 2)) - 2

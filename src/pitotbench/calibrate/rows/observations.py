@@ -1,4 +1,4 @@
-"""From a log to the rows and channels that the estimators use; bad or useless logs end here."""
+"""The rows and channels of a log that the estimators use; logs that cannot be used are refused here."""
 
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -15,17 +15,19 @@ from pitotbench.timeline import pauses, stretch_numbers
 from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 _MINIMUM_SAMPLES = 30
-_MINIMUM_AIRSPEED = 20.0 * KNOT  # below it a pitot tube says little
-_FEWEST_FIXES = 4  # in a stretch between pauses
-_DENSE = 0.5  # share of fresh GPS rows above which velocity counts as sampled with the air data
+_MINIMUM_AIRSPEED = 20.0 * KNOT  # below it the impact pressure is too small to be of use
+_FEWEST_FIXES = 4  # in a stretch between pauses: four points determine a cubic
+_DENSE = 0.5  # share of fresh GPS rows: above it the velocity counts as sampled with the air data
 
 
 @dataclass(frozen=True, slots=True)
 class Observations:
-    """The rows used. `probe_temperature` is total (`probe_heating` = 0.2 r) or of the air (`probe_heating` = 0).
+    """The rows used, arrays (n,). Pressures are indicated [Pa], velocities over the ground [m/s].
 
-    `stretch` numbers the stretches between pauses; `fresh` marks new GPS samples; `held_*` are velocities as
-    logged and `velocity_*` those brought to the air data's time.
+    `probe_temperature` [K] is total (`probe_heating` = 0.2 r) or of the air (`probe_heating` = 0). `stretch`
+    numbers the stretches between pauses, and `fresh` marks new GPS samples. `held_*` are the velocities as logged
+    and `velocity_*` those at the time of the air data. `used` (rows of the log,) marks the used rows.
+    `standard_day` states that the log has no temperature.
     """
 
     time: Seconds
@@ -56,19 +58,19 @@ class Observations:
         return self.at(slice(None, None, step))
 
     def at(self, rows: slice | NDArray[np.intp] | Booleans) -> "Observations":
-        """The chosen rows; `used` stays that of all."""
+        """The chosen rows; `used` remains that of all."""
         names = (f.name for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray) and f.name != "used")
         chosen: dict[str, Any] = {name: getattr(self, name)[rows] for name in names}
         return replace(self, **chosen)
 
     def select(self, good: Booleans) -> "Observations":
-        """The good rows; `used` marks them only."""
+        """The good rows; `used` marks these alone."""
         used = self.used.copy()
         used[np.flatnonzero(used)[~good]] = False
         return replace(self.at(good), used=used)
 
     def as_held(self) -> "Observations":
-        """The same rows with the velocity as logged: each fix held until the next (the paper's way)."""
+        """The same rows with the velocity as logged: each fix is held until the next, as in the paper."""
         return replace(
             self,
             velocity_north=self.held_north,
@@ -78,9 +80,9 @@ class Observations:
 
 
 def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) -> Observations:
-    """Choose rows and bring ground velocity to the times of the air data.
+    """Choose rows and interpolate the ground velocity to the times of the air data.
 
-    `margin` [s] leaves out the ends of each stretch, so that other latencies have the same rows.
+    `margin` [s] is left out at both ends of each stretch, so that other latencies have the same rows.
     Raises BadInputError where too few usable rows remain or a needed channel is missing.
     """
     fresh = log.fresh_fixes()
@@ -116,8 +118,10 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
 
 
 def observe_again(log: FlightLog, options: CalibrationOptions, before: Observations) -> Observations:
-    """The rows of `before`, read from its log with other options, as far as these have them: what was screened out
-    stays out. Raises as `observe` does."""
+    """Read the rows of `before` again with other options, as far as these options allow them.
+
+    Rows that were screened out remain out. Raises as `observe` does.
+    """
     read = observe(log, options)
     return read.select(before.used[read.used])
 
@@ -150,15 +154,16 @@ def _require_rows(used: Booleans, options: CalibrationOptions) -> None:
 def _between_fixes(
     time: Seconds, held: Array, fresh: Booleans, stretch: NDArray[np.intp], latency: float, margin: float
 ) -> tuple[Array, Booleans]:
-    """Held velocities (3, n) as smooth curves through their fixes, read `latency` seconds later than stamped, and
-    the rows that lie between fixes.
+    """Interpolate held velocities (3, n), and mark the rows between fixes.
 
-    Cubic splines, each stretch for itself: a hold would lag by half a fix interval, and beyond the
-    last fix there is nothing to interpolate.
+    The curves are cubic splines through the fixes, each taken `latency` seconds earlier than stamped, one spline
+    per stretch. A held velocity would lag by half a fix interval. Beyond the last fix nothing can be interpolated.
     """
     if fresh.mean() > _DENSE and latency == margin == 0.0:
         return held, np.ones(len(time), dtype=np.bool_)
-    from scipy.interpolate import CubicSpline  # slow to load: logs with GPS at the rate of the air data do without
+    from scipy.interpolate import (
+        CubicSpline,
+    )  # slow to load; logs with GPS at the rate of the air data do not need it
 
     velocity, between = held.copy(), np.zeros(len(time), dtype=np.bool_)
     for number in np.unique(stretch):

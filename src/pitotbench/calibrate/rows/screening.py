@@ -1,9 +1,9 @@
-"""Rows that no airplane flew: spikes, dropouts, stuck samples, typing errors. They are found, left out and listed.
+"""Faulty rows: spikes, dropouts, stuck samples and typing errors. They are found, left out and listed.
 
-A Student-t residual of four degrees of freedom (Lange, Little and Taylor 1989) weighs a row at z standard
-deviations by 5/(4 + z²). Rows that it would weigh below a tenth (|z| > 6.8) are left out; all others count fully,
-because means over a block are Gaussian enough and a bound needs plain likelihoods. z is taken twice: of a row
-against its two neighbors (spikes) and of the median of a second against all others (longer faults).
+A Student-t residual of four degrees of freedom (Lange, Little and Taylor 1989) gives a row at z standard deviations
+the weight 5/(4 + z²). Rows with a weight below a tenth (|z| > 6.8) are left out. All others have full weight,
+because block means are nearly Gaussian and the bound needs a Gaussian likelihood. There are two kinds of z: of a
+row against its two neighbors (spikes), and of the median of a second against all others (longer faults).
 """
 
 from dataclasses import dataclass
@@ -22,29 +22,30 @@ from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.units import Array, Booleans
 
 _FREEDOM, _LEAST_WEIGHT = 4.0, 0.1
-_FARTHEST = float(np.sqrt((_FREEDOM + 1.0) / _LEAST_WEIGHT - _FREEDOM))  # standard deviations
+_FARTHEST = float(np.sqrt((_FREEDOM + 1.0) / _LEAST_WEIGHT - _FREEDOM))  # standard deviations, 6.8
 _LARGE, _LARGE_DEVIATIONS = 0.95, 1.96  # a quantile of a normal variable's size, in standard deviations
 _SECOND = 1.0  # s
-_AROUND = 31  # seconds around a fault whose median is the usual
-_LEAST_SHARE = 0.03  # of the airspeed, that a fault of seconds is off at least
-_LEAST_SPIKE = 0.05  # m/s: below so much, no row does harm
-_NOWHERE = 1e3  # m/s
-_ROUNDS = 8
-_MOST = 0.3  # share of rows beyond which there is no telling what is a fault
+_AROUND = 31  # s: the median over so many around a fault is the usual residual
+_LEAST_SHARE = 0.03  # of the airspeed, the least size of a longer fault
+_LEAST_SPIKE = 0.05  # m/s: a smaller error does no harm
+_NOWHERE = 1e3  # m/s, residual of a row that the model cannot predict
+_ROUNDS = 8  # of fitting and marking, at most
+_MOST = 0.3  # share of rows: with more, the faults cannot be separated from good rows
 
 
 @dataclass(frozen=True, slots=True)
 class Screened:
-    """The observations that count, and which rows of the log were left out, (k,)."""
+    """The good observations, and the numbers of the log's rows that were left out, (k,)."""
 
     observations: Observations
     left_out: NDArray[np.intp]
 
 
 def screen(model: PredictionModel, obs: Observations, theta: Array | None) -> Screened:
-    """Leave faulty rows out. `theta` (p,): a fit of all rows, or None where there is none.
+    """Leave out faulty rows.
 
-    Raises BadInputError where more than 30 % of the rows would go.
+    Parameters: model; obs; theta (p,), a fit to all rows, or None where there is none.
+    Raises BadInputError where more than 30 % of the rows are faulty.
     """
     if theta is not None and not _suspicious(model, obs, theta):
         return Screened(obs, np.zeros(0, dtype=np.intp))
@@ -71,14 +72,14 @@ def _suspicious(model: PredictionModel, obs: Observations, theta: Array) -> bool
 
 
 def _residual(model: PredictionModel, obs: Observations, theta: Array) -> Array:
-    """Measured minus predicted indicated airspeed [m/s]; far off where the model knows no answer."""
+    """Measured minus predicted indicated airspeed [m/s]; 1000 m/s where the model has no prediction."""
     with np.errstate(invalid="ignore"):
         predicted = air.calibrated_airspeed(model.predict(theta, obs).indicated)
     return np.nan_to_num(air.calibrated_airspeed(obs.impact_pressure) - predicted, nan=_NOWHERE)
 
 
 def _median_fit(model: PredictionModel, obs: Observations, good: Booleans) -> Array:
-    """Output error on the row of each good second that is nearest to its median residual: deaf to spikes."""
+    """Fit output error to one row per good second, that with the median residual, so that spikes have no effect."""
     kept = obs.select(good)
     theta = np.zeros(model.count)
     for _ in range(2):
@@ -98,21 +99,22 @@ def _middle_rows(residual: Array, block: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def _spikes(residual: Array) -> Booleans:
-    """Rows that stand out from both neighbors."""
+    """Rows that differ from both neighbors."""
     second = np.abs(residual[1:-1] - 0.5 * (residual[:-2] + residual[2:]))
-    # Of coarsely rounded data most differences are zero: the larger ones set the scale.
+    # Most differences of coarsely rounded data are zero, so the larger ones set the scale.
     common, large = np.quantile(second, [0.5, _LARGE])
     scale = max(1.4826 * float(common), float(large) / _LARGE_DEVIATIONS)
     high = second > max(_FARTHEST * scale, _LEAST_SPIKE)
-    # A spike's neighbors stand out half as much as the spike itself: only the largest of three is at fault.
+    # A spike's neighbors differ half as much as the spike itself: only the largest of three is the fault.
     tallest = high & (second >= np.concatenate([[0.0], second[:-1]])) & (second >= np.append(second[1:], 0.0))
     return np.concatenate([[False], tallest, [False]])
 
 
 def _long_faults(residual: Array, obs: Observations, good: Booleans, means: bool = False) -> Booleans:
-    """Rows far from the good ones, and all rows of the seconds whose median (or mean) residual is.
+    """Rows far from the good ones, and all rows of a second whose median (or mean) residual is far from them.
 
-    Far also from what is usual around them: a model that cannot take the curve's shape is off slowly, faults not.
+    They must also be far from the usual residual around them. A model that cannot follow the curve gives residuals
+    that change slowly; a fault is sudden.
     """
     blocks = divide(obs, _SECOND)
     level = blocks.mean(residual) if means else residual[_middle_rows(residual, blocks.index)]

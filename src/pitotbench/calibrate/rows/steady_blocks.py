@@ -1,4 +1,4 @@
-"""A log as one-second means over uninterrupted runs: what steady legs and turns are looked for in."""
+"""A log as one-second means over uninterrupted runs, for the search for steady legs and turns."""
 
 from dataclasses import dataclass, fields
 
@@ -11,13 +11,16 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, Booleans, Kelvin, MetersPerSecond, Pascal, Seconds
 
 SECOND = 1.0  # s, length of a block: short against a gust, long against the sampling
-_WHOLE = 0.8  # share of a block's rows that must be there
+_WHOLE = 0.8  # share of a block's rows that must be present
 
 
 @dataclass(frozen=True, slots=True)
 class SteadyBlocks:
-    """Block means, (n,): middle of the block, ground velocity, indicated true airspeed, static pressure and probe
-    temperature; and the number of the piece of flight that a block belongs to."""
+    """Block means, (n,), in SI units. `time` [s] is the middle of the block.
+
+    `indicated_true_airspeed` [m/s] is the true airspeed without a correction of the pressure error. `piece` is the
+    number of the piece of flight to which the block belongs.
+    """
 
     time: Seconds
     north: MetersPerSecond
@@ -45,19 +48,19 @@ class SteadyBlocks:
         return SteadyBlocks(*(getattr(self, field.name)[rows] for field in fields(self)))
 
     def pieces(self) -> list["SteadyBlocks"]:
-        """The pieces apart, in order."""
+        """Split the blocks into pieces, in the order of their numbers."""
         order = np.argsort(self.piece, kind="stable")
         first = np.flatnonzero(np.diff(self.piece[order], prepend=-1))
         return [self.at(rows) for rows in np.split(order, first[1:])] if len(order) else []
 
 
 def labeled(log: FlightLog) -> bool:
-    """Whether the log says what was on condition."""
+    """Whether the log marks any row as on condition."""
     return log.on_condition is not None and bool(log.on_condition.any())
 
 
 def block_means(log: FlightLog, obs: Observations) -> SteadyBlocks:
-    """The log's rows as block means; on condition only, where the log says so. A run is a piece."""
+    """Average the log's rows in blocks; where the log marks rows as on condition, those alone. A run is a piece."""
     run = _runs(log, obs)
     mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
     airspeed = mach * air.sound_speed(obs.probe_temperature / (1.0 + obs.probe_heating * mach**2))
@@ -72,9 +75,10 @@ def block_means(log: FlightLog, obs: Observations) -> SteadyBlocks:
 
 
 def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
-    """The number of the run that each row is in; −1 where it is not on condition.
+    """The number of each row's run; −1 where the row is not on condition.
 
-    A run is a segment, less what was off condition inside; without segments, an uninterrupted stretch on condition.
+    A run is a segment without its rows off condition. In a log without segments it is an uninterrupted stretch on
+    condition.
     """
     changed = np.diff(obs.stretch) != 0
     on = np.ones(len(obs), dtype=np.bool_)
@@ -89,12 +93,12 @@ def _runs(log: FlightLog, obs: Observations) -> NDArray[np.intp]:
 
 
 def _means(time: Seconds, channels: Array, rows_a_block: float, run: NDArray[np.intp]) -> Array:
-    """Time, means and the run's number, (c + 2, blocks), of rows in their runs; incomplete blocks are left out."""
+    """Time, means and number of the run, (c + 2, blocks), for rows (n,) in runs. Incomplete blocks are left out."""
     if not len(run):
         return np.zeros((len(channels) + 2, 0))
     begun = np.diff(run, prepend=-1) != 0
-    start = time[begun][np.cumsum(begun) - 1]  # of the run that a row is in
-    # The blocks that have rows, not all up to the last: beside a wrong time stamp those would fill any memory.
+    start = time[begun][np.cumsum(begun) - 1]  # of the row's run
+    # Only blocks that have rows are formed: with one wrong time stamp, all up to the last would fill the memory.
     block = np.floor((time - start) / SECOND + 1e-6)
     first = np.flatnonzero(begun | (np.diff(block, prepend=-1.0) != 0.0))
     count = np.diff(first, append=len(run))

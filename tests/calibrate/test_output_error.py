@@ -67,7 +67,7 @@ def test_identical_regressors_are_no_answer():
         column = np.linspace(0.0, 1.0, 50)
         return (column - column * (theta[0] + theta[1]))[None], np.stack([column, column], axis=1)[None]
 
-    with pytest.raises(NoAnswerError, match="told apart"):
+    with pytest.raises(NoAnswerError, match="do not distinguish the parameters"):
         fit_output_error(outputs, np.zeros(2))
 
 

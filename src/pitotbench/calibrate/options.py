@@ -22,7 +22,7 @@ class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
 
     model: name in the table of pressure-error models, or `auto` (see `averaging`).
-    method: `covering` (generalized least squares with a bound that is meant to cover) or `paper` (output error with
+    method: `covering` (generalized least squares with the covering bound) or `paper` (output error with
     white residuals).
     form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector`. With the method `paper`,
     the vector form predicts ground velocity from airspeed, attitude and flow angles. With the method `covering`, it

@@ -55,7 +55,7 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
         condition = _condition_number(information, scale)
         if not np.isfinite(condition) or condition > 1e13:
             raise NoAnswerError(
-                "the parameters cannot be told apart from these rows (singular information matrix): "
+                "these rows do not distinguish the parameters (singular information matrix): "
                 "fly more headings and a wider speed range, or choose a model with fewer parameters"
             )
         normal, slope = information / np.outer(scale, scale), gradient / scale

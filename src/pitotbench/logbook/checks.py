@@ -7,12 +7,12 @@ import numpy as np
 
 from pitotbench.channels import Channel
 from pitotbench.logbook.draft import Draft
-from pitotbench.logbook.flights import check_pauses
 from pitotbench.logbook.holding import hold_fixes
 from pitotbench.logbook.missing import check_numbers
 from pitotbench.logbook.plausibility import check_plausibility
 from pitotbench.logbook.plausibility.weather import TEMPERATURES, likely_temperatures
 from pitotbench.logbook.quantities import QUANTITIES
+from pitotbench.logbook.recording_pauses import check_pauses
 from pitotbench.logbook.stuck import check_stuck
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import from_si, to_si

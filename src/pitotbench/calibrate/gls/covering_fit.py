@@ -1,4 +1,4 @@
-"""The estimator whose 2σ is meant to cover: generalized least squares with correlated noise.
+"""The estimator of the covering 2σ: generalized least squares with correlated noise.
 
 The noise (see `linearized_problem`) is white sensor noise plus gusts. Their levels and length are unknown. They are
 estimated by restricted likelihood, and the answer is averaged over their posterior.

@@ -1,10 +1,11 @@
-"""A deviation that outliers do not enlarge."""
+"""Deviations that outliers do not enlarge, and the single samples that stand out from their neighbors."""
 
 import numpy as np
 
-from pitotbench.units import Array
+from pitotbench.units import Array, Booleans
 
 NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
+_LARGE, _LARGE_DEVIATIONS = 0.95, 1.96  # a quantile of a normal variable's size, in standard deviations
 
 
 def robust_deviation(values: Array) -> Array:
@@ -14,3 +15,22 @@ def robust_deviation(values: Array) -> Array:
     the values.
     """
     return np.asarray(NORMAL * np.median(np.abs(values - np.median(values, axis=0)), axis=0))
+
+
+def deviation_of_sizes(sizes: Array) -> float:
+    """Return the standard deviation of normal noise from the sizes of its values, (n,), in their unit.
+
+    Most differences of coarsely rounded data are zero, so the larger ones set the scale there.
+    """
+    common, large = np.quantile(sizes, [0.5, _LARGE])
+    return max(NORMAL * float(common), float(large) / _LARGE_DEVIATIONS)
+
+
+def spikes_among(second: Array, least: float) -> Booleans:
+    """Return which of n samples are spikes, (n,), from the sizes of their second differences, (n − 2,).
+
+    A spike's second difference is above `least` and the largest of three: those of its neighbors are half as large.
+    The first and the last sample have none.
+    """
+    tallest = (second >= np.concatenate([[0.0], second[:-1]])) & (second >= np.append(second[1:], 0.0))
+    return np.concatenate([[False], (second > least) & tallest, [False]])

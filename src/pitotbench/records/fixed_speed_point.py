@@ -11,8 +11,8 @@ class FixedSpeedPoint:
     and `two_sigma` (its bound) are mean values over the legs; `true_airspeed` belongs to the same mean. `spread`
     is the standard deviation of the redundant solutions: those of three legs out of four, or the residuals of a
     regression; None where nothing is redundant. `two_sigma` contains the stated accuracies of temperature and
-    pressures, `true_airspeed_two_sigma` only the scatter of the ground velocities. The wind blows toward north and
-    east.
+    pressures, `true_airspeed_two_sigma` only the scatter of the ground velocities. The wind is the
+    velocity of the air toward north and east.
     """
 
     method: str

@@ -25,7 +25,7 @@ class Correction:
 
 @dataclass(frozen=True, slots=True)
 class ShortAnswer:
-    """The short answer of a calibration, in knots and degrees; the wind blows from `wind_from_deg`."""
+    """The short answer of a calibration, in knots and degrees. The wind comes from `wind_from_deg`."""
 
     subject: str
     model: str

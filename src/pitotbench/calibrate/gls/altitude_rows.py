@@ -26,6 +26,7 @@ from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.estimate.joint_noise import Noise
 from pitotbench.estimate.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
 from pitotbench.estimate.restricted_likelihood import Regression
+from pitotbench.estimate.robust_scale import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import interval, pauses, stretch_numbers
 from pitotbench.units import KNOT, Array, Booleans, Meters, MetersPerSecond, Pascal, Seconds
@@ -50,7 +51,6 @@ _LEAST_LAPSE = 1e-6  # K/m: stands for zero, for which the formula of the column
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
 _AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
 _FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of `screening`
-_LARGE, _LARGE_DEVIATIONS = 0.95, 1.96  # a quantile of a normal variable's size, in standard deviations
 _FLOOR = 1e-8  # m²: keeps the covariance regular for logs without noise
 
 
@@ -228,15 +228,12 @@ def _at_rest(log: FlightLog) -> Booleans:
 def _white_noise(values: Array) -> tuple[float, Booleans]:
     """The standard deviation of the white noise of values (n,), and which values differ from both neighbors, (n,).
 
-    It comes from second differences, in which slow signals cancel. Most differences of coarsely rounded data are
-    zero, so the larger ones set the scale.
+    It comes from second differences, in which slow signals cancel.
     """
     second = np.abs(np.diff(values, 2)) / np.sqrt(6.0)
-    common, large = np.quantile(second, [0.5, _LARGE])
-    noise = max(1.4826 * float(common), float(large) / _LARGE_DEVIATIONS)
-    high = second > _FARTHEST * noise if noise > 0.0 else np.zeros(len(second), dtype=np.bool_)
-    tallest = high & (second >= np.concatenate([[0.0], second[:-1]])) & (second >= np.append(second[1:], 0.0))
-    return noise, np.concatenate([[False], tallest, [False]])
+    noise = deviation_of_sizes(second)
+    # Values without noise have no scale by which a difference could be too large.
+    return noise, spikes_among(second, _FARTHEST * noise if noise > 0.0 else np.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -340,7 +337,7 @@ def _white_variance(values: Array) -> float:
     The white part adds the same variance to differences over one and over two steps; a slow part adds twice as much
     over two. So the first minus half the second is the white variance.
     """
-    once, twice = ((1.4826 * float(np.median(np.abs(values[lag:] - values[:-lag])))) ** 2 for lag in (1, 2))
+    once, twice = ((NORMAL * float(np.median(np.abs(values[lag:] - values[:-lag])))) ** 2 for lag in (1, 2))
     return max(once - 0.5 * twice, 0.0)
 
 

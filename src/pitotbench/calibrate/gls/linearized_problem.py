@@ -29,6 +29,7 @@ from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.estimate.joint_noise import JointNoiseOf
 from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
 from pitotbench.estimate.restricted_likelihood import LogPrior, NoiseOf, Regression
+from pitotbench.estimate.robust_scale import NORMAL
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
@@ -147,7 +148,7 @@ def smoothed(regressors: Array, blocks: Blocks) -> Array:
 def _sensor_noise(obs: Observations) -> float:
     """White noise of the impact pressure [Pa], from its second differences (slow signals cancel)."""
     second = np.diff(obs.impact_pressure, 2)
-    return float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0))
+    return float(NORMAL * np.median(np.abs(second)) / np.sqrt(6.0))
 
 
 def _noise_family(structure: Structure, blocks: Blocks, airspeed: Array, seen: Array, sensor: Array) -> NoiseOf:

@@ -18,12 +18,12 @@ from pitotbench.calibrate.output_error import fit_output_error
 from pitotbench.calibrate.paper import airspeed_outputs
 from pitotbench.calibrate.rows.blocks import divide
 from pitotbench.calibrate.rows.observations import Observations
+from pitotbench.estimate.robust_scale import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.units import Array, Booleans
 
 _FREEDOM, _LEAST_WEIGHT = 4.0, 0.1
 _FARTHEST = float(np.sqrt((_FREEDOM + 1.0) / _LEAST_WEIGHT - _FREEDOM))  # standard deviations, 6.8
-_LARGE, _LARGE_DEVIATIONS = 0.95, 1.96  # a quantile of a normal variable's size, in standard deviations
 _SECOND = 1.0  # s
 _AROUND = 31  # s: the median over so many around a fault is the usual residual
 _LEAST_SHARE = 0.03  # of the airspeed, the least size of a longer fault
@@ -101,13 +101,7 @@ def _middle_rows(residual: Array, block: NDArray[np.intp]) -> NDArray[np.intp]:
 def _spikes(residual: Array) -> Booleans:
     """Rows that differ from both neighbors."""
     second = np.abs(residual[1:-1] - 0.5 * (residual[:-2] + residual[2:]))
-    # Most differences of coarsely rounded data are zero, so the larger ones set the scale.
-    common, large = np.quantile(second, [0.5, _LARGE])
-    scale = max(1.4826 * float(common), float(large) / _LARGE_DEVIATIONS)
-    high = second > max(_FARTHEST * scale, _LEAST_SPIKE)
-    # A spike's neighbors differ half as much as the spike itself: only the largest of three is the fault.
-    tallest = high & (second >= np.concatenate([[0.0], second[:-1]])) & (second >= np.append(second[1:], 0.0))
-    return np.concatenate([[False], tallest, [False]])
+    return spikes_among(second, max(_FARTHEST * deviation_of_sizes(second), _LEAST_SPIKE))
 
 
 def _long_faults(residual: Array, obs: Observations, good: Booleans, means: bool = False) -> Booleans:
@@ -127,5 +121,5 @@ def _long_faults(residual: Array, obs: Observations, good: Booleans, means: bool
 
 def _far(values: Array, healthy: Array) -> Booleans:
     center = float(np.median(healthy))
-    scale = 1.4826 * float(np.median(np.abs(healthy - center)))
+    scale = NORMAL * float(np.median(np.abs(healthy - center)))
     return np.asarray(np.abs(values - center) > max(_FARTHEST * scale, _LEAST_SPIKE))

@@ -15,7 +15,6 @@ import numpy as np
 from pitotbench.logbook import atomic
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import case_table
-from pitotbench.records.errors import BadInputError
 from pitotbench.records.flight import Flight
 from pitotbench.records.toml_text import write_toml
 from pitotbench.simulate import fly
@@ -40,12 +39,6 @@ class FlightStore:
         flight = fly(case)
         self._keep(flight, path)
         return flight
-
-    def require_same(self, case: Case) -> None:
-        """Fly a case again. Raises BadInputError where the kept flight differs, since the simulator has changed."""
-        kept, flown = self.fly(case), fly(case)
-        if any(not np.array_equal(kept[name], flown[name]) for name in _CHANNELS):
-            raise BadInputError(f"the flights in {self.folder} are of another simulator: delete the folder")
 
     def _keep(self, flight: Flight, path: Path) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)

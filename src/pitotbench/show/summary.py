@@ -1,7 +1,8 @@
 """Pictures of a campaign: its maneuvers compared, by data system and by model."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import pandas as pd
 
 from pitotbench.show.campaign_table import campaign_table
 from pitotbench.show.drawing.chart import Chart
@@ -9,12 +10,15 @@ from pitotbench.show.drawing.panels import chart_panel
 from pitotbench.show.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, Panel
 from pitotbench.units import Array
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 _COLORS = (BLUE, SKY, GREEN, ORANGE, PURPLE, RED, GREY)
 _RESIDUAL = "2σ of the residual [kt]"
 _BARS = 0.8  # share of a maneuver's place that bars fill
 
 
-def summary_panels(results: pd.DataFrame) -> list[Panel]:
+def summary_panels(results: "pd.DataFrame") -> list[Panel]:
     """2σ of the residual, the bound of the curve with the true error, and the models where several were fitted."""
     table = campaign_table(results)
     models = list(table["model"].unique())
@@ -49,7 +53,7 @@ def summary_panels(results: pd.DataFrame) -> list[Panel]:
     return panels
 
 
-def draw_summary_bars(chart: Chart, table: pd.DataFrame, kind: str, column: str, label: str) -> None:
+def draw_summary_bars(chart: Chart, table: "pd.DataFrame", kind: str, column: str, label: str) -> None:
     """Draw one column of the campaign's table: a group of bars a maneuver, a bar a `kind` (das or model)."""
     maneuvers = list(table["maneuver"].unique())
     kinds = list(table[kind].unique())
@@ -64,7 +68,7 @@ def draw_summary_bars(chart: Chart, table: pd.DataFrame, kind: str, column: str,
     chart.vertical_grid = False
 
 
-def draw_knowledge(chart: Chart, table: pd.DataFrame) -> None:
+def draw_knowledge(chart: Chart, table: "pd.DataFrame") -> None:
     """Draw the mean bound of the curve as bars, and twice the true rms error as marks on them."""
     draw_summary_bars(chart, table, "das", "two_sigma_kt", "mean ±2σ of the curve [kt]")
     maneuvers = list(table["maneuver"].unique())

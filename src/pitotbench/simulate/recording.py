@@ -1,20 +1,34 @@
 """Record every channel at the simulator's rate: one packed row a step, converted to SI block by block."""
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from operator import call
 
 import numpy as np
 
 from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.properties import CHANNELS, Property
+from pitotbench.simulate.properties import CHANNELS, PROPERTIES, Property
 from pitotbench.units import Array
 
 BLOCK = 1000  # rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
 
 
+_ALWAYS = ("time", "mass")  # the mass divides the forces
+
+
+def lines_of(names: Collection[str] | None) -> tuple[Property, ...]:
+    """Return the lines of the table for some channels, with time and mass; all for None.
+
+    Raises UnknownNameError for a name that is not in the table.
+    """
+    if names is None:
+        return CHANNELS
+    wanted = {PROPERTIES[name].name for name in (*_ALWAYS, *names)}
+    return tuple(line for line in CHANNELS if line.name in wanted)
+
+
 class Recorder:
-    """Run a plant and keep every channel of the table at every step.
+    """Run a plant and keep channels of the table, by default all, at every step.
 
     Rows are packed into one buffer that is used again and again. This costs a quarter of the time of a bare step
     of JSBSim; assigning each row to an array costs a third.

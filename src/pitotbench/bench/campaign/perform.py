@@ -14,7 +14,10 @@ from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.records.score import Score
+from pitotbench.sense import LOG_CHANNELS
 from pitotbench.show.section import Section
+
+CHANNELS = (*LOG_CHANNELS, "position_north", "position_east", "calibrated_airspeed")  # logged and drawn
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,7 @@ class TaskOutcome:
 def perform_task(task: Task) -> TaskOutcome:
     """Fly one task, write its logs and its resolved case, calibrate and score. This runs in any process."""
     case = replace(task.case, das=bench.with_das(task.case, task.systems[0]).das)
-    flight = bench.fly(case)
+    flight = bench.fly(case, channels=CHANNELS)
     Path(task.folder, "cases").mkdir(parents=True, exist_ok=True)
     write_text(Path(task.folder, "cases", f"{task.name}.toml"), write_case(case))
     rows: list[Row] = []

@@ -44,6 +44,9 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--scheduler", help="address of a dask scheduler, tcp://host:port, whose workers see the folder of --out"
     )
     parser.add_argument("--log-format", default="parquet", help="parquet, csv or mat (default: %(default)s)")
+    parser.add_argument(
+        "--no-report", action="store_true", help="write tables and logs, but no page"
+    )
     parser.add_argument("--out", type=Path, help="folder for the results (default: out/<maneuver>-<das>)")
 
 
@@ -63,7 +66,8 @@ def run(options: argparse.Namespace) -> int:
     for text in result.failures:
         console.print(outside(f"failed: {text}", "red"))
     console.print(outside(f"results: {result.folder / RESULTS}"))
-    console.print(outside(f"report:  {result.folder / 'report.html'}"))
+    if not options.no_report:
+        console.print(outside(f"report:  {result.folder / 'report.html'}"))
     return NO_ANSWER if result.failures else DONE
 
 
@@ -87,6 +91,7 @@ def request_of(options: argparse.Namespace) -> "CampaignRequest":
         jobs=options.jobs,
         scheduler=options.scheduler,
         log_format=options.log_format,
+        report=not options.no_report,
     )
 
 

@@ -30,6 +30,7 @@ class CampaignRequest:
     jobs: int | None = None
     scheduler: str | None = None
     log_format: str = "parquet"
+    report: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +62,8 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
         if not len(table):
             raise NoAnswerError("no flight gave a result: " + "; ".join(failures[:3]))
         table.to_parquet(scratch / RESULTS, index=False)
-        write_text(scratch / "report.html", _page(request, tasks[0], table, outcomes, failures))
+        if request.report:
+            write_text(scratch / "report.html", _page(request, tasks[0], table, outcomes, failures))
     return CampaignResult(table, failures, request.out)
 
 
@@ -75,6 +77,7 @@ def _tasks(request: CampaignRequest, folder: str) -> list[Task]:
         request.options,
         folder,
         request.log_format,
+        request.report,
     )
 
 

@@ -48,8 +48,11 @@ def plan_tasks(
     options: CalibrationOptions,
     folder: str,
     log_format: str = "parquet",
+    report: bool = True,
 ) -> list[Task]:
     """Return the tasks of a campaign: one for each maneuver and seed, with all data systems and models.
+
+    With `report`, the flights of the first seed are drawn.
 
     Raises UnknownNameError or BadInputError for a name that does not exist. Nothing is flown here.
     """
@@ -68,7 +71,7 @@ def plan_tasks(
             options,
             folder,
             log_format,
-            draw=seed == 1,
+            draw=report and seed == 1,
         )
         for name in flown
         for seed in range(1, seeds + 1)

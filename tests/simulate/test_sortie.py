@@ -135,3 +135,14 @@ def test_an_impossible_height_is_refused():
 def test_a_later_speed_that_cannot_be_held_is_refused_in_its_set_up():
     with pytest.raises(SimulationError, match="300 KCAS in level flight was not reached"):
         fly(replace(SHORT, card={"speeds_kt": [160.0, 300.0], "dwell_s": 5.0}, turbulence="none"))
+
+
+def test_the_flight_does_not_depend_on_the_channels_that_are_recorded():
+    case = Case(maneuver="rapid_decel", card={"speeds_kt": [140, 125]})
+    whole, part = fly(case), fly(case, channels=("total_pressure", "specific_force_z"))
+    assert set(part.channels) == {"time", "mass", "total_pressure", "specific_force_z"}
+    for name, values in part.channels.items():
+        np.testing.assert_array_equal(values, whole[name])
+    np.testing.assert_array_equal(part.on_condition, whole.on_condition)
+    with pytest.raises(UnknownNameError, match="total_pressure"):
+        fly(case, channels=("total_presure",))

@@ -44,9 +44,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--scheduler", help="address of a dask scheduler, tcp://host:port, whose workers see the folder of --out"
     )
     parser.add_argument("--log-format", default="parquet", help="parquet, csv or mat (default: %(default)s)")
-    parser.add_argument(
-        "--no-report", action="store_true", help="write tables and logs, but no page"
-    )
+    parser.add_argument("--no-report", action="store_true", help="write tables and logs, but no page")
     parser.add_argument("--out", type=Path, help="folder for the results (default: out/<maneuver>-<das>)")
 
 

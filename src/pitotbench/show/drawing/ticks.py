@@ -22,7 +22,7 @@ def ticks_between(low: float, high: float, most: int) -> Array:
         first, last = ceil(low / step - _SLACK), floor(high / step + _SLACK)
         if last - first + 1 >= _FEWEST:
             break
-    return np.arange(first, last + 1) * step
+    return np.arange(first, last + 1, dtype=np.float64) * step
 
 
 def tick_words(ticks: Array) -> list[str]:

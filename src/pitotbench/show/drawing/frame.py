@@ -72,7 +72,7 @@ def _y_ticks(scale: Scale) -> Array:
 
 def _axes(chart: Chart, scale: Scale, left: float) -> str:
     """Grid, ticks, their words and the labels of both axes."""
-    across = np.arange(len(chart.names)) if chart.names else _x_ticks(scale)
+    across = np.arange(len(chart.names), dtype=np.float64) if chart.names else _x_ticks(scale)
     words = list(chart.names) or tick_words(across)
     down = _y_ticks(scale)
     xs, ys = scale.x(across), scale.y(down)

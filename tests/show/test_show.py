@@ -17,11 +17,11 @@ from pitotbench.show.draw_section import log_section
 from pitotbench.show.error_curves import curve_panels
 from pitotbench.show.fixed_speed_tables import points_json, print_points
 from pitotbench.show.flight_panels import flight_panels
-from pitotbench.show.palette import Panel, broken, thin
 from pitotbench.show.remarks import remarks
 from pitotbench.show.report import log_page
 from pitotbench.show.residuals import residual_autocorrelation, residual_panels
 from pitotbench.show.short_answer import short_answer_of
+from pitotbench.show.style import Panel, broken, thin
 from pitotbench.units import KNOT
 
 

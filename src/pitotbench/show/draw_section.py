@@ -11,10 +11,10 @@ from pitotbench.show.error_curves import curve_panels
 from pitotbench.show.fixed_speed_tables import points_html
 from pitotbench.show.flight_panels import flight_panels
 from pitotbench.show.markup import render
-from pitotbench.show.palette import Panel
 from pitotbench.show.residuals import residual_panels
 from pitotbench.show.section import Section
 from pitotbench.show.short_answer import ShortAnswer, short_answer_of
+from pitotbench.show.style import Panel
 from pitotbench.units import MetersPerSecond
 
 

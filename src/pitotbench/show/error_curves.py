@@ -3,14 +3,13 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
-from pitotbench.show.drawing.chart import DASHED, DOTTED, Chart
-from pitotbench.show.drawing.panels import chart_panel
 from pitotbench.show.far_limit import far_applies, far_limit, far_verdict
 from pitotbench.show.fixed_speed_tables import method_words
-from pitotbench.show.palette import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, Panel
+from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, Panel, panel
 from pitotbench.units import KNOT, Array, MetersPerSecond
 
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
@@ -32,17 +31,17 @@ def curve_panels(
     name, first = next(iter(results.items()))
     true = None if truth is None else truth[name]
     panels = [
-        chart_panel("Error curve", lambda chart: draw_curve(chart, results, true, points)),
-        chart_panel("How well the curve is known", lambda chart: draw_bound(chart, first, true), legend_columns=2),
+        panel("Error curve", lambda axes: draw_curve(axes, results, true, points)),
+        panel("How well the curve is known", lambda axes: draw_bound(axes, first, true), legend_columns=2),
     ]
     if far_applies(first):
         title = "Against the limit of FAR 25.1323(c)"
-        panels.append(chart_panel(title, lambda chart: draw_limit(chart, first), far_verdict(first)))
+        panels.append(panel(title, lambda axes: draw_limit(axes, first), far_verdict(first)))
     return panels
 
 
 def draw_curve(
-    chart: Chart,
+    axes: Axes,
     results: Mapping[str, Calibration],
     truth: MetersPerSecond | None,
     points: Sequence[FixedSpeedPoint] = (),
@@ -53,51 +52,53 @@ def draw_curve(
     """
     name, first = next(iter(results.items()))
     speed, value, bound = _knots(first)
-    chart.band(speed, value - bound, value + bound, BLUE, 0.2, "±2σ")
+    axes.fill_between(speed, value - bound, value + bound, color=BLUE, alpha=0.2, lw=0, label="±2σ")
     for color, (other, result) in zip(_MODEL_COLORS, list(results.items())[1:], strict=False):
         curve = result.curve
-        chart.line(curve.indicated_airspeed / KNOT, curve.correction / KNOT, color, 1.0, label=other)
-    chart.line(speed, value, BLUE, label=name)
+        axes.plot(curve.indicated_airspeed / KNOT, curve.correction / KNOT, color=color, lw=1.0, label=other)
+    axes.plot(speed, value, color=BLUE, label=name)
     if truth is not None:
-        chart.line(speed, truth / KNOT, "black", 1.2, DASHED, "truth (simulated)")
-    draw_points(chart, points)
-    chart.xlabel, chart.ylabel = _AIRSPEED, _CORRECTION
+        axes.plot(speed, truth / KNOT, color="black", ls="--", lw=1.2, label="truth (simulated)")
+    draw_points(axes, points)
+    axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
 
 
-def draw_points(chart: Chart, points: Sequence[FixedSpeedPoint]) -> None:
-    """Draw the points' corrections with ±2σ bars on a chart of indicated airspeed and correction [kt]."""
+def draw_points(axes: Axes, points: Sequence[FixedSpeedPoint]) -> None:
+    """Draw the points' corrections with ±2σ bars on axes of indicated airspeed and correction [kt]."""
     for method in dict.fromkeys(point.method for point in points):
         chosen = [point for point in points if point.method == method]
-        speed, value, bound = (
-            np.array([getattr(point, name) / KNOT for point in chosen])
-            for name in ("indicated_airspeed", "correction", "two_sigma")
-        )
-        chart.points(speed, value, bound, _MARKERS[method], INK, f"{method_words(chosen[0])}, ±2σ")
+        axes.errorbar(
+            [point.indicated_airspeed / KNOT for point in chosen],
+            [point.correction / KNOT for point in chosen],
+            yerr=[point.two_sigma / KNOT for point in chosen],
+            fmt=_MARKERS[method], color=INK, ms=4.5, mfc="white", capsize=2.5, lw=1.0, zorder=4,
+            label=f"{method_words(chosen[0])}, ±2σ",
+        )  # fmt: skip
 
 
-def draw_bound(chart: Chart, result: Calibration, truth: MetersPerSecond | None) -> None:
+def draw_bound(axes: Axes, result: Calibration, truth: MetersPerSecond | None) -> None:
     """Draw the bound of each point, the band of the whole curve, the bound for white residuals, and the true error
     where known."""
     speed, value, bound = _knots(result)
-    chart.line(speed, bound, BLUE, label="±2σ bound")
+    axes.plot(speed, bound, color=BLUE, label="±2σ bound")
     whole = result.curve.simultaneous_two_sigma / KNOT
-    chart.line(speed, whole, BLUE, 1.0, DOTTED, "±2σ band of the whole curve")
-    chart.line(speed, result.curve.white_two_sigma / KNOT, ORANGE, 1.1, label="2σ for white residuals")
+    axes.plot(speed, whole, color=BLUE, lw=1.0, ls=":", label="±2σ band of the whole curve")
+    axes.plot(speed, result.curve.white_two_sigma / KNOT, color=ORANGE, lw=1.1, label="2σ for white residuals")
     if truth is not None:
-        chart.line(speed, np.abs(value - truth / KNOT), "black", 1.2, DASHED, "absolute true error")
-    chart.xlabel, chart.ylabel = _AIRSPEED, "bound of the correction [kt]"
-    chart.y.fixed = (0.0, None)
+        axes.plot(speed, np.abs(value - truth / KNOT), color="black", ls="--", lw=1.2, label="absolute true error")
+    axes.set(xlabel=_AIRSPEED, ylabel="bound of the correction [kt]")
+    axes.set_ylim(bottom=0.0)
 
 
-def draw_limit(chart: Chart, result: Calibration) -> None:
+def draw_limit(axes: Axes, result: Calibration) -> None:
     """Draw the curve with ±2σ between the limits of the certification rule."""
     speed, value, bound = _knots(result)
-    chart.band(speed, value - bound, value + bound, BLUE, 0.2, "±2σ")
-    chart.line(speed, value, BLUE, label=result.model)
-    chart.line(speed, far_limit(speed), GREY, 1.4, DOTTED, "FAR limit")
-    chart.line(speed, -far_limit(speed), GREY, 1.4, DOTTED)
-    chart.level(0.0, INK, 0.5)
-    chart.xlabel, chart.ylabel = _AIRSPEED, _CORRECTION
+    axes.fill_between(speed, value - bound, value + bound, color=BLUE, alpha=0.2, lw=0, label="±2σ")
+    axes.plot(speed, value, color=BLUE, label=result.model)
+    axes.plot(speed, far_limit(speed), color=GREY, ls=":", lw=1.4, label="FAR limit")
+    axes.plot(speed, -far_limit(speed), color=GREY, ls=":", lw=1.4)
+    axes.axhline(0.0, color=INK, lw=0.5)
+    axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
 
 
 def _knots(result: Calibration) -> tuple[Array, Array, Array]:

@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from pitotbench.records.flight import Flight
-from pitotbench.show.drawing.chart import Aside, Chart
-from pitotbench.show.drawing.panels import chart_panel
-from pitotbench.show.palette import BLUE, GREY, NARROW, ORANGE, RED, Panel, broken, thin
 from pitotbench.show.quantity_words import with_unit
+from pitotbench.show.style import BLUE, GREY, NARROW, ORANGE, RED, Panel, broken, panel, thin
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
 
 _NAUTICAL_MILE = 1852.0
@@ -39,53 +38,63 @@ def flight_panels(flight: Flight, tolerances: Mapping[str, float]) -> list[Panel
         _History("Bank", "bank angle", "roll", "°", DEGREE),
         _History("Power", "manifold pressure, left", "manifold_pressure_left", "inHg", INCH_OF_MERCURY),
     )
-    track = chart_panel("Ground track", lambda chart: draw_track(chart, flight), size=NARROW)
+    track = panel("Ground track", lambda axes: draw_track(axes, flight), size=NARROW)
     return [track, *(_history_panel(flight, each, tolerances.get(each.channel, 0.0)) for each in channels)]
 
 
 def _history_panel(flight: Flight, history: _History, tolerance: float) -> Panel:
     values, half = _values(flight, history), tolerance / history.si
 
-    def draw(chart: Chart) -> None:
-        draw_history(chart, flight, values)
+    def draw(axes: Axes) -> None:
+        draw_history(axes, flight, values)
         if half > 0.0:
-            draw_tolerance(chart, flight, values, half, f"tolerance ±{with_unit(f'{half:.3g}', history.unit)}")
-        chart.xlabel, chart.ylabel = "time [min]", f"{history.label} [{history.unit}]"
+            draw_tolerance(axes, flight, values, half, f"tolerance ±{with_unit(f'{half:.3g}', history.unit)}")
+        axes.set(xlabel="time [min]", ylabel=f"{history.label} [{history.unit}]")
 
-    return chart_panel(history.title, draw, size=NARROW, legend_columns=2)
+    return panel(history.title, draw, size=NARROW, legend_columns=2)
 
 
-def draw_track(chart: Chart, flight: Flight) -> None:
+def draw_track(axes: Axes, flight: Flight) -> None:
     """Draw the ground track, with its on-condition parts in color and an arrow in the direction of the wind."""
     east, north = flight["position_east"] / _NAUTICAL_MILE, flight["position_north"] / _NAUTICAL_MILE
     on = flight.on_condition.astype(np.float64)
     _, x, y, on = broken(*thin(flight["time"], east, north, on))
-    chart.line(x, y, GREY, 0.8, label="flown")
-    chart.line(np.where(on > 0.5, x, np.nan), y, BLUE, 1.8, label="on condition")
-    _draw_wind(chart, flight)
-    chart.equal, chart.x.margin, chart.y.margin = True, 0.12, 0.12
-    chart.xlabel, chart.ylabel = "east [NM]", "north [NM]"
+    axes.plot(x, y, color=GREY, lw=0.8, label="flown")
+    axes.plot(np.where(on > 0.5, x, np.nan), y, color=BLUE, lw=1.8, label="on condition")
+    _draw_wind(axes, flight)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.12)
+    axes.set(xlabel="east [NM]", ylabel="north [NM]")
 
 
-def _draw_wind(chart: Chart, flight: Flight) -> None:
-    """Draw an arrow beside the axes, where it hides no track; its length does not depend on the wind."""
+def _draw_wind(axes: Axes, flight: Flight) -> None:
+    """Draw an arrow outside the axes, where it hides no track; its length does not depend on the wind."""
     wind = flight.case.wind
     if wind.speed <= 0.0:
         return
     toward = wind.from_direction + np.pi
     east, north = 0.07 * np.sin(toward), 0.07 * np.cos(toward)
-    words = ("wind", f"{wind.speed / KNOT:.0f} kt")
-    chart.aside = Aside(words, RED, x=1.12, y=0.72, toward=(float(east), float(north)))
+    arrow = {"arrowstyle": "-|>", "color": RED, "lw": 1.6}
+    axes.annotate(
+        "",
+        xy=(1.12 + east, 0.72 + north),
+        xytext=(1.12 - east, 0.72 - north),
+        xycoords="axes fraction",
+        arrowprops=arrow,
+        annotation_clip=False,
+    )
+    words = f"wind\n{wind.speed / KNOT:.0f} kt"
+    axes.text(1.12, 0.56, words, transform=axes.transAxes, ha="center", va="top", fontsize=8, color=RED)
 
 
-def draw_history(chart: Chart, flight: Flight, values: Array) -> None:
+def draw_history(axes: Axes, flight: Flight, values: Array) -> None:
     """Draw one channel over time, with its on-condition parts in color."""
     time, value, on = broken(*thin(_minutes(flight), values, flight.on_condition.astype(np.float64)))
-    chart.line(time, value, GREY, 0.8)
-    chart.line(time, np.where(on > 0.5, value, np.nan), BLUE, 1.4, label="on condition")
+    axes.plot(time, value, color=GREY, lw=0.8)
+    axes.plot(time, np.where(on > 0.5, value, np.nan), color=BLUE, lw=1.4, label="on condition")
 
 
-def draw_tolerance(chart: Chart, flight: Flight, values: Array, half: float, label: str) -> None:
+def draw_tolerance(axes: Axes, flight: Flight, values: Array, half: float, label: str) -> None:
     """Draw a band around the median of every on-condition stretch in which the channel is held.
 
     `half` is the half-width of the band in the unit of the values.
@@ -97,8 +106,8 @@ def draw_tolerance(chart: Chart, flight: Flight, values: Array, half: float, lab
         if np.ptp(piece) > _HELD * half:
             continue
         middle, span = float(np.median(piece)), minutes[[start, stop - 1]]
-        chart.band(span, [middle - half] * 2, [middle + half] * 2, ORANGE, 0.3, label)
-        label = ""  # one entry of the legend is enough
+        axes.fill_between(span, middle - half, middle + half, color=ORANGE, alpha=0.3, lw=0, label=label)
+        label = "_"  # one entry of the legend is enough
 
 
 def _values(flight: Flight, history: _History) -> Array:

@@ -7,9 +7,9 @@ from pitotbench.show.columns import html_table
 from pitotbench.show.gap_panels import before_after_panel, history_panels, map_panels, trace_panels, waterfall_panel
 from pitotbench.show.gap_words import sentences
 from pitotbench.show.markup import render
-from pitotbench.show.palette import Panel
 from pitotbench.show.quantity_words import size_words, words
 from pitotbench.show.report import page_version
+from pitotbench.show.style import Panel
 from pitotbench.show.verdict_tables import (
     CHECK_COLUMNS,
     DETECTABLE_COLUMNS,

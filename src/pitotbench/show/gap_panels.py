@@ -9,9 +9,8 @@ from matplotlib.patches import Rectangle
 
 from pitotbench.records.gap import Account, GapMap, History, Trace
 from pitotbench.records.verdict import Closure, Located
-from pitotbench.show.palette import BLUE, GREEN, GREY, INK, ORANGE, RED, Panel, broken, thin
 from pitotbench.show.quantity_words import words
-from pitotbench.show.style import canvas, panel, svg
+from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, RED, Panel, broken, canvas, panel, svg, thin
 from pitotbench.units import Array
 
 SHOWN = 6  # channels over time

@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.forecast import Forecast, Plan
-from pitotbench.show.palette import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, Panel
-from pitotbench.show.style import panel
+from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, Panel, panel
 from pitotbench.units import KNOT, NAUTICAL_MILE
 
 _COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)

@@ -1,11 +1,10 @@
 """Pictures of the data behind a curve: samples by airspeed, residuals over time, and their autocorrelation."""
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from pitotbench.records.calibration import Calibration
-from pitotbench.show.drawing.chart import DASHED, Chart
-from pitotbench.show.drawing.panels import chart_panel
-from pitotbench.show.palette import BLUE, GREY, PALE, RED, Panel, broken, thin
+from pitotbench.show.style import BLUE, GREY, PALE, RED, Panel, broken, panel, thin
 from pitotbench.units import KNOT, Array
 
 _BIN_KT = 2.0
@@ -17,42 +16,39 @@ _DENSITY = (
 def residual_panels(result: Calibration) -> list[Panel]:
     """Data density, residuals over time and their autocorrelation."""
     return [
-        chart_panel("Data density", lambda chart: draw_density(chart, result), _DENSITY),
-        chart_panel("Residual", lambda chart: draw_residuals(chart, result)),
-        chart_panel("Autocorrelation of the residual", lambda chart: draw_autocorrelation(chart, result)),
+        panel("Data density", lambda axes: draw_density(axes, result), _DENSITY),
+        panel("Residual", lambda axes: draw_residuals(axes, result)),
+        panel("Autocorrelation of the residual", lambda axes: draw_autocorrelation(axes, result)),
     ]
 
 
-def draw_density(chart: Chart, result: Calibration) -> None:
+def draw_density(axes: Axes, result: Calibration) -> None:
     """Draw the number of samples in each bin of indicated airspeed."""
     speed = result.residuals.indicated_airspeed / KNOT
     edges = np.arange(np.floor(speed.min()), speed.max() + _BIN_KT, _BIN_KT)
-    counts, _ = np.histogram(speed, edges)
-    chart.bars(edges[:-1], _BIN_KT, counts.astype(np.float64), BLUE, 0.75)
-    chart.xlabel, chart.ylabel = "indicated airspeed [kt]", f"samples per {_BIN_KT:g} kt"
-    chart.vertical_grid = False
+    axes.hist(speed, bins=edges.tolist(), color=BLUE, alpha=0.75)
+    axes.set(xlabel="indicated airspeed [kt]", ylabel=f"samples per {_BIN_KT:g} kt")
+    axes.grid(axis="x", visible=False)
 
 
-def draw_residuals(chart: Chart, result: Calibration) -> None:
+def draw_residuals(axes: Axes, result: Calibration) -> None:
     """Draw measured minus predicted calibrated airspeed over time, with the ±2σ that the literature reports."""
     since = result.residuals.time - result.residuals.time[0]
     time, value = broken(*thin(since, result.residuals.airspeed / KNOT))
     bound = result.residual_two_sigma / KNOT
-    chart.line(time / 60.0, value, GREY, 0.5)
-    chart.level(bound, RED, 1.2, DASHED)
-    chart.level(-bound, RED, 1.2, DASHED, f"±2σ of the residual, {bound:.2f} kt")
-    chart.xlabel, chart.ylabel = "time [min]", "measured − predicted [kt]"
+    axes.plot(time / 60.0, value, color=GREY, lw=0.5)
+    axes.axhline(bound, color=RED, lw=1.2, ls="--")
+    axes.axhline(-bound, color=RED, lw=1.2, ls="--", label=f"±2σ of the residual, {bound:.2f} kt")
+    axes.set(xlabel="time [min]", ylabel="measured − predicted [kt]")
 
 
-def draw_autocorrelation(chart: Chart, result: Calibration) -> None:
+def draw_autocorrelation(axes: Axes, result: Calibration) -> None:
     """Draw the autocorrelation of one-second means of the residual; white noise stays inside the grey band."""
     lags, values, count = residual_autocorrelation(result)
-    white = 2.0 / float(np.sqrt(count))
-    chart.zone(-white, white, PALE, "95 % band of white noise")
-    chart.sticks(lags, values, BLUE, 1.5)
-    chart.level(0.0, GREY, 0.8)
-    chart.xlabel, chart.ylabel = "lag [s]", "correlation of 1 s means"
-    chart.y.fixed = (-0.6, 1.05)
+    axes.axhspan(-2.0 / np.sqrt(count), 2.0 / np.sqrt(count), color=PALE, label="95 % band of white noise")
+    axes.vlines(lags, 0.0, values, color=BLUE, lw=1.5)
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    axes.set(xlabel="lag [s]", ylabel="correlation of 1 s means", ylim=(-0.6, 1.05))
 
 
 def residual_autocorrelation(result: Calibration, longest: int = 40) -> tuple[Array, Array, int]:

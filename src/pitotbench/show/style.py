@@ -1,20 +1,29 @@
-"""The stylesheet of the pictures that matplotlib draws, and the conversion of axes to inline SVG."""
+"""The stylesheet of every picture, and the conversion of axes to inline SVG."""
 
 import io
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from hashlib import sha256
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pitotbench.show.palette import GRID, INK, SPINE, TICK, WIDE, Panel
+from pitotbench.timeline import pauses
+from pitotbench.units import Array
+
+# Okabe and Ito (2008): eight colors for all kinds of color vision.
+BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
+INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
+WIDE, NARROW = (4.6, 2.9), (3.6, 2.5)  # in: two and three panels a row of a desktop page
+_MOST_POINTS = 1500  # of a line: more cannot be distinguished at the size of a panel
 
 _SHEET = {
     "figure.facecolor": "white",
-    "axes.edgecolor": SPINE,
+    "axes.edgecolor": "#999999",
     "axes.labelcolor": INK,
     "axes.titlesize": 11,
     "axes.titleweight": "bold",
@@ -24,12 +33,12 @@ _SHEET = {
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
-    "grid.color": GRID,
+    "grid.color": "#E8E8E8",
     "grid.linewidth": 0.7,
     "xtick.labelsize": 8.5,
     "ytick.labelsize": 8.5,
-    "xtick.color": TICK,
-    "ytick.color": TICK,
+    "xtick.color": "#555555",
+    "ytick.color": "#555555",
     "legend.fontsize": 8,
     "legend.frameon": False,
     "legend.handlelength": 1.6,
@@ -40,6 +49,15 @@ _SHEET = {
     "svg.hashsalt": "pitotbench",
     "path.simplify_threshold": 0.5,
 }
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """One picture of a page: its title and note are the page's text, the drawing is an SVG element."""
+
+    title: str
+    drawing: str
+    note: str = ""
 
 
 def panel(
@@ -89,3 +107,15 @@ def _unique_names(text: str) -> str:
     """The drawing with names of clips and markers that no other drawing of a page has."""
     mark = sha256(text.encode()).hexdigest()[:8]
     return re.sub(r'(\bid="|url\(#|href="#)([^")]+)', rf"\1\2-{mark}", text)
+
+
+def thin(*arrays: Array) -> list[Array]:
+    """Every n-th sample, so that a line has at most some 1,500 points."""
+    step = max(1, -(-len(arrays[0]) // _MOST_POINTS))
+    return [array[::step] for array in arrays]
+
+
+def broken(time: Array, *values: Array) -> list[Array]:
+    """Time and values with a NaN wherever recording paused, so that no line is drawn across."""
+    after = pauses(time)
+    return [np.insert(np.asarray(array, dtype=np.float64), after, np.nan) for array in (time, *values)]

@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from pitotbench.evidence.pages.chart_data import Bars, Chart, Lines, LineSeries
-from pitotbench.show.palette import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY, WIDE, Panel
-from pitotbench.show.style import drawn, panel
+from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, SKY, WIDE, Panel, drawn, panel
 from pitotbench.units import Array
 
 _COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GREY)

@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 
 from pitotbench.show.columns import Column, frame_rows, markdown_table
-from pitotbench.show.palette import BLUE, GREY, ORANGE
-from pitotbench.show.style import canvas
+from pitotbench.show.style import BLUE, GREY, ORANGE, canvas
 
 _NOMINAL = 95.0  # percent, the coverage of a ±2σ bound
 

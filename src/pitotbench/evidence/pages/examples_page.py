@@ -11,9 +11,8 @@ from pitotbench.records.verdict import SURE, Candidate, Located, Verdict
 from pitotbench.show.columns import Column, markdown_table
 from pitotbench.show.gap_panels import draw_closures, draw_trace, telling
 from pitotbench.show.gap_words import place_words
-from pitotbench.show.palette import BLUE, GREY
 from pitotbench.show.quantity_words import size_words, words
-from pitotbench.show.style import canvas
+from pitotbench.show.style import BLUE, GREY, canvas
 from pitotbench.show.verdict_tables import KIND_WORDS
 
 _PLACES = 6

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pitotbench.evidence.speed.growth import Cost, exponent
-from pitotbench.show.palette import BLUE, GREEN, ORANGE
-from pitotbench.show.style import canvas
+from pitotbench.show.style import BLUE, GREEN, ORANGE, canvas
 
 _COLORS = {"read": BLUE, "calibrate": ORANGE, "campaign": GREEN}
 

@@ -7,8 +7,7 @@ from typing import Any
 import pandas as pd
 
 from pitotbench.show.columns import Column, frame_rows, markdown_table
-from pitotbench.show.palette import BLUE, GREEN, GREY, ORANGE
-from pitotbench.show.style import canvas
+from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, canvas
 
 _COLORS = (BLUE, ORANGE, GREEN)
 _WITHIN = (0.9, 1.1)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from pitotbench.records.calibration import Calibration
     from pitotbench.records.fixed_speed_point import FixedSpeedPoint
     from pitotbench.records.log import FlightLog
+    from pitotbench.show.limit import Limit
 
 _CHOICES = ("model", "method", "form", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
@@ -46,7 +47,15 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--separately", action="store_true", help="a curve for each of several logs, not one for all"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
+    parser.add_argument("-v", "--verbose", action="store_true", help="print every point of the curve and the fit")
+    parser.add_argument(
+        "--limit",
+        default="auto",
+        help="judge the curve by far25, far23, none, or your own, such as 2%%,3kt,30ft (altitude for each 100 kt) "
+        "(default: far25 where the curve reaches 60 kt)",
+    )
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
+    parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,16 +71,24 @@ class _Reduced:
 def run(options: argparse.Namespace) -> int:
     """Calibrate the logs and print the answers; return exit code 0."""
     from pitotbench.logbook.outputs import PAGES, require_file
+    from pitotbench.show.limit import limit_named
 
     if options.report is not None:
         require_file(options.report, PAGES, _inputs(options))
+    if options.card is not None:
+        if options.separately and len(options.logs) > 1:
+            raise BadInputError("--card holds one curve: leave out --separately, or give one log")
+        require_file(options.card, (".csv",), _inputs(options))
+    limit = limit_named(options.limit)
     reduced = _reduced(options)
     if options.report is not None:
-        _write_report(options.report, reduced)
+        _write_report(options.report, reduced, limit)
+    if options.card is not None:
+        _write_card(options.card, reduced)
     if options.json:
-        _print_json(reduced)
+        _print_json(reduced, limit)
     else:
-        _print_tables(reduced)
+        _print_tables(reduced, limit, options)
     return 0
 
 
@@ -92,16 +109,24 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     ]
 
 
-def _print_json(reduced: list[_Reduced]) -> None:
+def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:
     from pitotbench.show.calibration_json import calibration_json
     from pitotbench.show.fixed_speed_tables import points_json
     from pitotbench.show.strict_json import json_text
 
-    documents = [calibration_json(each.calibration) | {"fixed_speed": points_json(each.points)} for each in reduced]
+    documents = [
+        {
+            "log": each.path.name,
+            "origin": _origin(each.log),
+            **calibration_json(each.calibration, limit),
+            "fixed_speed": points_json(each.points),
+        }
+        for each in reduced
+    ]
     sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
 
 
-def _print_tables(reduced: list[_Reduced]) -> None:
+def _print_tables(reduced: list[_Reduced], limit: "Limit | str | None", options: argparse.Namespace) -> None:
     from rich.console import Console
 
     from pitotbench.show.calibration_text import print_calibration
@@ -110,9 +135,12 @@ def _print_tables(reduced: list[_Reduced]) -> None:
 
     console = Console(highlight=False, soft_wrap=True)
     for each in reduced:
-        console.print(outside(each.path.name, "bold"))
-        print_calibration(each.calibration, console)
-        print_points(each.points, console, each.calibration.curve)
+        console.print(outside(f"{each.path.name} ({_origin(each.log)})", "bold"))
+        print_calibration(each.calibration, console, limit, options.verbose)
+        if options.verbose:
+            print_points(each.points, console, each.calibration.curve)
+    if not options.verbose:
+        console.print(f"More: -v for all numbers{'' if options.report else ', --report PAGE.html for pictures'}.")
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
@@ -153,11 +181,22 @@ def _latency(text: str) -> dict[str, object]:
         raise BadInputError(f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}") from error
 
 
-def _write_report(path: Path, reduced: list[_Reduced]) -> None:
+def _write_report(path: Path, reduced: list[_Reduced], limit: "Limit | str | None") -> None:
     from pitotbench.logbook import write_text
     from pitotbench.show.draw_section import log_section
     from pitotbench.show.report import log_page
 
-    sections = [log_section(each.path.name, each.log, each.calibration, each.points) for each in reduced]
+    sections = [log_section(each.path.name, each.log, each.calibration, each.points, limit) for each in reduced]
     title = "Pitot-static calibration: " + ", ".join(each.path.name for each in reduced)
     write_text(path, log_page(title, sections))
+
+
+def _write_card(path: Path, reduced: list[_Reduced]) -> None:
+    from pitotbench.logbook import write_text
+    from pitotbench.show.airspeed_card import card_csv
+
+    write_text(path, card_csv(reduced[0].calibration.curve))
+
+
+def _origin(log: "FlightLog") -> str:
+    return "simulated" if log.simulated else "measured"

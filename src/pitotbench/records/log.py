@@ -46,5 +46,10 @@ class FlightLog(Recorded):
         picked = {name: array[rows] for name, array in self.channels().items()}
         return FlightLog(**picked, header=self.header)
 
+    @property
+    def simulated(self) -> bool:
+        """Whether a simulator made the log: it writes its case into the header, and nothing else does."""
+        return "case" in self.header
+
     def __len__(self) -> int:
         return len(self.time)

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from pitotbench.channels import CHANNELS, Recorded
 from pitotbench.records.frozen import RecordError, check_lengths, freeze
+from pitotbench.records.shown import Shown
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import Booleans
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FlightLog(Recorded):
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class FlightLog(Shown, Recorded):
     """A flight log: one row a sample at the air-data rate, in SI and radians; arrays (n,), read-only.
 
     The channels are those of `channels.Recorded`; an optional channel is None where the log lacks it. `header` is

@@ -24,7 +24,7 @@ import numpy as np
 from tests.outside.cells import CELLS
 from tests.outside.compressible import KNOT
 from tests.outside.generator import OutsideFlight, generate, write_csv
-from tests.outside.oracle import Height, bound, known_covariance
+from tests.outside.oracle import USUAL, Height, bound, known_covariance
 from tests.outside.tally import FORMS, table
 
 from pitotbench.calibrate import CalibrationOptions, calibrate
@@ -124,7 +124,7 @@ def _oracles(flight: OutsideFlight) -> dict[str, float]:
         return {}
     block = 2.0 if flight.state.time[-1] > LONG_LOG else 1.0
     return {
-        name: float(np.mean(bound(flight, height, block).curve)) / KNOT
+        name: float(np.mean(bound(flight, height, block, accuracy=USUAL).curve)) / KNOT
         for name, height in (("oracle_two_sigma_kt", Height.NONE), ("joined_two_sigma_kt", Height.WITH_VELOCITY))
     }
 

@@ -19,7 +19,8 @@ _SHORT = {
 def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
     """One line a cell: coverage with its standard error over flights, bound over oracle, share warned.
 
-    `/oracle` is the mean of the bound over that of the triangle alone, `/joined` over that of both equations.
+    `/oracle` is the mean of the bound over that of the triangle alone, `/joined` over that of both equations; both
+    oracles allow for the usual constant errors of the sensors, as the calibration does.
     """
     cells = list(dict.fromkeys(row["cell"] for row in rows))
     lines = [line_of([row for row in rows if row["cell"] == cell]) for cell in cells]

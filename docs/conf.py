@@ -1,4 +1,4 @@
-"""The settings of the documentation's site; `make docs` builds it. Pages are Markdown, also readable as they are."""
+"""The settings of the documentation's site, which `make docs` builds. The pages are Markdown."""
 
 from pitotbench import __version__
 

@@ -1,7 +1,7 @@
 """Flags that several commands share: add them to a parser, and read their values."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +9,25 @@ from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.records.case import Wind
+    from pitotbench.records.log import FlightLog
+
+
+def add_mapping(parser: argparse.ArgumentParser) -> None:
+    """Add the flag of the mapping: `--mapping`."""
+    parser.add_argument(
+        "--mapping",
+        help="how to read a foreign log: a shipped name or a TOML file (default: known formats are recognized)",
+    )
+
+
+def mapping_advice(options: argparse.Namespace, logs: "Sequence[FlightLog]" = ()) -> dict[str, Any]:
+    """Return the calibration choices of the mapping: of the one given, else of the one that recognized a log."""
+    from pitotbench.logbook import find_mapping, shipped_mappings
+
+    known = shipped_mappings() if logs else {}
+    found = [log.header["mapping"] for log in logs if str(log.header.get("mapping", "")) in known]
+    name = options.mapping or next(iter(found), None)
+    return dict(find_mapping(name).calibrate) if name else {}
 
 
 def add_wind(parser: argparse.ArgumentParser) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, stated_accuracies
+from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -78,10 +78,9 @@ def run(options: argparse.Namespace) -> int:
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     """Return each log with its calibration: one curve for each log where asked for, else one for all."""
     from pitotbench.bench import calibrate, calibrate_together, cross_check
-    from pitotbench.logbook import read_log
 
     choice = _choice(options, mapping_advice(options))  # a wrong flag is refused before a long log is read
-    logs = [read_log(path, options.mapping) for path in options.logs]
+    logs = read_logs(options.logs, options.mapping)
     choice = _choice(options, mapping_advice(options, logs))
     if options.separately or len(logs) == 1:
         found = [calibrate(log, choice) for log in logs]

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, stated_accuracies
+from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -39,12 +39,11 @@ def _of_logs(options: argparse.Namespace) -> None:
     from rich.console import Console
 
     from pitotbench.bench import fixed_speed_points
-    from pitotbench.logbook import read_log
     from pitotbench.show.fixed_speed_tables import points_json, print_points
     from pitotbench.show.strict_json import json_text
     from pitotbench.show.terminal import outside
 
-    logs = [read_log(path, options.mapping) for path in options.logs]
+    logs = read_logs(options.logs, options.mapping)
     choice = _choice(options, mapping_advice(options, logs))
     found = [(path, fixed_speed_points(log, choice)) for path, log in zip(options.logs, logs, strict=True)]
     if options.json:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from pitotbench.records.case import Wind
     from pitotbench.records.log import FlightLog
 
@@ -18,6 +20,32 @@ def add_mapping(parser: argparse.ArgumentParser) -> None:
         "--mapping",
         help="how to read a foreign log: a shipped name or a TOML file (default: known formats are recognized)",
     )
+
+
+def read_logs(paths: "Sequence[Path]", mapping: str | None) -> "list[FlightLog]":
+    """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for unknown names."""
+    from pitotbench.logbook import read_log
+    from pitotbench.logbook.draft import MissingColumnsError
+
+    logs = []
+    for path in paths:
+        try:
+            logs.append(read_log(path, mapping))
+        except MissingColumnsError as error:
+            offer = "" if mapping else f". `pitotbench map {path} -o mapping.toml` drafts one: {_drafted(path)}"
+            raise BadInputError(f"{error}{offer}") from error
+    return logs
+
+
+def _drafted(path: "Path") -> str:
+    """Return in words what a drafted mapping would hold."""
+    from pitotbench.logbook.drafting import draft_mapping
+    from pitotbench.logbook.reading import read_table
+
+    drafted = draft_mapping(read_table(path))
+    lines = [f"{line.guess.theirs} → {line.guess.target(line.unit)}" for line in drafted.lines]
+    missing = f"; no column was found for {', '.join(drafted.missing)}" if drafted.missing else ""
+    return (", ".join(lines) or "none of its columns is recognized") + missing
 
 
 def mapping_advice(options: argparse.Namespace, logs: "Sequence[FlightLog]" = ()) -> dict[str, Any]:

@@ -15,9 +15,10 @@ from pitotbench.logbook.clock import clock_seconds, joined
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.quantities import parse_column
 from pitotbench.logbook.table import Table, numbers
-from pitotbench.units import Array, from_si, to_si
+from pitotbench.units import Array, Booleans, from_si, to_si
 
-_UNIFORM = 1.0 / np.sqrt(12.0)  # standard deviation of a value known to one step, in steps
+# 2σ of a value known to one step, in steps. It does not average out: at a steady airspeed the display shows one number.
+_TWO_SIGMA = float(2.0 / np.sqrt(12.0))
 _FINE = 1e-3  # of the median size of the values: a finer step does not matter
 _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
 _USUAL_VELOCITY = 0.05  # m/s, 2σ, of `calibrate.accuracy`: that of the receiver, to which the display's adds
@@ -70,7 +71,7 @@ def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
         draft.displayed.add("impact_pressure")
         typical = float(np.nanmedian(speed[speed > 0.0])) if np.any(speed > 0.0) else 1.0
         slope = 1.0 / float(air.calibrated_airspeed_slope(air.impact_pressure(typical)))
-        _state(header, "impact_pressure_zero_pa", slope * _two_sigma(speed, step))
+        _state(header, "impact_pressure_zero_pa", slope * _TWO_SIGMA * step)
 
 
 def _altitude(draft: Draft) -> None:
@@ -101,7 +102,24 @@ def _velocity(draft: Draft, header: dict[str, Any]) -> None:
     step = display_step(speed, draft.suffixes["ground_speed"])
     if step > 0.0:
         draft.displayed.add("velocity_north")
-        _state(header, "velocity_mps", float(np.hypot(_USUAL_VELOCITY, _two_sigma(speed, step))))
+        if "gps_fresh" not in draft.channels:
+            draft.channels["gps_fresh"] = _renewed(speed, track)
+            draft.columns["gps_fresh"] = draft.columns["ground_speed"]
+        _state(header, "velocity_mps", float(np.hypot(_USUAL_VELOCITY, _TWO_SIGMA * step)))
+
+
+def _renewed(speed: Array, track: Array) -> Booleans:
+    """Return the rows in which a display was renewed, (n,): on steady legs it shows the same numbers again.
+
+    The shortest time between two changes is that between two fixes.
+    """
+    changed = np.flatnonzero((np.diff(speed) != 0.0) | (np.diff(track) != 0.0)) + 1
+    fresh = np.zeros(len(speed), dtype=np.bool_)
+    if len(changed) < 2:
+        return ~fresh
+    fresh[changed[0] % int(np.min(np.diff(changed))) :: int(np.min(np.diff(changed)))] = True
+    fresh[changed] = True
+    return fresh
 
 
 def components(table: Table) -> Table:
@@ -156,12 +174,6 @@ def display_step(values: Array, suffix: str) -> float:
     if step <= _FINE * typical or np.max(np.abs(steps - np.round(steps))) > max(_ON_GRID * np.max(np.abs(steps)), 1e-6):
         return 0.0
     return float(to_si(step, suffix) - to_si(0.0, suffix))
-
-
-def _two_sigma(values: Array, step: float) -> float:
-    """2σ of the mean error of the readings: each step that was visited errs by itself."""
-    visited = len(np.unique(np.round(values[np.isfinite(values)] / step)))
-    return 2.0 * _UNIFORM * step / float(np.sqrt(visited))
 
 
 def _state(header: dict[str, Any], name: str, two_sigma: float) -> None:

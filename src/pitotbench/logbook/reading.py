@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pitotbench.logbook.checks import CHECKS
 from pitotbench.logbook.derived import derive
-from pitotbench.logbook.draft import draft_of, require
+from pitotbench.logbook.draft import MissingColumnsError, draft_of, require
 from pitotbench.logbook.formats import format_of
 from pitotbench.logbook.header import MAPPING, WARNINGS, earlier_warnings
 from pitotbench.logbook.joining import read_mapped, rename
@@ -51,6 +51,23 @@ def table_of(path: Path) -> Table:
     title = find_mapping(name).title
     note = f"recognized as {title}: read by the mapping {name}"
     return replace(table, header={**table.header, MAPPING: name}, warnings=(note, *table.warnings))
+
+
+def needs_mapping(path: Path) -> str:
+    """Return why a file needs no mapping: its columns are ours, or a shipped mapping knows it. Empty where it does.
+
+    Raises BadInputError for a file that cannot be read.
+    """
+    table = table_of(path)
+    if MAPPING in table.header:
+        return table.warnings[0]
+    draft = draft_of(table)
+    derive(draft, {})
+    try:
+        require(draft)
+    except MissingColumnsError:
+        return ""
+    return "its columns are those of a flight log; no mapping is needed"
 
 
 def log_of(table: Table) -> FlightLog:

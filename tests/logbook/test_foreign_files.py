@@ -201,16 +201,12 @@ def test_no_clock_time(text):
         clock_seconds("t", np.array(["14:03:06", text], dtype=object))
 
 
-def test_steps_of_a_display_become_accuracies(tmp_path):
-    """A step of 1 kt leaves 1/√12 kt."""
+def test_steps_of_a_display_are_found(tmp_path):
     log = read_log(foreign.kias(tmp_path / "log.csv", FLOWN))
-    accuracy = log.header["accuracy"]
-    median = float(np.median(log.impact_pressure))
-    expected = 2.0 / np.sqrt(12.0) * KNOT / air.calibrated_airspeed_slope(median)
-    assert accuracy["impact_pressure_zero_pa"] == pytest.approx(float(expected), rel=0.02)
-    assert accuracy["velocity_mps"] > 0.05
+    assert log.header["display"] == pytest.approx({"airspeed_mps": KNOT, "ground_speed_mps": KNOT})
+    assert log.header["accuracy"]["velocity_mps"] == pytest.approx(np.hypot(0.05, 2.0 / np.sqrt(12.0) * KNOT))
     exact = read_log(foreign.jsbsim(tmp_path / "exact.csv", FLOWN))
-    assert "accuracy" not in exact.header
+    assert not {"accuracy", "display"} & set(exact.header)
 
 
 def test_true_and_magnetic_tracks():

@@ -1,7 +1,8 @@
 """Channels computed from what a display shows: pressures from airspeed and altitude, velocity from speed and track.
 
 A display shows steps. Within a step nobody knows the value, so that half a step and less stays as a constant error
-of each reading; it is stated in the header's `accuracy`, where the header does not state another one.
+of each reading. The header's table `display` holds the steps, from which the calibration widens its bound, and
+`accuracy` what they leave of the velocity, where the header does not state another one.
 """
 
 from collections.abc import Mapping
@@ -17,7 +18,7 @@ from pitotbench.logbook.quantities import parse_column
 from pitotbench.logbook.table import Table, numbers
 from pitotbench.units import Array, Booleans, from_si, to_si
 
-# 2σ of a value known to one step, in steps. It does not average out: at a steady airspeed the display shows one number.
+# 2σ of a value known to one step, in steps.
 _TWO_SIGMA = float(2.0 / np.sqrt(12.0))
 _FINE = 1e-3  # of the median size of the values: a finer step does not matter
 _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
@@ -69,9 +70,7 @@ def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
     step = display_step(speed, draft.suffixes[source])
     if step > 0.0:
         draft.displayed.add("impact_pressure")
-        typical = float(np.nanmedian(speed[speed > 0.0])) if np.any(speed > 0.0) else 1.0
-        slope = 1.0 / float(air.calibrated_airspeed_slope(air.impact_pressure(typical)))
-        _state(header, "impact_pressure_zero_pa", slope * _TWO_SIGMA * step)
+        header["display"] = {**_table(header, "display"), "airspeed_mps": step}
 
 
 def _altitude(draft: Draft) -> None:
@@ -105,7 +104,10 @@ def _velocity(draft: Draft, header: dict[str, Any]) -> None:
         if "gps_fresh" not in draft.channels:
             draft.channels["gps_fresh"] = _renewed(speed, track)
             draft.columns["gps_fresh"] = draft.columns["ground_speed"]
-        _state(header, "velocity_mps", float(np.hypot(_USUAL_VELOCITY, _TWO_SIGMA * step)))
+        header["display"] = {**_table(header, "display"), "ground_speed_mps": step}
+        if "velocity_mps" not in _table(header, "accuracy"):
+            bound = float(np.hypot(_USUAL_VELOCITY, _TWO_SIGMA * step))
+            header["accuracy"] = {**_table(header, "accuracy"), "velocity_mps": bound}
 
 
 def _renewed(speed: Array, track: Array) -> Booleans:
@@ -176,7 +178,6 @@ def display_step(values: Array, suffix: str) -> float:
     return float(to_si(step, suffix) - to_si(0.0, suffix))
 
 
-def _state(header: dict[str, Any], name: str, two_sigma: float) -> None:
-    stated = header.get("accuracy", {})
-    if isinstance(stated, Mapping) and name not in stated:
-        header["accuracy"] = {**stated, name: two_sigma}
+def _table(header: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    found = header.get(name, {})
+    return found if isinstance(found, Mapping) else {}

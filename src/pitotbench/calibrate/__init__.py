@@ -27,13 +27,14 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     methods.
     """
     from pitotbench.calibrate.averaging.model_average import calibrate_auto
+    from pitotbench.calibrate.display_steps import with_display_steps
     from pitotbench.calibrate.reduction import reduce_log
     from pitotbench.calibrate.result import assemble
 
     chosen = options or CalibrationOptions()
     with one_thread():
         calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
-    return _judged(calibration)
+    return _judged(with_display_steps(calibration, log))
 
 
 def calibrate_together(
@@ -44,6 +45,7 @@ def calibrate_together(
     Returns one Calibration per log; all have the same curve. A warning says where the logs disagree about the
     curve. Raises as `calibrate` does, and BadInputError for the model `auto`.
     """
+    from pitotbench.calibrate.display_steps import with_display_steps
     from pitotbench.calibrate.joint_fit import reduce_together
     from pitotbench.calibrate.result import assemble
 
@@ -54,7 +56,9 @@ def calibrate_together(
         calibrations = tuple(
             assemble(reduction, airspeeds) for reduction, airspeeds in reduce_together(logs, chosen)
         )
-    return tuple(_judged(calibration) for calibration in calibrations)
+    return tuple(
+        _judged(with_display_steps(calibration, log)) for calibration, log in zip(calibrations, logs, strict=True)
+    )
 
 
 def _judged(calibration: Calibration) -> Calibration:

@@ -4,9 +4,9 @@ import argparse
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.shared_flags import add_accuracy, stated_accuracies
+from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -22,9 +22,9 @@ _NAMED_LATENCIES = ("checked", "estimated")
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench calibrate`."""
-    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat)")
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat, .ulg, .bin)")
     parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
-    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    add_mapping(parser)
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
     parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
@@ -95,10 +95,10 @@ def run(options: argparse.Namespace) -> int:
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     """Return each log with its calibration: one curve for each log where asked for, else one for all."""
     from pitotbench.bench import calibrate, calibrate_together, cross_check
-    from pitotbench.logbook import read_log
 
-    choice = _choice(options)
-    logs = [read_log(path, options.mapping) for path in options.logs]
+    choice = _choice(options, mapping_advice(options))  # a wrong flag is refused before a long log is read
+    logs = read_logs(options.logs, options.mapping)
+    choice = _choice(options, mapping_advice(options, logs))
     if options.separately or len(logs) == 1:
         found = [calibrate(log, choice) for log in logs]
     else:
@@ -148,13 +148,12 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
     return [*options.logs, *([Path(options.mapping)] if options.mapping else [])]
 
 
-def _choice(options: argparse.Namespace) -> "CalibrationOptions":
+def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
     """Return the options. A flag overrides the advice of the mapping, and the advice overrides the default."""
     from pitotbench.calibrate.options import AUTO, options_from
-    from pitotbench.logbook import find_mapping
     from pitotbench.units import KNOT
 
-    advised = dict(find_mapping(options.mapping).calibrate) if options.mapping else {}
+    advised = dict(advised)
     if options.model == AUTO or options.method == "paper":
         advised.pop("form", None)  # the advice is for the covering fit of one model
     stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}

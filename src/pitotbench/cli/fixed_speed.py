@@ -3,9 +3,9 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.shared_flags import add_accuracy, stated_accuracies
+from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench fixed-speed`."""
     parser.add_argument("logs", nargs="*", type=Path, metavar="LOG", help="log files: legs and turns are found")
-    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    add_mapping(parser)
     add_accuracy(parser)
     parser.add_argument("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]")
     parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
@@ -39,13 +39,13 @@ def _of_logs(options: argparse.Namespace) -> None:
     from rich.console import Console
 
     from pitotbench.bench import fixed_speed_points
-    from pitotbench.logbook import read_log
     from pitotbench.show.fixed_speed_tables import points_json, print_points
     from pitotbench.show.strict_json import json_text
     from pitotbench.show.terminal import outside
 
-    choice = _choice(options)
-    found = [(path, fixed_speed_points(read_log(path, options.mapping), choice)) for path in options.logs]
+    logs = read_logs(options.logs, options.mapping)
+    choice = _choice(options, mapping_advice(options, logs))
+    found = [(path, fixed_speed_points(log, choice)) for path, log in zip(options.logs, logs, strict=True)]
     if options.json:
         documents = [{"fixed_speed": points_json(points)} for _, points in found]
         sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
@@ -56,12 +56,10 @@ def _of_logs(options: argparse.Namespace) -> None:
         print_points(points, console)
 
 
-def _choice(options: argparse.Namespace) -> "CalibrationOptions":
+def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
     """Return the options that the mapping advises, with the accuracies that the user states."""
     from pitotbench.calibrate.options import options_from
-    from pitotbench.logbook import find_mapping
 
-    advised = find_mapping(options.mapping).calibrate if options.mapping else {}
     return options_from({**advised, **stated_accuracies(options, advised)})
 
 

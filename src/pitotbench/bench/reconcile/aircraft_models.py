@@ -38,7 +38,7 @@ def _unit_forces(name: str, motion: Motion, overlay: Overlay, paths: frozenset[s
 
 
 def _loaded(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, Motion, float]:
-    """The aircraft at the rate that a motion needs, the motion, and the mass of the aircraft with its ballast [kg]."""
+    """The aircraft at the rate that a motion needs, the motion, and the aircraft's mass with its ballast [kg]."""
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
     ballast = ballast_for(name, float(motion.mass.min()), float(motion.mass.max()))
     plant = Plant.load(name, COARSE_RATE if coarse else FINE_RATE, overlay + ballast_overlay(name, ballast))

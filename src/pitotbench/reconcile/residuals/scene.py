@@ -73,7 +73,7 @@ class Scene:
 
     def residuals_of(self, track: Track) -> ChannelResiduals:
         """Return the residual channels of a track, with the grid, frame and model of this scene."""
-        return channel_residuals(track, self.grid, self.frame, self.replay)
+        return channel_residuals(track, self.grid, self.frame, self.replay, (self.clean, self.base))
 
     def change_by(self, track: Track) -> Array:
         """Return the residuals of a track less those of the clean track, (n, c)."""
@@ -85,7 +85,7 @@ class Scene:
 
     def channel(self, name: str) -> int | None:
         """Return the column of a residual channel; None where the log does not have it."""
-        return self.base.names.index(name) if name in self.base.names else None
+        return self.base.places.get(name)
 
 
 def set_scene(track: Track, wind: Array, replay: Replay | None, aircraft: AircraftModel | None) -> Scene:

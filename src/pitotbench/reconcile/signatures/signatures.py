@@ -6,7 +6,7 @@ the reaction of the force meter.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import singledispatch
 
 import numpy as np
@@ -15,7 +15,7 @@ from pitotbench import air
 from pitotbench.catalog import Catalog
 from pitotbench.effects import AircraftEffect, AirEffect, Baseline, Effect, Overlay, SensorEffect, Signals
 from pitotbench.reconcile.residuals.free_parameters import residuals_of_wind
-from pitotbench.reconcile.residuals.predicted_channels import channel_residuals
+from pitotbench.reconcile.residuals.predicted_channels import change_by_answer
 from pitotbench.reconcile.residuals.replay import COARSE, answer, replay_rows, spread
 from pitotbench.reconcile.residuals.scene import ForceModel, Scene
 from pitotbench.reconcile.residuals.track import mach_number
@@ -118,8 +118,8 @@ def _aircraft_change(effect: AircraftEffect, scene: Scene, sizes: Mapping[str, f
         return _in_split(scene, split)
     missing = -added_forces(overlay, model.units) if adds_forces(overlay) else _missing(overlay, model)
     rows = replay_rows(scene.clean, COARSE)
-    replay = replace(model.replay, values=model.replay.values + spread(model.replay.rows, rows, missing))
-    return channel_residuals(scene.clean, scene.grid, scene.frame, replay).values - scene.base.values
+    lost = spread(model.replay.rows, rows, missing)
+    return change_by_answer(scene.base.names, scene.clean, scene.grid, model.replay.rows, lost)
 
 
 def _missing(overlay: Overlay, model: ForceModel) -> Array:

@@ -15,11 +15,14 @@ from pitotbench.reconcile.residuals.grid import Grid, grid_of
 from pitotbench.reconcile.residuals.predicted_channels import ChannelResiduals, Frame, channel_residuals
 from pitotbench.reconcile.residuals.replay import COARSE, Replay, answer, motion_of, replay_rows
 from pitotbench.reconcile.residuals.track import Track
-from pitotbench.records.motion import Motion, Reaction
+from pitotbench.reconcile.signatures.added_forces import properties_of_forces
+from pitotbench.records.motion import Motion, Reaction, UnitForces
 from pitotbench.units import Array
 
 # The force meter: a motion, the overlay to put on the aircraft, and whether the engines run along.
 ReactWith = Callable[[Motion, Overlay, bool], Reaction]
+# The changes by unit forces: a motion, the overlay on the aircraft, and the paths of properties to record.
+UnitForcesWith = Callable[[Motion, Overlay, frozenset[str]], UnitForces]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +31,7 @@ class AircraftModel:
 
     name: str
     react: ReactWith
+    unit_forces: UnitForcesWith
     baseline: Baseline
 
 
@@ -37,7 +41,8 @@ class ForceModel:
 
     `replay` is its answer along the measured track. `coarse` is the motion of the clean track in steps of 1 s;
     `running` and `held` are the reactions of the unchanged aircraft to it, with the engines running and with the
-    engines held, (m, 12) each.
+    engines held, (m, 12) each. `units` are its changes by unit forces in that motion, with the properties that the
+    functions of all effects read.
     """
 
     replay: Replay
@@ -45,6 +50,7 @@ class ForceModel:
     coarse: Motion
     running: Array
     held: Array
+    units: UnitForces
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +73,7 @@ class Scene:
 
     def residuals_of(self, track: Track) -> ChannelResiduals:
         """Return the residual channels of a track, with the grid, frame and model of this scene."""
-        return channel_residuals(track, self.grid, self.frame, self.replay)
+        return channel_residuals(track, self.grid, self.frame, self.replay, (self.clean, self.base))
 
     def change_by(self, track: Track) -> Array:
         """Return the residuals of a track less those of the clean track, (n, c)."""
@@ -79,7 +85,7 @@ class Scene:
 
     def channel(self, name: str) -> int | None:
         """Return the column of a residual channel; None where the log does not have it."""
-        return self.base.names.index(name) if name in self.base.names else None
+        return self.base.places.get(name)
 
 
 def set_scene(track: Track, wind: Array, replay: Replay | None, aircraft: AircraftModel | None) -> Scene:
@@ -100,4 +106,5 @@ def _force_model(clean: Track, replay: Replay, aircraft: AircraftModel) -> Force
     coarse = motion_of(clean, replay_rows(clean, COARSE))
     running = answer(lambda motion: aircraft.react(motion, Overlay(), True), coarse)
     held = answer(lambda motion: aircraft.react(motion, Overlay(), False), coarse)
-    return ForceModel(replay, aircraft, coarse, running, held)
+    units = aircraft.unit_forces(coarse, Overlay(), properties_of_forces(aircraft.baseline))
+    return ForceModel(replay, aircraft, coarse, running, held, units)

@@ -19,7 +19,7 @@ from pitotbench.reconcile.signatures.hypotheses import COUNTED
 from pitotbench.reconcile.signatures.refine import without_sensor_effect
 from pitotbench.reconcile.signatures.signatures import moves_levers, residual_change
 from pitotbench.records.log import FlightLog
-from pitotbench.records.motion import Motion, Reaction
+from pitotbench.records.motion import Motion, Reaction, UnitForces
 from pitotbench.records.verdict import Verdict
 
 Entries = Mapping[str, Mapping[str, float]]  # effects with their sizes and shapes
@@ -50,12 +50,15 @@ def patched_aircraft(aircraft: AircraftModel | None, entries: Entries) -> Aircra
     overlays = [o for n, s in entries.items() if (o := force_meter_overlay(aircraft, n, s)) is not None]
     if not overlays:
         return aircraft
-    patch, react = reduce(add, overlays), aircraft.react
+    patch, react, unit_forces = reduce(add, overlays), aircraft.react, aircraft.unit_forces
 
     def with_patch(motion: Motion, overlay: Overlay, *engines: Any) -> Reaction:
         return react(motion, patch + overlay, *engines)
 
-    return replace(aircraft, react=with_patch)
+    def units_with_patch(motion: Motion, overlay: Overlay, paths: frozenset[str]) -> UnitForces:
+        return unit_forces(motion, patch + overlay, paths)
+
+    return replace(aircraft, react=with_patch, unit_forces=units_with_patch)
 
 
 def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mapping[str, float]) -> Overlay | None:

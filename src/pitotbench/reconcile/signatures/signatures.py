@@ -6,7 +6,7 @@ the reaction of the force meter.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import singledispatch
 
 import numpy as np
@@ -15,10 +15,11 @@ from pitotbench import air
 from pitotbench.catalog import Catalog
 from pitotbench.effects import AircraftEffect, AirEffect, Baseline, Effect, Overlay, SensorEffect, Signals
 from pitotbench.reconcile.residuals.free_parameters import residuals_of_wind
-from pitotbench.reconcile.residuals.predicted_channels import channel_residuals
+from pitotbench.reconcile.residuals.predicted_channels import change_by_answer
 from pitotbench.reconcile.residuals.replay import COARSE, answer, replay_rows, spread
-from pitotbench.reconcile.residuals.scene import Scene
+from pitotbench.reconcile.residuals.scene import ForceModel, Scene
 from pitotbench.reconcile.residuals.track import mach_number
+from pitotbench.reconcile.signatures.added_forces import added_forces, adds_forces
 from pitotbench.units import Array
 
 OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths do not change an engine
@@ -115,12 +116,17 @@ def _aircraft_change(effect: AircraftEffect, scene: Scene, sizes: Mapping[str, f
     split = _throttle_split(overlay)
     if split is not None:
         return _in_split(scene, split)
+    missing = -added_forces(overlay, model.units) if adds_forces(overlay) else _missing(overlay, model)
+    rows = replay_rows(scene.clean, COARSE)
+    lost = spread(model.replay.rows, rows, missing)
+    return change_by_answer(scene.base.names, scene.clean, scene.grid, model.replay.rows, lost)
+
+
+def _missing(overlay: Overlay, model: ForceModel) -> Array:
+    """The reaction without an overlay less that with it, on the force meter, (m, 12)."""
     run = not _spares_engines(overlay)
     reaction = answer(lambda motion: model.aircraft.react(motion, overlay, run), model.coarse)
-    missing = (model.running if run else model.held) - reaction
-    rows = replay_rows(scene.clean, COARSE)
-    replay = replace(model.replay, values=model.replay.values + spread(model.replay.rows, rows, missing))
-    return channel_residuals(scene.clean, scene.grid, scene.frame, replay).values - scene.base.values
+    return (model.running if run else model.held) - reaction
 
 
 def _warmed(scene: Scene, warmer: float) -> Array | None:

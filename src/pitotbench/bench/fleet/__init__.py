@@ -5,6 +5,7 @@ process dies is performed once more, alone, and is then put in quarantine.
 """
 
 from pitotbench.bench.fleet.failure import Failure as Failure
+from pitotbench.bench.fleet.failure import FleetLostError as FleetLostError
 from pitotbench.bench.fleet.failure import require_all as require_all
 from pitotbench.bench.fleet.task_limits import Limits as Limits
 from pitotbench.bench.fleet.opening import open_fleet as open_fleet

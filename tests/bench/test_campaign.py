@@ -5,8 +5,8 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from pitotbench.bench.campaign.runner import CampaignRequest, run_campaign
 from pitotbench.bench.campaign.plan import plan_tasks
+from pitotbench.bench.campaign.runner import CampaignRequest, run_campaign
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 COLUMNS = [

@@ -20,7 +20,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench campaign`."""
     from pitotbench.simulate.maneuvers import MANEUVERS, PAPER_MANEUVERS
 
-    parser.add_argument("plan", nargs="?", type=Path, metavar="PLAN.toml", help="plan of the campaign (docs/scale.md)")
+    parser.add_argument(
+        "plan", nargs="?", type=Path, metavar="PLAN.toml", help="plan of the campaign (docs/scale.md)"
+    )
     parser.add_argument(
         "--maneuver",
         help=f"{', '.join(MANEUVERS)}, a comma list, all ({', '.join(PAPER_MANEUVERS)}) or every",
@@ -39,7 +41,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seeds",
         default="1",
-        help="flights of each maneuver: N for truth and sensor seeds 1 to N, or a range such as 501-1000 (default: 1)",
+        help="flights of each maneuver: truth and sensor seeds 1 to N, or a range such as 501-1000 (default: 1)",
     )
     parser.add_argument("--log-format", default="parquet", help="parquet, csv or mat (default: %(default)s)")
     parser.add_argument("--out", type=Path, help="folder for the results (default: out/<maneuver>-<das> or <plan>)")
@@ -50,12 +52,24 @@ def add_running(parser: argparse.ArgumentParser) -> None:
     """Add the flags that say how a campaign runs, not what it flies."""
     flag = parser.add_argument
     flag("--jobs", type=int, help="processes (default: one a core)")
-    flag("--scheduler", help="address of a dask scheduler, tcp://host:port or tls://host:port, instead of processes")
+    flag(
+        "--scheduler", help="address of a dask scheduler, tcp://host:port or tls://host:port, instead of processes"
+    )
     flag("--security", type=Path, metavar="FILE", help="TOML file with ca, cert and key for a tls:// scheduler")
     flag("--shard", metavar="K/N", help="fly the K-th of N parts of the plan")
-    flag("--time-limit", type=float, default=900.0, metavar="S", help="seconds a flight may take (default: %(default)g)")
-    flag("--memory-limit", type=float, default=2.0, metavar="GB", help="memory of a flight (default: %(default)g GB)")
-    flag("--keep-logs", default="all", help="none, failed (logs that could not be calibrated) or all (default: all)")
+    flag(
+        "--time-limit",
+        type=float,
+        default=900.0,
+        metavar="S",
+        help="seconds a flight may take (default: %(default)g)",
+    )
+    flag(
+        "--memory-limit", type=float, default=2.0, metavar="GB", help="memory of a flight (default: %(default)g GB)"
+    )
+    flag(
+        "--keep-logs", default="all", help="none, failed (logs that could not be calibrated) or all (default: all)"
+    )
     flag("--retry-failed", action="store_true", help="fly the flights again that are stored as failed")
     flag("--progress", default="auto", help="bar, lines (one a minute), json, none or auto (default: auto)")
     flag("--dry-run", action="store_true", help="print what would be flown, the minutes and the bytes; fly nothing")

@@ -20,6 +20,8 @@ COMMANDS = (
     Command("calibrate", "pitotbench.cli.calibrate", "recover the error curve and the wind from a log"),
     Command("fixed-speed", "pitotbench.cli.fixed_speed", "leg and turn GPS methods, of a log or of typed legs"),
     Command("campaign", "pitotbench.cli.campaign", "fly maneuvers, sense and calibrate them"),
+    Command("results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"),
+    Command("reproduce", "pitotbench.cli.reproduce", "fly one stored result again, and compare"),
     Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
     Command("study", "pitotbench.evidence.study.command", "the paper's simulator study, claim by claim"),
     Command("plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"),

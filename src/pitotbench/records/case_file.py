@@ -88,7 +88,8 @@ def _columns(record: Any, path: str) -> Iterator[tuple[str, Any]]:
             yield from ((f"{key}.{name}", inner) for name, inner in value.items())
         else:
             plain = _plain(value)
-            yield key, json.dumps(plain) if plain and isinstance(plain, list) and isinstance(plain[0], dict) else plain
+            tables = isinstance(plain, list) and any(isinstance(each, dict) for each in plain)
+            yield key, json.dumps(plain) if tables else plain
 
 
 def _text(source: Path | str) -> tuple[str, str]:

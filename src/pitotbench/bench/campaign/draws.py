@@ -54,7 +54,7 @@ class Draws:
     def _hypercube(self) -> Any:
         from scipy.stats import qmc  # slow to load
 
-        return qmc.LatinHypercube(d=len(self.fields), rng=np.random.default_rng(self.seed)).random(self.count)
+        return qmc.LatinHypercube(d=len(self.fields), seed=np.random.default_rng(self.seed)).random(self.count)
 
     def _of(self, shares: Any) -> dict[str, Any]:
         return {

@@ -36,9 +36,11 @@ def forecast(request: "CampaignRequest") -> Iterator[str]:
     minutes = scale * sum(cpu_seconds(task) for task in looked) / 60.0
     size = scale * sum(_bytes(task) for task in looked) / 1e9
     whole = "" if count == len(looked) else f" of the first {len(looked):,}"
-    yield f"flights: {count:,} ({len(plan.calibrations):,} calibrations each; varied: {', '.join(plan.varied) or 'seeds'})"
+    varied = ", ".join(plan.varied) or "seeds"
+    yield f"flights: {count:,} ({len(plan.calibrations):,} calibrations each; varied: {varied})"
     yield f"stored:  {stored:,}{whole}"
-    yield f"time:    about {minutes:,.0f} CPU min, {minutes / cores:,.0f} min on {cores} processes, if none is stored"
+    wall = f"{minutes / cores:,.0f} min on {cores} processes"
+    yield f"time:    about {minutes:,.0f} CPU min, {wall}, if none is stored"
     yield f"disk:    about {size:,.2f} GB in {request.out}"
     yield f"first:   {looked[0].name}; last looked at: {looked[-1].name}"
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Protocol, TypeVar
 
-from pitotbench.bench.campaign.result_store import ResultStore
+from pitotbench.bench.campaign.result_store import Document, ResultStore
 from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import Failure, Fleet
 
@@ -29,7 +29,7 @@ def fly_missing(
     store: ResultStore,
     fleet: Fleet,
     watch: Watch,
-    wanted: Callable[[Mapping[str, Any], K], bool] = lambda document, task: True,
+    wanted: Callable[[Document, K], bool] = lambda document, task: True,
 ) -> None:
     """Perform every task whose result the store lacks, and keep each result as soon as it is there.
 

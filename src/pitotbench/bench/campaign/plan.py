@@ -79,7 +79,10 @@ class CampaignPlan:
                 for draw, drawn in enumerate(self.draws.values() if self.draws else [{}]):
                     case = self.case({**fixed, **drawn})
                     if not self.seeds:
-                        yield (replace(case, truth_seed=draw + 1, sensor_seed=draw + 1) if self.draws else case), None
+                        yield (
+                            (replace(case, truth_seed=draw + 1, sensor_seed=draw + 1) if self.draws else case),
+                            None,
+                        )
                     for seed in self.seeds:
                         yield replace(case, truth_seed=seed, sensor_seed=seed), seed
 
@@ -91,7 +94,7 @@ class CampaignPlan:
         return case_of_table(table)
 
     def check(self) -> None:
-        """Raise BadInputError or UnknownNameError for a wrong field or value of any axis, before anything is flown."""
+        """Raise BadInputError or UnknownNameError for a wrong field or value of any axis; fly nothing."""
         if not self.count:
             raise BadInputError("the plan holds no flight")
         middle = self.draws.middle() if self.draws else {}
@@ -202,5 +205,9 @@ def _drop_other_units(table: dict[str, Any], name: str) -> None:
     """Remove the same quantity in another unit, which the base may have been written in."""
     stem = name.rpartition("_")[0]
     for key in [key for key in table if stem and key != name and key.rpartition("_")[0] == stem]:
-        if isinstance(table[key], int | float | list) and not isinstance(table[key], bool) and stem not in ("truth", "sensor"):
+        if (
+            isinstance(table[key], int | float | list)
+            and not isinstance(table[key], bool)
+            and stem not in ("truth", "sensor")
+        ):
             del table[key]

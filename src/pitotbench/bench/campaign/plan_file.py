@@ -78,7 +78,7 @@ def _values(name: str, value: Any) -> Sequence[Any]:
     if name == "maneuver":
         return maneuvers_named(",".join(map(str, _list(value))))
     if isinstance(value, dict):
-        raise BadInputError(f"grid: write a path in quotes, such as \"wind.speed_kt\" = [0, 15], not [grid.{name}]")
+        raise BadInputError(f'grid: write a path in quotes, such as "wind.speed_kt" = [0, 15], not [grid.{name}]')
     if not isinstance(value, list) or not value:
         raise BadInputError(f"grid: {name} needs a list of values")
     return value
@@ -104,7 +104,9 @@ def _calibrations(stated: Any) -> Calibrations:
             found.append((str(table.get(_LABEL, "")), replace(options, model=model)))
     marks = [(label, options.model) for label, options in found]
     if len(set(marks)) < len(marks):
-        raise BadInputError("calibrate: two calibrations have one label and one model; give each a label of its own")
+        raise BadInputError(
+            "calibrate: two calibrations have one label and one model; give each a label of its own"
+        )
     return tuple(found)
 
 

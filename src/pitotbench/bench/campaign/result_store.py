@@ -1,8 +1,8 @@
 """The results of a campaign on disk: one part a flight, each written whole or not at all.
 
-`flights/ab/<key>.json` is the part of a flight: its case, its rows, its failures, and what made them. A failure is a
-result too. `logs/ab/<key>-<data system>` are the logs that are kept. Only the driver writes, and only while it holds
-the lock. All else in the folder can be made again from the parts.
+`flights/ab/<key>.json` is the part of a flight: its case, its rows, its failures, and what made them. A failure is
+a result too. `logs/ab/<key>-<data system>` are the logs that are kept. Only the driver writes, and only while it
+holds the lock. All else in the folder can be made again from the parts.
 """
 
 import json

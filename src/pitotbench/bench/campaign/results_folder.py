@@ -46,7 +46,7 @@ class Gathered:
 
 
 def gather(folder: Path, store: ResultStore, tasks: Iterable[Task], varied: tuple[str, ...]) -> Gathered:
-    """Write the rows of the tasks, in the order of the plan, to the table of the folder; return what the page needs.
+    """Write the rows of the tasks to the table of the folder, in the order of the plan; return what the page needs.
 
     An earlier table is replaced only where there is a row. The table of one plan is the same bit for bit, however
     often it was interrupted and however many processes flew it.

@@ -24,9 +24,10 @@ from pitotbench.bench.campaign.results_folder import (
 from pitotbench.bench.campaign.stopping import StoppedError, stoppable
 from pitotbench.bench.campaign.stored_result import DONE, satisfies, stored
 from pitotbench.bench.campaign.tasks import Task, sharded
-from pitotbench.bench.campaign.watching import Watch, say
+from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import FleetLostError, Limits, open_fleet
 from pitotbench.bench.fleet.code_digest import code_digest
+from pitotbench.bench.fleet.saying import say
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.logbook import write_text
 from pitotbench.records.case import Case

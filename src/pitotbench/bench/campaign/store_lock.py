@@ -32,7 +32,9 @@ class StoreLock:
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:
-            raise BadInputError(f"{self.folder}: cannot be written: {error.strerror}; choose another --out") from error
+            raise BadInputError(
+                f"{self.folder}: cannot be written: {error.strerror}; choose another --out"
+            ) from error
         if not _lock(descriptor):
             os.close(descriptor)
             raise BadInputError(f"{self.folder} belongs to another campaign that runs now: {self.owner()}")

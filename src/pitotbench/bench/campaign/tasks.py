@@ -1,4 +1,4 @@
-"""The tasks of a campaign. A task is one flight, sensed by its data systems and calibrated in one or several ways."""
+"""The tasks of a campaign. A task is one flight with all that is computed from it."""
 
 import json
 from collections.abc import Iterator, Sequence

@@ -9,16 +9,11 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import Any
 
+from pitotbench.bench.fleet.saying import say
+
 STYLES = ("auto", "bar", "lines", "json", "none")
 _EVERY = 60.0  # s between two lines
 _RECENT = 600.0  # s over which the rate is measured
-
-
-def say(text: str) -> None:
-    """Write a line to standard error."""
-    from pitotbench.show.terminal import printable
-
-    print(f"pitotbench: {printable(text)}", file=sys.stderr, flush=True)
 
 
 @dataclass(slots=True)
@@ -117,6 +112,7 @@ class Watch:
 
     def _write(self) -> None:
         if self.style == "json":
-            print(json.dumps(self.state()), file=sys.stderr, flush=True)
+            sys.stderr.write(json.dumps(self.state()) + "\n")
+            sys.stderr.flush()
         else:
             say(self.line())

@@ -5,7 +5,6 @@ Every worker must have the versions of the driver, one thread, and must fly a sh
 
 import hashlib
 import platform
-import sys
 import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from pitotbench.bench.fleet.saying import say
 from pitotbench.bench.fleet.task_limits import Limits
 from pitotbench.bench.fleet.task_stream import Fleet
 from pitotbench.records.errors import BadInputError
@@ -75,11 +75,13 @@ def open_cluster(address: str, limits: Limits, security: Path | None = None) -> 
         try:
             client.wait_for_workers(1, timeout=_PATIENCE)
         except TimeoutError as error:
-            raise BadInputError(f"the scheduler at {address} has no worker; start one with `dask worker`") from error
+            raise BadInputError(
+                f"the scheduler at {address} has no worker; start one with `dask worker`"
+            ) from error
         workers = client.scheduler_info(n_workers=-1)["workers"]
         _require_one_thread(workers)
         for note in check_hosts(describe_host(), client.run(describe_host, on_error="return")):
-            print(f"pitotbench: {note}", file=sys.stderr)
+            say(note)
         yield Fleet(client.get_executor(), limits, window=max(_AHEAD * len(workers), 8))
 
 

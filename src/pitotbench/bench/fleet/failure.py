@@ -22,7 +22,7 @@ class LostWorkError(RuntimeError):
 
 
 class FleetLostError(RuntimeError):
-    """The executor itself cannot be used any longer; the tasks that are not done can be performed by another one."""
+    """The executor cannot be used any longer; another one can perform the tasks that are not done."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +30,8 @@ class Failure:
     """Why a task gave no result, in words.
 
     `kind` is the type of the error that `require_all` raises for it. `trace` is the traceback, or the last lines of
-    the log of a process that died; it is empty for an error that the bench expects. `quarantined` is true for a task
-    that ended its process, or that broke the limits of time or memory.
+    the log of a process that died; it is empty for an error that the bench expects. `quarantined` is true for a
+    task that ended its process, or that broke the limits of time or memory.
     """
 
     reason: str

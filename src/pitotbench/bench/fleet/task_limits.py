@@ -20,7 +20,7 @@ def _here() -> tuple[str, int]:
 class Limits:
     """The most that one task may use: `seconds` of wall time and `memory` bytes of its process. None: no limit.
 
-    They hold in other processes than that of the driver, since a task that breaks the limit of time ends its process.
+    They do not hold in the process of the driver, since a task that breaks the limit of time ends its process.
     """
 
     seconds: float | None = None

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from dataclasses import dataclass, field
 from queue import SimpleQueue
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pitotbench.bench.fleet.failure import Failure, FleetLostError, LostWorkError
 from pitotbench.bench.fleet.task_limits import Limits
@@ -57,9 +57,10 @@ class Fleet:
                 yield task, result
 
     def perform(self, work: Callable[[T], R], tasks: Sequence[T], step: Step = lambda: None) -> list[R | Failure]:
-        """Return the result of `work` for every task, in the order of the tasks. `step` is called after each task."""
+        """Return the result of `work` for every task, in their order. `step` is called after each task."""
         done: dict[int, R | Failure] = {}
-        for (place, _), result in self.stream(_Numbered(work), list(enumerate(tasks))):
+        numbered: Iterator[tuple[tuple[int, T], R | Failure]] = self.stream(_Numbered(work), list(enumerate(tasks)))
+        for (place, _), result in numbered:
             done[place] = result
             step()
         return [done[place] for place in range(len(tasks))]
@@ -81,17 +82,17 @@ class Fleet:
                 future.add_done_callback(ended.put)
             if not running:
                 return
-            future = ended.get()
-            yield running.pop(future), _outcome(future)
+            over = ended.get()
+            yield running.pop(over), _outcome(over)
 
 
 @dataclass(frozen=True, slots=True)
 class _Numbered:
     """The work on a task that carries its place."""
 
-    work: Callable[..., object]
+    work: Callable[..., Any]
 
-    def __call__(self, task: tuple[int, object]) -> object:
+    def __call__(self, task: tuple[int, Any]) -> Any:
         return self.work(task[1])
 
 
@@ -102,7 +103,7 @@ def _fill(ready: deque[T], source: Iterator[T]) -> bool:
     return False
 
 
-def _outcome(future: "Future[R | Failure]") -> R | Failure | LostWorkError:
+def _outcome(future: "Future[Any]") -> Any:
     """Return the result of a future that has ended. An error outside of `attempt` means that its process died."""
     try:
         error = future.exception()

@@ -15,11 +15,12 @@ from typing import Any
 
 from pitotbench.bench.fleet.failure import LostWorkError
 from pitotbench.bench.fleet.task_limits import TIME_OVER
-from pitotbench.bench.fleet.worker_process import serve
+from pitotbench.bench.fleet.worker_process import BEGUN, serve
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _LOG_KEPT = 8192  # bytes of what a process wrote last
 _GRACE = 30.0  # s after the limit of time, within which a process should have ended itself
+_START = 300.0  # s within which a process should have started and loaded its modules
 _SPAWN = get_context("spawn")
 
 
@@ -46,7 +47,7 @@ class _Worker:
         self.text = b""
 
     def begin(self, call: _Call) -> None:
-        self.call, self.begun, self.text = call, time.monotonic(), b""
+        self.call, self.begun, self.text = call, time.monotonic() + _START, b""
         with suppress(OSError):  # it has died: its end is noticed with the next look
             self.calls.send_bytes(call.message)
 
@@ -89,7 +90,7 @@ class WorkerPool(Executor):
 
     def __init__(self, count: int, seconds: float | None = None) -> None:
         self._count = count
-        self._longest = None if seconds is None else seconds + min(_GRACE, seconds)
+        self._longest = None if seconds is None else seconds + _GRACE
         self._seconds = seconds
         self._state = _State()
         self._workers: list[_Worker] = []
@@ -167,8 +168,8 @@ class WorkerPool(Executor):
 
     def _listen(self) -> None:
         sources: dict[Any, _Worker | None] = {self._woken: None}
-        for worker in self._workers:
-            sources |= {worker.calls: worker, worker.log: worker, worker.process.sentinel: worker}
+        for each in self._workers:
+            sources |= {each.calls: each, each.log: each, each.process.sentinel: each}
         for source in wait([*sources], self._patience()):
             worker = sources[source]
             if worker is None:
@@ -185,7 +186,11 @@ class WorkerPool(Executor):
 
     def _take(self, worker: _Worker) -> None:
         try:
-            good, value = ForkingPickler.loads(worker.calls.recv_bytes())
+            message = worker.calls.recv_bytes()
+            if message == BEGUN:
+                worker.begun = time.monotonic()
+                return
+            good, value = ForkingPickler.loads(message)
         except (EOFError, OSError):
             self._bury(worker)
             return

@@ -12,13 +12,15 @@ from multiprocessing.reduction import ForkingPickler
 from threading import Thread
 from typing import Any
 
+BEGUN = b""
 _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 def serve(calls: "Connection[Any, Any]", log: "Connection[Any, Any]", parent: int) -> None:
     """Perform the calls that arrive, one after the other, and send each result. End with the driver or at None.
 
-    Everything that the process writes goes to `log`. A result is sent as (true, value), an error as (false, error).
+    Everything that the process writes goes to `log`. `BEGUN` is sent when a call begins, then its result as
+    (true, value) or its error as (false, error).
     """
     _end_with(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group; the driver ends its workers
@@ -30,13 +32,14 @@ def serve(calls: "Connection[Any, Any]", log: "Connection[Any, Any]", parent: in
             call = calls.recv_bytes()
             if not call:
                 return
-            calls.send_bytes(_answer(call))
+            calls.send_bytes(_answer(call, calls))
             sys.stdout.flush()
 
 
-def _answer(call: bytes) -> bytes:
+def _answer(call: bytes, calls: "Connection[Any, Any]") -> bytes:
     try:
         function, arguments, settings = ForkingPickler.loads(call)
+        calls.send_bytes(BEGUN)  # the modules are loaded: the time of the call begins
         return bytes(ForkingPickler.dumps((True, function(*arguments, **settings))))
     except Exception as error:
         return _error(error)

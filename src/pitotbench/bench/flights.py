@@ -8,7 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.logbook import write_log
 from pitotbench.pressure_error import MODELS, PressureErrorCurve, TableCurve
-from pitotbench.records.case import Case, PressureErrorSpec, Wind
+from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sense import data_system, record, write_truth
@@ -29,7 +29,12 @@ def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
 
 def sense(flight: Flight, das: str) -> FlightLog:
     """Return the log of a flight by a named data system (`20/1`, any `A/G`), with the case's sensor seed."""
-    return record(flight, data_system(das), flight.case.sensor_seed)
+    return sensed_by(flight, data_system(das))
+
+
+def sensed_by(flight: Flight, system: DataSystem) -> FlightLog:
+    """Return the log of a flight by a data system, with the case's sensor seed."""
+    return record(flight, system, flight.case.sensor_seed)
 
 
 def with_das(case: Case, das: str) -> Case:

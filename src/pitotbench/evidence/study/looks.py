@@ -9,8 +9,8 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sense import data_system, record
 
-# The paper's case is stated in full, so that no default of the calibrator changes it: the error is in the impact
-# pressure alone (no altitude equation), the sensors have no constant errors, the wind is constant, the clocks agree.
+# The paper's case is stated in full, so that no default of the calibrator changes it. The error is in the impact
+# pressure alone (so no altitude equation), no sensor has a constant error, the wind is constant, the clocks agree.
 COVERING = CalibrationOptions(
     model="inverse+",
     method="covering",

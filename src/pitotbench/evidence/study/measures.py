@@ -63,7 +63,7 @@ def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | 
 
 
 def _outputs(result: Calibration) -> Row:
-    """Return 2σ of the residual of each output of a fit of several, in knots of true airspeed, and pooled over them.
+    """Return 2σ of the residual of each output of a fit of several, and pooled over them [kt of true airspeed].
 
     Pooled is the root of the mean square over the outputs: an output without residual lowers it.
     """

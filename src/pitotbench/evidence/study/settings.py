@@ -107,7 +107,12 @@ VARIANTS = (
 )
 
 
-FLOWN_BY_PITCH = ("smooth", "light", "autopilot", "busy")  # the settings of Circle at fixed power; the last two rare
+FLOWN_BY_PITCH = (
+    "smooth",
+    "light",
+    "autopilot",
+    "busy",
+)  # the settings of Circle at fixed power; the last two rare
 
 
 def main_looks() -> tuple[Look, ...]:
@@ -204,7 +209,7 @@ def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
         models = tuple(Look("50/50", replace(PAPER, model=model)) for model in PAPER_MODELS)
         for name in ("smooth", "light"):
             yield Sortie(name, case_of(name, BOTH_WAYS, seed), (*models, Look("50/50", COVERING)))
-    for name in (FLOWN_BY_PITCH if rare else FLOWN_BY_PITCH[:2]):
+    for name in FLOWN_BY_PITCH if rare else FLOWN_BY_PITCH[:2]:
         yield Sortie(name, case_of(name, "circle", seed, card={"fixed_power": 1}), plain, FIXED_POWER)
     for variant in VARIANTS:
         yield Sortie("smooth", case_of("smooth", variant.maneuver, seed, card=variant.card), plain, variant.name)

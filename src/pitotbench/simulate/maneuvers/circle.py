@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees, pi
 
+from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.maneuvers.card import Card, quantity
 from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit
 from pitotbench.simulate.maneuvers.phases import Ticks, require_steep_turns, set_up, settle, sweep
-from pitotbench.records.errors import BadInputError
 from pitotbench.units import FOOT, KNOT
 
 JUDGED = ("airspeed", "altitude")

@@ -57,6 +57,7 @@ def _claim(number: str, finding: Finding, evidence: StudyTables) -> Part:
         ("The paper", f"{claim.words} ({claim.where})."),
         ("Reproduced means", f"{claim.criterion}."),
         ("Ours", f"{finding.ours}."),
+        ("Experiment", finding.experiment),
         ("Why", finding.why),
     ]
     charts = (*_patterns(evidence), *finding.charts) if number == "C1" else finding.charts

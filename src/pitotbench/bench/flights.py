@@ -8,7 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.logbook import write_log
 from pitotbench.pressure_error import MODELS, PressureErrorCurve, TableCurve
-from pitotbench.records.case import Case, PressureErrorSpec, Wind
+from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sense import data_system, record, write_truth
@@ -27,9 +27,10 @@ def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
     return log
 
 
-def sense(flight: Flight, das: str) -> FlightLog:
-    """Return the log of a flight by a named data system (`20/1`, any `A/G`), with the case's sensor seed."""
-    return record(flight, data_system(das), flight.case.sensor_seed)
+def sense(flight: Flight, das: str | DataSystem) -> FlightLog:
+    """Return the log of a flight by a data system or its name (`20/1`, any `A/G`), with the case's sensor seed."""
+    system = data_system(das) if isinstance(das, str) else das
+    return record(flight, system, flight.case.sensor_seed)
 
 
 def with_das(case: Case, das: str) -> Case:

@@ -28,6 +28,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
     parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
     parser.add_argument("--no-down", action="store_true", help="do not use the vertical GPS velocity")
+    parser.add_argument("--no-altitude", action="store_true", help="do not use the height by GPS")
     parser.add_argument("--method", help="covering or paper (default: covering)")
     parser.add_argument("--form", help="scalar, or vector: use attitude and flow angles too (default: scalar)")
     parser.add_argument(
@@ -134,6 +135,8 @@ def _choice(options: argparse.Namespace) -> "CalibrationOptions":
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
     if options.no_down:
         stated["use_down"] = False
+    if options.no_altitude:
+        stated["use_altitude"] = False
     if options.on_condition:
         stated["on_condition"] = True
     if options.all_rows:

@@ -13,6 +13,7 @@ from pitotbench.calibrate.gps_legs.methods import fixed_speed as fixed_speed
 from pitotbench.calibrate.one_thread import one_thread
 from pitotbench.calibrate.options import AUTO
 from pitotbench.calibrate.options import CalibrationOptions as CalibrationOptions
+from pitotbench.records.calibrated_flight import CalibratedFlight
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
@@ -45,16 +46,29 @@ def calibrate_together(
     curve. Raises as `calibrate` does, and BadInputError for the model `auto`.
     """
     from pitotbench.calibrate.joint_fit import reduce_together
-    from pitotbench.calibrate.result import assemble
+    from pitotbench.calibrate.several_flights import assemble_together
 
     chosen = options or CalibrationOptions()
     if chosen.model == AUTO:
         raise BadInputError("several logs have a curve in common only of one model: name it, or use --separately")
     with one_thread():
-        calibrations = tuple(
-            assemble(reduction, airspeeds) for reduction, airspeeds in reduce_together(logs, chosen)
-        )
+        calibrations = assemble_together(reduce_together(logs, chosen))
     return tuple(_judged(calibration) for calibration in calibrations)
+
+
+def calibrate_flights(
+    logs: Sequence[FlightLog], options: CalibrationOptions | None = None
+) -> tuple[CalibratedFlight, ...]:
+    """Estimate one curve from all flights of the logs, with a separate wind for each flight.
+
+    A log that pauses for more than five minutes holds several flights. Raises as `calibrate_together` does. A
+    single log may have the model `auto`, which gives each of its flights a curve of its own.
+    """
+    from pitotbench.calibrate.several_flights import reduce_flights
+
+    with one_thread():
+        flights = reduce_flights(logs, options or CalibrationOptions())
+    return tuple(replace(flight, calibration=_judged(flight.calibration)) for flight in flights)
 
 
 def _judged(calibration: Calibration) -> Calibration:

@@ -1,7 +1,8 @@
 """The bound expected of a flight from its geometry alone: the inverse information matrix.
 
 The geometry is speeds, headings and times; the response of the log is not used. The level and the length of the
-gusts and the noise of the receiver's height are assumed known. The calibration estimates them, so its bound is wider.
+gusts and the noise of the receiver's height are assumed known. The calibration estimates them, and its bound is
+wider.
 """
 
 from dataclasses import dataclass, replace

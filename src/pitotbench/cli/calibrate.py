@@ -11,9 +11,8 @@ from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.calibrate.options import CalibrationOptions
-    from pitotbench.records.calibration import Calibration
+    from pitotbench.records.calibrated_flight import CalibratedFlight
     from pitotbench.records.fixed_speed_point import FixedSpeedPoint
-    from pitotbench.records.log import FlightLog
 
 _CHOICES = ("model", "method", "form", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
@@ -52,12 +51,17 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Reduced:
-    """A log, its calibration, and its fixed-speed points."""
+    """A flight of a log, its calibration, and its fixed-speed points."""
 
     path: Path
-    log: "FlightLog"
-    calibration: "Calibration"
+    flight: "CalibratedFlight"
     points: "tuple[FixedSpeedPoint, ...]"
+
+    @property
+    def name(self) -> str:
+        """The name of the file, with the number of the flight where the file holds several."""
+        flight = self.flight
+        return self.path.name + (f", flight {flight.number} of {flight.count}" if flight.count > 1 else "")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -77,43 +81,51 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
-    """Return each log with its calibration: one curve for each log where asked for, else one for all."""
-    from pitotbench.bench import calibrate, calibrate_together, cross_check
+    """Return each flight with its calibration: one curve for each log where asked for, else one for all."""
+    from pitotbench.bench import calibrate_flights, cross_check
     from pitotbench.logbook import read_log
 
     choice = _choice(options)
     logs = [read_log(path, options.mapping) for path in options.logs]
-    if options.separately or len(logs) == 1:
-        found = [calibrate(log, choice) for log in logs]
+    if options.separately:
+        paired = [
+            (path, one)
+            for path, log in zip(options.logs, logs, strict=True)
+            for one in calibrate_flights([log], choice)
+        ]
     else:
-        found = list(calibrate_together(logs, choice))
-    return [
-        _Reduced(path, log, calibration, tuple(cross_check(log, choice)))
-        for path, log, calibration in zip(options.logs, logs, found, strict=True)
-    ]
+        paired = [(options.logs[one.place], one) for one in calibrate_flights(logs, choice)]
+    return [_Reduced(path, flight, tuple(cross_check(flight.log, choice))) for path, flight in paired]
 
 
 def _print_json(reduced: list[_Reduced]) -> None:
-    from pitotbench.show.calibration_json import calibration_json
+    from pitotbench.show.calibration_json import calibration_json, flight_json
     from pitotbench.show.fixed_speed_tables import points_json
     from pitotbench.show.strict_json import json_text
 
-    documents = [calibration_json(each.calibration) | {"fixed_speed": points_json(each.points)} for each in reduced]
+    documents = [
+        calibration_json(each.flight.calibration)
+        | flight_json(each.flight)
+        | {"fixed_speed": points_json(each.points)}
+        for each in reduced
+    ]
     sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
 
 
 def _print_tables(reduced: list[_Reduced]) -> None:
     from rich.console import Console
 
-    from pitotbench.show.calibration_text import print_calibration
+    from pitotbench.show.calibration_text import flight_lines, print_calibration
     from pitotbench.show.fixed_speed_tables import print_points
     from pitotbench.show.terminal import outside
 
     console = Console(highlight=False, soft_wrap=True)
     for each in reduced:
-        console.print(outside(each.path.name, "bold"))
-        print_calibration(each.calibration, console)
-        print_points(each.points, console, each.calibration.curve)
+        console.print(outside(each.name, "bold"))
+        for line in flight_lines(each.flight):
+            console.print(outside(line))
+        print_calibration(each.flight.calibration, console)
+        print_points(each.points, console, each.flight.calibration.curve)
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
@@ -158,9 +170,13 @@ def _latency(text: str) -> dict[str, object]:
 
 def _write_report(path: Path, reduced: list[_Reduced]) -> None:
     from pitotbench.logbook import write_text
+    from pitotbench.show.calibration_text import flight_lines
     from pitotbench.show.draw_section import log_section
     from pitotbench.show.report import log_page
 
-    sections = [log_section(each.path.name, each.log, each.calibration, each.points) for each in reduced]
-    title = "Pitot-static calibration: " + ", ".join(each.path.name for each in reduced)
+    sections = [
+        log_section(each.name, each.flight.log, each.flight.calibration, each.points, flight_lines(each.flight))
+        for each in reduced
+    ]
+    title = "Pitot-static calibration: " + ", ".join(dict.fromkeys(each.path.name for each in reduced))
     write_text(path, log_page(title, sections))

@@ -28,10 +28,12 @@ def add(parser: argparse.ArgumentParser) -> None:
     flag(
         "--error-location",
         default="impact",
-        help="where the error is expected: static (GPS height shows it too), total or impact (default: %(default)s)",
+        help="where the error is expected: static (GPS height shows it), total or impact (default: %(default)s)",
     )
-    flag("--receiver-height-m", help="WHITE,SLOW: 1σ of the receiver's height error, such as 0.3,2 (default: 1.5,0)")
-    flag("--vertical-velocity", default="usual", help="recorded, missing or usual: from 10 Hz (default: %(default)s)")
+    flag("--receiver-height-m", help="WHITE,SLOW: 1σ of the height error by GPS, such as 0.3,2 (default: 1.5,0)")
+    flag(
+        "--vertical-velocity", default="usual", help="recorded, missing or usual: from 10 Hz (default: %(default)s)"
+    )
     flag("--minutes", type=float, help="minutes to spend on condition")
     flag("--want-kt", type=float, help="2σ wanted on the curve [kt]: how many minutes does it take?")
     flag("--box-nm", type=float, help="side of the square that the maneuver must stay in [nmi]")

@@ -1,4 +1,4 @@
-"""Measure how much the altitude equation narrows the bound on simulated flights, and whether the planner foresees it.
+"""Measure on simulated flights how much the altitude equation narrows the bound, and whether a plan foresees it.
 
 The error is the static source's. The receiver stands alone: its height has a white error of 0.3 m and a slow one of
 2 m over 90 s, and its velocity 0.05 m/s, once a second.

@@ -55,7 +55,7 @@ class DataSystem:
     Each `…_noise` is the standard deviation of the white noise of a sample. A resolution of 0 means no rounding. A
     latency [s] is the time from an event to its stamp. `altitude_drift` is the standard deviation of the slow part
     of a receiver's height error, a first-order Gauss-Markov process of correlation time `altitude_drift_time`.
-    `vertical_velocity` says whether the GPS velocity down is `recorded` or `missing`; `usual` is what the source has,
+    `vertical_velocity` says whether the GPS velocity down is `recorded` or `missing`; `usual` is as in the source,
     where only an integrated IMU/GPS records it.
     """
 

@@ -39,10 +39,20 @@ def flight_section(
     return Section(name, maneuver, system, answer, html)
 
 
-def log_section(name: str, log: FlightLog, result: Calibration, points: Sequence[FixedSpeedPoint] = ()) -> Section:
-    """The section of a log that was read from a file; its group says whether a simulator made the log."""
+def log_section(
+    name: str,
+    log: FlightLog,
+    result: Calibration,
+    points: Sequence[FixedSpeedPoint] = (),
+    lines: Sequence[str] = (),
+) -> Section:
+    """The section of a log that was read from a file, or of a flight of it; `lines` say which.
+
+    Its group says whether a simulator made the log.
+    """
     answer = short_answer_of(result, name)
-    rows = f"{len(log):,} rows read, {result.samples:,} used."
+    rows = " ".join([*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log):,} rows read,"])
+    rows += f" {result.samples:,} used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
     html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points)
     # A simulator writes its case into the header of a log; nothing else does.

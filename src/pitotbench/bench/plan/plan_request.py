@@ -1,6 +1,6 @@
 """The request for a plan: air, data system, speeds, minutes, box."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,9 +24,10 @@ class PlanRequest:
 
     `base` holds the aircraft, the height, the expected wind and turbulence, and an error curve of the expected
     size and location. `system` is the data system or its name, and `options` are those of the calibration. An error
-    of the static source narrows the bound as far as the system's height shows it. `speeds` is the range of calibrated airspeed [m/s] over which the bound is averaged. `minutes` is the time
-    available, `want` [m/s] the wanted 2σ, and `box` [m] the side of the airspace; each is None where it does not
-    matter. `draws` is the number of draws of gusts and sensor noise for each maneuver.
+    of the static source narrows the bound as far as the system's height shows it. `speeds` is the range of
+    calibrated airspeed [m/s] over which the bound is averaged. `minutes` is the time available, `want` [m/s] the
+    wanted 2σ, and `box` [m] the side of the airspace; each is None where it does not matter.
+    `draws` is the number of draws of gusts and sensor noise for each maneuver.
 
     Raises BadInputError or UnknownNameError for a request that makes no sense.
     """
@@ -39,7 +40,7 @@ class PlanRequest:
     box: float | None = None
     maneuvers: tuple[str, ...] = tuple(MANEUVERS)
     draws: int = 16
-    options: CalibrationOptions = CalibrationOptions()
+    options: CalibrationOptions = field(default_factory=CalibrationOptions)
 
     def __post_init__(self) -> None:
         for name in self.maneuvers:

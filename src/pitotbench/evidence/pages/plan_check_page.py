@@ -48,9 +48,9 @@ _HEIGHTS = """
 ## An error of the static source
 
 GPS height shows an error of the static source too (the altitude equation, [method.md](method.md)). The same
-comparison at 3,350 ft in light turbulence (0.5 m/s), 20/1 Hz, with a receiver that stands alone: height with a white
-error of 0.3 m and a slow one of 2 m over 90 s, velocity with 0.05 m/s a fix. *Triangle* uses neither the height nor
-the vertical velocity.
+comparison at 3,350 ft in light turbulence (0.5 m/s), 20/1 Hz, with a receiver that stands alone. Its height has a
+white error of 0.3 m and a slow one of 2 m over 90 s, its velocity a white one of 0.05 m/s. *Triangle* uses neither
+the height nor the vertical velocity.
 
 {verdict}
 

@@ -50,7 +50,8 @@ _HEIGHTS = """
 GPS height shows an error of the static source too (the altitude equation, [method.md](method.md)). The same
 comparison at 3,350 ft in light turbulence (0.5 m/s), 20/1 Hz, with a receiver that stands alone. Its height has a
 white error of 0.3 m and a slow one of 2 m over 90 s, its velocity a white one of 0.05 m/s. *Triangle* uses neither
-the height nor the vertical velocity.
+the height nor the vertical velocity. {flights} flights a cell (seeds from 1);
+`python scripts/check_plan.py --height-only` prints this table.
 
 {verdict}
 
@@ -151,7 +152,10 @@ def _height_section(heights: pd.DataFrame) -> str:
         f"Predicted / flown ±2σ: {heights.ratio.min():.2f} to {heights.ratio.max():.2f}; "
         f"{inside} of {len(heights)} cells within {low} to {high}."
     )
-    return _HEIGHTS.format(verdict=verdict, table=markdown_table(_HEIGHT_COLUMNS, frame_rows(heights)))
+    flights = int(heights.flights.min())
+    return _HEIGHTS.format(
+        flights=flights, verdict=verdict, table=markdown_table(_HEIGHT_COLUMNS, frame_rows(heights))
+    )
 
 
 def _verdict(table: pd.DataFrame) -> str:

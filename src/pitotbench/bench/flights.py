@@ -14,7 +14,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sense import data_system, record, write_truth
 from pitotbench.simulate import MANEUVERS, fly
 from pitotbench.simulate.maneuvers.card import override
-from pitotbench.units import Array, MetersPerSecond
+from pitotbench.units import Array, Meters, MetersPerSecond
 
 
 def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
@@ -59,6 +59,20 @@ def true_correction(spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond
     """Return true calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
     impact = true_curve(spec).impact_pressure(air.impact_pressure(indicated_airspeed))
     return air.calibrated_airspeed(impact) - indicated_airspeed
+
+
+def true_altitude_correction(
+    spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond, static_pressure: float
+) -> Meters:
+    """Return true minus indicated pressure altitude [m] at indicated airspeeds [m/s].
+
+    `static_pressure` [Pa] is the indicated one. Only an error of the static source changes it.
+    """
+    if spec.location != "static":
+        return np.zeros_like(indicated_airspeed)
+    indicated = air.impact_pressure(indicated_airspeed)
+    error = true_curve(spec).impact_pressure(indicated) - indicated
+    return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(static_pressure)
 
 
 def wind_toward(wind: Wind) -> Array:

@@ -13,7 +13,7 @@ import pandas as pd
 from pitotbench import bench
 from pitotbench.bench.plan.forecasting import forecast
 from pitotbench.bench.plan.plan_request import PlanRequest
-from pitotbench.bench.truth_comparison import compare_curve_at
+from pitotbench.bench.truth_comparison import compare_altitude, compare_curve_at
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.evidence.experiment import NO_LIMIT, Budget, Experiment, Row, Trial, run_experiment
 from pitotbench.records.case import Case, PressureErrorSpec
@@ -42,8 +42,8 @@ def request_with(look: str) -> PlanRequest:
 def flown_with_height(trial: Trial, looks: tuple[str, ...]) -> list[Row]:
     """Fly a maneuver of the plan and calibrate it with every look; return a row for each.
 
-    Columns: maneuver, turbulence, receiver, seed, two_sigma_kt (mean over the wanted speeds) and coverage (share of
-    the speeds inside 2σ). Trial and seed are those of `experiment`.
+    Columns: maneuver, turbulence, receiver, seed, two_sigma_kt (mean over the wanted speeds), coverage (share of
+    the speeds inside 2σ), two_sigma_ft and coverage_ft (of the altitude correction; NaN where there is none).
     """
     request = request_with(TRIANGLE)
     case = replace(request.case(trial.maneuver), turbulence=trial.turbulence)
@@ -51,7 +51,9 @@ def flown_with_height(trial: Trial, looks: tuple[str, ...]) -> list[Row]:
     rows: list[Row] = []
     for look in looks:
         given = request_with(look)
-        curve = bench.calibrate(bench.sense(flight, given.das), given.options).curve
+        log = bench.sense(flight, given.das)
+        curve = bench.calibrate(log, given.options).curve
+        height = compare_altitude(curve, case.pressure_error, float(np.median(log.static_pressure)))
         found = compare_curve_at(curve, case.pressure_error, request.airspeeds)
         rows.append(
             {
@@ -61,6 +63,8 @@ def flown_with_height(trial: Trial, looks: tuple[str, ...]) -> list[Row]:
                 "seed": trial.seed,
                 "two_sigma_kt": found.mean_two_sigma / KNOT,
                 "coverage": found.inside,
+                "two_sigma_ft": height.mean_two_sigma / FOOT if height else np.nan,
+                "coverage_ft": height.inside if height else np.nan,
             }
         )
     return rows
@@ -72,7 +76,8 @@ def check_height(
     """Fly, forecast and compare; return one row for each maneuver and receiver.
 
     Columns: maneuver, receiver, flights, predicted_kt, flown_kt, flown_se_kt, ratio (predicted / flown),
-    predicted_share and flown_share (of the triangle's bound, nan for the triangle), coverage.
+    predicted_share and flown_share (of the triangle's bound, nan for the triangle), coverage, two_sigma_ft,
+    coverage_ft.
     """
     experiment = Experiment(flown_with_height, tuple(maneuvers), (_TURBULENCE,), LOOKS, "receiver")
     flown = run_experiment(experiment, seeds, budget)
@@ -83,6 +88,8 @@ def check_height(
             flown_kt=("two_sigma_kt", "mean"),
             flown_se_kt=("two_sigma_kt", "sem"),
             coverage=("coverage", "mean"),
+            two_sigma_ft=("two_sigma_ft", "mean"),
+            coverage_ft=("coverage_ft", "mean"),
         )
         .reset_index()
     )

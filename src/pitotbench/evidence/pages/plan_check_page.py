@@ -43,6 +43,8 @@ _HEIGHT_COLUMNS = (
     _column("predicted_share", "predicted / triangle alone", style=".2f"),
     _column("flown_share", "flown / triangle alone", style=".2f"),
     _column("coverage", "curve inside ±2σ", "%", ".0%"),
+    _column("two_sigma_ft", "position error ±2σ", "ft", ".1f"),
+    _column("coverage_ft", "position error inside ±2σ", "%", ".0%"),
 )
 _HEIGHTS = """
 ## An error of the static source

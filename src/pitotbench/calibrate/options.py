@@ -31,7 +31,8 @@ class CalibrationOptions:
     total source, which is the same to this estimator), `static` (the error of the static source, which changes the
     static pressure too and is visible against GPS height), or `auto`: by evidence where the log has its height,
     else static for logs that are not synthetic.
-    use_down: use the vertical GPS velocity. on_condition: use only the rows that the log marks as on condition.
+    use_down: use the vertical GPS velocity. use_altitude: use the receiver's height (the altitude equation).
+    on_condition: use only the rows that the log marks as on condition.
     mach_max: rows above it are left out. ground_speed_min [m/s]: rows below it are left out, for a log that begins
     on the ground, where the air data have an unknown zero.
     wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
@@ -50,6 +51,7 @@ class CalibrationOptions:
     form: str = "scalar"
     error_location: str = AUTO
     use_down: bool = True
+    use_altitude: bool = True
     on_condition: bool = False
     mach_max: float | None = None
     ground_speed_min: float = 0.0

@@ -11,7 +11,7 @@ from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.calibrate.options import CalibrationOptions
-    from pitotbench.records.calibration import Calibration
+    from pitotbench.records.calibrated_flight import CalibratedFlight
     from pitotbench.records.fixed_speed_point import FixedSpeedPoint
     from pitotbench.records.log import FlightLog
     from pitotbench.show.limit import Limit
@@ -22,13 +22,16 @@ _NAMED_LATENCIES = ("checked", "estimated")
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench calibrate`."""
-    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat, .ulg, .bin)")
+    parser.add_argument(
+        "logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat, .ulg, .bin)"
+    )
     parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
     add_mapping(parser)
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
     parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
     parser.add_argument("--no-down", action="store_true", help="do not use the vertical GPS velocity")
+    parser.add_argument("--no-altitude", action="store_true", help="do not use the height by GPS")
     parser.add_argument("--method", help="covering or paper (default: covering)")
     parser.add_argument("--form", help="scalar, or vector: use attitude and flow angles too (default: scalar)")
     parser.add_argument(
@@ -60,12 +63,17 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Reduced:
-    """A log, its calibration, and its fixed-speed points."""
+    """A flight of a log, its calibration, and its fixed-speed points."""
 
     path: Path
-    log: "FlightLog"
-    calibration: "Calibration"
+    flight: "CalibratedFlight"
     points: "tuple[FixedSpeedPoint, ...]"
+
+    @property
+    def name(self) -> str:
+        """The name of the file, with the number of the flight where the file holds several."""
+        flight = self.flight
+        return self.path.name + (f", flight {flight.number} of {flight.count}" if flight.count > 1 else "")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -93,32 +101,34 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
-    """Return each log with its calibration: one curve for each log where asked for, else one for all."""
-    from pitotbench.bench import calibrate, calibrate_together, cross_check
+    """Return each flight with its calibration: one curve for each log where asked for, else one for all."""
+    from pitotbench.bench import calibrate_flights, cross_check
 
     choice = _choice(options, mapping_advice(options))  # a wrong flag is refused before a long log is read
     logs = read_logs(options.logs, options.mapping)
     choice = _choice(options, mapping_advice(options, logs))
-    if options.separately or len(logs) == 1:
-        found = [calibrate(log, choice) for log in logs]
+    if options.separately:
+        paired = [
+            (path, one)
+            for path, log in zip(options.logs, logs, strict=True)
+            for one in calibrate_flights([log], choice)
+        ]
     else:
-        found = list(calibrate_together(logs, choice))
-    return [
-        _Reduced(path, log, calibration, tuple(cross_check(log, choice)))
-        for path, log, calibration in zip(options.logs, logs, found, strict=True)
-    ]
+        paired = [(options.logs[one.place], one) for one in calibrate_flights(logs, choice)]
+    return [_Reduced(path, flight, tuple(cross_check(flight.log, choice))) for path, flight in paired]
 
 
 def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:
-    from pitotbench.show.calibration_json import calibration_json
+    from pitotbench.show.calibration_json import calibration_json, flight_json
     from pitotbench.show.fixed_speed_tables import points_json
     from pitotbench.show.strict_json import json_text
 
     documents = [
         {
             "log": each.path.name,
-            "origin": _origin(each.log),
-            **calibration_json(each.calibration, limit),
+            "origin": _origin(each.flight.log),
+            **calibration_json(each.flight.calibration, limit),
+            **flight_json(each.flight),
             "fixed_speed": points_json(each.points),
         }
         for each in reduced
@@ -129,16 +139,18 @@ def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:
 def _print_tables(reduced: list[_Reduced], limit: "Limit | str | None", options: argparse.Namespace) -> None:
     from rich.console import Console
 
-    from pitotbench.show.calibration_text import print_calibration
+    from pitotbench.show.calibration_text import flight_lines, print_calibration
     from pitotbench.show.fixed_speed_tables import print_points
     from pitotbench.show.terminal import outside
 
     console = Console(highlight=False, soft_wrap=True)
     for each in reduced:
-        console.print(outside(f"{each.path.name} ({_origin(each.log)})", "bold"))
-        print_calibration(each.calibration, console, limit, options.verbose)
+        console.print(outside(f"{each.name} ({_origin(each.flight.log)})", "bold"))
+        for line in flight_lines(each.flight):
+            console.print(outside(line))
+        print_calibration(each.flight.calibration, console, limit, options.verbose)
         if options.verbose:
-            print_points(each.points, console, each.calibration.curve)
+            print_points(each.points, console, each.flight.calibration.curve)
     if not options.verbose:
         console.print(f"More: -v for all numbers{'' if options.report else ', --report PAGE.html for pictures'}.")
 
@@ -161,6 +173,8 @@ def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "Calibratio
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
     if options.no_down:
         stated["use_down"] = False
+    if options.no_altitude:
+        stated["use_altitude"] = False
     if options.on_condition:
         stated["on_condition"] = True
     if options.all_rows:
@@ -182,11 +196,17 @@ def _latency(text: str) -> dict[str, object]:
 
 def _write_report(path: Path, reduced: list[_Reduced], limit: "Limit | str | None") -> None:
     from pitotbench.logbook import write_text
+    from pitotbench.show.calibration_text import flight_lines
     from pitotbench.show.draw_section import log_section
     from pitotbench.show.report import log_page
 
-    sections = [log_section(each.path.name, each.log, each.calibration, each.points, limit) for each in reduced]
-    title = "Pitot-static calibration: " + ", ".join(each.path.name for each in reduced)
+    sections = [
+        log_section(
+            each.name, each.flight.log, each.flight.calibration, each.points, limit, flight_lines(each.flight)
+        )
+        for each in reduced
+    ]
+    title = "Pitot-static calibration: " + ", ".join(dict.fromkeys(each.path.name for each in reduced))
     write_text(path, log_page(title, sections))
 
 
@@ -194,7 +214,7 @@ def _write_card(path: Path, reduced: list[_Reduced]) -> None:
     from pitotbench.logbook import write_text
     from pitotbench.show.airspeed_card import card_csv
 
-    write_text(path, card_csv(reduced[0].calibration.curve))
+    write_text(path, card_csv(reduced[0].flight.calibration.curve))
 
 
 def _origin(log: "FlightLog") -> str:

@@ -7,8 +7,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from pandas import DataFrame
 
 _VIEWS = "pitotbench.show.notebook"  # by name, as the table of commands names its modules
@@ -24,10 +22,9 @@ class Shown:
         frame: DataFrame = _views().to_frame(self)
         return frame
 
-    def plot(self, axes: "Axes | None" = None) -> "Figure":
-        """Draw the record, on the axes given or in a new figure, and return the figure."""
-        figure: Figure = _views().plot(self, axes)
-        return figure
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the record on matplotlib's axes, or in a new figure without them; return the figure."""
+        return _views().plot(self, axes)
 
     def _repr_html_(self) -> str:
         return str(_views().to_html(self))

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from pitotbench.records.calibrated_flight import CalibratedFlight
 from pitotbench.records.calibration import Calibration, Estimate, Share, WindEstimate
 from pitotbench.show.assumptions import assumptions_json
 from pitotbench.show.columns import json_rows
@@ -32,6 +33,21 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "shares": [_share(share) for share in result.shares],
         "diagnostics": {k: v for k, v in (result.diagnostics or {}).items() if k != "model_choice"},
         **({"model_choice": weighed} if weighed else {}),
+    }
+
+
+def flight_json(flight: CalibratedFlight) -> dict[str, Any]:
+    """Which flight of its log a calibration is of, as plain data; nothing where a log alone holds one flight."""
+    if flight.count == 1 and flight.joined == 1:
+        return {}
+    return {
+        "flight": {
+            "number": flight.number,
+            "of": flight.count,
+            "from_s": float(flight.log.time[0]),
+            "to_s": float(flight.log.time[-1]),
+            "flights_of_the_curve": flight.joined,
+        }
     }
 
 

@@ -4,6 +4,7 @@ from html import escape
 
 from rich.console import Console
 
+from pitotbench.records.calibrated_flight import CalibratedFlight
 from pitotbench.records.calibration import Calibration, Estimate
 from pitotbench.show.airspeed_card import GLANCE_COLUMNS, glance_points
 from pitotbench.show.assumptions import assumption_lines
@@ -17,6 +18,17 @@ from pitotbench.units import KNOT
 
 _LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
 _LOCATIONS = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
+
+
+def flight_lines(flight: CalibratedFlight) -> list[str]:
+    """Which flight of its log a calibration is of, and with how many it shares the curve, in at most one line."""
+    told = []
+    if flight.count > 1:
+        time = flight.log.time
+        told.append(f"flight {flight.number} of {flight.count} in the log, {time[0]:.0f} to {time[-1]:.0f} s")
+    if flight.joined > 1:
+        told.append(f"one curve from {flight.joined} flights, the wind of this one")
+    return ["; ".join(told)] if told else []
 
 
 def print_calibration(

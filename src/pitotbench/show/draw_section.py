@@ -47,13 +47,15 @@ def log_section(
     result: Calibration,
     points: Sequence[FixedSpeedPoint] = (),
     limit: Limit | str | None = AUTO,
+    lines: Sequence[str] = (),
 ) -> Section:
-    """The section of a log that was read from a file; its group says whether a simulator made the log.
+    """The section of a log that was read from a file, or of a flight of it; `lines` say which.
 
-    `limit` as for `judgments`.
+    Its group says whether a simulator made the log. `limit` as for `judgments`.
     """
     answer = short_answer_of(result, name)
-    rows = f"{len(log):,} rows read, {result.samples:,} used."
+    rows = " ".join([*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log):,} rows read,"])
+    rows += f" {result.samples:,} used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
     html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit)
     origin = "simulated logs" if log.simulated else "measured logs"

@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from pitotbench import bench
 from pitotbench.bench.campaign.tasks import Task
 from pitotbench.bench.fleet.code_digest import code_digest
-from pitotbench.bench.flights import sensed_by
+from pitotbench.bench.flights import sense
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.logbook import write_log
 from pitotbench.records.calibration import Calibration
@@ -65,7 +65,7 @@ def perform_task(task: Task) -> TaskOutcome:
     failures: list[str] = []
     logs: dict[str, bytes] = {}
     for system in task.systems:
-        log = sensed_by(flight, system)
+        log = sense(flight, system)
         results, failed = _calibrated(task, system, log)
         if task.keep_logs == "all" or (task.keep_logs == "failed" and failed):
             logs[task.log_name(system)] = _bytes_of(log, task.log_format)

@@ -84,7 +84,7 @@ def fit_located(
     assumed = stated or assumed_location(log.header)
     bare = _at(structure, assumed == STATIC)
     rows = None
-    if stated in (None, STATIC):
+    if options.use_altitude and stated in (None, STATIC):
         count = structure.model.error_count
         rows = altitude_rows(log, obs, options.gps_latency, start[count : count + 2])
     if rows is not None:

@@ -76,7 +76,7 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     if options.method == "covering":
         options, obs, located, noticed = _cover(log, options, model, obs, white)
         model, answer, found = located.structure.model, located.answer, found | noticed
-        departures = outside_prior(located.structure, located.fit, located.answer)
+        departures = outside_prior(located.structure, obs, located.fit, located.answer)
         nuisances, location, altitude = located.structure.nuisances, located.location, located.structure.altitude
     return Reduction(
         options=options,

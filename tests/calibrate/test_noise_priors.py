@@ -29,3 +29,11 @@ def test_a_length_one_factor_off_is_one_standard_deviation_off(height_pressure, 
     usual = log_prior(np.log([0.5, GUST_LENGTH, 0.05]))
     for length in (GUST_LENGTH * factor, GUST_LENGTH / factor):
         assert log_prior(np.log([0.5, length, 0.05])) - usual == pytest.approx(-0.5, abs=1e-9)
+
+
+@pytest.mark.parametrize("level", [1e-4, 1e-2])
+def test_of_small_gusts_every_size_is_as_likely_as_the_next(level):
+    """Jeffreys' prior: ten times less is no less likely, so that calm air may be found calm."""
+    log_prior = log_prior_at(81200.0)
+    more, less = (log_prior(np.log([size, GUST_LENGTH, 0.05])) for size in (level, 0.1 * level))
+    assert more == pytest.approx(less, abs=1e-4)

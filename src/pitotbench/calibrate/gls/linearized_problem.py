@@ -184,13 +184,12 @@ def length_factor(obs: Observations) -> float:
 def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
     """The prior of φ: half-normal levels and a log-normal length, wider for a log above 10,000 ft.
 
-    The φ terms convert the density of a level to that of its logarithm. With a drifting wind the gust's level has
-    no φ term (Jeffreys' prior for a scale). Gusts and drift both explain short changes, and a density that is flat
-    in the level would attribute the drift of calm air to gusts.
+    The φ terms convert the density of a level to that of its logarithm. The gust's level has no φ term (Jeffreys'
+    prior for a scale). A density that is flat in the level would put gusts of a few centimeters a second into calm
+    air, which outweigh all sensor noise.
     """
     rows = structure.altitude
-    gust, white = (GUST_SCALE, 0.0 if structure.drifting else 1.0), (WHITE_SCALE, 1.0)
-    levels = {0: gust, 2: white}
+    levels = {0: (GUST_SCALE, 0.0), 2: (WHITE_SCALE, 1.0)}
     if structure.drifting:
         levels[3] = (WIND_SCALE, 1.0)
     if structure.crosswind:

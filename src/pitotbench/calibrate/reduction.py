@@ -14,6 +14,7 @@ from pitotbench.calibrate.gls.linearized_problem import Structure
 from pitotbench.calibrate.gls.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibrate.gls.outside_prior import outside_prior
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
+from pitotbench.calibrate.gls.wind_check import ASKS, JUMP, WindChange, check_wind
 from pitotbench.calibrate.model.crosswind import direction_nuisances
 from pitotbench.calibrate.model.nuisances import Nuisance, nuisances_of
 from pitotbench.calibrate.model.prediction import PredictionModel
@@ -27,6 +28,7 @@ from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.calibration import Assumption
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.log import FlightLog
+from pitotbench.units import KNOT
 
 _ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data
@@ -182,6 +184,8 @@ def _cover(
             structure = _structure(model, options, obs)
             located = fit_located(log, options, structure, obs, white.theta)
     fit = located.fit
+    if options.wind == "checked" and not located.structure.crosswind:
+        found |= _wind_found(check_wind(located.structure, obs, fit))
     found |= {
         "gust_deviation_mps": fit.gust_deviation,
         "gust_length_m": fit.gust_length,
@@ -190,6 +194,18 @@ def _cover(
         **_altitude_found(located),
     }
     return options, obs, located, found
+
+
+def _wind_found(change: WindChange | None) -> dict[str, Any]:
+    """The diagnostics of a change of the wind."""
+    if change is None:
+        return {}
+    return {
+        "wind_change_bayes_factor": change.bayes_factor,
+        "wind_change_kind": change.kind,
+        "wind_change_mps": change.size,
+        "wind_change_time_s": change.time if change.kind == JUMP else None,
+    }
 
 
 def _altitude_found(located: ErrorPlace) -> dict[str, Any]:
@@ -246,7 +262,18 @@ def _warnings(
             f"{100.0 * agreement:.2g} % of cases): the model may not follow the curve (try --model auto, or a "
             "narrower range of speeds), or temperature or height may be off by more than stated"
         )
+    if found.get("wind_change_bayes_factor", 0.0) > ASKS:
+        warnings.append(_wind_warning(found))
     latency_bound = found.get("latency_two_sigma_s")  # None also where the log does not determine the latency
     if latency_bound is not None and abs(found["latency_left_s"]) > latency_bound:
         warnings.append(latency_warning(found["latency_s"], latency_bound))
     return tuple(warnings)
+
+
+def _wind_warning(found: Mapping[str, Any]) -> str:
+    knots, time = found["wind_change_mps"] / KNOT, found["wind_change_time_s"]
+    when = "over the log" if time is None else f"about {time:.0f} s after the first row"
+    return (
+        f"the wind may have changed by about {knots:.1f} kt {when}; the bound assumes a constant wind: compare with "
+        "--wind drifting, or fly each speed on opposite headings"
+    )

@@ -34,12 +34,14 @@ class ColumnEvidence:
     """What the rows say of further columns when the fitted coefficients are integrated out.
 
     `log_likelihood` is the restricted log-likelihood without them, up to a constant. `pull` (m,) and `precision`
-    (m, m) are the gradient and the negative Hessian of the one with them, at zero.
+    (m, m) are the gradient and the negative Hessian of the one with them, at zero. `moved` (p, m) is the change of
+    the estimates of the fitted coefficients per unit of a further one.
     """
 
     log_likelihood: float
     pull: Array
     precision: Array
+    moved: Array
 
     def log_bayes_factor(self, chosen: NDArray[np.intp], deviations: Array) -> float:
         """The log evidence that the chosen columns (k,) add with prior standard deviations (k,)."""
@@ -77,4 +79,5 @@ def column_evidence(parts: Sequence[Part], prior_precision: Array) -> ColumnEvid
     explained = np.linalg.solve(root, products[:p, p:] / scale[:, None])
     rest = products[p:, p:] - explained.T @ explained
     determinant += 2.0 * float(np.sum(np.log(np.diag(root)) + np.log(scale)))
-    return ColumnEvidence(-0.5 * (determinant + float(rest[0, 0])), rest[1:, 0], rest[1:, 1:])
+    moved = -np.linalg.solve(root.T, explained[:, 1:]) / scale[:, None]
+    return ColumnEvidence(-0.5 * (determinant + float(rest[0, 0])), rest[1:, 0], rest[1:, 1:], moved)

@@ -29,11 +29,12 @@ ASKS = 1.0 / 3.0
 _STEADY_SIZES = (1.0, 3.0)  # m/s (1σ) of each component, over the log
 _SIZES = (0.4, 1.2, 3.6)  # m/s, standard deviation of a component of the wind around its mean over the log
 _MEMORIES = (60.0, 600.0)  # s of a drift: a wave, a steady change
+_ENOUGH = 0.1  # s between rows: a wind that changes is slow
 _SHORTEST = 30.0  # s, half a period of the fastest cosine: shorter changes are gusts
 _MOST_COSINES = 24  # in a long log the slower ones
 _JUMP_SIZE = 3.0  # m/s (1σ) of each component
 _JUMP_SECONDS = 20.0  # s that a jump lasts
-_JUMP_TIMES = 36  # that are tried, evenly over the log
+_JUMP_TIMES = 30  # that are tried, evenly over the log
 # Of the gust length found for a constant wind, which takes a change for long gusts.
 _SHORTER = (1.0, 0.4, 0.15)
 _FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
@@ -44,13 +45,15 @@ class WindChange:
     """The evidence for a wind that changed, and its most likely change.
 
     `bayes_factor` is that of a change against a constant wind. `kind` is `steady`, `drift` or `jump`. `size` [m/s] is the
-    greatest difference between two winds of the log, `time` [s after the first row] the middle of a jump.
+    greatest difference between two winds of the log, `time` [s after the first row] the middle of a jump. `moved`
+    (p,) is the change of the estimate of θ if the wind so changed.
     """
 
     bayes_factor: float
     kind: str
     size: MetersPerSecond
     time: float
+    moved: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +77,7 @@ class _Shapes:
 
 def check_wind(structure: Structure, obs: Observations, fit: CoveringFit) -> WindChange | None:
     """Weigh changes of the wind beside the constant wind of a fit; None for a log too short for a change."""
+    obs = obs.every(max(round(_ENOUGH / float(np.median(np.diff(obs.time)))), 1))
     blocks = divide(obs, 2.0 * block_length(obs))
     shapes = _shapes(blocks)
     if shapes is None:
@@ -93,11 +97,13 @@ def check_wind(structure: Structure, obs: Observations, fit: CoveringFit) -> Win
     odds = heights[:, None] + gains
     noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
     change = shapes.changes[int(place)]
-    sizes = found[int(noise)].estimate(change.places, change.deviations).reshape(2, -1)
+    likely = found[int(noise)].estimate(change.places, change.deviations)
+    moved = (found[int(noise)].moved[:, change.places] @ likely)[: structure.model.count]
+    sizes = likely.reshape(2, -1)
     winds = shapes.of_time[:, change.places[: sizes.shape[1]]] @ sizes.T
     apart = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
     factor = float(np.exp(min(logsumexp(odds) - logsumexp(heights), 700.0)))
-    return WindChange(factor, change.kind, float(np.max(apart)), change.time)
+    return WindChange(factor, change.kind, float(np.max(apart)), change.time, moved)
 
 
 def _shorter(noise: Array, ratio: float) -> Array:
@@ -154,10 +160,11 @@ def _evidence(
 ) -> Callable[[Array], ColumnEvidence]:
     """The map from a noise φ to the evidence for changes of the wind."""
     triangle = linearize(replace(structure, altitude=None), obs, blocks, theta)
-    airspeed = blocks.mean(structure.model.predict(theta, obs).true_airspeed)
-    heading = heading_rows(obs, blocks, airspeed)
     first, regression = structure.model.error_count, triangle.regression
     winds, added = slice(first, first + 2), len(DIRECTION_DEVIATIONS)
+    ground = blocks.mean(np.stack([obs.velocity_north, obs.velocity_east], axis=1))
+    airspeed = np.linalg.norm(ground - theta[winds], axis=1)
+    heading = heading_rows(obs, blocks, airspeed)
     along = -regression.regressors[:, winds]
     precision = np.append(regression.prior_precision, 1.0 / DIRECTION_DEVIATIONS**2)
 

@@ -33,7 +33,8 @@ from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 DEVELOPMENT_BELOW, SCORED_FROM = 50_000, 600_000
-COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked"}  # where the command's defaults are not those of CalibrationOptions
+# Where the command's defaults are not those of CalibrationOptions.
+COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked"}
 LONG_LOG = 600.0  # s; above it the oracle's blocks are twice as long, to save seven eighths of its time
 NAN = float("nan")
 

@@ -35,7 +35,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="auto (by GPS height where the log has it), static, total or impact (as published) (default: the "
         "mapping's, else auto)",
     )
-    parser.add_argument("--wind", help="constant, checked (a warning where the log shows a change), linear (in time and height) or drifting (default: checked)")
+    parser.add_argument(
+        "--wind",
+        help="constant, checked (constant, with a warning where it changed), linear (in time and height) or "
+        "drifting (default: checked)",
+    )
     parser.add_argument(
         "--latency",
         help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` (default)",

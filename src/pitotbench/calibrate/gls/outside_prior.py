@@ -87,9 +87,7 @@ class _Extent:
         return f"{self.middle / reach:.3g} to {self.middle * reach:.3g} {self.unit} expected"
 
 
-def outside_prior(
-    structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior
-) -> tuple[str, ...]:
+def outside_prior(structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior) -> tuple[str, ...]:
     """Write a sentence for each nuisance and each noise parameter far outside its prior.
 
     Far is more than three standard deviations of the prior from its middle. The sentence states the size.

@@ -1,8 +1,9 @@
 """Whether the wind of a log changed: the evidence for a change beside the constant wind.
 
-The answer for a constant wind is not touched. A change of the wind is a sum of known shapes with unknown sizes: slow
-cosines for a drift or a wave, one step for a front. Where each speed is flown once, the airspeed alone often cannot
-tell a change of the wind from a curve. The heading helps: see `heading_rows`.
+The answer for a constant wind is not touched. A change of the wind is a sum of known shapes with unknown sizes: a
+straight line, slow cosines for a drift or a wave, one step for a front. Where each speed is flown once, the
+airspeed alone often cannot tell a change of the wind from a curve. The heading helps: see `heading_rows`.
+Background: Kass and Raftery, "Bayes factors", Journal of the American Statistical Association 90 (1995).
 """
 
 from collections.abc import Callable
@@ -20,7 +21,7 @@ from pitotbench.calibrate.rows.blocks import Blocks, block_length, divide
 from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.estimate.column_evidence import ColumnEvidence, Part, column_evidence
 from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
-from pitotbench.units import Array, MetersPerSecond, Seconds
+from pitotbench.units import Array, MetersPerSecond
 
 STEADY, DRIFT, JUMP = "steady", "drift", "jump"
 # Bayes factor of a change from which on it is named. Below a third the log supports a constant wind; from there to
@@ -32,6 +33,7 @@ _MEMORIES = (60.0, 600.0)  # s of a drift: a wave, a steady change
 _ENOUGH = 0.1  # s between rows: a wind that changes is slow
 _SHORTEST = 30.0  # s, half a period of the fastest cosine: shorter changes are gusts
 _MOST_COSINES = 24  # in a long log the slower ones
+_MOMENTS = 200  # at which winds are compared for the size of a change
 _JUMP_SIZE = 3.0  # m/s (1σ) of each component
 _JUMP_SECONDS = 20.0  # s that a jump lasts
 _JUMP_TIMES = 30  # that are tried, evenly over the log
@@ -44,14 +46,14 @@ _FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 class WindChange:
     """The evidence for a wind that changed, and its most likely change.
 
-    `bayes_factor` is that of a change against a constant wind. `kind` is `steady`, `drift` or `jump`. `size` [m/s] is the
-    greatest difference between two winds of the log, `time` [s after the first row] the middle of a jump. `moved`
-    (p,) is the change of the estimate of θ if the wind so changed.
+    `bayes_factor` is that of a change against a constant wind. `kind` is `steady`, `drift` or `jump`. `size` [m/s]
+    is the greatest difference between two winds of the log, `time` [s after the first row] the middle of a jump.
+    `moved` (p,) is the change of the estimate of θ if the wind so changed.
     """
 
     bayes_factor: float
     kind: str
-    size: MetersPerSecond
+    size: float
     time: float
     moved: Array
 
@@ -90,7 +92,10 @@ def check_wind(structure: Structure, obs: Observations, fit: CoveringFit) -> Win
     heights = np.array([each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)])
     gains = np.array(
         [
-            [each.log_bayes_factor(change.places, change.deviations) + change.log_share for change in shapes.changes]
+            [
+                each.log_bayes_factor(change.places, change.deviations) + change.log_share
+                for change in shapes.changes
+            ]
             for each in found
         ]
     )
@@ -100,7 +105,8 @@ def check_wind(structure: Structure, obs: Observations, fit: CoveringFit) -> Win
     likely = found[int(noise)].estimate(change.places, change.deviations)
     moved = (found[int(noise)].moved[:, change.places] @ likely)[: structure.model.count]
     sizes = likely.reshape(2, -1)
-    winds = shapes.of_time[:, change.places[: sizes.shape[1]]] @ sizes.T
+    some = shapes.of_time[:: len(shapes.of_time) // _MOMENTS + 1, change.places[: sizes.shape[1]]]
+    winds = some @ sizes.T
     apart = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
     factor = float(np.exp(min(logsumexp(odds) - logsumexp(heights), 700.0)))
     return WindChange(factor, change.kind, float(np.max(apart)), change.time, moved)
@@ -127,7 +133,11 @@ def _shapes(blocks: Blocks) -> _Shapes | None:
     jumps = np.clip((time[:, None] - times) / _JUMP_SECONDS + 0.5, 0.0, 1.0)
     of_time = np.hstack([cosines, steady, jumps])
     shapes = of_time.shape[1]
-    shares = {STEADY: 1.0 / len(_STEADY_SIZES), DRIFT: 1.0 / (len(_MEMORIES) * len(_SIZES)), JUMP: 1.0 / _JUMP_TIMES}
+    shares = {
+        STEADY: 1.0 / len(_STEADY_SIZES),
+        DRIFT: 1.0 / (len(_MEMORIES) * len(_SIZES)),
+        JUMP: 1.0 / _JUMP_TIMES,
+    }
     share = {kind: float(np.log(part / len(shares))) for kind, part in shares.items()}
     changes = [
         _Change(STEADY, _both(np.array([count]), shapes), np.full(2, size), share[STEADY]) for size in _STEADY_SIZES
@@ -144,7 +154,7 @@ def _shapes(blocks: Blocks) -> _Shapes | None:
     return _Shapes(of_time, tuple(changes))
 
 
-def _spread(number: NDArray[np.intp], duration: Seconds, memory: Seconds) -> Array:
+def _spread(number: NDArray[np.intp], duration: float, memory: float) -> Array:
     """Standard deviations of the cosines' coefficients, by the spectrum of a Gauss-Markov process of unit size."""
     power = 1.0 / (1.0 + (np.pi * number * memory / duration) ** 2)
     return np.asarray(np.sqrt(2.0 * power / np.sum(power)))

@@ -1,14 +1,15 @@
 """The wind across the heading in straight flight, which needs no airspeed.
 
 Without sideslip the velocity through the air points along the heading, so the ground velocity across the heading is
-the wind across it. A heading is a few degrees off, which at 60 m/s are meters a second. But nearly all of this error
-is the same over a log, follows the speed (the trim in sideslip) or drifts slowly (a gyro), so the rows show whether
+the wind across it. A heading is a few degrees off, which at 60 m/s are meters a second. But most of this error is
+the same over a log, follows the speed (the trim in sideslip) or drifts slowly (a gyro), so the rows show whether
 the wind changed. Gusts hardly count: they turn the airplane's path over the ground slowly.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pitotbench.calibrate.rows.blocks import Blocks
 from pitotbench.calibrate.rows.observations import Observations
@@ -34,7 +35,7 @@ class HeadingRows:
     and east. `directions` (n, 3) [m/s per degree] are the effects of the errors of the heading.
     """
 
-    straight: Array
+    straight: NDArray[np.intp]
     response: MetersPerSecond
     right: Array
     directions: Array
@@ -73,4 +74,6 @@ def _noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
     apart = deviation_of_sizes(np.abs(response[lag:] - response[:-lag])[together]) if together.any() else 0.0
     wander = max(apart / float(np.sqrt(2.0 * (1.0 - np.exp(-lag * step / _WANDER_TIME)))), _WANDER)
     slow = ornstein_uhlenbeck(time, wander, _WANDER_TIME, (1.0,))
-    return PointNoise(np.full((1, len(time)), white**2), [slow], UnknownColumns(np.zeros((len(time), 0)), np.zeros(0)))
+    return PointNoise(
+        np.full((1, len(time)), white**2), [slow], UnknownColumns(np.zeros((len(time), 0)), np.zeros(0))
+    )

@@ -1,7 +1,7 @@
 """Whether the wind of a log changed: the evidence for a change beside the constant wind.
 
 The answer for a constant wind is not touched. A change of the wind is a sum of known shapes with unknown sizes: a
-straight line, slow cosines for a drift or a wave, one step for a front. Where each speed is flown once, the
+straight line, a wave, slow cosines for a drift, one step for a front. Where each speed is flown once, the
 airspeed alone often cannot tell a change of the wind from a curve. The heading helps: see `heading_rows`.
 Background: Kass and Raftery, "Bayes factors", Journal of the American Statistical Association 90 (1995).
 """
@@ -23,7 +23,7 @@ from pitotbench.estimate.column_evidence import ColumnEvidence, Part, column_evi
 from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
 from pitotbench.units import Array, MetersPerSecond
 
-STEADY, DRIFT, JUMP = "steady", "drift", "jump"
+STEADY, WAVE, DRIFT, JUMP = "steady", "wave", "drift", "jump"
 # Bayes factor of a change from which on it is named. Below a third the log supports a constant wind; from there to
 # three it says nothing worth more than a mention (Kass and Raftery 1995).
 ASKS = 1.0 / 3.0
@@ -31,6 +31,7 @@ _STEADY_SIZES = (1.0, 3.0)  # m/s (1σ) of each component, over the log
 _SIZES = (0.4, 1.2, 3.6)  # m/s, standard deviation of a component of the wind around its mean over the log
 _MEMORIES = (60.0, 600.0)  # s of a drift: a wave, a steady change
 _ENOUGH = 0.1  # s between rows: a wind that changes is slow
+_PERIODS, _WAVE_SIZES = (160.0, 230.0, 330.0, 470.0), (0.5, 1.5)  # s, and m/s (1σ) of each coefficient
 _SHORTEST = 30.0  # s, half a period of the fastest cosine: shorter changes are gusts
 _MOST_COSINES = 24  # in a long log the slower ones
 _MOMENTS = 200  # at which winds are compared for the size of a change
@@ -46,7 +47,7 @@ _FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 class WindChange:
     """The evidence for a wind that changed, and its most likely change.
 
-    `bayes_factor` is that of a change against a constant wind. `kind` is `steady`, `drift` or `jump`. `size` [m/s]
+    `bayes_factor` is that of a change against a constant wind. `kind` is `steady`, `wave`, `drift` or `jump`. `size` [m/s]
     is the greatest difference between two winds of the log, `time` [s after the first row] the middle of a jump.
     `moved` (p,) is the change of the estimate of θ if the wind so changed.
     """
@@ -131,10 +132,12 @@ def _shapes(blocks: Blocks) -> _Shapes | None:
     times = np.linspace(0.0, duration, _JUMP_TIMES + 2)[1:-1]
     steady = (time / duration - 0.5)[:, None]
     jumps = np.clip((time[:, None] - times) / _JUMP_SECONDS + 0.5, 0.0, 1.0)
-    of_time = np.hstack([cosines, steady, jumps])
-    shapes = of_time.shape[1]
+    angles = 2.0 * np.pi * time[:, None] / np.array(_PERIODS)
+    of_time = np.hstack([cosines, steady, jumps, np.cos(angles), np.sin(angles)])
+    shapes, first_wave = of_time.shape[1], count + 1 + _JUMP_TIMES
     shares = {
         STEADY: 1.0 / len(_STEADY_SIZES),
+        WAVE: 1.0 / (len(_PERIODS) * len(_WAVE_SIZES)),
         DRIFT: 1.0 / (len(_MEMORIES) * len(_SIZES)),
         JUMP: 1.0 / _JUMP_TIMES,
     }
@@ -142,6 +145,9 @@ def _shapes(blocks: Blocks) -> _Shapes | None:
     changes = [
         _Change(STEADY, _both(np.array([count]), shapes), np.full(2, size), share[STEADY]) for size in _STEADY_SIZES
     ]
+    for place in range(first_wave, first_wave + len(_PERIODS)):
+        both = _both(np.array([place, place + len(_PERIODS)]), shapes)
+        changes += [_Change(WAVE, both, np.full(4, size), share[WAVE]) for size in _WAVE_SIZES]
     for memory in _MEMORIES:
         spread = _spread(number, duration, memory)
         changes += [

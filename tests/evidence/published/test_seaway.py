@@ -43,8 +43,8 @@ def test_scale_zero_latency_and_bound_are_reported(log):
 def test_stable_under_halving_the_data(log):
     """Every second sample agrees with the whole within its own bounds, which are no smaller and of the same size.
 
-    The gusts found here last a second. Half of the samples hardly resolve them, and the prior of the length then has
-    more say.
+    The gusts found here last a second. Half of the samples hardly resolve them, and the prior of the length then
+    has more say.
     """
     flown = np.flatnonzero(np.hypot(log.velocity_north, log.velocity_east) > 5.0)
     _, whole_scale, whole_zero = _scale_and_zero(log)

@@ -47,8 +47,9 @@ _FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 class WindChange:
     """The evidence for a wind that changed, and its most likely change.
 
-    `bayes_factor` is that of a change against a constant wind. `kind` is `steady`, `wave`, `drift` or `jump`. `size` [m/s]
-    is the greatest difference between two winds of the log, `time` [s after the first row] the middle of a jump.
+    `bayes_factor` is that of a change against a constant wind. `kind` is `steady`, `wave`, `drift` or `jump`.
+    `size` [m/s] is the greatest difference between two winds of the log, `time` [s after the first row] the middle
+    of a jump.
     `moved` (p,) is the change of the estimate of θ if the wind so changed.
     """
 

@@ -34,7 +34,8 @@ from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.units import Booleans
 
 DEVELOPMENT_BELOW, SCORED_FROM = 50_000, 600_000
-COMMAND_DEFAULTS = {"latency": "checked"}  # where the command's defaults are not those of CalibrationOptions
+# Where the command's defaults are not those of CalibrationOptions.
+COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked"}
 LONG_LOG = 600.0  # s; above it the oracle's blocks are twice as long, to save seven eighths of its time
 NAN = float("nan")
 

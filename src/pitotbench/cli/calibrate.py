@@ -39,7 +39,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="auto (by GPS height where the log has it), static, total or impact (as published) (default: the "
         "mapping's, else auto)",
     )
-    parser.add_argument("--wind", help="constant, linear (in time and height) or drifting (default: constant)")
+    parser.add_argument(
+        "--wind",
+        help="constant, checked (constant, with a warning where it changed), linear (in time and height) or "
+        "drifting (default: checked)",
+    )
     parser.add_argument(
         "--latency",
         help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` (default)",
@@ -182,7 +186,7 @@ def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "Calibratio
     stated |= stated_accuracies(options, advised)
     if options.latency is not None:
         stated |= _latency(options.latency)
-    return options_from({"latency": "checked", **advised, **stated})
+    return options_from({"latency": "checked", "wind": "checked", **advised, **stated})
 
 
 def _latency(text: str) -> dict[str, object]:

@@ -132,5 +132,5 @@ def test_command_line(calm, tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)
     assert found["model"].startswith("auto (")
     assert {row["model"] for row in found["model_choice"]} == set(MODELS)
-    assert main(["calibrate", str(path), "--model", "auto"]) == 0
+    assert main(["calibrate", str(path), "--model", "auto", "-v"]) == 0
     assert "models weighed" in capsys.readouterr().out

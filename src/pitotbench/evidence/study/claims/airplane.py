@@ -87,7 +87,8 @@ def _figure(evidence: StudyTables, maneuver: str) -> Chart:
         at = points["airspeed_kt"].to_numpy()
         truth = np.interp(at, curve["airspeed_kt"], curve["truth_kt"])
         y = points["correction_kt"].to_numpy()
-        series.append(LineSeries("fixed-speed method", at.tolist(), y.tolist(), style="marks"))
+        # The same place in both lists gives the same mark and color.
+        series.insert(len(gap), LineSeries("fixed-speed method", at.tolist(), y.tolist(), style="marks"))
         gap.append(LineSeries("fixed-speed method", at.tolist(), (y - truth).tolist(), style="marks"))
     note = (
         "20/1 Hz, Quadratic; seed 1. A dot is one sample on a straight leg: airspeed from the GPS velocity as "
@@ -171,10 +172,10 @@ def _because(evidence: StudyTables) -> str:
     same, own = _chances(evidence)
     raised = [NAMES[m] for m in AIRPLANE_FLOWN if _turned(evidence, m).mean > 0.0]
     return (
-        f"The effects do not matter: without them the residual is {min(moved):.2f} to {max(moved):.2f} times as "
-        "large, because the method uses the air data as they are, whatever the drag. The air matters: the four "
-        f"maneuvers give, in smooth air, light and moderate turbulence, {said}. The paper has one flight a "
-        f"maneuver. One flight each of ours gives the published order in {same:.1f} % of all choices if all are "
+        f"The effects do not matter: with them the residual is {min(moved):.2f} to {max(moved):.2f} times as "
+        "large as without, because the method uses the air data as they are, whatever the drag. The air matters: "
+        f"the four maneuvers give, in smooth air, light and moderate turbulence, {said}. The paper has one flight "
+        f"a maneuver. One flight each of ours gives the published order in {same:.1f} % of all choices if all are "
         f"flown in light turbulence, and in {own:.1f} % if each has a day of its own, smooth, light or moderate. "
         f"Turn data raise the 2σ, as published, in {', '.join(raised) or 'no maneuver'} (last column). Straight "
         f"legs alone hardly determine the wind across the track: the covering fit refuses {_refused(evidence)} "

@@ -90,7 +90,9 @@ def draw_dots(axes: Axes, chart: Bars) -> None:
         spreads = np.nan_to_num(np.asarray(series.spreads, dtype=np.float64))
         if chart.top is not None:
             for x, y in zip(at[heights > chart.top], heights[heights > chart.top], strict=True):
-                axes.annotate(f"{y:.2f} ↑", (x, 1.0), xycoords=("data", "axes fraction"), ha="center", color=color)
+                axes.annotate(
+                    f"{y:.2f} ↑", (x, 1.0), xycoords=("data", "axes fraction"), ha="center", color=color, size=8
+                )
         axes.errorbar(
             at, heights, yerr=spreads, fmt=mark, ms=5.0, color=color, label=series.label, capsize=2.0,
             elinewidth=0.9,

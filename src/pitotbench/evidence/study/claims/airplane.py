@@ -43,6 +43,15 @@ def _table(evidence: StudyTables) -> pd.DataFrame:
     return named(rows)
 
 
+def _worst(evidence: StudyTables) -> str:
+    """Return the largest error of the published curve of each maneuver, in the flights of the figures."""
+    found = {}
+    for m in AIRPLANE_FLOWN:
+        curve = _curve(evidence, m, "paper")
+        found[m] = float((curve["correction_kt"] - curve["truth_kt"]).abs().max())
+    return ", ".join(f"{value:.2f} kt ({NAMES[m]})" for m, value in found.items())
+
+
 def _refused(evidence: StudyTables) -> str:
     """Return the number of flights that the covering fit refuses on straight legs alone."""
     how = {**_STRAIGHT, "setting": "airplane", "method": "covering"}
@@ -177,6 +186,8 @@ def _because(evidence: StudyTables) -> str:
         f"the four maneuvers give, in smooth air, light and moderate turbulence, {said}. The paper has one flight "
         f"a maneuver. One flight each of ours gives the published order in {same:.1f} % of all choices if all are "
         f"flown in light turbulence, and in {own:.1f} % if each has a day of its own, smooth, light or moderate. "
+        f"On straight legs the published curve is wrong by up to {_worst(evidence)} (Figs 11 to 14, lower panels), "
+        "because a wrong wind replaces a part of the curve; the residual does not show it. "
         f"Turn data raise the 2σ, as published, in {', '.join(raised) or 'no maneuver'} (last column). Straight "
         f"legs alone hardly determine the wind across the track: the covering fit refuses {_refused(evidence)} "
         "such flights."

@@ -18,7 +18,10 @@ class BarSeries:
 
 @dataclass(frozen=True, slots=True)
 class Bars:
-    """Groups of bars with spread bars; as `dots`, on an axis that need not begin at zero."""
+    """Groups of bars with spread bars; as `dots`, on an axis that need not begin at zero.
+
+    `top` is where the axis of dots is cut: a dot above it is drawn at the edge with its value.
+    """
 
     title: str
     note: str
@@ -27,6 +30,7 @@ class Bars:
     series: Sequence[BarSeries]
     name: str = ""  # of the file
     dots: bool = False
+    top: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,22 +86,29 @@ def draw_dots(axes: Axes, chart: Bars) -> None:
     width, place = _BARS / len(chart.series), np.arange(len(chart.groups), dtype=np.float64)
     for number, (series, color, mark) in enumerate(zip(chart.series, cycle(_COLORS), cycle(_MARKS), strict=False)):
         at = place + (number + 0.5) * width - 0.5 * _BARS
+        heights = np.asarray(series.heights, dtype=np.float64)
         spreads = np.nan_to_num(np.asarray(series.spreads, dtype=np.float64))
+        if chart.top is not None:
+            for x, y in zip(at[heights > chart.top], heights[heights > chart.top], strict=True):
+                axes.annotate(
+                    f"{y:.2f} ↑", (x, 1.0), xycoords=("data", "axes fraction"), ha="center", color=color, size=8
+                )
         axes.errorbar(
-            at, series.heights, yerr=spreads, fmt=mark, ms=5.0, color=color, label=series.label, capsize=2.0,
+            at, heights, yerr=spreads, fmt=mark, ms=5.0, color=color, label=series.label, capsize=2.0,
             elinewidth=0.9,
         )  # fmt: skip
     for edge in place[1:] - 0.5:
         axes.axvline(edge, color=PALE, lw=0.8)
     axes.set_xlim(-0.5, len(chart.groups) - 0.5)
     axes.margins(y=0.08)
+    if chart.top is not None:
+        axes.set_ylim(top=chart.top)
     _name_groups(axes, chart)
 
 
 def _name_groups(axes: Axes, chart: Bars) -> None:
-    axes.set_xticks(
-        np.arange(len(chart.groups), dtype=np.float64), [group.replace(" ", "\n", 1) for group in chart.groups]
-    )
+    names = [name if "\n" in name else name.replace(" ", "\n", 1) for name in chart.groups]
+    axes.set_xticks(np.arange(len(names), dtype=np.float64), names)
     axes.set_ylabel(chart.ylabel)
     axes.grid(axis="x", visible=False)
 
@@ -110,7 +117,7 @@ def draw_lines(axes: Axes, chart: Lines) -> None:
     """Every series on common axes."""
     for series, color, mark in zip(chart.series, cycle(_COLORS), cycle(_MARKS), strict=False):
         _draw_series(axes, series, color, mark)
-    axes.set(xlabel=chart.xlabel, ylabel=chart.ylabel)
+    axes.set(xlabel="" if chart.below else chart.xlabel, ylabel=chart.ylabel)
     for axis, name, logarithmic in ((axes.xaxis, "x", chart.log_x), (axes.yaxis, "y", chart.log_y)):
         if logarithmic:
             axes.set(**{f"{name}scale": "log"})
@@ -129,7 +136,8 @@ def _draw_series(axes: Axes, series: LineSeries, color: str, mark: str) -> None:
     elif series.style == "marks":
         axes.plot(x, y, mark, color=color, ms=4.5, label=series.label)
     elif series.style == "dots":
-        axes.plot(x, y, ".", color=GREY, ms=2.5, alpha=0.5, mew=0, label=series.label)
+        axes.plot(x, y, ".", color=GREY, ms=2.5, alpha=0.5, mew=0)
+        axes.plot([], [], ".", color=GREY, label=series.label)  # a larger dot for the legend
     elif series.style == "dashed":
         axes.plot(x, y, "--", color="black", lw=1.2, label=series.label)
     elif series.style == "limit":

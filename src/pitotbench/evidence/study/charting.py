@@ -21,17 +21,18 @@ def maneuver_bars(
     number: Number,
     maneuvers: Sequence[str] = PAPER_ORDER,
     dots: bool = False,
+    top: float | None = None,
 ) -> Bars:
     """Return a chart with a group of bars, or of dots, for each maneuver and one for each kind (key, label).
 
-    `number(maneuver, key)` gives the values by seed.
+    `number(maneuver, key)` gives the values by seed. `top` is where the axis of dots is cut.
     """
     series = []
     for key, label in kinds:
         found = [Spread.of(number(maneuver, key)) for maneuver in maneuvers]
         series.append(BarSeries(label, [s.mean for s in found], [s.deviation for s in found]))
     note = f"{note} {CUT}" if dots else note
-    return Bars(title, note, ylabel, [NAMES[m] for m in maneuvers], series, name, dots)
+    return Bars(title, note, ylabel, [NAMES[m] for m in maneuvers], series, name, dots, top)
 
 
 def maneuver_lines(

@@ -47,8 +47,7 @@ def _denser(evidence: StudyTables) -> Finding:
     )
     return Finding(
         verdict(_smaller(six), _larger(steps)),
-        f"six speeds {six.text(1)} % (standard error {six.error:.2f} %), longer steps {steps.text(1)} % (standard "
-        f"error {steps.error:.2f} %)",
+        f"six speeds {_with_error(six)}, longer steps {_with_error(steps)}",
         "Fly 4-Leg at six speeds instead of four, and Step Decrease with 20 s a power step instead of 10 s. "
         "Compute also, without any fit, what the injected pressure noise is in knots at the speeds flown.",
         "The residual is the scatter of one sample. It does not depend on the number of samples, but on the "
@@ -58,6 +57,12 @@ def _denser(evidence: StudyTables) -> Finding:
         (_density(evidence), _bars(evidence)),
         (pd.DataFrame([_row(evidence, *card) for card in CARDS]),),
     )
+
+
+def _with_error(change: Spread) -> str:
+    """Return a change [%] with the standard error of its mean, which decides."""
+    error = "" if np.isnan(change.error) else f" (standard error of the mean {change.error:.2f} %)"
+    return f"{change.text(1)} %{error}"
 
 
 def _row(evidence: StudyTables, maneuver: str, variant: str, label: str) -> dict[str, object]:

@@ -9,6 +9,7 @@ from pitotbench.evidence.study.settings import ALIKE
 from pitotbench.evidence.study.study_tables import Spread, StudyTables, signed
 from pitotbench.sense import SYSTEMS
 
+_TOP = 0.8  # kt: cut of Fig 10, for Rapid Decel at 20/1 Hz
 _SAME = 2.0  # %: a smaller difference is not significant
 _TEN = (5.0, 15.0)  # %: our reading of "about ten percent"
 
@@ -39,6 +40,7 @@ def _fast(evidence: StudyTables) -> Finding:
         [(das, f"{das} Hz") for das in SYSTEMS],
         lambda m, das: evidence.residual(m, das=das),
         dots=True,
+        top=_TOP,
     )
     return Finding(
         verdict(all(abs(s.mean) < _SAME for s in change.values())),

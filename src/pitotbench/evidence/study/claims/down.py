@@ -137,20 +137,26 @@ def _at_rates(evidence: StudyTables) -> str:
 def _ratios(evidence: StudyTables) -> Bars:
     """Draw Fig 7 as ratios: one dot for each maneuver, data system and kind of 2σ."""
 
-    def series(label: str, two_sigma: TwoSigma) -> BarSeries:
+    def series(maneuver: str, two_sigma: TwoSigma, label: str) -> BarSeries:
         found = [
-            Spread.of(two_sigma(evidence, m, das=das, down=True) / two_sigma(evidence, m, das=das, down=False))
-            for m in _SHOWN
+            Spread.of(
+                two_sigma(evidence, maneuver, das=das, down=True)
+                / two_sigma(evidence, maneuver, das=das, down=False)
+            )
             for das in SYSTEMS
         ]
-        return BarSeries(label, [s.mean for s in found], [s.deviation for s in found])
+        return BarSeries(f"{NAMES[maneuver]}, {label}", [s.mean for s in found], [s.deviation for s in found])
 
     return Bars(
         "Fig 7: the 2σ with V_down over that without",
         f"Smooth air, a good pilot. 1 is no change. A 20/1 Hz system has no V_down of its own. {CUT}",
         "2σ with / without V_down [-]",
-        [f"{NAMES[m]}\n{das} Hz".replace("Step ", "Step\u00a0") for m in _SHOWN for das in SYSTEMS],
-        [series("of the airspeed", airspeed_two_sigma), series("pooled over the outputs", pooled_two_sigma)],
+        [f"{das}\nHz" for das in SYSTEMS],
+        [
+            series(m, two_sigma, label)
+            for two_sigma, label in ((airspeed_two_sigma, "airspeed"), (pooled_two_sigma, "pooled"))
+            for m in _SHOWN
+        ],
         "fig7-down",
         dots=True,
     )

@@ -45,7 +45,7 @@ def _quarter(evidence: StudyTables) -> Finding:
     return Finding(
         verdict(_QUARTER[0] <= share.mean <= _QUARTER[1]),
         f"{share.text(2)} of the time of 4-Leg",
-        "Compare the times of the flights of C1.",
+        "Compare the times of the two maneuvers in the flights of C1.",
         f"The paper's own simulator took {SIMULATOR['step_decrease']:g} and {SIMULATOR['four_leg']:g} minutes, a "
         f"ratio of {SIMULATOR['step_decrease'] / SIMULATOR['four_leg']:.2f}. Its airplane has a ratio of "
         f"{AIRPLANE['step_decrease'] / AIRPLANE['four_leg']:.2f}.",

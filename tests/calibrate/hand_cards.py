@@ -1,7 +1,8 @@
-"""Cards as a pilot writes them, made from formulas of their own: nothing here comes from the package but the record.
+"""Cards as a pilot writes them, made from formulas of their own: nothing here comes from the package but the
+record.
 
-The wind of a leg is a linear trend over the flight, a step from point to point and a gust that lasts a leg; the curve
-is a bent line with a bump; the thermometer is wrong by one constant.
+The wind of a leg is a linear trend over the flight, a step from point to point and a gust that lasts a leg; the
+curve is a bent line with a bump; the thermometer is wrong by one constant.
 """
 
 from collections.abc import Callable

@@ -15,12 +15,20 @@ if TYPE_CHECKING:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench fixed-speed`."""
-    parser.add_argument("logs", nargs="*", type=Path, metavar="LOG", help="log files: legs and turns are found; or a points table (CSV): a card, one row a leg")
+    parser.add_argument(
+        "logs",
+        nargs="*",
+        type=Path,
+        metavar="LOG",
+        help="log files: legs and turns are found; or a points table (CSV): a card, one row a leg",
+    )
     add_mapping(parser)
     add_accuracy(parser)
     parser.add_argument("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]")
     parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
-    parser.add_argument("--sheet", type=Path, metavar="FILE", help="write an empty card to print and fill in (HTML)")
+    parser.add_argument(
+        "--sheet", type=Path, metavar="FILE", help="write an empty card to print and fill in (HTML)"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
 
 
@@ -39,7 +47,9 @@ def run(options: argparse.Namespace) -> int:
     elif not options.logs and None not in typed:
         _of_legs(options)
     else:
-        raise BadInputError("give either logs, or a points table, or both --ground-speed-kt and --track-deg, or --sheet")
+        raise BadInputError(
+            "give either logs, or a points table, or both --ground-speed-kt and --track-deg, or --sheet"
+        )
     return 0
 
 

@@ -14,9 +14,14 @@ from pitotbench.units import DEGREE, FOOT, KNOT, Array, to_si
 
 POINT, CONFIGURATION = "point", "configuration"
 COLUMNS = (
-    POINT, CONFIGURATION, "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc", "ground_speed_kt",
+    POINT,
+    CONFIGURATION,
+    "indicated_airspeed_kt",
+    "pressure_altitude_ft",
+    "air_temperature_degc",
+    "ground_speed_kt",
     "track_deg",
-)  # fmt: skip
+)
 _QUANTITIES = ("indicated_airspeed", "pressure_altitude", "air_temperature", "ground_speed", "track")
 # The steps of usual displays, where the numbers of a short card show none [SI].
 _USUAL = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
@@ -56,14 +61,21 @@ def _legs(table: Table) -> tuple[tuple[CardLeg, ...], ReadingSteps]:
             values[parsed[0].name], suffixes[parsed[0].name] = to_si(numbers(name, column), parsed[1]), parsed[1]
     missing = [column for column in COLUMNS[2:] if column.rpartition("_")[0] not in values]
     if missing:
-        raise BadInputError(f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} of a points table")
+        raise BadInputError(
+            f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} of a points table"
+        )
     blank = ~np.all([np.isfinite(values[name]) for name in _QUANTITIES], axis=0)
     if blank.any():
         raise BadInputError(f"row {int(np.argmax(blank)) + 1}: a number is missing; fill it in or remove the leg")
     points = _labels(table.column(POINT))
     configurations = _labels(table.column(CONFIGURATION)) if CONFIGURATION in table.names else [""] * len(points)
     legs = tuple(
-        CardLeg(row=i + 1, point=points[i], configuration=configurations[i], **{n: float(values[n][i]) for n in _QUANTITIES})
+        CardLeg(
+            row=i + 1,
+            point=points[i],
+            configuration=configurations[i],
+            **{n: float(values[n][i]) for n in _QUANTITIES},
+        )
         for i in range(len(points))
     )
     steps = {name: _step(values[name], suffixes[name], getattr(_USUAL, name)) for name in _QUANTITIES}

@@ -1,6 +1,7 @@
 """A card written by hand: its legs, and what they give: a point each airspeed and a curve each configuration."""
 
 from dataclasses import dataclass
+from math import pi
 
 from pitotbench.records.calibration import ErrorCurve
 
@@ -47,8 +48,8 @@ class Slip:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CardPoint:
     """What the legs at one airspeed give. `correction` is calibrated minus indicated airspeed [m/s];
-    `altitude_correction` is true minus indicated pressure altitude [m] where the static source errs. A point with too
-    few legs has None and the reason in `remark`. `wind_from` [rad]; `spread` [m/s] of the three-leg answers."""
+    `altitude_correction` is true minus indicated pressure altitude [m] where the static source errs. A point with
+    too few legs has None and the reason in `remark`. `wind_from` [rad]; `spread` [m/s] of the three-leg answers."""
 
     point: str
     configuration: str
@@ -74,3 +75,20 @@ class HandCard:
     curves: dict[str, ErrorCurve]
     slips: tuple[Slip, ...]
     warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class HandPlan:
+    """A card to fly: legs a point, airspeeds [m/s] in the order to fly them, how often, minutes, and 2σ [m/s] of
+    the curve, mean over its airspeeds."""
+
+    legs: int
+    airspeeds: tuple[float, ...]
+    times: int
+    minutes: float
+    two_sigma: float
+
+    @property
+    def tracks(self) -> tuple[float, ...]:
+        """The true tracks of a point [rad], from north; any turn of all together does as well."""
+        return tuple(2.0 * pi * leg / self.legs for leg in range(self.legs))

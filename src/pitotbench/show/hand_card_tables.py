@@ -24,14 +24,20 @@ POINT_COLUMNS: tuple[Column[CardPoint], ...] = (
     Column("KCAS", lambda p: _scaled(p.calibrated_airspeed, KNOT), "kt", ".1f", "calibrated_airspeed_kt"),
     Column("correction", lambda p: _scaled(p.correction, KNOT), "kt", "+.2f", "correction_kt"),
     Column("±2σ", lambda p: _scaled(p.two_sigma, KNOT), "kt", ".2f", "two_sigma_kt"),
-    Column("altitude correction", lambda p: _scaled(p.altitude_correction, FOOT), "ft", "+.0f", "altitude_correction_ft"),
+    Column(
+        "altitude correction",
+        lambda p: _scaled(p.altitude_correction, FOOT),
+        "ft",
+        "+.0f",
+        "altitude_correction_ft",
+    ),
     Column("±2σ", lambda p: _scaled(p.altitude_two_sigma, FOOT), "ft", ".0f", "altitude_two_sigma_ft"),
     Column("KTAS", lambda p: _scaled(p.true_airspeed, KNOT), "kt", ".1f", "true_airspeed_kt"),
     Column("spread", lambda p: _scaled(p.spread, KNOT), "kt", ".2f", "spread_kt"),
     Column("wind", lambda p: _scaled(p.wind_speed, KNOT), "kt", ".1f", "wind_speed_kt"),
     Column("from", lambda p: _scaled(p.wind_from, DEGREE), "°", "03.0f", "wind_from_deg"),
     Column("remark", lambda p: p.remark, key="remark"),
-)  # fmt: skip
+)
 _CurveRow = tuple[float, float, float, float, float, float, float, float]
 CURVE_COLUMNS: tuple[Column[_CurveRow], ...] = (
     Column("KIAS", lambda r: r[0], "kt", ".1f", "indicated_airspeed_kt"),
@@ -49,10 +55,15 @@ def _rows(curve: ErrorCurve) -> list[_CurveRow]:
     height = np.zeros(len(curve.correction)) if curve.altitude_correction is None else curve.altitude_correction
     bound = np.zeros(len(curve.correction)) if curve.altitude_two_sigma is None else curve.altitude_two_sigma
     columns = (
-        curve.indicated_airspeed / KNOT, (curve.indicated_airspeed + curve.correction) / KNOT, curve.correction / KNOT,
-        curve.two_sigma / KNOT, height / FOOT, bound / FOOT, curve.normalized_pressure_error,
+        curve.indicated_airspeed / KNOT,
+        (curve.indicated_airspeed + curve.correction) / KNOT,
+        curve.correction / KNOT,
+        curve.two_sigma / KNOT,
+        height / FOOT,
+        bound / FOOT,
+        curve.normalized_pressure_error,
         curve.normalized_two_sigma,
-    )  # fmt: skip
+    )
     return [tuple(map(float, row)) for row in zip(*columns, strict=True)]  # type: ignore[misc]
 
 

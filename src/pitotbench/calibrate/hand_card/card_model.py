@@ -2,14 +2,14 @@
 configuration.
 
 With the equations of the legs linearized, everything is Gaussian: y = u·w + s ΔV + readings + temperature. The wind
-takes a step from leg to leg and a longer one from point to point; Δp/q_c of a configuration is a constant, a slope in
-ln V and a smooth departure from both (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, ch. 2.7).
-The sizes of the steps and of the departure are not known: each plausible set is weighed by its likelihood.
+takes a step from leg to leg and a longer one from point to point; Δp/q_c of a configuration is a constant, a slope
+in ln V and a smooth departure from both (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, ch.
+2.7). The sizes of the steps and of the departure are not known: each plausible set is weighed by its likelihood.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -60,8 +60,8 @@ USUAL = Sizes(1.0 * KNOT, 4.0 * KNOT, 0.012, 0.45, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Linearized:
-    """A card near its answer: observations y (n,) [m/s], unit vectors of the flight paths (n, 2), slopes (n,) of the
-    true airspeed by the correction, its change with temperature (n,), variances of the readings (n,)."""
+    """A card near its answer: observations y (n,) [m/s], unit vectors of the flight paths (n, 2), slopes (n,) of
+    the true airspeed by the correction, its change with temperature (n,), variances of the readings (n,)."""
 
     observed: Array
     along: Array
@@ -78,20 +78,24 @@ class CardModel:
         self._arrays, self._steps, self._stated = leg_arrays(legs), steps, stated
         self.speed = self._arrays.indicated_airspeed
         self._configuration = np.array([leg.configuration for leg in legs])
-        new = np.array([True, *(a.point != b.point for a, b in zip(legs, legs[1:], strict=False))])
-        self._new_point = new
+        new = np.array([False, *(a.point != b.point for a, b in pairwise(legs))])
+        same = (self._configuration[:, None] == self._configuration[None, :]).astype(np.float64)
+        first = np.arange(len(legs)) == 0
+        self._leg_steps = _passed((~new & ~first).astype(np.float64))
+        self._point_steps = _passed(new.astype(np.float64))
+        straight, bent = _curve_prior(self.speed, self.speed)
+        self._straight, self._bent = straight * same, {length: each * same for length, each in bent.items()}
         self.linear = self._linearize()
 
     def _linearize(self) -> Linearized:
         """Linearize at the answer for the usual sizes, in a few rounds."""
         count = len(self.legs)
-        wind, correction = np.tile(self._arrays.velocity.mean(axis=0) * 0.0, (count, 1)), np.zeros(count)
-        linear = self._at(wind, correction)
+        linear = self._at(np.zeros((count, 2)), np.zeros(count))
         for _ in range(_ROUNDS):
-            solved = np.linalg.solve(self.covariance(linear, USUAL), linear.observed)
-            wind = np.einsum("ij,jk->ik", self._wind_prior(USUAL), linear.along * solved[:, None])
-            correction = self._curve_prior(self.speed, USUAL) @ (linear.slope * solved)
-            linear = self._at(wind, correction)
+            covariance, wind_prior, curve_prior = self._priors(linear, USUAL)
+            solved = np.linalg.solve(covariance, linear.observed)
+            wind = wind_prior @ (linear.along * solved[:, None])
+            linear = self._at(wind, curve_prior @ (linear.slope * solved))
         return linear
 
     def _at(self, wind: Array, correction: Array) -> Linearized:
@@ -103,51 +107,55 @@ class CardModel:
         reading = reading_variance(self._arrays, along, self._steps, correction)
         return Linearized(observed, along, slope, self._arrays.warmth(correction), reading)
 
-    def _wind_prior(self, sizes: Sizes) -> Array:
-        """Return the covariance [(m/s)²] of one component of the wind between legs, (n, n), without the scatter."""
-        steps = np.where(self._new_point, sizes.point_step, sizes.leg_step) ** 2
-        steps[0] = 0.0
-        passed = np.cumsum(steps)
-        return np.asarray(_ANY_WIND**2 + np.minimum(passed[:, None], passed[None, :]))
-
-    def _curve_prior(self, at: MetersPerSecond, sizes: Sizes, configuration: str | None = None) -> Array:
-        """Return the covariance [(m/s)²] of the correction at airspeeds, (m,), with that of the legs, (m, n)."""
-        inside = _smooth(at, self.speed, sizes)
-        here = self._configuration if configuration is None else np.full(len(at), configuration)
-        return np.asarray(np.where(here[:, None] == self._configuration[None, :], inside, 0.0))
-
-    def covariance(self, linear: Linearized, sizes: Sizes) -> Array:
-        """Return the covariance of the observations [(m/s)²], (n, n)."""
-        wind = self._wind_prior(sizes) * (linear.along @ linear.along.T)
-        curve = self._curve_prior(self.speed, sizes) * np.outer(linear.slope, linear.slope)
+    def _priors(self, linear: Linearized, sizes: Sizes) -> tuple[Array, Array, Array]:
+        """Return the covariances [(m/s)²], (n, n), of the observations, of a component of the wind between legs,
+        and of the correction."""
+        wind = _ANY_WIND**2 + sizes.leg_step**2 * self._leg_steps + sizes.point_step**2 * self._point_steps
+        curve = self._straight + sizes.departure**2 * self._bent[sizes.length]
         # A probe that is wrong is wrong on every leg.
         constant = (0.5 * self._stated.temperature_k) ** 2 * np.outer(linear.warmth, linear.warmth)
         alone = linear.reading + (_SCATTER * sizes.leg_step) ** 2
-        return np.asarray(wind + curve + constant + np.diag(alone))
+        both = wind * (linear.along @ linear.along.T) + curve * np.outer(linear.slope, linear.slope)
+        return both + constant + np.diag(alone), wind, curve
 
-    def log_likelihood(self, sizes: Sizes) -> float:
-        """Return the logarithm of the likelihood of the observations."""
-        factor = np.linalg.cholesky(self.covariance(self.linear, sizes))
-        scaled = np.linalg.solve(factor, self.linear.observed)
-        return float(-0.5 * scaled @ scaled - np.sum(np.log(np.diagonal(factor))))
+    def covariance(self, sizes: Sizes) -> Array:
+        """Return the covariance of the observations [(m/s)²], (n, n)."""
+        return self._priors(self.linear, sizes)[0]
+
+    def log_likelihoods(self, choices: Sequence[Sizes]) -> Array:
+        """Return the logarithm of the likelihood of the observations for each choice of sizes, (m,)."""
+        factors = np.linalg.cholesky(np.stack([self.covariance(sizes) for sizes in choices]))
+        scaled = np.linalg.solve(factors, np.broadcast_to(self.linear.observed, factors.shape[:2])[..., None])[
+            ..., 0
+        ]
+        pivots = np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
+        return np.asarray(-0.5 * np.sum(scaled**2, axis=1) - pivots)
 
     def weights(self) -> Array:
         """Return the weight of each of `SIZES` after the card is looked at."""
-        logs = np.array([self.log_likelihood(sizes) + sizes.log_weight for sizes in SIZES])
+        logs = self.log_likelihoods(SIZES) + np.array([sizes.log_weight for sizes in SIZES])
         weights = np.exp(logs - logs.max())
         return np.asarray(weights / weights.sum())
 
     def surprise(self, sizes: Sizes = USUAL) -> Array:
         """Return by how many standard deviations each leg departs from what all others predict, (n,)."""
-        inverse = np.linalg.inv(self.covariance(self.linear, sizes))
+        inverse = np.linalg.inv(self.covariance(sizes))
         return np.asarray((inverse @ self.linear.observed) / np.sqrt(np.diagonal(inverse)))
 
-    def curve(self, at: MetersPerSecond, configuration: str, sizes: Sizes) -> tuple[Array, Array]:
-        """Return the correction of a configuration at airspeeds, (m,) [m/s], and its variance [(m/s)²]."""
-        cross = self._curve_prior(at, sizes, configuration) * self.linear.slope[None, :]
-        solved = np.linalg.solve(self.covariance(self.linear, sizes), np.column_stack([self.linear.observed, cross.T]))
-        own = np.diagonal(_smooth(at, at, sizes))
-        return cross @ solved[:, 0], np.asarray(own - np.einsum("mn,nm->m", cross, solved[:, 1:]))
+    def curves(self, at: MetersPerSecond, configuration: str, choices: Sequence[Sizes]) -> tuple[Array, Array]:
+        """Return the correction of a configuration at airspeeds [m/s] and its variance [(m/s)²], (m, c), for each
+        choice of sizes."""
+        here = (self._configuration == configuration) * self.linear.slope
+        straight, bent = _curve_prior(at, self.speed)
+        own_straight, own_bent = _curve_prior(at, at)
+        means, variances = [], []
+        for sizes in choices:
+            cross = (straight + sizes.departure**2 * bent[sizes.length]) * here
+            own = np.diagonal(own_straight + sizes.departure**2 * own_bent[sizes.length])
+            solved = np.linalg.solve(self.covariance(sizes), np.column_stack([self.linear.observed, cross.T]))
+            means.append(cross @ solved[:, 0])
+            variances.append(own - np.einsum("cn,nc->c", cross, solved[:, 1:]))
+        return np.array(means), np.array(variances)
 
     def leg_noise(self, rows: Sequence[int], sizes: Sizes) -> Array:
         """Return the covariance [(m/s)²] of the equations of some legs of one point, without what they share.
@@ -162,17 +170,21 @@ class CardModel:
         return np.asarray(wind + np.diag(alone))
 
 
-def _smooth(one: Array, other: Array, sizes: Sizes) -> Array:
-    """Return the covariance [(m/s)²] of the correction at airspeeds (m,) and (n,), (m, n).
+def _curve_prior(one: MetersPerSecond, other: MetersPerSecond) -> tuple[Array, dict[float, Array]]:
+    """Return the covariance [(m/s)²] of the correction at airspeeds (m,) and (n,), (m, n): that of constant and
+    slope, and that of a departure of size 1, by its length.
 
     A small Δp/q_c moves the airspeed by q_c dV/dq_c times itself.
     """
     first, second = (np.log(np.asarray(each) / (100.0 * KNOT)) for each in (one, other))
-    distance = first[:, None] - second[None, :]
-    normalized = (
-        _CONSTANT**2
-        + _SLOPE**2 * np.outer(first, second)
-        + sizes.departure**2 * np.exp(-0.5 * (distance / sizes.length) ** 2)
-    )
     moved = [air.impact_pressure(v) * air.calibrated_airspeed_slope(air.impact_pressure(v)) for v in (one, other)]
-    return np.asarray(normalized * np.outer(moved[0], moved[1]))
+    scale = np.outer(moved[0], moved[1])
+    squared = (first[:, None] - second[None, :]) ** 2
+    straight = (_CONSTANT**2 + _SLOPE**2 * np.outer(first, second)) * scale
+    return straight, {length: np.exp(-0.5 * squared / length**2) * scale for length in _LENGTHS}
+
+
+def _passed(steps: Array) -> Array:
+    """Return how many steps two legs have in common since the first leg, (n, n)."""
+    count = np.cumsum(steps)
+    return np.asarray(np.minimum(count[:, None], count[None, :]))

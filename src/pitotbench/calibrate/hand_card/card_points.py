@@ -1,6 +1,7 @@
 """Reduce a card written by hand: corrections of its points, one curve a configuration, slips named."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from pitotbench import air
 from pitotbench.calibrate.accuracy import USUAL as USUAL_ACCURACIES
 from pitotbench.calibrate.accuracy import Accuracies
 from pitotbench.calibrate.gps_legs.methods import circle_fit, fixed_speed
-from pitotbench.calibrate.hand_card.card_model import SIZES, CardModel
+from pitotbench.calibrate.hand_card.card_model import SIZES, CardModel, Sizes
 from pitotbench.calibrate.hand_card.leg_equations import LegArrays, leg_arrays
 from pitotbench.calibrate.hand_card.slips import find_slips
 from pitotbench.estimate.mixture import half_width
@@ -18,21 +19,19 @@ from pitotbench.records.hand_card import CardLeg, CardPoint, HandCard, ReadingSt
 from pitotbench.units import KNOT, Array
 
 _SPEEDS = 13  # airspeeds of a curve
-_LIGHT = 1e-3  # of the weights: sizes that are as unlikely are left out
-_ROUNDS = 6  # the unequal airspeeds are referred to their mean along flight paths, which depend on the wind
+_LIGHT = 1e-2  # of the weights: sizes that are as unlikely are left out
+_ROUNDS = 4  # the unequal airspeeds are referred to their mean along flight paths, which depend on the wind
 _STEP = 1e-3  # m/s
 _TOO_WIDE = 20.0 * KNOT  # m/s, 2σ above which a point is none
 
 
-def reduce_card(
-    legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies = USUAL_ACCURACIES
-) -> HandCard:
+def reduce_card(legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies = USUAL_ACCURACIES) -> HandCard:
     """Return the points, curves and slips of a card. Legs are in the order in which they were flown.
 
-    A point's true airspeed and wind are those of the published methods (three legs: Gray 1998; four: the mean of the
-    four answers of three legs; more: a circle). Its bound propagates the steps of the readings, and wind that
-    changes from leg to leg by as much as the card shows, through the weights of that method.
-    Raises BadInputError for fewer than three legs that can be.
+    A point's true airspeed and wind are those of the published methods (three legs: Gray 1998; four: the mean of
+    the four answers of three legs; more: a circle). Its bound propagates the steps of the readings, and wind that
+    changes from leg to leg by as much as the card shows, through the weights of that method. Raises BadInputError
+    for fewer than three legs that can be.
     """
     if len(legs) < 3:
         raise BadInputError("a card needs at least three legs")
@@ -40,7 +39,9 @@ def reduce_card(
     model = CardModel(kept, steps, stated)
     weights = model.weights()
     named = {slip.row: slip for slip in slips}
-    points = tuple(_point(name, legs, model, weights, stated, set(named)) for name in dict.fromkeys(leg.point for leg in legs))
+    points = tuple(
+        _point(name, legs, model, weights, stated, set(named)) for name in dict.fromkeys(leg.point for leg in legs)
+    )
     configurations = dict.fromkeys(leg.configuration for leg in kept)
     curves = {name: _curve(name, model, weights) for name in configurations}
     warnings = tuple(
@@ -67,18 +68,15 @@ def _point(
         return _with_remark(empty, f"{remark}; {left}" if remark else left)
     arrays = leg_arrays(used)
     try:
-        answer, spread = _answer(arrays, indicated)
-        gain = _gain(arrays, indicated)
+        answer, spread, velocity = _answer(arrays, indicated)
+        gain = _gain(velocity, answer[1:])
     except NoAnswerError as error:
         return _with_remark(empty, str(error))
     true = answer[0]
     correction, slope, per_kelvin = _correction(arrays, indicated, true)
-    sigmas = np.array(
-        [np.sqrt(gain @ model.leg_noise(rows, sizes) @ gain) for sizes in SIZES]
-    )
-    heavy = weights > _LIGHT * weights.max()
-    share = weights[heavy] / weights[heavy].sum()
-    width = float(half_width(share, np.zeros((len(share), 1)), sigmas[heavy][:, None])[0])
+    choices, share = _heavy(weights)
+    sigmas = np.array([np.sqrt(gain @ model.leg_noise(rows, sizes) @ gain) for sizes in choices])
+    width = float(half_width(share, np.zeros((len(share), 1)), sigmas[:, None])[0])
     two_sigma = float(np.hypot(slope * width, per_kelvin * stated.temperature_k))
     if two_sigma > _TOO_WIDE:
         return _with_remark(empty, "the tracks are too near each other: fly them at least 60° apart")
@@ -101,9 +99,13 @@ def _point(
     )
 
 
-def _with_remark(point: CardPoint, remark: str) -> CardPoint:
-    from dataclasses import replace
+def _heavy(weights: Array) -> tuple[list[Sizes], Array]:
+    """Return the sizes that count, and their weights."""
+    places = np.flatnonzero(weights > _LIGHT * weights.max())
+    return [SIZES[place] for place in places], weights[places] / weights[places].sum()
 
+
+def _with_remark(point: CardPoint, remark: str) -> CardPoint:
     return replace(point, remark=remark)
 
 
@@ -125,36 +127,38 @@ def _mean_air(arrays: LegArrays, indicated: float) -> LegArrays:
     )
 
 
-def _answer(arrays: LegArrays, indicated: float) -> tuple[Array, float | None]:
-    """Return [V, W_N, W_E] [m/s] of legs, and the spread of four."""
-    wind, spread = np.zeros(2), None
-    answer = np.zeros(3)
+def _answer(arrays: LegArrays, indicated: float) -> tuple[Array, float | None, Array]:
+    """Return [V, W_N, W_E] [m/s] of legs, the spread of four, and the ground velocities at one airspeed (n, 2)."""
+    answer, spread, velocity = np.zeros(3), None, arrays.velocity
     for _ in range(_ROUNDS):
-        velocity = _referred(arrays, indicated, wind)
-        if len(velocity) > 4:
-            answer = circle_fit(velocity)
-        else:
-            found = fixed_speed(np.linalg.norm(velocity, axis=1), np.arctan2(velocity[:, 1], velocity[:, 0]))
-            toward = found.wind_from + np.pi
-            answer = np.array(
-                [found.true_airspeed, found.wind_speed * np.cos(toward), found.wind_speed * np.sin(toward)]
-            )
-            spread = found.spread
-        wind = answer[1:]
-    return answer, spread
+        velocity = _referred(arrays, indicated, answer[1:])
+        answer, spread = _solved(velocity)
+    return answer, spread, velocity
 
 
-def _gain(arrays: LegArrays, indicated: float) -> Array:
-    """Return the change of the true airspeed per change of each leg's equation along its flight path, (n,) [-]."""
-    answer, _ = _answer(arrays, indicated)
-    through = arrays.velocity - answer[1:]
+def _solved(velocity: Array) -> tuple[Array, float | None]:
+    """Return [V, W_N, W_E] [m/s] of ground velocities at one airspeed, (n, 2), by the published method."""
+    if len(velocity) > 4:
+        return circle_fit(velocity), None
+    found = fixed_speed(np.linalg.norm(velocity, axis=1), np.arctan2(velocity[:, 1], velocity[:, 0]))
+    toward = found.wind_from + np.pi
+    wind = found.wind_speed * np.cos(toward), found.wind_speed * np.sin(toward)
+    return np.array([found.true_airspeed, *wind]), found.spread
+
+
+def _gain(velocity: Array, wind: Array) -> Array:
+    """Return the change of the true airspeed per change of each leg along its flight path, (n,) [-].
+
+    `velocity` (n, 2) [m/s] are the ground velocities at one airspeed.
+    """
+    through = velocity - wind
     along = through / np.linalg.norm(through, axis=1, keepdims=True)
+    here = _solved(velocity)[0][0]
     gain = np.empty(len(along))
     for leg in range(len(along)):
-        moved = arrays.velocity.copy()
+        moved = velocity.copy()
         moved[leg] += _STEP * along[leg]
-        changed = LegArrays(arrays.indicated_airspeed, arrays.static_pressure, arrays.air_temperature, moved)
-        gain[leg] = (_answer(changed, indicated)[0][0] - answer[0]) / _STEP
+        gain[leg] = (_solved(moved)[0][0] - here) / _STEP
     return gain
 
 
@@ -184,12 +188,10 @@ def _curve(configuration: str, model: CardModel, weights: Array) -> ErrorCurve:
     speeds = np.array([leg.indicated_airspeed for leg in own])
     low, high = float(speeds.min()), float(speeds.max())
     at = np.linspace(low, high, _SPEEDS) if high - low > KNOT else np.array([0.5 * (low + high)])
-    heavy = np.flatnonzero(weights > _LIGHT * weights.max())
-    share = weights[heavy] / weights[heavy].sum()
-    found = [model.curve(at, configuration, SIZES[place]) for place in heavy]
-    means, sigmas = np.array([mean for mean, _ in found]), np.sqrt(np.array([variance for _, variance in found]))
+    choices, share = _heavy(weights)
+    means, variances = model.curves(at, configuration, choices)
     mean = share @ means
-    bound = half_width(share, means, sigmas)
+    bound = half_width(share, means, np.sqrt(variances))
     impact = air.impact_pressure(at)
     true = air.impact_pressure(at + mean)
     arrays = leg_arrays(own)

@@ -1,7 +1,7 @@
 """Slips of the pencil: legs that cannot be, and what was probably meant.
 
-A leg is judged by what all other legs of the card predict for it. Where it cannot be, each slip that a hand makes is
-tried, and the one with which the card fits best is named.
+A leg is judged by what all other legs of the card predict for it. Where it cannot be, each slip that a hand makes
+is tried, and the one with which the card fits best is named.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,7 +24,8 @@ _FEWEST = 3  # legs of a card below which nothing can be judged
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """A column that a slip can be in: its field, its unit [SI], its words, and the largest number that makes sense."""
+    """A column that a slip can be in: its field, its unit [SI], its words, and the largest number that makes
+    sense."""
 
     field: str
     si: float
@@ -66,7 +67,12 @@ def find_slips(
 
 
 def _culprit(
-    kept: list[CardLeg], surprise: np.ndarray, worst: int, legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies
+    kept: list[CardLeg],
+    surprise: np.ndarray,
+    worst: int,
+    legs: Sequence[CardLeg],
+    steps: ReadingSteps,
+    stated: Accuracies,
 ) -> tuple[CardLeg, str]:
     """Return the leg that is wrong, and what was probably meant: within a point, that of the best correction."""
     suspects = [
@@ -94,7 +100,7 @@ def _best(
         model = CardModel(card, steps, stated)
         if abs(model.surprise()[card.index(corrected)]) > _FITS:
             continue
-        likelihood = model.log_likelihood(USUAL)
+        likelihood = float(model.log_likelihoods([USUAL])[0])
         if best is None or likelihood > best[0]:
             best = (likelihood, words)
     return best
@@ -120,8 +126,8 @@ def _corrections(leg: CardLeg) -> Iterator[tuple[str, CardLeg]]:
 
 
 def _meant(written: str, most: float) -> list[float]:
-    """Return the numbers from which a slip makes the written one: a digit exchanged with its neighbor, lost, doubled,
-    or misread."""
+    """Return the numbers from which a slip makes the written one: a digit exchanged with its neighbor, lost,
+    doubled, or misread."""
     found = set()
     for i in range(len(written)):
         found.add(written[:i] + written[i + 1 :])  # one too many
@@ -129,6 +135,8 @@ def _meant(written: str, most: float) -> list[float]:
             found.add(written[:i] + written[i + 1] + written[i] + written[i + 2 :])  # exchanged
         found.update(written[:i] + digit + written[i + 1 :] for digit in "0123456789")  # misread
     if len(written) < 3:
-        found.update(written[:i] + digit + written[i:] for i in range(len(written) + 1) for digit in "0123456789")  # lost
+        found.update(
+            written[:i] + digit + written[i:] for i in range(len(written) + 1) for digit in "0123456789"
+        )  # lost
     numbers = {float(text) for text in found if text.isdigit()} - {float(written)}
     return sorted(number for number in numbers if 0.0 < number <= most)

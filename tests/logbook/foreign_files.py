@@ -67,72 +67,146 @@ def kias(path: Path, flown: dict[str, Array]) -> Path:
     d = displayed(flown)
     names = ["time_s", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc", "ground_speed_kt"]
     rows = [
-        [f"{flown['time'][i]:.0f}", f"{d['ias'][i]:.0f}", f"{10 * round(d['pressure_altitude'][i] / 10)}",
-         f"{d['oat'][i]:.0f}", f"{d['ground_speed'][i]:.0f}", f"{d['track'][i]:.0f}"]
+        [
+            f"{flown['time'][i]:.0f}",
+            f"{d['ias'][i]:.0f}",
+            f"{10 * round(d['pressure_altitude'][i] / 10)}",
+            f"{d['oat'][i]:.0f}",
+            f"{d['ground_speed'][i]:.0f}",
+            f"{d['track'][i]:.0f}",
+        ]
         for i in range(ROWS)
-    ]  # fmt: skip
+    ]
     return write_rows(path, [], [*names, "track_deg"], rows)
 
 
 def g1000(path: Path, flown: dict[str, Array]) -> Path:
     """Garmin G1000: a line about the airframe, one of units, padded names and cells, blanks while it starts."""
     d = displayed(flown)
-    names = "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,    AltB, BaroA,  AltMSL,   OAT,    IAS, GndSpd,    VSpd,  Pitch,"
+    names = (
+        "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,    AltB, BaroA,  AltMSL,   OAT,    IAS, GndSpd,    VSpd,  Pitch,"
+    )
     names += "   Roll,   HDG,   TRK, volt1, E1 RPM, MagVar"
-    units = "#yyy-mm-dd, hh:mm:ss,   hh:mm,  ident, ft Baro,  inch,  ft msl, deg C,     kt,     kt,     fpm,    deg,"
+    units = (
+        "#yyy-mm-dd, hh:mm:ss,   hh:mm,  ident, ft Baro,  inch,  ft msl, deg C,     kt,     kt,     fpm,    deg,"
+    )
     units += "    deg,   deg,   deg, volts,    rpm,    deg"
     rows = []
     for i in range(ROWS):
         local = clock(i)
         cells = [
-            f"{local:%Y-%m-%d}", f"{local:%H:%M:%S}", "  -07:00", "       ",
-            f"{d['indicated_altitude'][i]:8.1f}", f"{SETTING:6.2f}", f"{d['height'][i]:8.1f}", f"{d['oat'][i]:6.1f}",
-            f"{d['ias'][i]:7.2f}", f"{d['ground_speed'][i]:7.2f}", "    0.10", f"{2.0 + 0.01 * (i % 7):7.2f}",
-            f"{15.0 + 0.01 * (i % 5):7.2f}", f"{(d['heading'][i] - VARIATION) % 360.0:6.1f}",
-            f"{(d['track'][i] - VARIATION) % 360.0:6.1f}", "  28.1", f"{2400 + i % 3:7.1f}", f"{VARIATION:7.1f}",
-        ]  # fmt: skip
+            f"{local:%Y-%m-%d}",
+            f"{local:%H:%M:%S}",
+            "  -07:00",
+            "       ",
+            f"{d['indicated_altitude'][i]:8.1f}",
+            f"{SETTING:6.2f}",
+            f"{d['height'][i]:8.1f}",
+            f"{d['oat'][i]:6.1f}",
+            f"{d['ias'][i]:7.2f}",
+            f"{d['ground_speed'][i]:7.2f}",
+            "    0.10",
+            f"{2.0 + 0.01 * (i % 7):7.2f}",
+            f"{15.0 + 0.01 * (i % 5):7.2f}",
+            f"{(d['heading'][i] - VARIATION) % 360.0:6.1f}",
+            f"{(d['track'][i] - VARIATION) % 360.0:6.1f}",
+            "  28.1",
+            f"{2400 + i % 3:7.1f}",
+            f"{VARIATION:7.1f}",
+        ]
         rows.append([*cells[:7], *["       "] * 11] if i < 3 else cells)
-    return write_rows(path, ['#airframe_info, log_version="1.00", airframe_name="C172"', units], names.split(","), rows)
+    return write_rows(
+        path, ['#airframe_info, log_version="1.00", airframe_name="C172"', units], names.split(","), rows
+    )
 
 
 def g3x(path: Path, flown: dict[str, Array]) -> Path:
     """Garmin G3X Touch: long names, then short names, then rows."""
     d = displayed(flown)
-    names = ["Date (yyyy-mm-dd)", "Time (hh:mm:ss)", "GPS Altitude (ft)", "GPS Ground Speed (kt)",
-             "GPS Ground Track (deg)", "GPS Velocity E (m/sec)", "GPS Velocity N (m/sec)", "GPS Velocity U (m/sec)",
-             "Magnetic Heading (deg)", "Pressure Altitude (ft)", "Indicated Airspeed (kt)",
-             "Outside Air Temp (deg C)"]  # fmt: skip
+    names = [
+        "Date (yyyy-mm-dd)",
+        "Time (hh:mm:ss)",
+        "GPS Altitude (ft)",
+        "GPS Ground Speed (kt)",
+        "GPS Ground Track (deg)",
+        "GPS Velocity E (m/sec)",
+        "GPS Velocity N (m/sec)",
+        "GPS Velocity U (m/sec)",
+        "Magnetic Heading (deg)",
+        "Pressure Altitude (ft)",
+        "Indicated Airspeed (kt)",
+        "Outside Air Temp (deg C)",
+    ]
     short = ["Lcl Date", "Lcl Time", "AltGPS", "GndSpd", "TRK", "VelE", "VelN", "VelU", "HDG", "AltP", "IAS", "OAT"]
     rows = [
-        [f"{clock(i):%Y-%m-%d}", f"{clock(i):%H:%M:%S}", f"{d['height'][i]:.0f}", f"{d['ground_speed'][i]:.1f}",
-         f"{d['track'][i]:.0f}", f"{flown['velocity_east'][i]:.2f}", f"{flown['velocity_north'][i]:.2f}",
-         f"{-flown['velocity_down'][i]:.2f}", f"{d['heading'][i]:.0f}", f"{d['pressure_altitude'][i]:.0f}",
-         f"{d['ias'][i]:.1f}", f"{d['oat'][i]:.1f}"]
+        [
+            f"{clock(i):%Y-%m-%d}",
+            f"{clock(i):%H:%M:%S}",
+            f"{d['height'][i]:.0f}",
+            f"{d['ground_speed'][i]:.1f}",
+            f"{d['track'][i]:.0f}",
+            f"{flown['velocity_east'][i]:.2f}",
+            f"{flown['velocity_north'][i]:.2f}",
+            f"{-flown['velocity_down'][i]:.2f}",
+            f"{d['heading'][i]:.0f}",
+            f"{d['pressure_altitude'][i]:.0f}",
+            f"{d['ias'][i]:.1f}",
+            f"{d['oat'][i]:.1f}",
+        ]
         for i in range(ROWS)
-    ]  # fmt: skip
+    ]
     return write_rows(path, ['#airframe_info,log_version="1.00",product="GDU 460"'], names, [short, *rows])
 
 
 def dynon(path: Path, flown: dict[str, Array]) -> Path:
     """Dynon SkyView: seconds of the session, units in the names."""
     d = displayed(flown)
-    names = ["Session Time", "GPS Fix Quality", "GPS Altitude (feet)", "Ground Speed (knots)", "Ground Track (deg)",
-             "Mag Var (deg)", "Indicated Airspeed (knots)", "Pressure Altitude (ft)", "OAT (deg C)"]  # fmt: skip
+    names = [
+        "Session Time",
+        "GPS Fix Quality",
+        "GPS Altitude (feet)",
+        "Ground Speed (knots)",
+        "Ground Track (deg)",
+        "Mag Var (deg)",
+        "Indicated Airspeed (knots)",
+        "Pressure Altitude (ft)",
+        "OAT (deg C)",
+    ]
     rows = [
-        [f"{3600.0 + flown['time'][i]:.2f}", "2", f"{d['height'][i]:.0f}", f"{d['ground_speed'][i]:.1f}",
-         f"{d['track'][i]:.1f}", f"{VARIATION}", f"{d['ias'][i]:.1f}", f"{d['pressure_altitude'][i]:.0f}",
-         f"{d['oat'][i]:.0f}"]
+        [
+            f"{3600.0 + flown['time'][i]:.2f}",
+            "2",
+            f"{d['height'][i]:.0f}",
+            f"{d['ground_speed'][i]:.1f}",
+            f"{d['track'][i]:.1f}",
+            f"{VARIATION}",
+            f"{d['ias'][i]:.1f}",
+            f"{d['pressure_altitude'][i]:.0f}",
+            f"{d['oat'][i]:.0f}",
+        ]
         for i in range(ROWS)
-    ]  # fmt: skip
+    ]
     return write_rows(path, [], names, rows)
 
 
 def german(path: Path, flown: dict[str, Array]) -> Path:
     """Semicolons and decimal commas, in UTF-16, as a spreadsheet exports Unicode text."""
-    names = ["time_s", "impact_pressure_pa", "static_pressure_hpa", "air_temperature_degc", "velocity_north_kmh",
-             "velocity_east_kmh"]  # fmt: skip
-    columns = [flown["time"], flown["impact_pressure"], flown["static_pressure"] / 100.0,
-               flown["air_temperature"] - 273.15, flown["velocity_north"] * 3.6, flown["velocity_east"] * 3.6]  # fmt: skip
+    names = [
+        "time_s",
+        "impact_pressure_pa",
+        "static_pressure_hpa",
+        "air_temperature_degc",
+        "velocity_north_kmh",
+        "velocity_east_kmh",
+    ]
+    columns = [
+        flown["time"],
+        flown["impact_pressure"],
+        flown["static_pressure"] / 100.0,
+        flown["air_temperature"] - 273.15,
+        flown["velocity_north"] * 3.6,
+        flown["velocity_east"] * 3.6,
+    ]
     rows = [[f"{value:.5f}".replace(".", ",") for value in row] for row in zip(*columns, strict=True)]
     write_rows(path, [], names, rows, ";")
     path.write_text(path.read_text("utf-8"), "utf-16")
@@ -222,7 +296,18 @@ def dataflash(path: Path, flown: dict[str, Array]) -> Path:
         for sensor in (0, 1):
             parts.append(_message("ARSP", [us, sensor, 60.0, q / (1 + sensor), 31.0, q, 0.0, 1, 1, 0]))
         parts.append(_message("BARO", [us, 0, 0.0, p, 31.0, 0.0]))
-        fix = [3, 1000 * i, 2300, 14, 0.7, 47.1, 8.5, float(flown["altitude"][i]), float(speed[i]), float(course[i])]
+        fix = [
+            3,
+            1000 * i,
+            2300,
+            14,
+            0.7,
+            47.1,
+            8.5,
+            float(flown["altitude"][i]),
+            float(speed[i]),
+            float(course[i]),
+        ]
         parts.append(_message("GPS", [us, 0, *fix, float(flown["velocity_down"][i]), 0.0, 1]))
         parts.append(_message("ATT", [us, 0.0, 15.0, 0.0, 2.0, 0.0, float(flown["heading"][i] / DEGREE)]))
     path.write_bytes(b"".join(parts))
@@ -257,11 +342,15 @@ def ulog(path: Path, flown: dict[str, Array], renewed: bool = False) -> Path:
     velocity = [flown[f"velocity_{axis}"] for axis in ("north", "east", "down")]
     gps = np.column_stack([time, *velocity, flown["altitude"] * (1.0 if renewed else 1e3)])
     topics = {
-        "differential_pressure": ("float differential_pressure_pa;", np.column_stack([time, flown["impact_pressure"]])),
+        "differential_pressure": (
+            "float differential_pressure_pa;",
+            np.column_stack([time, flown["impact_pressure"]]),
+        ),
         "vehicle_air_data": ("float baro_pressure_pa;", np.column_stack([time, flown["static_pressure"]])),
         "sensor_gps" if renewed else "vehicle_gps_position": (
-            "float vel_n_m_s;float vel_e_m_s;float vel_d_m_s;" + height, gps,
+            "float vel_n_m_s;float vel_e_m_s;float vel_d_m_s;" + height,
+            gps,
         ),
-    }  # fmt: skip
+    }
     path.write_bytes(ulog_bytes(topics))
     return path

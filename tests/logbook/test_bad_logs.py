@@ -63,7 +63,7 @@ ERRORS: dict[str, tuple[Callable[[Table], Table], str]] = {
     "no static pressure": (drop("static_pressure_pa"), r"missing column static_pressure_pa"),
     "much missing": (
         drop("velocity_north_mps", "velocity_east_mps", "impact_pressure_pa"),
-        r"missing columns velocity_north_mps or ground_speed_kt with track_deg, velocity_east_mps, impact_pressure_pa.*"
+        r"missing columns velocity_north_mps or ground_speed_kt with track_deg, velocity_east_mps, impact_.*"
         r"--mapping",
     ),
     "misspelled": (

@@ -1,8 +1,8 @@
 """The share of the bound that the steps of a display make: what the residual of a log cannot show.
 
-On a steady leg a display shows one number, which is wrong by up to half a step and never scatters. Near each airspeed
-the mean of the readings errs as the mean of so many independent rounding errors as there are different readings; a
-reading that stands for long counts once.
+On a steady leg a display shows one number, which is wrong by up to half a step and never scatters. Near each
+airspeed the mean of the readings errs as the mean of so many independent rounding errors as there are different
+readings; a reading that stands for long counts once.
 """
 
 from collections.abc import Mapping

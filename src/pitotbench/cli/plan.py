@@ -47,12 +47,19 @@ def add(parser: argparse.ArgumentParser) -> None:
     flag(
         "--search", type=int, default=40, help="flights to improve the best card, 0 for none (default: %(default)s)"
     )
+    flag(
+        "--by-hand",
+        action="store_true",
+        help="plan a card written by hand (for `fixed-speed POINTS.csv`) by --want-kt, --minutes, --speeds-kt",
+    )
     flag("--json", action="store_true", help="print one JSON document")
     flag("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)")
 
 
 def run(options: argparse.Namespace) -> int:
     """Plan, print, and write the page and the case where asked for."""
+    if options.by_hand:
+        return _by_hand(options)
     from rich.console import Console
 
     from pitotbench.bench.plan.recommend import make_plan
@@ -73,6 +80,32 @@ def run(options: argparse.Namespace) -> int:
     if options.out is not None:
         for path in write_plan(request, plan, options.out):
             print(printable(f"written: {path}"), file=sys.stderr)
+    return 0
+
+
+def _by_hand(options: argparse.Namespace) -> int:
+    """Print which legs to fly and write down."""
+    from rich.console import Console
+
+    from pitotbench.bench import wind_toward
+    from pitotbench.calibrate.hand_card.by_hand import plans_by_hand
+    from pitotbench.show.hand_plan_text import chosen_plan, hand_plan_json, print_hand_plan
+    from pitotbench.show.strict_json import json_text
+    from pitotbench.units import KNOT
+
+    low, high = _speeds(options.speeds_kt)
+    if not 20.0 * KNOT <= low < high <= 400.0 * KNOT:
+        raise BadInputError(f"--speeds-kt {options.speeds_kt}: give LOW,HIGH between 20 and 400 kt")
+    if options.want_kt is not None and not options.want_kt > 0.0:
+        raise BadInputError(f"--want-kt {options.want_kt:g}: give a bound above zero")
+    north, east = (float(part) for part in wind_toward(stated_wind(options))[:2])
+    plans = plans_by_hand(low, high, (north, east))
+    want = None if options.want_kt is None else options.want_kt * KNOT
+    chosen = chosen_plan(plans, want, options.minutes)
+    if options.json:
+        sys.stdout.write(json_text(hand_plan_json(plans, chosen)))
+    else:
+        print_hand_plan(plans, chosen, want, Console(highlight=False, soft_wrap=True))
     return 0
 
 

@@ -43,9 +43,9 @@ def read_csv(path: Path) -> Table:
     """Read the table of a CSV file with commas, semicolons or tabs, in UTF-8 or UTF-16.
 
     Decimal commas are read where the separator or quotes leave no doubt. Lines of units or of second names below
-    the names are not rows; they become the units of the table. A last line that breaks off is dropped with a warning.
-    Raises BadInputError for a file that is empty or is not text, and for any other row whose length differs from the
-    first line.
+    the names are not rows; they become the units of the table. A last line that breaks off is dropped with a
+    warning. Raises BadInputError for a file that is empty or is not text, and for any other row whose length
+    differs from the first line.
     """
     text = _as_utf8(path)
     with text.open() as file:

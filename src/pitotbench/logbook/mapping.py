@@ -15,11 +15,11 @@ join = "linear"                      # or "last" (held) or "nearest"
 [files.columns]
 ...
 ```
-A mapping of one file may have `[columns]` at the top instead of `[[files]]`. Of several columns for one quantity the
-first that is there counts, and one with `optional = true` may be absent. So may a file; where `file` is a list, the
-first that is there counts. `recognize` names columns by which such a log is known without `--mapping`. A table `[calibrate]` (for example
-`model = "quadratic"`, `mach_max = 0.93`) holds calibration choices that suit such logs; flags of the user override
-them.
+A mapping of one file may have `[columns]` at the top instead of `[[files]]`. Of several columns for one quantity
+the first that is there counts, and one with `optional = true` may be absent. So may a file; where `file` is a list,
+the first that is there counts. `recognize` names columns by which such a log is known without `--mapping`. A table
+`[calibrate]` (for example `model = "quadratic"`, `mach_max = 0.93`) holds calibration choices that suit such logs;
+flags of the user override them.
 """
 
 import tomllib
@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Renamed:
-    """One column of a foreign log and its name here: value = theirs * factor + offset. It may be absent if optional."""
+    """One column of a foreign log and its name here: value = theirs * factor + offset. It may be absent if
+    optional."""
 
     theirs: str
     name: str

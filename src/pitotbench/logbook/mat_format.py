@@ -22,9 +22,9 @@ _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one chan
 def read_mat(path: Path) -> Table:
     """Read the vectors of a .mat file, or of the only struct in it.
 
-    A matrix with a row a sample, such as `fdata` of SIDPAC, gives the columns `fdata(:,1)`, `fdata(:,2)`, ... A struct
-    with a field `data` (and `units`) is one channel. Single numbers and texts beside the vectors are left out.
-    Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of different lengths.
+    A matrix with a row a sample, such as `fdata` of SIDPAC, gives the columns `fdata(:,1)`, `fdata(:,2)`, ... A
+    struct with a field `data` (and `units`) is one channel. Single numbers and texts beside the vectors are left
+    out. Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of different lengths.
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.

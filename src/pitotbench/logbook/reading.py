@@ -19,8 +19,8 @@ from pitotbench.records.log import FlightLog
 def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
     """Read a flight log from a file.
 
-    `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it, a log of a format
-    that a shipped mapping recognizes is read by that mapping, whose name is then `log.header["mapping"]`.
+    `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it, a log of a
+    format that a shipped mapping recognizes is read by that mapping, whose name is then `log.header["mapping"]`.
     `log.header["warnings"]` lists, with row numbers, what was dropped and what looks wrong.
 
     Raises BadInputError for a log that cannot be used (the message begins with the file), UnknownNameError for a

@@ -1,7 +1,7 @@
 """Draft a mapping for a table of unknown names, and say how sure each line is.
 
-Each column goes to the quantity that its name fits best. Where the file does not state a unit, the units in which the
-values are possible are tried on the whole log: airspeed and ground speed, height and pressure have to agree.
+Each column goes to the quantity that its name fits best. Where the file does not state a unit, the units in which
+the values are possible are tried on the whole log: airspeed and ground speed, height and pressure have to agree.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,8 +12,8 @@ import numpy as np
 
 from pitotbench.logbook.drafting.agreement import agreed
 from pitotbench.logbook.drafting.guess import Guess, guesses
-from pitotbench.logbook.mapping import MappedFile, Renamed
 from pitotbench.logbook.joining import rename
+from pitotbench.logbook.mapping import MappedFile, Renamed
 from pitotbench.logbook.reading import log_of
 from pitotbench.logbook.table import Table
 from pitotbench.records.errors import BadInputError
@@ -44,7 +44,8 @@ _SUPERSEDED = {  # a quantity that is not needed beside others
 
 @dataclass(frozen=True, slots=True)
 class DraftedLine:
-    """A line of the mapping: the guess with its unit, whether it is sure, and the question to ask where it is not."""
+    """A line of the mapping: the guess with its unit, whether it is sure, and the question to ask where it is
+    not."""
 
     guess: Guess
     unit: str
@@ -53,8 +54,8 @@ class DraftedLine:
 
 @dataclass(frozen=True, slots=True)
 class DraftedMapping:
-    """The lines of a drafted mapping, the needed quantities for which no column was found, the columns that are left
-    over, and what the reader says of the log with it: empty, or a refusal."""
+    """The lines of a drafted mapping, the needed quantities for which no column was found, the columns that are
+    left over, and what the reader says of the log with it: empty, or a refusal."""
 
     lines: tuple[DraftedLine, ...]
     missing: tuple[str, ...]
@@ -74,7 +75,9 @@ def draft_mapping(table: Table) -> DraftedMapping:
     chosen = _without_superseded(agreed(table, _one_each(offered)))
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
     others = {guess.theirs: rest for guess in fitted for rest in [_rivals(guess, offered)] if rest}
-    lines = tuple(DraftedLine(guess, guess.units[0], _question(guess, others.get(guess.theirs, []))) for guess in fitted)
+    lines = tuple(
+        DraftedLine(guess, guess.units[0], _question(guess, others.get(guess.theirs, []))) for guess in fitted
+    )
     unused = tuple(name for name in table.names if name not in {guess.theirs for guess in fitted})
     return DraftedMapping(lines, _missing(chosen), unused, refusal)
 
@@ -89,7 +92,9 @@ def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
             chosen[guess.quantity] = guess
             used.add(guess.theirs)
     order = [guess.theirs for options in offered for guess in options[:1]]
-    return sorted(chosen.values(), key=lambda guess: order.index(guess.theirs) if guess.theirs in order else len(order))
+    return sorted(
+        chosen.values(), key=lambda guess: order.index(guess.theirs) if guess.theirs in order else len(order)
+    )
 
 
 def _without_superseded(chosen: list[Guess]) -> list[Guess]:
@@ -118,12 +123,15 @@ def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
     if best[1]:
         return best[0], best[1]
     as_good = [each for each, refusal, doubts in trials if not refusal and doubts == best[2]]
-    possible = [dict.fromkeys(column) for column in zip(*([g.units[0] for g in each] for each in as_good), strict=True)]
+    possible = [
+        dict.fromkeys(column) for column in zip(*([g.units[0] for g in each] for each in as_good), strict=True)
+    ]
     return [replace(g, units=tuple(units)) for g, units in zip(best[0], possible, strict=True)], ""
 
 
 def _unit_choices(chosen: list[Guess]) -> Iterator[list[Guess]]:
-    """Yield the guesses with each choice of units, the usual ones first; both horizontal velocities have one unit."""
+    """Yield the guesses with each choice of units, the usual ones first; both horizontal velocities have one
+    unit."""
     open_units = {g.quantity: g.units for g in chosen if len(g.units) > 1 and g.quantity != "velocity_east"}
     ranks = product(*(range(len(units)) for units in open_units.values()))
     for rank in sorted(ranks, key=sum):

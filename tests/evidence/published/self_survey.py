@@ -2,8 +2,8 @@
 
 Five unknowns of a whole log: the offset of the ambient pressure, three components of a constant wind, and the
 recovery factor of the probe. The ambient pressure follows the geometric height by hydrostatics, the Mach number
-follows from it and the total pressure, the speed from Mach number and temperature. Attitude and sideslip turn the speed into a
-velocity through the air; with the wind it must be the GPS velocity, in three components.
+follows from it and the total pressure, the speed from Mach number and temperature. Attitude and sideslip turn the
+speed into a velocity through the air; with the wind it must be the GPS velocity, in three components.
 
 Nothing here comes from the product. Units are SI; angles are radians.
 """

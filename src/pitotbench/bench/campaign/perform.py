@@ -84,9 +84,10 @@ def _section(task: Task, system: str, flight: Flight, log: FlightLog, results: d
 
     spec = flight.case.pressure_error
     truth = {name: bench.true_correction(spec, r.curve.indicated_airspeed) for name, r in results.items()}
+    points = bench.cross_check(log, task.options, next(iter(results.values()), None))
     # The flight is the same for every data system: it is drawn once.
     tolerances = bench.tolerances(flight.case) if system == task.systems[0] else None
-    return flight_section(flight, system, results, truth, tolerances, bench.cross_check(log, task.options))
+    return flight_section(flight, system, results, truth, tolerances, points)
 
 
 def lost_task(task: Task, failure: Failure) -> TaskOutcome:

@@ -8,6 +8,8 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT
 
+_PUBLISHED = bench.CalibrationOptions(error_location="impact")
+
 
 def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
     """Return the points of a curve [kt] with the 2σ of its method, the 2σ of the residual, and the truth."""
@@ -37,6 +39,6 @@ def fixed_speed_rows(log: FlightLog) -> list[Row]:
             "airspeed_kt": point.indicated_airspeed / KNOT,
             "correction_kt": point.correction / KNOT,
         }
-        for point in bench.cross_check(log)
+        for point in bench.cross_check(log, _PUBLISHED)
         if point.method == "four_leg"
     ]

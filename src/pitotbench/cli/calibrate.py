@@ -119,7 +119,10 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
         ]
     else:
         paired = [(options.logs[one.place], one) for one in calibrate_flights(logs, choice)]
-    return [_Reduced(path, flight, tuple(cross_check(flight.log, choice))) for path, flight in paired]
+    return [
+        _Reduced(path, flight, tuple(cross_check(flight.log, choice, flight.calibration)))
+        for path, flight in paired
+    ]
 
 
 def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:

@@ -122,5 +122,5 @@ def _section(task: Task, system: DataSystem, flight: Flight, log: FlightLog, res
     truth = {name: bench.true_correction(spec, r.curve.indicated_airspeed) for name, r in fits.items()}
     # The flight is the same for every data system: it is drawn once.
     tolerances = bench.tolerances(flight.case) if system == task.systems[0] else None
-    checked = bench.cross_check(log, task.calibrations[0][1])
+    checked = bench.cross_check(log, task.calibrations[0][1], next(iter(fits.values()), None))
     return flight_section(flight, system.label, fits, truth, tolerances, checked)

@@ -155,9 +155,8 @@ def _height_section(heights: pd.DataFrame) -> str:
         f"{inside} of {len(heights)} cells within {low} to {high}."
     )
     flights = int(heights.flights.min())
-    return _HEIGHTS.format(
-        flights=flights, verdict=verdict, table=markdown_table(_HEIGHT_COLUMNS, frame_rows(heights))
-    )
+    rows = frame_rows(heights.astype(object).where(heights.notna(), None))  # the triangle has no share of itself
+    return _HEIGHTS.format(flights=flights, verdict=verdict, table=markdown_table(_HEIGHT_COLUMNS, rows))
 
 
 def _verdict(table: pd.DataFrame) -> str:

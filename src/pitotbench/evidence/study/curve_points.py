@@ -11,6 +11,7 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT
 
+_PUBLISHED = bench.CalibrationOptions(error_location="impact")
 _DATA_POINTS = 600  # of a picture
 
 
@@ -73,6 +74,6 @@ def fixed_speed_rows(log: FlightLog) -> list[Row]:
             "airspeed_kt": point.indicated_airspeed / KNOT,
             "correction_kt": point.correction / KNOT,
         }
-        for point in bench.cross_check(log)
+        for point in bench.cross_check(log, _PUBLISHED)
         if point.method == "four_leg"
     ]

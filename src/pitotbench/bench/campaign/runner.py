@@ -171,7 +171,8 @@ class _Campaign:
             failures += (f"and {found.failed - len(failures):,} more: pitotbench results {folder} --state failed",)
         if not found.rows:
             raise NoAnswerError("no flight gave a result: " + "; ".join(failures[:3]))
-        publish_files(folder, store, self.tasks())
+        if self.request.keep_logs != "none":
+            publish_files(folder, store, self.tasks())
         table = pd.read_parquet(folder / RESULTS)
         write_text(folder / "report.html", self._page(table, found, failures))
         return CampaignResult(table, failures, folder, watch.found, watch.flown)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import islice
+from statistics import fmean
 from typing import TYPE_CHECKING
 
 from pitotbench.bench.campaign.result_store import ResultStore
@@ -23,22 +24,27 @@ _LOOKED_AT = 1_000  # flights of the plan
 
 
 def forecast(request: "CampaignRequest") -> Iterator[str]:
-    """Give the lines of a dry run: flights, flights stored, CPU minutes, wall minutes, and gigabytes."""
+    """Give the lines of a dry run: flights, flights stored, CPU minutes, wall minutes, and gigabytes.
+
+    The minutes are those of the stored flights of the plan, else of the paper's card of each maneuver.
+    """
     plan = request.planned()
     part, parts = request.shard or (1, 1)
     count = len(range(part - 1, plan.count, parts))
     tasks = plan.tasks(request.log_format, request.keep_logs)
     looked = list(islice(sharded(tasks, (part, parts)), _LOOKED_AT))
     store = ResultStore(request.out / STORE)
-    stored = sum(store.find(task.key) is not None for task in looked)
+    stored = [document for task in looked if (document := store.find(task.key)) is not None]
     scale = count / len(looked)
     cores = request.jobs or usable_cores()
-    minutes = scale * sum(cpu_seconds(task) for task in looked) / 60.0
+    measured = [document["made"]["cpu_s"] for document in stored if document["rows"]]
+    seconds = fmean(measured) * len(looked) if measured else sum(cpu_seconds(task) for task in looked)
+    minutes = scale * seconds / 60.0
     size = scale * sum(_bytes(task) for task in looked) / 1e9
     whole = "" if count == len(looked) else f" of the first {len(looked):,}"
     varied = ", ".join(plan.varied) or "seeds"
     yield f"flights: {count:,} ({len(plan.calibrations):,} calibrations each; varied: {varied})"
-    yield f"stored:  {stored:,}{whole}"
+    yield f"stored:  {len(stored):,}{whole}"
     wall = f"{minutes / cores:,.0f} min on {cores} processes"
     yield f"time:    about {minutes:,.0f} CPU min, {wall}, if none is stored"
     yield f"disk:    about {size:,.2f} GB in {request.out}"

@@ -8,7 +8,7 @@ from math import prod
 from typing import Any
 
 from pitotbench.bench.campaign.draws import Draws
-from pitotbench.bench.campaign.tasks import Calibrations, Task, content_key, options_of_models
+from pitotbench.bench.campaign.tasks import Calibrations, Task, cell_digest, content_key, options_of_models
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.calibrate.options import require_model
 from pitotbench.pressure_error import PAPER_MODELS
@@ -61,30 +61,29 @@ class CampaignPlan:
         """Give the tasks one by one. Raises BadInputError or UnknownNameError for a case that cannot be."""
         first = self.seeds[0] if self.seeds else None
         distinct = bool(self.varied or self.draws)
-        for number, (case, seed) in enumerate(self.cases()):
-            systems = self.systems or (case.das,)
-            case = replace(case, das=systems[0])
-            key = content_key(case, systems, self.calibrations)
-            # Names by content, where maneuver and seed alone do not tell the flights apart.
-            name = f"{case.maneuver}-seed{case.truth_seed}" + (f"-{key[:10]}" if distinct else "")
-            drawn = seed == first and number < _MOST_DRAWN * max(len(self.seeds), 1)
-            yield Task(name, key, case, systems, self.calibrations, log_format, keep_logs, draw=drawn)
+        for number, cell in enumerate(self.cells()):
+            systems = self.systems or (cell.das,)
+            sensed = replace(cell, das=systems[0])
+            digest = cell_digest(sensed, systems, self.calibrations)
+            for seed in self.seeds or (None,):
+                case = sensed if seed is None else replace(sensed, truth_seed=seed, sensor_seed=seed)
+                key = content_key(digest, case)
+                # Names by content, where maneuver and seed alone do not tell the flights apart.
+                name = f"{case.maneuver}-seed{case.truth_seed}" + (f"-{key[:10]}" if distinct else "")
+                drawn = seed == first and number < _MOST_DRAWN
+                yield Task(name, key, case, systems, self.calibrations, log_format, keep_logs, draw=drawn)
 
-    def cases(self) -> Iterator[tuple[Case, int | None]]:
-        """Give the cases with their seeds. None stands for the seeds of the case itself."""
+    def cells(self) -> Iterator[Case]:
+        """Give the cases one by one, with the seeds of the base, or with a seed of its own for each draw."""
         axes = [[(name, value) for value in values] for name, values in self.grid.items()]
         for row in self.rows:
             for cell in product(*axes):
                 fixed = {**row, **dict(cell)}
-                for draw, drawn in enumerate(self.draws.values() if self.draws else [{}]):
-                    case = self.case({**fixed, **drawn})
-                    if not self.seeds:
-                        yield (
-                            (replace(case, truth_seed=draw + 1, sensor_seed=draw + 1) if self.draws else case),
-                            None,
-                        )
-                    for seed in self.seeds:
-                        yield replace(case, truth_seed=seed, sensor_seed=seed), seed
+                if self.draws is None:
+                    yield self.case(fixed)
+                    continue
+                for seed, drawn in enumerate(self.draws.values(), start=1):
+                    yield replace(self.case({**fixed, **drawn}), truth_seed=seed, sensor_seed=seed)
 
     def case(self, changes: Mapping[str, Any]) -> Case:
         """Return the base with changed fields. Raises BadInputError for a field or a value that cannot be."""

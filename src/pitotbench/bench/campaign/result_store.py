@@ -75,6 +75,8 @@ class ResultStore:
         """
         for name, content in logs.items():
             self._write(self.log(key, name), content)
+        if self.part(key).exists():  # the index holds what is replaced here
+            (self.folder / INDEX).unlink(missing_ok=True)
         text = json.dumps({**document, "key": key, "logs": sorted(logs)}, allow_nan=True)
         self._write(self.part(key), text.encode())
 

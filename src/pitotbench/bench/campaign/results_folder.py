@@ -52,24 +52,21 @@ def gather(folder: Path, store: ResultStore, tasks: Iterable[Task], varied: tupl
     often it was interrupted and however many processes flew it.
     """
     found = Gathered()
+    groups = _groups(store, tasks, varied, found)
+    first = next(groups, None)
+    if first is None:
+        return found
     with atomic(folder / RESULTS) as scratch:
-        writer: pq.ParquetWriter | None = None
-        try:
-            for rows in _groups(store, tasks, varied, found):
-                table = pa.Table.from_pandas(pd.DataFrame(rows), preserve_index=False)
-                writer = writer or pq.ParquetWriter(scratch, table.schema)
-                writer.write_table(table.cast(writer.schema))
-        finally:
-            if writer is not None:
-                writer.close()
-        if not found.rows:
-            if (folder / RESULTS).exists():
-                shutil.copy2(folder / RESULTS, scratch)
-            else:
-                scratch.touch()
-    if not found.rows and (folder / RESULTS).stat().st_size == 0:
-        (folder / RESULTS).unlink()
+        table = _table(first)
+        with pq.ParquetWriter(scratch, table.schema) as writer:
+            writer.write_table(table)
+            for rows in groups:
+                writer.write_table(_table(rows).cast(table.schema))
     return found
+
+
+def _table(rows: list[dict[str, Any]]) -> pa.Table:
+    return pa.Table.from_pandas(pd.DataFrame(rows), preserve_index=False)
 
 
 def _groups(

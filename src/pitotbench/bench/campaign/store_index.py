@@ -1,6 +1,7 @@
 """The index of a store: one Parquet table of all its results, made from the parts.
 
-DuckDB, Polars and pandas open it. It is made again where it is missing, cut, or older than a part.
+DuckDB, Polars and pandas open it. It is made again where it is missing or cut, or lacks a part. A part that is
+replaced removes it.
 """
 
 import json
@@ -34,14 +35,10 @@ def _is_of(path: Path, keys: list[str], store: ResultStore) -> bool:
         if not path.exists():
             return False
         known = pq.read_table(path, columns=["flight"]).column("flight").unique().to_pylist()
-        made = path.stat().st_mtime_ns
     except (pa.ArrowException, OSError, KeyError, ValueError):
         say(f"{path}: cannot be read; it is made again from the {len(keys):,} parts")
         return False
-    # A part can be replaced by a flight that was flown again; its shelf is then newer than the index.
-    shelves = {store.part(key).parent for key in keys}
-    newest = max((shelf.stat().st_mtime_ns for shelf in shelves), default=0)
-    return set(known) == set(keys) and newest <= made
+    return set(known) == set(keys)
 
 
 def _make(path: Path, keys: list[str], store: ResultStore) -> None:

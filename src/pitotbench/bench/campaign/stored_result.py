@@ -14,6 +14,7 @@ from pitotbench.bench.fleet import Failure
 from pitotbench.bench.fleet.code_digest import aircraft_digest, code_digest
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import case_columns, write_case
+from pitotbench.records.errors import BadInputError
 from pitotbench.records.score import Score
 from pitotbench.show.section import Section
 from pitotbench.units import KNOT
@@ -23,8 +24,13 @@ STATES = (DONE, FAILED, QUARANTINED)
 
 
 def stored(task: Task, result: TaskOutcome | Failure) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """Return the document of a result and its logs. It names the case, the code, the versions and the machine."""
+    """Return the document of a result and its logs. It names the case, the code, the versions and the machine.
+
+    Raises BadInputError for a result that other code has made.
+    """
     lost = isinstance(result, Failure)
+    if isinstance(result, TaskOutcome) and result.code != code_digest():
+        raise BadInputError("a worker that came later has other code than the driver; install the same")
     outcome = TaskOutcome(failures=(f"{task.name}: {result.reason}",)) if isinstance(result, Failure) else result
     state = QUARANTINED if isinstance(result, Failure) and result.quarantined else DONE if outcome.rows else FAILED
     plain = _default_columns()

@@ -42,21 +42,27 @@ class Task:
         return f"{system.label.replace('/', '_')}.{self.log_format}"
 
 
-def content_key(case: Case, systems: Sequence[DataSystem], calibrations: Calibrations) -> str:
-    """Return the digest of all that decides a result: case, sensing, calibrations, schema, code, aircraft, JSBSim.
+def content_key(cell: str, case: Case) -> str:
+    """Return the key of a flight: the digest of its cell and its seeds, 32 hexadecimal digits."""
+    return sha256(f"{cell} {case.truth_seed} {case.sensor_seed}".encode()).hexdigest()[:32]
 
-    The effects and their versions are a part of the code. 32 hexadecimal digits.
+
+def cell_digest(case: Case, systems: Sequence[DataSystem], calibrations: Calibrations) -> str:
+    """Return the digest of all that decides a result but the seeds: case, calibrations, what computes.
+
+    What computes is the schema, the code with its effects, the files of the aircraft, and JSBSim. Flights that
+    differ in their seeds alone have one such digest, which takes longer to make than all else of a task.
     """
     content = [
         SCHEMA,
-        write_case(replace(case, das=systems[0])),
+        write_case(replace(case, das=systems[0], truth_seed=0, sensor_seed=0)),
         [asdict(system) for system in systems],
         [[label, asdict(options)] for label, options in calibrations],
         code_digest(),
         aircraft_digest(case.aircraft),
         _simulator(),
     ]
-    return sha256(json.dumps(content, default=repr).encode()).hexdigest()[:32]
+    return sha256(json.dumps(content, default=repr).encode()).hexdigest()
 
 
 @cache

@@ -50,7 +50,7 @@ def open_fleet(
     """Give a fleet: this process for one job, spawned processes for more, a dask cluster for a scheduler's address.
 
     Without `jobs` there is one process for each core, and no more than `tasks`. With `isolated` one job is a
-    process of its own as well, so that a flight that crashes does not end this one; one task alone is performed here.
+    process of its own as well, so that a flight that crashes does not end this one. One task is performed here.
     `security` is a file with the certificates of a `tls://` scheduler.
     Raises BadInputError where dask is not installed, the scheduler does not answer or a worker does not fit.
     """

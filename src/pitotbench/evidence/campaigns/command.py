@@ -6,6 +6,7 @@ from pathlib import Path
 from pitotbench.evidence.campaigns.costs import driver_memory, efficiency, overhead, resume
 from pitotbench.evidence.campaigns.faults import bad_flights, bad_stores, full_disks, second_driver
 from pitotbench.evidence.campaigns.kills import kill_drivers, kill_workers, stop_drivers
+from pitotbench.evidence.campaigns.scheduler import schedules
 
 Measurement = Callable[[Path, int], Iterator[str]]
 
@@ -28,4 +29,5 @@ MEASUREMENTS: dict[str, tuple[Measurement, int]] = {
     "efficiency-dask": (lambda folder, flights: efficiency(folder, flights, dask=True), 1_000),
     "sigterm": (stop_drivers, 60),
     "overhead": (overhead, 30),
+    "scheduler": (schedules, 1_000_000),
 }

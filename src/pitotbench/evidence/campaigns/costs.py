@@ -39,7 +39,8 @@ def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
     for name, seconds in parts.items():
         yield f"  {name}: {seconds / flights * 1e3:.2f} ms"
     yield f"overhead of store and index: {sum(parts.values()) / flights / flight:.2%} of the flight's CPU"
-    yield f"bytes of a part: {mean(p.stat().st_size for p in (folder / 'store').glob('flights/*/*.json')):.0f}"
+    sizes = [path.stat().st_size for path in (folder / "store").glob("flights/*/*.json")]
+    yield f"bytes of a part: {mean(sizes):.0f}"
 
 
 def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
@@ -56,9 +57,9 @@ def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
         cpu = ended.cpu
     parts = (folder / ("dask" if dask else "local")).glob("store/flights/*/*.json")
     inside = [json.loads(path.read_bytes())["made"]["cpu_s"] for path in parts]
-    kind = "dask" if dask else "local"
-    yield f"{kind}, 2 workers, {len(inside)} flights: {sum(inside):.1f} CPU s in flights, {cpu:.1f} in all processes"
-    yield f"  CPU efficiency {sum(inside) / cpu:.3f}; {mean(inside) * 1e3:.0f} ms a flight; wall {ended.seconds:.0f} s"
+    kind, flown = "dask" if dask else "local", sum(inside)
+    yield f"{kind}, 2 workers, {len(inside)} flights: {flown:.1f} CPU s in flights, {cpu:.1f} in all processes"
+    yield f"  CPU efficiency {flown / cpu:.3f}; {mean(inside) * 1e3:.0f} ms a flight; wall {ended.seconds:.0f} s"
 
 
 def resume(folder: Path, flights: int) -> Iterator[str]:
@@ -73,7 +74,8 @@ def resume(folder: Path, flights: int) -> Iterator[str]:
         for task in tasks:  # the numbers of one flight for all: only their storage counts here
             store.put(task.key, *stored(task, result))
     ended = fly(path, folder / "out", "--jobs", "2")
-    yield f"resume with {flights:,} stored: {ended.seconds:.1f} s of wall time, {ended.cpu:.1f} s of CPU: {ended.said}"
+    times = f"{ended.seconds:.1f} s of wall time, {ended.cpu:.1f} s of CPU"
+    yield f"resume with {flights:,} stored: {times}: {ended.said}"
 
 
 def driver_memory(folder: Path, tasks: int) -> Iterator[str]:
@@ -94,4 +96,4 @@ def driver_memory(folder: Path, tasks: int) -> Iterator[str]:
     samples.append((tasks, memory(os.getpid())))
     yield f"driver memory, {tasks:,} tasks: " + ", ".join(f"{size:.0f} MB at {n:,}" for n, size in samples)
     seconds, used = time.monotonic() - begun, time.process_time() - cpu
-    yield f"  {used / tasks * 1e3:.2f} ms of the driver's CPU a task, {tasks / seconds:,.0f} tasks a second of wall time"
+    yield f"  {used / tasks * 1e3:.2f} ms of the driver's CPU a task, {tasks / seconds:,.0f} tasks a second"

@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-processors bench verify blind lint clean
+.PHONY: demo test test-processors bench verify blind docs lint clean
 
 demo: $(STAMP)
 	$(BIN)/python scripts/run_campaign.py --maneuver step_decrease --das 20/1
@@ -28,6 +28,12 @@ lint: $(STAMP)
 	$(BIN)/ruff format --check src scripts tests
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
+
+# The site of docs/ in out/docs; a warning, also of a link that leads nowhere, is an error.
+docs: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[docs]'
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs out/docs
+	@echo "open out/docs/index.html"
 
 bench: $(STAMP)
 	$(BIN)/python scripts/bench.py

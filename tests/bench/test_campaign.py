@@ -5,8 +5,8 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
+from pitotbench.bench.campaign.plan import plan_tasks
 from pitotbench.bench.campaign.runner import CampaignRequest, run_campaign
-from pitotbench.bench.campaign.tasks import plan_tasks
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 COLUMNS = [
@@ -79,6 +79,6 @@ def test_the_earlier_results_stay_where_a_new_campaign_fails(small, tmp_path):
 
 def test_one_task_is_one_flight(small):
     request, _ = small
-    tasks = plan_tasks(request.base, "all", "all", "all", 3, request.options, "")
+    tasks = plan_tasks(request.base, "all", "all", "all", 3, request.options)
     assert len(tasks) == 5 * 3
     assert len({(t.case.maneuver, t.case.truth_seed) for t in tasks}) == 15

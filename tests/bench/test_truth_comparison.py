@@ -6,9 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pitotbench import bench
+from pitotbench import air, bench
+from pitotbench.bench.flights import true_altitude_correction
 from pitotbench.bench.truth_comparison import (
     Comparison,
+    compare_altitude,
     compare_curve,
     compare_curve_at,
     compare_points,
@@ -85,3 +87,21 @@ def test_points_are_compared_at_their_airspeeds(smooth_flights):
     np.testing.assert_allclose(
         compare_points(moved, flight.case.pressure_error).error - found.error, KNOT, atol=1e-9
     )
+
+
+def test_the_altitude_correction_is_held_against_the_true_static_pressure(calibrated):
+    """The recorded static pressure of a flight whose sensors are exact, against its true one, at one airspeed."""
+    spec = replace(calibrated[0].case.pressure_error, location="static")
+    airspeed, indicated = np.array([120.0 * KNOT]), 80000.0
+    impact = air.impact_pressure(airspeed + bench.true_correction(spec, airspeed))
+    true = indicated - (impact - air.impact_pressure(airspeed))
+    higher = air.pressure_altitude(true) - air.pressure_altitude(indicated)
+    curve = calibrated[1].curve
+    ones = np.ones_like(curve.correction)
+    right = true_altitude_correction(spec, curve.indicated_airspeed, indicated)
+    assert true_altitude_correction(spec, airspeed, indicated) == pytest.approx(higher, abs=1e-9)
+    assert compare_altitude(curve, spec, indicated) is None
+    for off in (0.0, -3.0):
+        given = replace(curve, altitude_correction=right + off, altitude_two_sigma=ones)
+        assert compare_altitude(given, spec, indicated).mean_error == pytest.approx(off)
+    assert not np.any(true_altitude_correction(replace(spec, location="total"), airspeed, indicated))

@@ -9,6 +9,7 @@ import static_flights as fixture
 from pitotbench import air
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.calibrate.gls.altitude_rows import altitude_regression, altitude_rows
+from pitotbench.calibrate.model.nuisances import ZERO, Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.rows.observations import observe
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
@@ -61,6 +62,26 @@ def test_the_rows_move_with_the_curve_as_their_regressors_say():
         behind = altitude_regression(rows, MODEL, THETA - step, ()).response
         expected = -(ahead - behind) / 2e-6
         np.testing.assert_allclose(plain.regressors[:, place], expected, atol=1e-5)
+
+
+def test_the_rows_move_with_the_zero_offset_as_their_regressor_says():
+    """The ports see the reading minus the offset; the rows at rest see nothing."""
+    rows = _rows_of(fixture.after_rest(fixture.fly("circle"), 60.0))
+    offset = Nuisance(ZERO, 200.0, lambda prediction, obs: np.zeros(0))
+    plain = altitude_regression(rows, MODEL, THETA, (offset,))
+    at_rest = rows.impact_pressure == 0.0
+    moved = [
+        altitude_regression(
+            replace(rows, impact_pressure=np.where(at_rest, 0.0, rows.impact_pressure + step)), MODEL, THETA, ()
+        ).response
+        for step in (-1.0, 1.0)
+    ]
+    count = len(rows)
+    np.testing.assert_allclose(
+        plain.regressors[:count, MODEL.count], 0.5 * (moved[1] - moved[0])[:count], atol=1e-6
+    )
+    assert at_rest.any()
+    assert not plain.regressors[:count, MODEL.count][at_rest].any()
 
 
 @pytest.mark.parametrize(

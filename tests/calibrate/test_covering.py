@@ -26,7 +26,7 @@ def test_bound_covers_and_is_not_idle(rate, gps_rate, gps_noise):
             wind_inside.append(abs(part.value - truth) <= part.two_sigma)
     assert np.mean(np.concatenate(inside)) >= 0.90
     assert np.mean(wind_inside) >= 0.90
-    ratio = np.sqrt(np.mean(bounds) / np.mean(squares))
+    ratio = np.sqrt(np.mean(bounds) / np.mean(squares))  # a few flights with gusts of 10 km found would make it 5
     assert 1.5 < ratio < 3.5  # 2 for a perfect 2σ
 
 

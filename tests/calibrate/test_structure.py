@@ -29,8 +29,8 @@ def bumped(seed):
     return TableCurve(tuple(speed * KNOT), tuple(values))
 
 
-def logs_of(truths):
-    path, light = fixture.step_decrease(10), fixture.Air(gust=0.15)
+def logs_of(truths, gust=0.15):
+    path, light = fixture.step_decrease(10), fixture.Air(gust=gust)
     return [fixture.fly(path, 10, 10, light, seed, truth) for seed, truth in zip(SEEDS, truths, strict=True)]
 
 
@@ -42,7 +42,7 @@ def inside(result, truth):
 
 def test_covers_curves_outside_the_table():
     truths = [bumped(seed) for seed in SEEDS]
-    logs = logs_of(truths)
+    logs = logs_of(truths, gust=0.08)  # in rougher air a law's bound is wide enough for most bumps
     auto = np.mean([inside(calibrate(log, AUTO), t).mean() for log, t in zip(logs, truths, strict=True)])
     law = np.mean([inside(calibrate(log), t).mean() for log, t in zip(logs, truths, strict=True)])
     assert auto >= 0.85
@@ -132,5 +132,5 @@ def test_command_line(calm, tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)
     assert found["model"].startswith("auto (")
     assert {row["model"] for row in found["model_choice"]} == set(MODELS)
-    assert main(["calibrate", str(path), "--model", "auto"]) == 0
+    assert main(["calibrate", str(path), "--model", "auto", "-v"]) == 0
     assert "models weighed" in capsys.readouterr().out

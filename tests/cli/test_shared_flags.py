@@ -2,7 +2,7 @@
 
 import pytest
 
-from pitotbench.bench.campaign.tasks import plan_tasks as campaign_plan
+from pitotbench.bench.campaign.plan import plan_tasks as campaign_plan
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.cli.app import command_line
 from pitotbench.cli.plan import request_of as plan_request
@@ -18,7 +18,7 @@ def test_a_word_for_several_maneuvers_means_the_same_everywhere():
     for word, flown in (("all", PAPER_MANEUVERS), ("every", tuple(MANEUVERS)), ("circle,circle", ("circle",))):
         assert maneuvers_named(word) == flown
         assert plan_request(parse(["plan", "--maneuver", word])).maneuvers == flown
-        tasks = campaign_plan(Case(), word, "20/1", "bias", 1, CalibrationOptions(), "")
+        tasks = campaign_plan(Case(), word, "20/1", "bias", 1, CalibrationOptions())
         assert tuple(task.case.maneuver for task in tasks) == flown
     assert maneuvers_named("all,cloverleaf") == (*PAPER_MANEUVERS, "cloverleaf")
     for wrong in ("", " , "):

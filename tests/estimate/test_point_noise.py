@@ -86,7 +86,7 @@ def _joint() -> tuple[Regression, JointNoiseOf, np.ndarray]:
     def heights(phi: np.ndarray) -> PointNoise:
         return _noise(*np.exp(phi))
 
-    data = np.column_stack([X, y])
+    data = np.column_stack([problem.instruments, y])
     return problem, JointNoiseOf(data, problem.instruments, gusts, heights, 2, N), gusts
 
 
@@ -102,13 +102,12 @@ def _dense_joint(problem: Regression, gusts: np.ndarray, phi: np.ndarray) -> tup
     covariance, flat = np.zeros((size, size)), np.zeros((size, free.shape[1]))
     covariance[:N, :N], covariance[N:, N:], flat[N:] = first, second, free
     inverse = np.linalg.inv(covariance)
-    wide = np.column_stack([problem.regressors, flat])
+    wide, clean = (np.column_stack([x, flat]) for x in (problem.regressors, problem.instruments))
     prior = np.diag(np.append(problem.prior_precision, np.zeros(flat.shape[1])))
-    normal = wide.T @ inverse @ wide + prior
-    pull = wide.T @ inverse @ problem.response
+    normal = clean.T @ inverse @ clean + prior
+    pull = clean.T @ inverse @ problem.response
     rest = problem.response @ inverse @ problem.response - pull @ np.linalg.solve(normal, pull)
     log_likelihood = -0.5 * (np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(normal)[1] + rest)
-    clean = np.column_stack([problem.instruments, flat])
     gain = np.linalg.inv(clean.T @ inverse @ wide + prior)
     spread = gain @ (clean.T @ inverse @ clean + prior) @ gain.T
     return float(log_likelihood), (gain @ clean.T @ inverse @ problem.response)[:3], spread[:3, :3]

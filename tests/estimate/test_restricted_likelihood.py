@@ -35,6 +35,15 @@ def test_restricted_likelihood_matches_the_dense_form():
     np.testing.assert_allclose(covariance, np.linalg.inv(normal), rtol=1e-8, atol=1e-12)
 
 
+def test_the_likelihood_takes_the_instruments_for_regressors():
+    """Measurement noise of a regressor is in the response as well, and must not pass for something explained."""
+    problem, intervals = make_problem()
+    noisy = problem.regressors + 0.1 * np.random.default_rng(4).standard_normal(problem.regressors.shape)
+    measured = Regression(problem.response, noisy, problem.instruments, problem.prior_precision)
+    noise = MarkovNoise(intervals, np.ones(60), [])
+    assert restricted_log_likelihood(measured, noise) == restricted_log_likelihood(problem, noise)
+
+
 def test_regressors_that_are_one_and_the_same_get_a_reason_and_no_answer():
     problem, intervals = make_problem()
     twice = np.column_stack([problem.regressors, problem.regressors])

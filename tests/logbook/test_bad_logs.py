@@ -63,7 +63,8 @@ ERRORS: dict[str, tuple[Callable[[Table], Table], str]] = {
     "no static pressure": (drop("static_pressure_pa"), r"missing column static_pressure_pa"),
     "much missing": (
         drop("velocity_north_mps", "velocity_east_mps", "impact_pressure_pa"),
-        r"missing columns velocity_north_mps, velocity_east_mps, impact_pressure_pa or total_.*--mapping",
+        r"missing columns velocity_north_mps or ground_speed_kt with track_deg, velocity_east_mps, impact_.*"
+        r"--mapping",
     ),
     "misspelled": (
         rename("impact_pressure_pa", "impact_presure_pa"),
@@ -273,10 +274,10 @@ def test_paths_that_are_no_log(tmp_path):
             read_log(path)
 
 
-@pytest.mark.parametrize("name", ["flight.ulg", "flight.BIN"])
-def test_flight_controller_logs_point_at_the_way(tmp_path, name):
+@pytest.mark.parametrize(("name", "kind"), [("flight.ulg", "ULog"), ("flight.BIN", "DataFlash log")])
+def test_broken_flight_controller_logs(tmp_path, name, kind):
     (tmp_path / name).write_bytes(b"ULog")
-    with pytest.raises(BadInputError, match=r"pitotbench\[logs\].*--mapping"):
+    with pytest.raises(BadInputError, match=rf"{kind}|needs py"):
         read_log(tmp_path / name)
 
 

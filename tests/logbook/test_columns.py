@@ -80,7 +80,7 @@ def test_wrong_names_are_answered(column):
         parse_column(column)
 
 
-@pytest.mark.parametrize("column", ["oil_temperature_degc", "pressure_altitude_ft", "mass_flow_kgps", "times", ""])
+@pytest.mark.parametrize("column", ["oil_temperature_degc", "cabin_altitude_ft", "mass_flow_kgps", "times", ""])
 def test_strangers_are_not_ours(column):
     assert parse_column(column) is None
 

@@ -37,13 +37,26 @@ def test_a_header_that_is_not_toml_is_kept_as_text(text, tmp_path):
     assert "not TOML" in read(tmp_path, f"# {text}\n").header["warnings"][0]
 
 
-@pytest.mark.parametrize("mark", [";", "\t"])
-def test_decimal_commas_are_called_so(mark, tmp_path):
+def with_decimal_commas(mark):
     table = sample.columns()
     del table["segment"], table["on_condition"]
     rows = [mark.join(str(value).replace(".", ",") for value in row) for row in zip(*table.values(), strict=True)]
+    return table, [mark.join(table), *rows]
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_decimal_commas_are_read(mark, tmp_path):
+    table, lines = with_decimal_commas(mark)
     path = tmp_path / "log.csv"
-    path.write_text("\n".join([mark.join(table), *rows]))
+    path.write_text("\n".join(lines))
+    np.testing.assert_allclose(read_log(path).impact_pressure, table["impact_pressure_pa"])
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_a_mixture_of_decimal_marks_is_refused(mark, tmp_path):
+    _, lines = with_decimal_commas(mark)
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([lines[0], lines[1].replace(",", "."), *lines[2:]]))
     with pytest.raises(BadInputError, match=r"has a decimal comma; write decimal points in the whole file"):
         read_log(path)
 

@@ -22,18 +22,20 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from tests.outside.cells import CELLS
-from tests.outside.compressible import KNOT
+from tests.outside.compressible import FOOT, KNOT
 from tests.outside.generator import OutsideFlight, generate, write_csv
-from tests.outside.oracle import Height, bound, known_covariance
+from tests.outside.oracle import USUAL, Height, bound, known_covariance
 from tests.outside.tally import FORMS, table
 
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.logbook import read_log
-from pitotbench.records.calibration import Calibration
+from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.units import Booleans
 
 DEVELOPMENT_BELOW, SCORED_FROM = 50_000, 600_000
-COMMAND_DEFAULTS = {"latency": "checked"}  # where the command's defaults are not those of CalibrationOptions
+# Where the command's defaults are not those of CalibrationOptions.
+COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked"}
 LONG_LOG = 600.0  # s; above it the oracle's blocks are twice as long, to save seven eighths of its time
 NAN = float("nan")
 
@@ -57,6 +59,9 @@ class Row:
     wind_error_kt: float = NAN
     oracle_two_sigma_kt: float = NAN  # the triangle alone
     joined_two_sigma_kt: float = NAN  # with the height and the vertical velocity
+    coverage_ft: float = NAN  # share of the points at which the position error is inside its bound; NaN without one
+    two_sigma_ft: float = NAN  # mean over the curve
+    rms_error_ft: float = NAN
     warned: float = NAN  # 1 where there was any warning
     seconds: float = NAN
     says: str = ""  # the warnings, or why there is no answer
@@ -114,8 +119,24 @@ def _held_against_truth(found: Calibration, flight: OutsideFlight) -> dict[str, 
         "rms_error_kt": float(np.sqrt(np.mean(error**2))) / KNOT,
         "mean_error_kt": float(np.mean(error)) / KNOT,
         "wind_error_kt": float(np.linalg.norm(wind_error)) / KNOT,
+        **_position_error_held(curve, flight, inside),
         "warned": float(bool(found.warnings)),
         "says": " | ".join(found.warnings),
+    }
+
+
+def _position_error_held(curve: ErrorCurve, flight: OutsideFlight, inside: Booleans) -> dict[str, float]:
+    """The position error against the truth; nothing where the answer has none, as for an error elsewhere."""
+    if curve.altitude_correction is None or curve.altitude_two_sigma is None:
+        return {}
+    truth = flight.truth
+    known = np.interp(curve.indicated_airspeed, truth.indicated_airspeed, truth.position_error)
+    error = (curve.altitude_correction / FOOT - known)[inside]
+    bound = curve.altitude_two_sigma[inside] / FOOT
+    return {
+        "coverage_ft": float(np.mean(np.abs(error) <= bound)),
+        "two_sigma_ft": float(np.mean(bound)),
+        "rms_error_ft": float(np.sqrt(np.mean(error**2))),
     }
 
 
@@ -124,7 +145,7 @@ def _oracles(flight: OutsideFlight) -> dict[str, float]:
         return {}
     block = 2.0 if flight.state.time[-1] > LONG_LOG else 1.0
     return {
-        name: float(np.mean(bound(flight, height, block).curve)) / KNOT
+        name: float(np.mean(bound(flight, height, block, accuracy=USUAL).curve)) / KNOT
         for name, height in (("oracle_two_sigma_kt", Height.NONE), ("joined_two_sigma_kt", Height.WITH_VELOCITY))
     }
 

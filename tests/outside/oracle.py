@@ -43,10 +43,26 @@ class Blocks:
     temperature: Array  # K
     velocity: Array  # m/s, ground velocity less the slow wind (n, 3)
     position: Array  # m (n, 2)
+    height: Array  # m
     density: Array  # kg/m³
     error: InversePlus
     wind: Array  # m/s (2,)
     fix_rate: float  # Hz
+
+
+@dataclass(frozen=True, slots=True)
+class Accuracy:
+    """1σ of the errors that are constant over a log. The oracle knows how large they may be, not what they are."""
+
+    temperature: float = 0.0  # K
+    recovery: float = 0.0
+    static: float = 0.0  # Pa
+    velocity: float = 0.0  # m/s, toward north and toward east
+
+
+EXACT = Accuracy()
+# Half of the 2σ that the calibration takes for usual where a log states nothing.
+USUAL = Accuracy(temperature=0.75, recovery=0.01, static=15.0, velocity=0.025)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +99,7 @@ def blocks_of(flight: OutsideFlight, seconds: float = 1.0) -> Blocks:
         temperature=mean(state.temperature),
         velocity=mean(state.ground_velocity - state.slow_wind),
         position=mean(state.position),
+        height=mean(state.height),
         density=mean(state.pressure / (physics.GAS_CONSTANT * state.temperature)),
         error=error,
         wind=flight.sky.wind[:2],
@@ -104,16 +121,25 @@ def known_covariance(flight: OutsideFlight) -> bool:
     return not (cell.bursts or cell.thermals or cell.carried or (cell.airspeed_step and not cell.gust_sigma))
 
 
-def bound(flight: OutsideFlight, height: Height = Height.NONE, seconds: float = 1.0, noise: Noise = NOISE) -> Bound:
+def bound(
+    flight: OutsideFlight,
+    height: Height = Height.NONE,
+    seconds: float = 1.0,
+    noise: Noise = NOISE,
+    accuracy: Accuracy = EXACT,
+) -> Bound:
     """2σ of the curve and of the wind that a log allows, with or without the second equation.
 
-    The temperature, the lateness of GPS and the slow wind count as known. Raises ValueError for a cell whose
+    The lateness of GPS and the slow wind count as known; constant errors of the sensors are as large as `accuracy`
+    says. Raises ValueError for a cell whose
     covariance cannot be written down.
     """
     if not known_covariance(flight):
         raise ValueError(f"the noise of the cell {flight.cell.name!r} has no covariance in closed form")
     blocks = blocks_of(flight, seconds)
     jacobian, covariance = equations(flight, blocks, height, noise)
+    constant = constant_errors(blocks, height, accuracy)
+    covariance = covariance + constant @ constant.T
     # unknowns differ by ten powers of ten: scale before solving
     scale = np.sqrt(np.sum(jacobian**2, axis=0))
     columns = jacobian / scale
@@ -196,6 +222,37 @@ def equations(flight: OutsideFlight, blocks: Blocks, height: Height, noise: Nois
     return jacobian, np.block(
         [[covariance, shared, nothing], [shared, height_covariance, cross], [nothing, cross.T, against]]
     )
+
+
+def constant_errors(blocks: Blocks, height: Height, accuracy: Accuracy) -> Array:
+    """What one standard deviation of each constant error does to the rows: (rows, errors)."""
+    theta = np.array([*blocks.error.k, *blocks.wind])
+    inputs = np.stack([blocks.indicated_impact, blocks.indicated_static, blocks.temperature, *blocks.velocity.T])
+    felt = _felt(blocks, theta, inputs)
+    airspeed = np.linalg.norm(blocks.velocity - np.append(blocks.wind, 0.0), axis=1)
+    mach = airspeed / physics.speed_of_sound(blocks.temperature)
+    # a probe that recovers more than is taken into account reads high: T_t = T(1 + 0.2 r M²)
+    warmth = blocks.temperature * 0.2 * mach**2
+    triangle_rows = np.stack(
+        [
+            felt[2] * accuracy.temperature,
+            felt[2] * warmth * accuracy.recovery,
+            felt[1] * accuracy.static,
+            felt[3] * accuracy.velocity,
+            felt[4] * accuracy.velocity,
+        ],
+        axis=1,
+    )
+    if height is Height.NONE:
+        return triangle_rows
+    # a layer that is warmer than measured is thicker; a static zero is part of the unknown offset
+    above = physics.GRAVITY * blocks.density * (blocks.height - blocks.height.mean())
+    height_rows = np.zeros_like(triangle_rows)
+    height_rows[:, 0] = above * accuracy.temperature / blocks.temperature
+    parts = [triangle_rows, height_rows]
+    if height is Height.WITH_VELOCITY:
+        parts.append(np.zeros_like(triangle_rows))
+    return np.concatenate(parts)
 
 
 def _felt(blocks: Blocks, theta: Array, inputs: Array) -> Array:

@@ -19,7 +19,9 @@ _SHORT = {
 def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
     """One line a cell: coverage with its standard error over flights, bound over oracle, share warned.
 
-    `/oracle` is the mean of the bound over that of the triangle alone, `/joined` over that of both equations.
+    `/oracle` is the mean of the bound over that of the triangle alone, `/joined` over that of both equations; both
+    oracles allow for the usual constant errors of the sensors, as the calibration does. `ft` is the position error,
+    which `ft given` flights have.
     """
     cells = list(dict.fromkeys(row["cell"] for row in rows))
     lines = [line_of([row for row in rows if row["cell"] == cell]) for cell in cells]
@@ -56,6 +58,9 @@ def line_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         "2σ/2rms": _text(_mean(bound) / (2.0 * rms) if rms else float("nan"), 2),
         "/oracle": _text(_mean(bound / _column(answered, "oracle_two_sigma_kt")), 2),
         "/joined": _text(_mean(bound / _column(answered, "joined_two_sigma_kt")), 2),
+        "ft %": _text(100.0 * _mean(_given(answered, "coverage_ft")), 1),
+        "2σ ft": _text(_mean(_given(answered, "two_sigma_ft")), 1),
+        "ft given": str(len(_given(answered, "coverage_ft"))),
         "warned %": _text(100.0 * _mean(_column(answered, "warned")), 0),
         "by maneuver %": _by_maneuver(answered),
     }
@@ -76,6 +81,12 @@ def _by_maneuver(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def _column(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
     return np.array([row[name] for row in rows], dtype=np.float64)
+
+
+def _given(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
+    """The values of a column without those that are missing."""
+    values = _column(rows, name)
+    return values[np.isfinite(values)]
 
 
 def _mean(values: Array) -> float:

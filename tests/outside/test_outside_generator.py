@@ -27,7 +27,7 @@ FOLDER = Path(__file__).parent
 JUDGE_MAY_IMPORT = {
     "pitotbench.calibrate": {"calibrate", "CalibrationOptions"},
     "pitotbench.logbook": {"read_log"},
-    "pitotbench.records.calibration": {"Calibration"},
+    "pitotbench.records.calibration": {"Calibration", "ErrorCurve"},
     "pitotbench.records.errors": {"BadInputError", "NoAnswerError"},
 }
 

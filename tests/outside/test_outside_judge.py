@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from tests.outside import judge, tally
 from tests.outside.cells import CELLS
-from tests.outside.compressible import KNOT
+from tests.outside.compressible import FOOT, KNOT
 from tests.outside.generator import generate, write_csv
 
 from pitotbench.cli.app import main as pitotbench_command
+from pitotbench.records.calibration import ErrorCurve
 
 
 def _row(seed, cell="base", **entries):
@@ -26,6 +27,7 @@ def _row(seed, cell="base", **entries):
             "two_sigma_kt": 0.6,
             "rms_error_kt": 0.3,
             "oracle_two_sigma_kt": 0.5,
+            "coverage_ft": 0.5,
             "warned": 0.0,
             **entries,
         },
@@ -87,7 +89,7 @@ def test_seeds_are_either_of_development_or_scored(seed, flights, tmp_path, caps
 def test_a_line_of_the_table_says_coverage_its_standard_error_and_the_ratio_to_the_oracle():
     rows = [
         _row(1, curve_coverage=1.0, warned=1.0),
-        _row(2, curve_coverage=0.8, two_sigma_kt=0.4),
+        _row(2, curve_coverage=0.8, two_sigma_kt=0.4, coverage_ft=float("nan")),
         _row(3, curve_coverage=0.9, maneuver="rapid_decel"),
         _row(4, outcome="refused", curve_coverage=float("nan"), two_sigma_kt=float("nan")),
     ]
@@ -96,6 +98,7 @@ def test_a_line_of_the_table_says_coverage_its_standard_error_and_the_ratio_to_t
     assert line["/oracle"] == "1.07"  # mean of 1.2, 0.8, 1.2
     assert line["2σ/2rms"] == "0.89"  # 0.5333 / 0.6
     assert line["warned %"] == "33"
+    assert (line["ft %"], line["ft given"]) == ("50.0", "2")
     assert line["by maneuver %"] == "rapid 90, circle 90"
 
 
@@ -111,3 +114,18 @@ def test_a_crash_is_a_row_with_its_words(monkeypatch):
     monkeypatch.setattr(judge, "calibrate", fall)
     row = judge.judge("calm", 1, {})
     assert (row.outcome, row.says) == ("crashed", "ZeroDivisionError: no samples")
+
+
+def test_the_position_error_is_held_against_the_truth_of_the_generator():
+    """A curve that is right has no error in feet, and one that is 20 ft off is outside a bound of 10 ft."""
+    flight = generate(CELLS["calm"], "circle", 1)
+    truth, exact = flight.truth, np.ones(len(flight.truth.indicated_airspeed))
+    for off, inside in ((0.0, 1.0), (20.0, 0.0)):
+        curve = ErrorCurve(
+            *(truth.indicated_airspeed, *[exact] * 6),
+            altitude_correction=(truth.position_error + off) * FOOT,
+            altitude_two_sigma=10.0 * FOOT * exact,
+        )
+        held = judge._position_error_held(curve, flight, exact > 0.0)
+        assert held["coverage_ft"] == inside
+        assert held["rms_error_ft"] == pytest.approx(off, abs=1e-9)

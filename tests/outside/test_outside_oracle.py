@@ -150,3 +150,33 @@ def test_without_gusts_the_bound_is_that_of_the_sensors_and_falls_with_them():
 def test_a_cell_without_a_known_covariance_has_no_oracle():
     with pytest.raises(ValueError, match="no covariance in closed form"):
         oracle.bound(generate(CELLS["bursts"], "rapid_decel", 2))
+
+
+def test_in_calm_air_the_level_is_no_better_than_the_temperature(short_flight):
+    """TAS grows with the root of the temperature: 0.75 K of 280 K is 0.13 % of the airspeed, 1σ."""
+    calm = replace(short_flight, cell=replace(short_flight.cell, gust_sigma=1e-4))
+    only = oracle.Accuracy(temperature=0.75)
+    found = oracle.bound(calm, accuracy=only).curve ** 2 - oracle.bound(calm).curve ** 2
+    temperature = float(np.mean(calm.state.temperature))
+    expected = calm.truth.indicated_airspeed * 0.75 / temperature  # 2σ
+    assert np.sqrt(found) == pytest.approx(expected, rel=0.1)
+
+
+@pytest.mark.parametrize("height", [Height.NONE, Height.WITH_VELOCITY])
+def test_a_constant_error_of_known_size_is_an_unknown_with_a_prior(short_flight, height):
+    """Errors in the covariance, and as further unknowns that are observed to be zero, give one bound."""
+    blocks = oracle.blocks_of(short_flight)
+    jacobian, covariance = oracle.equations(short_flight, blocks, height, NOISE)
+    errors = oracle.constant_errors(blocks, height, oracle.USUAL)
+    inverse = np.linalg.inv(covariance)
+    wide = np.hstack([jacobian, errors])
+    information = wide.T @ inverse @ wide
+    unknowns = jacobian.shape[1]
+    information[unknowns:, unknowns:] += np.eye(errors.shape[1])
+    scale = np.sqrt(np.diag(information))
+    spread = np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale)
+    slope = oracle.curve_slope(blocks.error, short_flight.truth.indicated_airspeed)
+    expected = 2.0 * np.sqrt(np.einsum("ci,ij,cj->c", slope, spread[:3, :3], slope))
+    found = oracle.bound(short_flight, height, accuracy=oracle.USUAL).curve
+    assert found == pytest.approx(expected, rel=1e-5)
+    assert np.all(found > oracle.bound(short_flight, height).curve)

@@ -1,11 +1,53 @@
 """How an effect changes the residuals follows from its class."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, Effect
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import Layout, lay_out
+from pitotbench.reconcile.residuals.predicted_channels import change_by_answer, channel_residuals
+from pitotbench.reconcile.residuals.replay import REACTION_NAMES
 from pitotbench.reconcile.signatures.signatures import residual_change
 
 
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_of_the_table_acts_on_a_scene(name: str) -> None:
     assert residual_change.dispatch(type(EFFECTS[name])) is not residual_change.dispatch(Effect)
+
+
+@pytest.fixture(scope="module")
+def laid_out(sensed) -> Layout:
+    log = sensed(das="50/50")
+    part = log.select((log.time > log.time[0] + 20.0) & (log.time < log.time[0] + 60.0))
+    return lay_out(part, aircraft_model("navajo"), AnalysisSetting(), Catalog("effect", {}))
+
+
+def test_what_a_change_of_a_track_does_not_move_is_taken_over(laid_out: Layout) -> None:
+    """Each channel of the log is moved alone: the residuals are those that are computed without any knowledge."""
+    scene = laid_out.scene
+    moved = 0
+    for name, values in scene.clean.channels.items():
+        track = scene.clean.replaced({name: values * 1.001 + 1e-4})
+        anew = channel_residuals(track, scene.grid, scene.frame, scene.replay)
+        known = scene.residuals_of(track)
+        assert known.names == anew.names
+        assert np.array_equal(known.values, anew.values), name
+        moved += bool(np.any(known.values != scene.base.values))
+    assert moved > 20
+
+
+def test_change_by_an_answer_is_that_of_another_answer(laid_out: Layout) -> None:
+    scene, replay = laid_out.scene, laid_out.scene.replay
+    assert replay is not None
+    added = np.random.default_rng(3).normal(size=(len(replay.rows), len(REACTION_NAMES)))
+    other = replace(replay, values=replay.values + added)
+    expected = channel_residuals(scene.clean, scene.grid, scene.frame, other).values - scene.base.values
+    change = change_by_answer(scene.base.names, scene.clean, scene.grid, replay.rows, added)
+    scale = np.abs(replay.values).max(axis=0).max()
+    assert np.abs(expected).max() > 0.1
+    assert np.allclose(change, expected, rtol=0.0, atol=1e-12 * scale)

@@ -1,5 +1,7 @@
 """The named data systems, any other rates, and the numbers that the noise is derived from."""
 
+from dataclasses import replace
+
 import pytest
 
 from pitotbench import air
@@ -18,6 +20,11 @@ def test_a_named_system_has_the_rates_of_its_name(name):
 def test_only_the_high_end_gives_velocity_down():
     """Martos et al. (2011), II.C."""
     assert [has_velocity_down(SYSTEMS[name]) for name in ("20/1", "50/50", "100/100")] == [False, True, True]
+
+
+@pytest.mark.parametrize(("stated", "recorded"), [("recorded", True), ("missing", False)])
+def test_a_system_may_state_whether_it_records_velocity_down(stated, recorded):
+    assert all(has_velocity_down(replace(SYSTEMS[n], vertical_velocity=stated)) == recorded for n in SYSTEMS)
 
 
 def test_the_receiver_alone_is_noisier():

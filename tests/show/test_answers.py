@@ -10,10 +10,12 @@ from rich.console import Console
 
 from pitotbench.calibrate import calibrate
 from pitotbench.records.calibration import Estimate, Share
+from pitotbench.records.errors import BadInputError
+from pitotbench.show.airspeed_card import card_csv, glance_points
 from pitotbench.show.calibration_text import print_calibration
 from pitotbench.show.draw_section import log_section
 from pitotbench.show.error_curves import curve_panels
-from pitotbench.show.far_limit import far_applies, far_limit, far_verdict
+from pitotbench.show.limit import Limit, judgments, limit_for, limit_named
 from pitotbench.show.quantity_words import entry_words
 from pitotbench.show.report import log_page
 from pitotbench.units import KNOT
@@ -36,14 +38,16 @@ def _with_curve(result, correction_kt, two_sigma_kt):
     return replace(result, curve=replace(result.curve, correction=correction, two_sigma=bound))
 
 
-def _terminal(result) -> str:
+def _terminal(result, details=False) -> str:
     stream = StringIO()
-    print_calibration(result, Console(file=stream, highlight=False, soft_wrap=True, width=80))
+    print_calibration(result, Console(file=stream, highlight=False, soft_wrap=True, width=80), details=details)
     return stream.getvalue()
 
 
 def test_the_far_limit_is_the_larger_of_3_percent_and_5_knots():
-    assert far_limit(np.array([100.0, 200.0])).tolist() == [5.0, 6.0]
+    rule = limit_named("far25")
+    assert rule.airspeed(np.array([100.0, 200.0])).tolist() == [5.0, 6.0]
+    assert rule.altitude(np.array([50.0, 200.0])).tolist() == [30.0, 60.0]
 
 
 @pytest.mark.parametrize(
@@ -55,16 +59,68 @@ def test_the_far_limit_is_the_larger_of_3_percent_and_5_knots():
     ],
 )
 def test_the_verdict_on_the_far_limit_gives_the_margin(result, correction, bound, says):
-    assert says in far_verdict(_with_curve(result, correction, bound))
+    assert says in judgments(_with_curve(result, correction, bound))[0].sentence
     assert says in _terminal(_with_curve(result, correction, bound))
 
 
 def test_the_far_limit_does_not_judge_a_drone(result):
     slow = replace(result.curve, indicated_airspeed=result.curve.indicated_airspeed / 4.0)
     drone = replace(result, curve=slow)
-    assert far_applies(result)
+    assert limit_for(result).name == "FAR 25.1323(c)"
     assert "FAR" not in _terminal(drone)
-    assert not any("FAR" in panel.title for panel in curve_panels({"inverse+": drone}, None))
+    assert not any("FAR" in panel.note for panel in curve_panels({"inverse+": drone}, None))
+
+
+def test_an_own_limit_judges_in_place_of_the_rule_and_none_judges_nothing(result):
+    curve = _with_curve(result, -1.5, 0.1)
+    assert judgments(curve, limit_named("1%,1kt"))[0].verdict == "outside"
+    assert judgments(curve, limit_named("1%,1.8kt,20ft"))[0].verdict == "inside"
+    assert limit_named("2%,3kt,40ft") == Limit("Your limit", 0.02, 3.0, "Your limit", 40.0)
+    assert judgments(curve, limit_named("none")) == []
+
+
+@pytest.mark.parametrize("text", ["far99", "3%", "3%,5", "-3%,5kt", "3%,5kt,ft", "1.2.3%,5kt", ""])
+def test_a_limit_that_cannot_be_read_is_refused(text):
+    with pytest.raises(BadInputError, match="--limit"):
+        limit_named(text)
+
+
+def test_the_altitude_limit_judges_the_error_as_it_is_at_sea_level(result):
+    """A static error of 1 % of q_c at 200 kt (6633.5 Pa) is 18.1 ft at sea level, where ρ g is 12.01 Pa/m."""
+    ones = np.ones(3)
+    curve = replace(
+        result.curve,
+        **dict.fromkeys(("correction", "two_sigma", "simultaneous_two_sigma", "white_two_sigma"), 0.0 * ones),
+        indicated_airspeed=200.0 * KNOT * ones,
+        normalized_pressure_error=0.01 * ones,
+        normalized_two_sigma=0.0 * ones,
+        altitude_correction=30.0 * ones,
+        altitude_two_sigma=ones,
+    )
+    found = judgments(replace(result, curve=curve))[1]
+    assert found.rule == "FAR 25.1325(e)"
+    assert found.with_bound.size == pytest.approx(60.0 - 18.1, abs=0.1)
+
+
+def test_a_card_has_the_units_in_its_headings_and_the_numbers_of_the_curve(result):
+    head, *rows = card_csv(result.curve).splitlines()
+    assert head.split(",")[:4] == [
+        "indicated_airspeed_kt",
+        "calibrated_airspeed_kt",
+        "correction_kt",
+        "two_sigma_kt",
+    ]
+    speed, calibrated, correction, bound = np.array([row.split(",")[:4] for row in rows], dtype=float).T
+    assert calibrated - speed == pytest.approx(correction, abs=0.002)
+    assert bound == pytest.approx(result.curve.two_sigma / KNOT, abs=0.001)
+
+
+def test_the_terminal_shows_the_curve_at_one_glance_and_the_rest_when_asked(result):
+    short, full = _terminal(result), _terminal(result, details=True)
+    assert len(glance_points(result.curve)) <= 13
+    assert "condition number" not in short
+    assert "condition number" in full
+    assert len(full.splitlines()) > len(short.splitlines())
 
 
 def test_the_terminal_answers_in_a_sentence_first(result):
@@ -77,7 +133,7 @@ def test_the_terminal_answers_in_a_sentence_first(result):
 
 def test_a_stated_accuracy_is_named_with_its_part_of_both_bounds(result):
     share = Share("impact_pressure_zero_pa", Estimate("zero", 102.0, 9.99), 2.44 * KNOT, 0.76 * KNOT)
-    text = _terminal(replace(result, shares=(share,)))
+    text = _terminal(replace(result, shares=(share,)), details=True)
     assert "impact_pressure_zero_pa (estimated +102 ± 9.99) contributes ±2.44 kt to the curve" in text
     assert "±0.76 kt to the wind" in text
 
@@ -90,6 +146,6 @@ def test_a_page_says_whether_its_log_was_measured(log, result, header, origin):
 
 
 def test_a_card_is_written_for_a_pilot():
-    assert entry_words("turns", [0.6182, 1.469, 1.038]) == "turns 0.618, 1.47, 1.04 circles"
+    assert entry_words("turns", [0.6182, 1.469, 1.038]) == "turns 223°, 529°, 374°"
     assert entry_words("bank_deg", 45.0) == "bank 45°"
     assert entry_words("speeds_kt", [160.0, 128.0]) == "speeds 160, 128 kt"

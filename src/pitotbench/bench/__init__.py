@@ -11,6 +11,7 @@ from pitotbench.bench.truth_comparison import SCORED_RANGE as SCORED_RANGE
 from pitotbench.bench.truth_comparison import score as score
 from pitotbench.calibrate import CalibrationOptions as CalibrationOptions
 from pitotbench.calibrate import calibrate as calibrate
+from pitotbench.calibrate import calibrate_flights as calibrate_flights
 from pitotbench.calibrate import calibrate_together as calibrate_together
 from pitotbench.calibrate.gps_legs.leg_points import cross_check as cross_check
 from pitotbench.calibrate.gps_legs.leg_points import fixed_speed_points as fixed_speed_points

@@ -8,13 +8,13 @@ import numpy as np
 from pitotbench import air
 from pitotbench.logbook import write_log
 from pitotbench.pressure_error import MODELS, PressureErrorCurve, TableCurve
-from pitotbench.records.case import Case, PressureErrorSpec, Wind
+from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sense import data_system, record, write_truth
 from pitotbench.simulate import MANEUVERS, fly
 from pitotbench.simulate.maneuvers.card import override
-from pitotbench.units import Array, MetersPerSecond
+from pitotbench.units import Array, Meters, MetersPerSecond
 
 
 def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
@@ -27,9 +27,10 @@ def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
     return log
 
 
-def sense(flight: Flight, das: str) -> FlightLog:
-    """Return the log of a flight by a named data system (`20/1`, any `A/G`), with the case's sensor seed."""
-    return record(flight, data_system(das), flight.case.sensor_seed)
+def sense(flight: Flight, das: str | DataSystem) -> FlightLog:
+    """Return the log of a flight by a data system or its name (`20/1`, any `A/G`), with the case's sensor seed."""
+    system = data_system(das) if isinstance(das, str) else das
+    return record(flight, system, flight.case.sensor_seed)
 
 
 def with_das(case: Case, das: str) -> Case:
@@ -58,6 +59,20 @@ def true_correction(spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond
     """Return true calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
     impact = true_curve(spec).impact_pressure(air.impact_pressure(indicated_airspeed))
     return air.calibrated_airspeed(impact) - indicated_airspeed
+
+
+def true_altitude_correction(
+    spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond, static_pressure: float
+) -> Meters:
+    """Return true minus indicated pressure altitude [m] at indicated airspeeds [m/s].
+
+    `static_pressure` [Pa] is the indicated one. Only an error of the static source changes it.
+    """
+    if spec.location != "static":
+        return np.zeros_like(indicated_airspeed)
+    indicated = air.impact_pressure(indicated_airspeed)
+    error = true_curve(spec).impact_pressure(indicated) - indicated
+    return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(static_pressure)
 
 
 def wind_toward(wind: Wind) -> Array:

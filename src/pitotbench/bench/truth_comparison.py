@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Union
 
 import numpy as np
 
-from pitotbench.bench.flights import true_correction, wind_toward
+from pitotbench.bench.flights import true_altitude_correction, true_correction, wind_toward
 from pitotbench.records.calibration import Calibration, ErrorCurve, WindEstimate
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
@@ -24,7 +24,8 @@ SCORED_RANGE = (100.0 * KNOT, 160.0 * KNOT)  # of indicated airspeed: curves are
 class Comparison:
     """Errors of estimates, estimate minus truth, and their stated 2σ, (n,) each.
 
-    Both are in m/s, or in knots where they come from a table in knots. The means are in the same unit.
+    Both are in m/s, in m for altitudes, or in knots where they come from a table in knots. The means are in the
+    same unit.
     """
 
     error: Array
@@ -80,6 +81,18 @@ def compare_curve_at(curve: ErrorCurve, truth: PressureErrorSpec, airspeeds: Met
         np.interp(airspeeds, curve.indicated_airspeed, values) for values in (curve.correction, curve.two_sigma)
     )
     return Comparison(correction - true_correction(truth, airspeeds), two_sigma)
+
+
+def compare_altitude(curve: ErrorCurve, truth: PressureErrorSpec, static_pressure: float) -> Comparison | None:
+    """Compare the altitude correction with the truth at the scored points [m]; None where the curve has none.
+
+    `static_pressure` [Pa] is the median of the log.
+    """
+    if curve.altitude_correction is None or curve.altitude_two_sigma is None:
+        return None
+    inside = scored(curve)
+    true = true_altitude_correction(truth, curve.indicated_airspeed, static_pressure)
+    return Comparison((curve.altitude_correction - true)[inside], curve.altitude_two_sigma[inside])
 
 
 def compare_points(points: Sequence[FixedSpeedPoint], truth: PressureErrorSpec) -> Comparison:

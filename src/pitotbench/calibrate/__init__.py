@@ -13,6 +13,7 @@ from pitotbench.calibrate.gps_legs.methods import fixed_speed as fixed_speed
 from pitotbench.calibrate.one_thread import one_thread
 from pitotbench.calibrate.options import AUTO
 from pitotbench.calibrate.options import CalibrationOptions as CalibrationOptions
+from pitotbench.records.calibrated_flight import CalibratedFlight
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
@@ -33,7 +34,7 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     chosen = options or CalibrationOptions()
     with one_thread():
         calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
-    return _judged(calibration)
+    return _judged(calibration, log)
 
 
 def calibrate_together(
@@ -45,26 +46,41 @@ def calibrate_together(
     curve. Raises as `calibrate` does, and BadInputError for the model `auto`.
     """
     from pitotbench.calibrate.joint_fit import reduce_together
-    from pitotbench.calibrate.result import assemble
+    from pitotbench.calibrate.several_flights import assemble_together
 
     chosen = options or CalibrationOptions()
     if chosen.model == AUTO:
         raise BadInputError("several logs have a curve in common only of one model: name it, or use --separately")
     with one_thread():
-        calibrations = tuple(
-            assemble(reduction, airspeeds) for reduction, airspeeds in reduce_together(logs, chosen)
-        )
-    return tuple(_judged(calibration) for calibration in calibrations)
+        calibrations = assemble_together(reduce_together(logs, chosen))
+    return tuple(_judged(calibration, log) for calibration, log in zip(calibrations, logs, strict=True))
 
 
-def _judged(calibration: Calibration) -> Calibration:
-    """Return the calibration, with a warning where its curve is doubtful.
+def calibrate_flights(
+    logs: Sequence[FlightLog], options: CalibrationOptions | None = None
+) -> tuple[CalibratedFlight, ...]:
+    """Estimate one curve from all flights of the logs, with a separate wind for each flight.
+
+    A log that pauses for more than five minutes holds several flights. Raises as `calibrate_together` does. A
+    single log may have the model `auto`, which gives each of its flights a curve of its own.
+    """
+    from pitotbench.calibrate.several_flights import reduce_flights
+
+    with one_thread():
+        flights = reduce_flights(logs, options or CalibrationOptions())
+    return tuple(replace(flight, calibration=_judged(flight.calibration, flight.log)) for flight in flights)
+
+
+def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
+    """Return the calibration with the steps of the log's display in its bound; warn where its curve is doubtful.
 
     Raises NoAnswerError where its bound is too wide, and BadInputError where no airplane has such a curve.
     """
+    from pitotbench.calibrate.display_steps import with_display_steps
     from pitotbench.calibrate.observability import require_useful
     from pitotbench.calibrate.plausible_curve import judge_curve
 
+    calibration = with_display_steps(calibration, log)
     require_useful(calibration)
     curve = calibration.curve
     verdict = judge_curve(curve.indicated_airspeed, curve.normalized_pressure_error, curve.normalized_two_sigma)

@@ -1,7 +1,8 @@
 """The bound expected of a flight from its geometry alone: the inverse information matrix.
 
 The geometry is speeds, headings and times; the response of the log is not used. The level and the length of the
-gusts are assumed known. The calibration estimates them, so its bound is wider.
+gusts and the noise of the receiver's height are assumed known. The calibration estimates them, and its bound is
+wider.
 """
 
 from dataclasses import dataclass, replace
@@ -9,8 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.calibrate.accuracy import accuracies_of
+from pitotbench.calibrate.gls.altitude_rows import SLOW_TIME, altitude_rows
 from pitotbench.calibrate.gls.covering_fit import covariance_given
 from pitotbench.calibrate.gls.linearized_problem import GUST_LENGTH, Structure
+from pitotbench.calibrate.gls.location import STATIC
 from pitotbench.calibrate.model.curve_map import CurveMap
 from pitotbench.calibrate.model.nuisances import nuisances_of
 from pitotbench.calibrate.model.prediction import PredictionModel
@@ -23,15 +26,25 @@ from pitotbench.pressure_error import MODELS
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, MetersPerSecond
 
+_LEAST = 1e-4  # m/s, m: stands for a level of zero, whose logarithm does not exist
+
 
 @dataclass(frozen=True, slots=True)
 class ExpectedNoise:
     """The expected noise: standard deviation [m/s] and length [m] of the gusts, and the standard deviation of the
-    white noise [m/s] without that of the pressure sensor."""
+    white noise [m/s] without that of the pressure sensor.
+
+    The receiver's height error: standard deviation [m] and correlation time [s] of its slow part, the standard
+    deviation of its white part [m] a fix, and the random walk of the integrated vertical velocity [m/√s].
+    """
 
     gust_deviation: float
     gust_length: float = GUST_LENGTH
     white_deviation: float = 0.03
+    height_deviation: float = 0.0
+    height_memory: float = SLOW_TIME
+    height_white: float = 1.5
+    height_walk: float = 0.05
 
 
 def expected_two_sigma(
@@ -45,14 +58,21 @@ def expected_two_sigma(
 
     Parameters: log, of the flight in smooth air; options; theta (p,), error parameters and wind toward north and
     east [m/s], at which the problem is linearized; noise; indicated_airspeed (c,) [m/s]. Raises NoAnswerError where
-    the flight cannot determine the answer.
+    the flight cannot determine the answer. An error of the static source is seen by the altitude equation too,
+    where the log has its height.
     """
     options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, options)
-    model = PredictionModel(MODELS[options.model], reference_of([obs]), options.error_location == "static")
+    model = PredictionModel(MODELS[options.model], reference_of([obs]), options.error_location == STATIC)
     require_observable(model, obs)
-    structure = Structure(model, nuisances_of(options, obs), drifting=False)
-    phi = np.log([max(noise.gust_deviation, 1e-4), noise.gust_length, noise.white_deviation])
+    rows = None
+    if model.static_error and options.use_altitude:
+        rows = altitude_rows(log, obs, options.gps_latency, theta[model.error_count :])
+    structure = Structure(model, nuisances_of(options, obs), drifting=False, altitude=rows)
+    phi = np.log([max(noise.gust_deviation, _LEAST), noise.gust_length, noise.white_deviation])
+    if rows is not None:
+        third = noise.height_white if rows.tie is None else noise.height_walk
+        phi = np.append(phi, np.log(np.maximum([noise.height_deviation, noise.height_memory, third], _LEAST)))
     covariance = covariance_given(structure, obs, divide(obs, block_length(obs)), theta, phi)
     free = model.error_count
     gradient = CurveMap(model, indicated_airspeed).correction_gradient(theta[:free])

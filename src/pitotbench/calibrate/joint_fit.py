@@ -46,7 +46,11 @@ def reduce_together(
     Raises as `reduction.reduce_log` does.
     """
     reference = reference_of([observe(log, options) for log in logs])
-    single = [reduce_log(log, options, reference) for log in logs]
+    return join([reduce_log(log, options, reference) for log in logs])
+
+
+def join(single: Sequence[Reduction]) -> list[tuple[Reduction, MetersPerSecond]]:
+    """Give each of several reductions with one reference pressure the joint answer, as `reduce_together` does."""
     indicated = [air.calibrated_airspeed(each.observations.impact_pressure) for each in single]
     airspeeds = curve_airspeeds(np.concatenate(indicated))
     warning = _disagreement(single)
@@ -120,7 +124,7 @@ def _disagreement(single: Sequence[Reduction]) -> tuple[str, ...]:
     if chance >= _DISAGREE:
         return ()
     return (
-        f"the logs disagree about the curve (by chance in {100.0 * chance:.2g} % of cases): compare them singly",
+        f"the flights disagree about the curve (by chance in {100.0 * chance:.2g} % of cases): compare them singly",
     )
 
 

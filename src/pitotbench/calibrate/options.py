@@ -13,7 +13,7 @@ AUTO = "auto"  # every model of the table, weighted
 METHODS = ("covering", "paper")
 FORMS = ("scalar", "vector")
 ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
-WINDS = ("constant", "linear", "drifting")
+WINDS = ("constant", "checked", "linear", "drifting")
 LATENCIES = ("given", "checked", "estimated")
 
 
@@ -31,12 +31,14 @@ class CalibrationOptions:
     total source, which is the same to this estimator), `static` (the error of the static source, which changes the
     static pressure too and is visible against GPS height), or `auto`: by evidence where the log has its height,
     else static for logs that are not synthetic.
-    use_down: use the vertical GPS velocity. on_condition: use only the rows that the log marks as on condition.
+    use_down: use the vertical GPS velocity. use_altitude: use the receiver's height (the altitude equation).
+    on_condition: use only the rows that the log marks as on condition.
     mach_max: rows above it are left out. ground_speed_min [m/s]: rows below it are left out, for a log that begins
     on the ground, where the air data have an unknown zero.
     wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
-    wind: `constant`; `linear` in time, and in height where the log climbs; `drifting`, a slow Gauss-Markov process
-    whose size is estimated (method `covering`).
+    wind: `constant`; `checked`, constant with a warning where the log shows a change; `linear` in time, and in
+    height where the log climbs; `drifting`, a slow Gauss-Markov process whose size is estimated (method
+    `covering`).
     gps_latency [s]: time by which GPS velocity is stamped late; it is subtracted.
     latency: `given`, `checked` (a warning where the log shows another) or `estimated`.
     robust: leave out faulty rows and list them.
@@ -50,6 +52,7 @@ class CalibrationOptions:
     form: str = "scalar"
     error_location: str = AUTO
     use_down: bool = True
+    use_altitude: bool = True
     on_condition: bool = False
     mach_max: float | None = None
     ground_speed_min: float = 0.0

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench import air
 from pitotbench.calibrate.accuracy import USUAL, WITHOUT_TEMPERATURE, accuracies_of, assumptions_of
 from pitotbench.calibrate.gls.altitude_rows import NOISE_COUNT, AltitudeRows
 from pitotbench.calibrate.gls.latency import estimate_latency, latency_warning, with_latency
@@ -14,7 +15,9 @@ from pitotbench.calibrate.gls.linearized_problem import Structure
 from pitotbench.calibrate.gls.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibrate.gls.outside_prior import outside_prior
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
+from pitotbench.calibrate.gls.wind_check import ASKS, JUMP, WindChange, check_wind
 from pitotbench.calibrate.model.crosswind import direction_nuisances
+from pitotbench.calibrate.model.curve_map import CurveMap, curve_airspeeds
 from pitotbench.calibrate.model.nuisances import Nuisance, nuisances_of
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.observability import require_observable
@@ -27,11 +30,13 @@ from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.calibration import Assumption
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.log import FlightLog
+from pitotbench.units import KNOT
 
 _ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data
 _LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
 _DISAGREE = 0.001  # probability of so much disagreement by chance: below it there is a warning
+_MATTERS = 0.25  # of 2σ: a change of the wind that moves the curve by less has no warning
 _MOST_NAMED, _MOST_LISTED = 5, 1000  # greatest number of left-out rows in a warning and in the diagnostics
 
 
@@ -76,7 +81,7 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     if options.method == "covering":
         options, obs, located, noticed = _cover(log, options, model, obs, white)
         model, answer, found = located.structure.model, located.answer, found | noticed
-        departures = outside_prior(located.structure, located.fit, located.answer)
+        departures = outside_prior(located.structure, obs, located.fit, located.answer)
         nuisances, location, altitude = located.structure.nuisances, located.location, located.structure.altitude
     return Reduction(
         options=options,
@@ -182,6 +187,8 @@ def _cover(
             structure = _structure(model, options, obs)
             located = fit_located(log, options, structure, obs, white.theta)
     fit = located.fit
+    if options.wind == "checked" and not located.structure.crosswind:
+        found |= _wind_found(check_wind(located.structure, obs, fit), located, obs)
     found |= {
         "gust_deviation_mps": fit.gust_deviation,
         "gust_length_m": fit.gust_length,
@@ -190,6 +197,25 @@ def _cover(
         **_altitude_found(located),
     }
     return options, obs, located, found
+
+
+def _wind_found(change: WindChange | None, located: ErrorPlace, obs: Observations) -> dict[str, Any]:
+    """The diagnostics of a change of the wind; the last is its effect on the curve over the curve's 2σ."""
+    if change is None:
+        return {}
+    model, answer = located.structure.model, located.answer
+    flown = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
+    gradient = CurveMap(model, flown, 0.0).correction_gradient(answer.mean[: model.error_count])
+    moved = np.abs(gradient @ change.moved[: model.error_count])
+    bounds = answer.two_sigma(np.pad(gradient, ((0, 0), (0, len(answer.mean) - model.error_count))))
+    return {
+        "wind_change_bayes_factor": change.bayes_factor,
+        "wind_change_kind": change.kind,
+        "wind_change_mps": change.size,
+        "wind_change_time_s": change.time if change.kind == JUMP else None,
+        "wind_change_moves_mps": float(np.max(moved)),
+        "wind_change_share": float(np.max(moved / bounds)),
+    }
 
 
 def _altitude_found(located: ErrorPlace) -> dict[str, Any]:
@@ -246,7 +272,19 @@ def _warnings(
             f"{100.0 * agreement:.2g} % of cases): the model may not follow the curve (try --model auto, or a "
             "narrower range of speeds), or temperature or height may be off by more than stated"
         )
+    if found.get("wind_change_bayes_factor", 0.0) > ASKS and found["wind_change_share"] > _MATTERS:
+        warnings.append(_wind_warning(found))
     latency_bound = found.get("latency_two_sigma_s")  # None also where the log does not determine the latency
     if latency_bound is not None and abs(found["latency_left_s"]) > latency_bound:
         warnings.append(latency_warning(found["latency_s"], latency_bound))
     return tuple(warnings)
+
+
+def _wind_warning(found: Mapping[str, Any]) -> str:
+    knots, time = found["wind_change_mps"] / KNOT, found["wind_change_time_s"]
+    when = "over the log" if time is None else f"about {time:.0f} s after the first row"
+    return (
+        f"the wind may have changed by about {knots:.1f} kt {when}, which would move the curve by up to "
+        f"{found['wind_change_moves_mps'] / KNOT:.1f} kt; the bound assumes a constant wind: compare with --wind "
+        "drifting, or fly each speed on opposite headings"
+    )

@@ -48,7 +48,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         residuals=residuals,
         warnings=reduction.warnings,
         shares=_shares(curve, answer, reduction.nuisances),
-        diagnostics={"iterations": white.iterations, **reduction.diagnostics},
+        diagnostics={"iterations": white.iterations, **reduction.diagnostics, **_output_two_sigma(reduction)},
         error_location=reduction.error_location,
         assumptions=reduction.assumptions,
         impact_pressure_zero=zero,
@@ -93,6 +93,14 @@ def _published_two_sigma(
         white.residuals[0] if options.form == "scalar" else _residuals(model, obs.as_held(), white.theta).airspeed
     )
     return 2.0 * float(np.std(airspeed))
+
+
+def _output_two_sigma(reduction: Reduction) -> dict[str, list[float]]:
+    """2σ of the residual of each output, north, east and down [m/s], for the published fit of several outputs."""
+    white = reduction.white
+    if len(white.residuals) == 1:
+        return {}
+    return {"output_two_sigma_mps": [float(value) for value in 2.0 * np.std(white.residuals, axis=1)]}
 
 
 def _parameters(model: PredictionModel, answer: Posterior) -> tuple[Estimate, ...]:

@@ -88,7 +88,7 @@ def _explain(error: BaseException) -> tuple[int, str]:
         case RecursionError():
             return BAD_INPUT, f"the input is nested too deeply ({text})"
         case KeyboardInterrupt():
-            return INTERRUPTED, "interrupted"
+            return INTERRUPTED, text if text.startswith("stopped") else "interrupted"
     return UNFORESEEN, f"unexpected: {type(error).__name__}: {text}; run again with --debug for the traceback"
 
 

@@ -4,16 +4,17 @@ import argparse
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.shared_flags import add_accuracy, stated_accuracies
+from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.calibrate.options import CalibrationOptions
-    from pitotbench.records.calibration import Calibration
+    from pitotbench.records.calibrated_flight import CalibratedFlight
     from pitotbench.records.fixed_speed_point import FixedSpeedPoint
     from pitotbench.records.log import FlightLog
+    from pitotbench.show.limit import Limit
 
 _CHOICES = ("model", "method", "form", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
@@ -21,13 +22,16 @@ _NAMED_LATENCIES = ("checked", "estimated")
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench calibrate`."""
-    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat)")
+    parser.add_argument(
+        "logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat, .ulg, .bin)"
+    )
     parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
-    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    add_mapping(parser)
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
     parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
     parser.add_argument("--no-down", action="store_true", help="do not use the vertical GPS velocity")
+    parser.add_argument("--no-altitude", action="store_true", help="do not use the height by GPS")
     parser.add_argument("--method", help="covering or paper (default: covering)")
     parser.add_argument("--form", help="scalar, or vector: use attitude and flow angles too (default: scalar)")
     parser.add_argument(
@@ -35,7 +39,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="auto (by GPS height where the log has it), static, total or impact (as published) (default: the "
         "mapping's, else auto)",
     )
-    parser.add_argument("--wind", help="constant, linear (in time and height) or drifting (default: constant)")
+    parser.add_argument(
+        "--wind",
+        help="constant, checked (constant, with a warning where it changed), linear (in time and height) or "
+        "drifting (default: checked)",
+    )
     parser.add_argument(
         "--latency",
         help="seconds by which GPS velocity trails the air data, `estimated`, or `checked` (default)",
@@ -46,73 +54,112 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--separately", action="store_true", help="a curve for each of several logs, not one for all"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
+    parser.add_argument("-v", "--verbose", action="store_true", help="print every point of the curve and the fit")
+    parser.add_argument(
+        "--limit",
+        default="auto",
+        help="judge the curve by far25, far23, none, or your own, such as 2%%,3kt,30ft (altitude for each 100 kt) "
+        "(default: far25 where the curve reaches 60 kt)",
+    )
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
+    parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
 
 
 @dataclass(frozen=True, slots=True)
 class _Reduced:
-    """A log, its calibration, and its fixed-speed points."""
+    """A flight of a log, its calibration, and its fixed-speed points."""
 
     path: Path
-    log: "FlightLog"
-    calibration: "Calibration"
+    flight: "CalibratedFlight"
     points: "tuple[FixedSpeedPoint, ...]"
+
+    @property
+    def name(self) -> str:
+        """The name of the file, with the number of the flight where the file holds several."""
+        flight = self.flight
+        return self.path.name + (f", flight {flight.number} of {flight.count}" if flight.count > 1 else "")
 
 
 def run(options: argparse.Namespace) -> int:
     """Calibrate the logs and print the answers; return exit code 0."""
     from pitotbench.logbook.outputs import PAGES, require_file
+    from pitotbench.show.limit import limit_named
 
     if options.report is not None:
         require_file(options.report, PAGES, _inputs(options))
+    if options.card is not None:
+        if options.separately and len(options.logs) > 1:
+            raise BadInputError("--card holds one curve: leave out --separately, or give one log")
+        require_file(options.card, (".csv",), _inputs(options))
+    limit = limit_named(options.limit)
     reduced = _reduced(options)
     if options.report is not None:
-        _write_report(options.report, reduced)
+        _write_report(options.report, reduced, limit)
+    if options.card is not None:
+        _write_card(options.card, reduced)
     if options.json:
-        _print_json(reduced)
+        _print_json(reduced, limit)
     else:
-        _print_tables(reduced)
+        _print_tables(reduced, limit, options)
     return 0
 
 
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
-    """Return each log with its calibration: one curve for each log where asked for, else one for all."""
-    from pitotbench.bench import calibrate, calibrate_together, cross_check
-    from pitotbench.logbook import read_log
+    """Return each flight with its calibration: one curve for each log where asked for, else one for all."""
+    from pitotbench.bench import calibrate_flights, cross_check
 
-    choice = _choice(options)
-    logs = [read_log(path, options.mapping) for path in options.logs]
-    if options.separately or len(logs) == 1:
-        found = [calibrate(log, choice) for log in logs]
+    choice = _choice(options, mapping_advice(options))  # a wrong flag is refused before a long log is read
+    logs = read_logs(options.logs, options.mapping)
+    choice = _choice(options, mapping_advice(options, logs))
+    if options.separately:
+        paired = [
+            (path, one)
+            for path, log in zip(options.logs, logs, strict=True)
+            for one in calibrate_flights([log], choice)
+        ]
     else:
-        found = list(calibrate_together(logs, choice))
+        paired = [(options.logs[one.place], one) for one in calibrate_flights(logs, choice)]
     return [
-        _Reduced(path, log, calibration, tuple(cross_check(log, choice)))
-        for path, log, calibration in zip(options.logs, logs, found, strict=True)
+        _Reduced(path, flight, tuple(cross_check(flight.log, choice, flight.calibration)))
+        for path, flight in paired
     ]
 
 
-def _print_json(reduced: list[_Reduced]) -> None:
-    from pitotbench.show.calibration_json import calibration_json
+def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:
+    from pitotbench.show.calibration_json import calibration_json, flight_json
     from pitotbench.show.fixed_speed_tables import points_json
     from pitotbench.show.strict_json import json_text
 
-    documents = [calibration_json(each.calibration) | {"fixed_speed": points_json(each.points)} for each in reduced]
+    documents = [
+        {
+            "log": each.path.name,
+            "origin": _origin(each.flight.log),
+            **calibration_json(each.flight.calibration, limit),
+            **flight_json(each.flight),
+            "fixed_speed": points_json(each.points),
+        }
+        for each in reduced
+    ]
     sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
 
 
-def _print_tables(reduced: list[_Reduced]) -> None:
+def _print_tables(reduced: list[_Reduced], limit: "Limit | str | None", options: argparse.Namespace) -> None:
     from rich.console import Console
 
-    from pitotbench.show.calibration_text import print_calibration
+    from pitotbench.show.calibration_text import flight_lines, print_calibration
     from pitotbench.show.fixed_speed_tables import print_points
     from pitotbench.show.terminal import outside
 
     console = Console(highlight=False, soft_wrap=True)
     for each in reduced:
-        console.print(outside(each.path.name, "bold"))
-        print_calibration(each.calibration, console)
-        print_points(each.points, console, each.calibration.curve)
+        console.print(outside(f"{each.name} ({_origin(each.flight.log)})", "bold"))
+        for line in flight_lines(each.flight):
+            console.print(outside(line))
+        print_calibration(each.flight.calibration, console, limit, options.verbose)
+        if options.verbose:
+            print_points(each.points, console, each.flight.calibration.curve)
+    if not options.verbose:
+        console.print(f"More: -v for all numbers{'' if options.report else ', --report PAGE.html for pictures'}.")
 
 
 def _inputs(options: argparse.Namespace) -> list[Path]:
@@ -120,13 +167,12 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
     return [*options.logs, *([Path(options.mapping)] if options.mapping else [])]
 
 
-def _choice(options: argparse.Namespace) -> "CalibrationOptions":
+def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
     """Return the options. A flag overrides the advice of the mapping, and the advice overrides the default."""
     from pitotbench.calibrate.options import AUTO, options_from
-    from pitotbench.logbook import find_mapping
     from pitotbench.units import KNOT
 
-    advised = dict(find_mapping(options.mapping).calibrate) if options.mapping else {}
+    advised = dict(advised)
     if options.model == AUTO or options.method == "paper":
         advised.pop("form", None)  # the advice is for the covering fit of one model
     stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}
@@ -134,6 +180,8 @@ def _choice(options: argparse.Namespace) -> "CalibrationOptions":
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT
     if options.no_down:
         stated["use_down"] = False
+    if options.no_altitude:
+        stated["use_altitude"] = False
     if options.on_condition:
         stated["on_condition"] = True
     if options.all_rows:
@@ -141,7 +189,7 @@ def _choice(options: argparse.Namespace) -> "CalibrationOptions":
     stated |= stated_accuracies(options, advised)
     if options.latency is not None:
         stated |= _latency(options.latency)
-    return options_from({"latency": "checked", **advised, **stated})
+    return options_from({"latency": "checked", "wind": "checked", **advised, **stated})
 
 
 def _latency(text: str) -> dict[str, object]:
@@ -153,11 +201,28 @@ def _latency(text: str) -> dict[str, object]:
         raise BadInputError(f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}") from error
 
 
-def _write_report(path: Path, reduced: list[_Reduced]) -> None:
+def _write_report(path: Path, reduced: list[_Reduced], limit: "Limit | str | None") -> None:
     from pitotbench.logbook import write_text
+    from pitotbench.show.calibration_text import flight_lines
     from pitotbench.show.draw_section import log_section
     from pitotbench.show.report import log_page
 
-    sections = [log_section(each.path.name, each.log, each.calibration, each.points) for each in reduced]
-    title = "Pitot-static calibration: " + ", ".join(each.path.name for each in reduced)
+    sections = [
+        log_section(
+            each.name, each.flight.log, each.flight.calibration, each.points, limit, flight_lines(each.flight)
+        )
+        for each in reduced
+    ]
+    title = "Pitot-static calibration: " + ", ".join(dict.fromkeys(each.path.name for each in reduced))
     write_text(path, log_page(title, sections))
+
+
+def _write_card(path: Path, reduced: list[_Reduced]) -> None:
+    from pitotbench.logbook import write_text
+    from pitotbench.show.airspeed_card import card_csv
+
+    write_text(path, card_csv(reduced[0].flight.calibration.curve))
+
+
+def _origin(log: "FlightLog") -> str:
+    return "simulated" if log.simulated else "measured"

@@ -21,11 +21,13 @@ def add(parser: argparse.ArgumentParser) -> None:
     from pitotbench.simulate.maneuvers import MANEUVERS, PAPER_MANEUVERS
 
     parser.add_argument(
+        "plan", nargs="?", type=Path, metavar="PLAN.toml", help="plan of the campaign (docs/scale.md)"
+    )
+    parser.add_argument(
         "--maneuver",
-        required=True,
         help=f"{', '.join(MANEUVERS)}, a comma list, all ({', '.join(PAPER_MANEUVERS)}) or every",
     )
-    parser.add_argument("--das", required=True, help="20/1, 50/50, 100/100, any A/G in Hz, a comma list, or all")
+    parser.add_argument("--das", help="20/1, 50/50, 100/100, any A/G in Hz, a comma list, or all")
     parser.add_argument(
         "--model",
         default="inverse+",
@@ -37,15 +39,41 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--pilot", default="none", help="none, good or busy (default: %(default)s)")
     parser.add_argument("--aircraft", default="navajo", help="aircraft to fly (default: %(default)s)")
     parser.add_argument(
-        "--seeds", type=int, default=1, help="flights of each maneuver: truth and sensor seeds 1 to N (default: 1)"
-    )
-    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
-    parser.add_argument(
-        "--scheduler", help="address of a dask scheduler, tcp://host:port, whose workers see the folder of --out"
+        "--seeds",
+        default="1",
+        help="flights of each maneuver: truth and sensor seeds 1 to N, or a range such as 501-1000 (default: 1)",
     )
     parser.add_argument("--log-format", default="parquet", help="parquet, csv or mat (default: %(default)s)")
-    parser.add_argument("--no-report", action="store_true", help="write tables and logs, but no page")
-    parser.add_argument("--out", type=Path, help="folder for the results (default: out/<maneuver>-<das>)")
+    parser.add_argument("--out", type=Path, help="folder for the results (default: out/<maneuver>-<das> or <plan>)")
+    add_running(parser)
+
+
+def add_running(parser: argparse.ArgumentParser) -> None:
+    """Add the flags that say how a campaign runs, not what it flies."""
+    flag = parser.add_argument
+    flag("--jobs", type=int, help="processes (default: one a core)")
+    flag(
+        "--scheduler", help="address of a dask scheduler, tcp://host:port or tls://host:port, instead of processes"
+    )
+    flag("--security", type=Path, metavar="FILE", help="TOML file with ca, cert and key for a tls:// scheduler")
+    flag("--shard", metavar="K/N", help="fly the K-th of N parts of the plan")
+    flag(
+        "--time-limit",
+        type=float,
+        default=900.0,
+        metavar="S",
+        help="seconds a flight may take (default: %(default)g)",
+    )
+    flag(
+        "--memory-limit", type=float, default=2.0, metavar="GB", help="memory of a flight (default: %(default)g GB)"
+    )
+    flag(
+        "--keep-logs", default="all", help="none, failed (logs that could not be calibrated) or all (default: all)"
+    )
+    flag("--no-report", action="store_true", help="write tables and logs, but no page")
+    flag("--retry-failed", action="store_true", help="fly the flights again that are stored as failed")
+    flag("--progress", default="auto", help="bar, lines (one a minute), json, none or auto (default: auto)")
+    flag("--dry-run", action="store_true", help="print what would be flown, the minutes and the bytes; fly nothing")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -57,30 +85,43 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.show.campaign_table import print_campaign
     from pitotbench.show.terminal import outside
 
-    result = run_campaign(request_of(options))
+    request = request_of(options)
+    if options.dry_run:
+        return _print_forecast(request)
+    result = run_campaign(request)
     console = Console(highlight=False, soft_wrap=True)
     console.width = max(console.width, _TABLE_WIDTH)
     print_campaign(result.table, console)
     for text in result.failures:
         console.print(outside(f"failed: {text}", "red"))
+    if result.found:
+        console.print(outside(f"flights: {result.found:,} found in the store, {result.flown:,} flown"))
     console.print(outside(f"results: {result.folder / RESULTS}"))
     if not options.no_report:
         console.print(outside(f"report:  {result.folder / 'report.html'}"))
     return NO_ANSWER if result.failures else DONE
 
 
+def _print_forecast(request: "CampaignRequest") -> int:
+    from pitotbench.bench.campaign.dry_run import forecast
+
+    for line in forecast(request):
+        print(line)
+    return DONE
+
+
 def request_of(options: argparse.Namespace) -> "CampaignRequest":
     """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
     from pitotbench.bench.campaign.runner import CampaignRequest
-    from pitotbench.calibrate.options import CalibrationOptions
+    from pitotbench.calibrate import CalibrationOptions
     from pitotbench.records.case import Case
 
     _check(options)
     wind = stated_wind(options)
     base = replace(Case(), aircraft=options.aircraft, turbulence=options.turbulence, pilot=options.pilot, wind=wind)
     return CampaignRequest(
-        maneuvers=options.maneuver,
-        systems=options.das,
+        maneuvers=options.maneuver or "",
+        systems=options.das or "",
         models=options.model,
         seeds=options.seeds,
         base=base,
@@ -89,20 +130,52 @@ def request_of(options: argparse.Namespace) -> "CampaignRequest":
         jobs=options.jobs,
         scheduler=options.scheduler,
         log_format=options.log_format,
+        plan=options.plan,
+        shard=_shard(options.shard),
+        security=options.security,
+        time_limit=options.time_limit,
+        memory_limit=options.memory_limit,
+        keep_logs=options.keep_logs,
+        retry_failed=options.retry_failed,
+        progress=options.progress,
         report=not options.no_report,
     )
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Refuse unknown names and counts below one."""
+    """Refuse unknown names, counts below one, and limits that are none."""
+    from pitotbench.bench.campaign.plan import seeds_of
+    from pitotbench.bench.campaign.tasks import KEEP_LOGS
+    from pitotbench.bench.campaign.watching import STYLES
     from pitotbench.logbook import FORMATS
     from pitotbench.records.case import PILOTS, TURBULENCE_SEVERITY
 
+    if options.plan is None and not (options.maneuver and options.das):
+        raise BadInputError("give a plan file, or --maneuver and --das")
+    if options.plan is not None and (options.maneuver or options.das):
+        raise BadInputError("a plan file names the maneuvers and the data systems; leave out --maneuver and --das")
     _require("turbulence", options.turbulence, list(TURBULENCE_SEVERITY))
     _require("pilot", options.pilot, list(PILOTS))
     _require("log format", f".{options.log_format}", list(FORMATS))
-    if options.seeds < 1 or (options.jobs is not None and options.jobs < 1):
-        raise BadInputError("--seeds and --jobs count from 1")
+    _require("choice of logs", options.keep_logs, list(KEEP_LOGS))
+    _require("progress", options.progress, list(STYLES))
+    seeds_of(options.seeds)
+    if options.jobs is not None and options.jobs < 1:
+        raise BadInputError("--jobs counts from 1")
+    if not (options.time_limit > 0 and options.memory_limit > 0):
+        raise BadInputError("--time-limit and --memory-limit are above 0")
+
+
+def _shard(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    try:
+        part, parts = (int(number) for number in text.split("/"))
+    except ValueError as error:
+        raise BadInputError(f"--shard {text!r}: give K/N, such as 2/8") from error
+    if not 1 <= part <= parts:
+        raise BadInputError(f"--shard {text}: the part counts from 1 to {parts}")
+    return part, parts
 
 
 def _require(kind: str, value: str, known: list[str]) -> None:
@@ -116,7 +189,8 @@ def _folder(options: argparse.Namespace) -> Path:
     """Return the folder of the results. Raises BadInputError where it cannot be made."""
     from pitotbench.logbook.outputs import require_folder
 
-    out: Path = options.out or Path("out", _folder_name(options.maneuver, options.das))
+    name = options.plan.stem if options.plan is not None else _folder_name(options.maneuver, options.das)
+    out: Path = options.out or Path("out", name)
     if not out.name:
         raise BadInputError("--out: a campaign replaces its folder as a whole; name a folder for its results alone")
     require_folder(out)

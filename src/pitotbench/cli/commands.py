@@ -18,8 +18,12 @@ class Command(NamedTuple):
 COMMANDS = (
     Command("fly", "pitotbench.cli.fly", "fly a case file and write the log"),
     Command("calibrate", "pitotbench.cli.calibrate", "recover the error curve and the wind from a log"),
-    Command("fixed-speed", "pitotbench.cli.fixed_speed", "leg and turn GPS methods, of a log or of typed legs"),
+    Command("inspect", "pitotbench.cli.inspect", "what a log holds, and what can be learned from it"),
+    Command("map", "pitotbench.cli.map", "draft a mapping for a log with unknown column names"),
+    Command("fixed-speed", "pitotbench.cli.fixed_speed", "leg and turn GPS methods: of a log, a card, typed legs"),
     Command("campaign", "pitotbench.cli.campaign", "fly maneuvers, sense and calibrate them"),
+    Command("results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"),
+    Command("reproduce", "pitotbench.cli.reproduce", "fly one stored result again, and compare"),
     Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
     Command("study", "pitotbench.evidence.study.command", "the paper's simulator study, claim by claim"),
     Command("plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"),

@@ -1,11 +1,11 @@
-"""`pitotbench fixed-speed`: apply the leg and turn methods to logs or to legs typed on the command line."""
+"""`pitotbench fixed-speed`: the leg and turn methods, for logs, for cards written by hand, for legs typed."""
 
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.shared_flags import add_accuracy, stated_accuracies
+from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -15,37 +15,89 @@ if TYPE_CHECKING:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench fixed-speed`."""
-    parser.add_argument("logs", nargs="*", type=Path, metavar="LOG", help="log files: legs and turns are found")
-    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    parser.add_argument(
+        "logs",
+        nargs="*",
+        type=Path,
+        metavar="LOG",
+        help="log files: legs and turns are found; or a points table (CSV): a card, one row a leg",
+    )
+    add_mapping(parser)
     add_accuracy(parser)
     parser.add_argument("--ground-speed-kt", help="instead of a log: ground speed of each leg, with commas [kt]")
     parser.add_argument("--track-deg", help="true track of each leg, with commas [°]")
+    parser.add_argument(
+        "--sheet", type=Path, metavar="FILE", help="write an empty card to print and fill in (HTML)"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the answer; return exit code 0. Raises BadInputError unless either logs or legs are given."""
+    from pitotbench.logbook.points_table import is_points_table
+
     typed = [options.ground_speed_kt, options.track_deg]
-    if options.logs and typed == [None, None]:
-        _of_logs(options)
+    if options.sheet is not None and not options.logs and typed == [None, None]:
+        _write_sheet(options.sheet)
+    elif options.sheet is None and options.logs and typed == [None, None]:
+        cards = [is_points_table(path) for path in options.logs]
+        if any(cards) and not all(cards):
+            raise BadInputError("give either logs or points tables")
+        (_of_cards if any(cards) else _of_logs)(options)
     elif not options.logs and None not in typed:
         _of_legs(options)
     else:
-        raise BadInputError("give either logs or both --ground-speed-kt and --track-deg")
+        raise BadInputError(
+            "give either logs, or a points table, or both --ground-speed-kt and --track-deg, or --sheet"
+        )
     return 0
+
+
+def _write_sheet(path: Path) -> None:
+    from pitotbench.logbook import write_text
+    from pitotbench.logbook.outputs import PAGES, require_file
+    from pitotbench.show.card_sheet import card_sheet
+    from pitotbench.show.terminal import printable
+
+    require_file(path, PAGES)
+    write_text(path, card_sheet())
+    sys.stdout.write(printable(f"written: {path}") + "\n")
+
+
+def _of_cards(options: argparse.Namespace) -> None:
+    from rich.console import Console
+
+    from pitotbench.calibrate.accuracy import accuracies_of
+    from pitotbench.calibrate.hand_card.card_points import reduce_card
+    from pitotbench.logbook.points_table import read_points
+    from pitotbench.show.hand_card_tables import card_json, print_card
+    from pitotbench.show.strict_json import json_text
+    from pitotbench.show.terminal import outside
+
+    stated = accuracies_of(stated_accuracies(options, {}).get("accuracies"), {})
+    read = [(path, *read_points(path)) for path in options.logs]
+    found = [(path, reduce_card(legs, steps, stated)) for path, legs, steps in read]
+    if options.json:
+        documents = [card_json(card) for _, card in found]
+        sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
+        return
+    for path, card in found:
+        console = Console(highlight=False, soft_wrap=True)
+        console.print(outside(path.name, "bold"))
+        print_card(card, console)
 
 
 def _of_logs(options: argparse.Namespace) -> None:
     from rich.console import Console
 
     from pitotbench.bench import fixed_speed_points
-    from pitotbench.logbook import read_log
     from pitotbench.show.fixed_speed_tables import points_json, print_points
     from pitotbench.show.strict_json import json_text
     from pitotbench.show.terminal import outside
 
-    choice = _choice(options)
-    found = [(path, fixed_speed_points(read_log(path, options.mapping), choice)) for path in options.logs]
+    logs = read_logs(options.logs, options.mapping)
+    choice = _choice(options, mapping_advice(options, logs))
+    found = [(path, fixed_speed_points(log, choice)) for path, log in zip(options.logs, logs, strict=True)]
     if options.json:
         documents = [{"fixed_speed": points_json(points)} for _, points in found]
         sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
@@ -56,12 +108,10 @@ def _of_logs(options: argparse.Namespace) -> None:
         print_points(points, console)
 
 
-def _choice(options: argparse.Namespace) -> "CalibrationOptions":
+def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
     """Return the options that the mapping advises, with the accuracies that the user states."""
     from pitotbench.calibrate.options import options_from
-    from pitotbench.logbook import find_mapping
 
-    advised = find_mapping(options.mapping).calibrate if options.mapping else {}
     return options_from({**advised, **stated_accuracies(options, advised)})
 
 

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,7 @@ from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.bench.plan.plan_request import PlanRequest
+    from pitotbench.records.case import DataSystem
     from pitotbench.records.forecast import Plan
 
 _PAGE, _CASE = "plan.html", "plan.toml"
@@ -23,6 +25,15 @@ def add(parser: argparse.ArgumentParser) -> None:
     flag("--turbulence", default="light", help="expected: none, light or moderate (default: %(default)s)")
     add_wind(parser)
     flag("--speeds-kt", default="100,160", help="LOW,HIGH: where the curve is wanted [KIAS] (default: %(default)s)")
+    flag(
+        "--error-location",
+        default="impact",
+        help="where the error is expected: static (GPS height shows it), total or impact (default: %(default)s)",
+    )
+    flag("--receiver-height-m", help="WHITE,SLOW: 1σ of the height error by GPS, such as 0.3,2 (default: 1.5,0)")
+    flag(
+        "--vertical-velocity", default="usual", help="recorded, missing or usual: from 10 Hz (default: %(default)s)"
+    )
     flag("--minutes", type=float, help="minutes to spend on condition")
     flag("--want-kt", type=float, help="2σ wanted on the curve [kt]: how many minutes does it take?")
     flag("--box-nm", type=float, help="side of the square that the maneuver must stay in [nmi]")
@@ -36,12 +47,19 @@ def add(parser: argparse.ArgumentParser) -> None:
     flag(
         "--search", type=int, default=40, help="flights to improve the best card, 0 for none (default: %(default)s)"
     )
+    flag(
+        "--by-hand",
+        action="store_true",
+        help="plan a card written by hand (for `fixed-speed POINTS.csv`) by --want-kt, --minutes, --speeds-kt",
+    )
     flag("--json", action="store_true", help="print one JSON document")
     flag("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)")
 
 
 def run(options: argparse.Namespace) -> int:
     """Plan, print, and write the page and the case where asked for."""
+    if options.by_hand:
+        return _by_hand(options)
     from rich.console import Console
 
     from pitotbench.bench.plan.recommend import make_plan
@@ -65,19 +83,51 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _by_hand(options: argparse.Namespace) -> int:
+    """Print which legs to fly and write down."""
+    from rich.console import Console
+
+    from pitotbench.bench import wind_toward
+    from pitotbench.calibrate.hand_card.by_hand import plans_by_hand
+    from pitotbench.show.hand_plan_text import chosen_plan, hand_plan_json, print_hand_plan
+    from pitotbench.show.strict_json import json_text
+    from pitotbench.units import KNOT
+
+    low, high = _speeds(options.speeds_kt)
+    if not 20.0 * KNOT <= low < high <= 400.0 * KNOT:
+        raise BadInputError(f"--speeds-kt {options.speeds_kt}: give LOW,HIGH between 20 and 400 kt")
+    if options.want_kt is not None and not options.want_kt > 0.0:
+        raise BadInputError(f"--want-kt {options.want_kt:g}: give a bound above zero")
+    north, east = (float(part) for part in wind_toward(stated_wind(options))[:2])
+    plans = plans_by_hand(low, high, (north, east))
+    want = None if options.want_kt is None else options.want_kt * KNOT
+    chosen = chosen_plan(plans, want, options.minutes)
+    if options.json:
+        sys.stdout.write(json_text(hand_plan_json(plans, chosen)))
+    else:
+        print_hand_plan(plans, chosen, want, Console(highlight=False, soft_wrap=True))
+    return 0
+
+
 def request_of(options: argparse.Namespace) -> "PlanRequest":
     """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
     from pitotbench.bench.plan.plan_request import PlanRequest
-    from pitotbench.records.case import Case
-    from pitotbench.sense import data_system
+    from pitotbench.records.case import ERROR_LOCATIONS, Case, PressureErrorSpec
     from pitotbench.simulate.maneuvers import maneuvers_named
     from pitotbench.units import KNOT, NAUTICAL_MILE
 
-    system = data_system(options.das)
-    base = Case(aircraft=options.aircraft, turbulence=options.turbulence, wind=stated_wind(options), das=system)
+    system = _system(options)
+    _require_known("--error-location", options.error_location, ERROR_LOCATIONS)
+    base = Case(
+        aircraft=options.aircraft,
+        turbulence=options.turbulence,
+        wind=stated_wind(options),
+        pressure_error=PressureErrorSpec(location=options.error_location),
+        das=system,
+    )
     return PlanRequest(
         base=base,
-        system=system.label,
+        system=system,
         speeds=_speeds(options.speeds_kt),
         minutes=options.minutes,
         want=None if options.want_kt is None else options.want_kt * KNOT,
@@ -85,6 +135,33 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
         maneuvers=maneuvers_named(options.maneuver),
         draws=options.draws,
     )
+
+
+def _system(options: argparse.Namespace) -> "DataSystem":
+    """Return the data system with the receiver that the flags state."""
+    from pitotbench.records.case import VERTICAL_VELOCITIES
+    from pitotbench.sense import data_system
+
+    _require_known("--vertical-velocity", options.vertical_velocity, VERTICAL_VELOCITIES)
+    system = replace(data_system(options.das), vertical_velocity=options.vertical_velocity)
+    if options.receiver_height_m is None:
+        return system
+    try:
+        white, slow = (float(part) for part in options.receiver_height_m.split(","))
+    except ValueError as error:
+        raise BadInputError(
+            f"--receiver-height-m takes two numbers, WHITE,SLOW, such as 0.3,2; got {options.receiver_height_m!r}"
+        ) from error
+    if not (0.0 <= white < 1e3 and 0.0 <= slow < 1e3):
+        raise BadInputError("--receiver-height-m: standard deviations from 0 to 1000 m")
+    return replace(system, altitude_noise=white, altitude_drift=slow)
+
+
+def _require_known(flag: str, name: str, known: Sequence[str]) -> None:
+    from pitotbench.catalog import explain
+
+    if name not in known:
+        raise BadInputError(explain(flag, name, list(known)))
 
 
 def _speeds(text: str) -> tuple[float, float]:

@@ -1,14 +1,61 @@
 """Flags that several commands share: add them to a parser, and read their values."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from pitotbench.records.case import Wind
+    from pitotbench.records.log import FlightLog
+
+
+def add_mapping(parser: argparse.ArgumentParser) -> None:
+    """Add the flag of the mapping: `--mapping`."""
+    parser.add_argument(
+        "--mapping",
+        help="how to read a foreign log: a shipped name or a TOML file (default: known formats are recognized)",
+    )
+
+
+def read_logs(paths: "Sequence[Path]", mapping: str | None) -> "list[FlightLog]":
+    """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for unknown names."""
+    from pitotbench.logbook import read_log
+    from pitotbench.logbook.draft import MissingColumnsError
+
+    logs = []
+    for path in paths:
+        try:
+            logs.append(read_log(path, mapping))
+        except MissingColumnsError as error:
+            offer = "" if mapping else f". `pitotbench map {path} -o mapping.toml` drafts one: {_drafted(path)}"
+            raise BadInputError(f"{error}{offer}") from error
+    return logs
+
+
+def _drafted(path: "Path") -> str:
+    """Return in words what a drafted mapping would hold."""
+    from pitotbench.logbook.drafting import draft_mapping
+    from pitotbench.logbook.reading import read_table
+
+    drafted = draft_mapping(read_table(path))
+    lines = [f"{line.guess.theirs} → {line.guess.target(line.unit)}" for line in drafted.lines]
+    missing = f"; no column was found for {', '.join(drafted.missing)}" if drafted.missing else ""
+    return (", ".join(lines) or "none of its columns is recognized") + missing
+
+
+def mapping_advice(options: argparse.Namespace, logs: "Sequence[FlightLog]" = ()) -> dict[str, Any]:
+    """Return the calibration choices of the mapping: of the one given, else of the one that recognized a log."""
+    from pitotbench.logbook import find_mapping, shipped_mappings
+
+    known = shipped_mappings() if logs else {}
+    found = [log.header["mapping"] for log in logs if str(log.header.get("mapping", "")) in known]
+    name = options.mapping or next(iter(found), None)
+    return dict(find_mapping(name).calibrate) if name else {}
 
 
 def add_wind(parser: argparse.ArgumentParser) -> None:

@@ -34,7 +34,7 @@ class _Part:
 
     noise: Noise
     rows: slice
-    columns: NDArray[np.intp]  # of [X y], that are not zero in these rows
+    columns: NDArray[np.intp]  # of [Z y], that are not zero in these rows
     products: Array | None = None
     weighed_instruments: Array | None = None
 
@@ -42,8 +42,8 @@ class _Part:
 class JointNoise:
     """The block-diagonal covariance of two sets of rows.
 
-    `data` (rows, p + 1): regressors and response, and `instruments` (rows, p), of the problem that the products are
-    remembered for.
+    `data` (rows, p + 1): instruments and response, and `instruments` (rows, p), of the problem that the products
+    are remembered for.
     """
 
     def __init__(self, data: Array, instruments: Array, parts: Sequence[_Part]) -> None:
@@ -64,7 +64,7 @@ class JointNoise:
         return np.concatenate([part.noise.weigh(data[part.rows]) for part in self._parts])
 
     def products(self) -> Array:
-        """[X y]ᵀC⁻¹[X y] of the problem, (p + 1, p + 1)."""
+        """[Z y]ᵀC⁻¹[Z y] of the problem, (p + 1, p + 1)."""
         total = np.zeros((self._data.shape[1], self._data.shape[1]))
         for part in self._parts:
             if part.products is None:

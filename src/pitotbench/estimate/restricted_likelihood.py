@@ -63,12 +63,15 @@ class NoiseNode:
 def restricted_log_likelihood(problem: Regression, noise: Noise) -> float:
     """Return the restricted log-likelihood of the residuals (Harville 1974), up to a constant.
 
+    The instruments stand for the regressors: measurement noise of the regressors is in the response as well, and
+    where both meet, fast noise passes for something that the coefficients explain, and a noise with too long a
+    memory for the likely one.
     Raises numpy.linalg.LinAlgError where the data do not determine β.
     """
     if isinstance(noise, JointNoise):
         products = noise.products()
     else:
-        data = np.concatenate([problem.regressors, problem.response[:, None]], axis=1)
+        data = np.concatenate([problem.instruments, problem.response[:, None]], axis=1)
         products = data.T @ noise.weigh(data)
     # A prior is like one more datum for its coefficient: it adds to the diagonal. Scaling to a unit diagonal keeps
     # the factor accurate for coefficients of very different units.

@@ -74,9 +74,17 @@ def compare_bounds(request: PlanRequest, flown: pd.DataFrame) -> pd.DataFrame:
 
 
 def check_plan(
-    turbulences: Sequence[str], systems: Sequence[str], seeds: int, out: Path, budget: Budget = NO_LIMIT
+    turbulences: Sequence[str],
+    systems: Sequence[str],
+    seeds: int,
+    out: Path,
+    budget: Budget = NO_LIMIT,
+    heights: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
-    """Fly the trials that the budget's rows lack, compare, and write plan.md and plan.png into `out`."""
+    """Fly the trials that the budget's rows lack, compare, and write plan.md and plan.png into `out`.
+
+    `heights` is the table of `height_check.check_height`, for a section of the page.
+    """
     from pitotbench.evidence.pages.plan_check_page import (  # it loads the drawing library
         add_reference,
         check_page,
@@ -89,7 +97,7 @@ def check_plan(
     table = add_reference(pd.concat(parts, ignore_index=True))
     out.mkdir(parents=True, exist_ok=True)
     check_picture(table, out / "plan.png")
-    write_text(out / "plan.md", check_page(table, _provenance(table)))
+    write_text(out / "plan.md", check_page(table, _provenance(table), heights))
     return table
 
 

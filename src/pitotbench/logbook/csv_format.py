@@ -1,6 +1,9 @@
 """Read and write CSV logs: `#` lines with a TOML header, a line of column names, one line a row."""
 
+import re
 from collections.abc import Mapping
+from csv import reader as csv_rows
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -18,28 +21,105 @@ if TYPE_CHECKING:
     from pyarrow import csv
 
 _EMPTY = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"]
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+_VALUE = re.compile(r"[+-]?[\d.,]+([eE][+-]?\d+)?$|\d+:\d\d|\d+[-/.]\d+[-/.]\d")  # a number, a clock time or a date
+_MOST_BETWEEN = 2  # lines below the names: units, and short names
 _ROWS = "rows"  # header entry: the number of rows written; a file with fewer is cut off
 
 
-def read_csv(path: Path) -> Table:
-    """Read the table of a CSV file with commas, semicolons or tabs.
+@dataclass(frozen=True, slots=True)
+class _Form:
+    """How a table is written: the byte at which it begins, the separator, the decimal mark, and how many lines of
+    units or other names stand between the names and the first row."""
 
-    A last line that breaks off is dropped with a warning. Raises BadInputError for a file that is empty or is not
-    text, and for any other row whose length differs from the first line.
+    above: int
+    delimiter: str
+    decimal: str
+    between: int
+
+
+def read_csv(path: Path) -> Table:
+    """Read the table of a CSV file with commas, semicolons or tabs, in UTF-8 or UTF-16.
+
+    Decimal commas are read where the separator or quotes leave no doubt. Lines of units or of second names below
+    the names are not rows; they become the units of the table. A last line that breaks off is dropped with a
+    warning. Raises BadInputError for a file that is empty or is not text, and for any other row whose length
+    differs from the first line.
     """
-    with path.open("rb") as file:
+    text = _as_utf8(path)
+    with text.open() as file:
         above, comments, first_line = _split(file)
+        below = [file.readline() for _ in range(_MOST_BETWEEN + 1)]
     if not first_line.strip() or any("\ufffd" in comment for comment in comments):
-        _require_text(path.read_bytes())
+        _require_text(text.bytes())
     if not first_line.strip():
         raise BadInputError("the file is empty: there is no line of column names" + _only(comments))
+    delimiter = _delimiter(first_line)
+    cells = [_cells(line, delimiter) for line in below]
+    between = _lines_between(cells)
+    form = _Form(above, delimiter, _decimal(cells[between], delimiter), between)
     header, warnings = parse_header("\n".join(comments))
-    columns, ragged = _columns(path, above, _delimiter(first_line))
+    columns, ragged = _columns(text, form)
     rows = len(columns[0][1])
-    warnings += _check_ragged(ragged, rows)
+    warnings += _check_ragged(ragged, rows, between)
     warnings += _check_promise(header.pop(_ROWS, rows), rows)
     names, arrays = zip(*columns, strict=True)
-    return Table(tuple(name.strip() for name in names), arrays, header, tuple(warnings))
+    units = _units([_cells(comment.encode(), delimiter) for comment in comments[-1:]] + cells[:between], len(names))
+    return Table(tuple(name.strip() for name in names), arrays, header, tuple(warnings), units)
+
+
+@dataclass(frozen=True, slots=True)
+class _Text:
+    """The UTF-8 text of a file: that on the disk, or, of a file in UTF-16, that in memory."""
+
+    path: Path
+    recoded: bytes | None
+
+    def open(self) -> BinaryIO:
+        return self.path.open("rb") if self.recoded is None else BytesIO(self.recoded)
+
+    def bytes(self) -> bytes:
+        return self.path.read_bytes() if self.recoded is None else self.recoded
+
+    def size(self) -> int:
+        return self.path.stat().st_size if self.recoded is None else len(self.recoded)
+
+
+def _as_utf8(path: Path) -> _Text:
+    with path.open("rb") as file:
+        begin = file.read(4)
+    if begin[:2] not in (b"\xff\xfe", b"\xfe\xff"):
+        return _Text(path, None)
+    try:
+        return _Text(path, path.read_bytes().decode("utf-16").encode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise BadInputError("not complete UTF-16 text: save the log as UTF-8 CSV") from error
+
+
+def _cells(line: bytes, delimiter: str) -> list[str]:
+    text = line.decode("utf-8", errors="replace").strip("\r\n")
+    return [cell.strip() for cell in next(csv_rows([text], delimiter=delimiter), [])]
+
+
+def _lines_between(lines: list[list[str]]) -> int:
+    """Return how many lines below the names hold no number, where a line with numbers follows them."""
+    rows = [any(_VALUE.match(cell) or cell in _EMPTY[1:] for cell in cells) for cells in lines]
+    first = rows.index(True) if True in rows else 0
+    # A first row of texts alone may be a row: only beside rows of numbers it is none.
+    return first if all(any(cells) for cells in lines[:first]) else 0
+
+
+def _decimal(row: list[str], delimiter: str) -> str:
+    """Return the decimal mark of the first row; a comma only where no number has a point."""
+    commas = any(_DECIMAL_COMMA.fullmatch(cell) for cell in row)
+    points = any(_NUMBER.fullmatch(cell) and "." in cell for cell in row)
+    return "," if commas and not points else "."
+
+
+def _units(lines: list[list[str]], count: int) -> tuple[str, ...]:
+    """Return the line of units: the first that has a cell for each column."""
+    return next((tuple(cells) for cells in lines if len(cells) == count and count > 1), ())
 
 
 def _require_text(data: bytes) -> None:
@@ -64,24 +144,24 @@ def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
     return position, comments, line
 
 
-def _columns(path: Path, above: int, delimiter: str) -> tuple[list[tuple[str, Column]], list[Any]]:
+def _columns(text: _Text, form: _Form) -> tuple[list[tuple[str, Column]], list[Any]]:
     """Return names and columns in file order, and the rows of another length than the first line."""
     from pyarrow import csv
 
     ragged: list[Any] = []
-    with path.open("rb") as file:
+    with text.open() as file:
 
         def open_reader(types: Types | None) -> "csv.CSVStreamingReader":
-            file.seek(above)
+            file.seek(form.above)
             ragged.clear()
-            return csv.open_csv(file, *_options(delimiter, ragged, types))
+            return csv.open_csv(file, *_options(form, ragged, types))
 
-        found = read_blocks(open_reader, path.stat().st_size - above)
+        found = read_blocks(open_reader, text.size() - form.above)
     if found is not None:
         return list(found.items()), ragged
-    data = path.read_bytes()
+    data = text.bytes()
     _require_text(data)
-    table = _parse(data, above, delimiter, ragged)
+    table = _parse(data, form, ragged)
     return [
         (name, to_column(values)) for name, values in zip(table.column_names, table.columns, strict=True)
     ], ragged
@@ -105,18 +185,18 @@ def _delimiter(first_line: bytes) -> str:
     return max(",;\t", key=lambda mark: first_line.count(mark.encode()))
 
 
-def _parse(data: bytes, above: int, delimiter: str, ragged: list[Any]) -> "pa.Table":
+def _parse(data: bytes, form: _Form, ragged: list[Any]) -> "pa.Table":
     import pyarrow as pa
     from pyarrow import csv
 
     ragged.clear()
     try:
-        return csv.read_csv(BytesIO(memoryview(data)[above:]), *_options(delimiter, ragged))
+        return csv.read_csv(BytesIO(memoryview(data)[form.above :]), *_options(form, ragged))
     except pa.ArrowInvalid as error:
         raise BadInputError(f"not a CSV table: {str(error).splitlines()[0]}") from error
 
 
-def _options(delimiter: str, ragged: list[Any], types: Types | None = None) -> tuple[Any, Any, Any]:
+def _options(form: _Form, ragged: list[Any], types: Types | None = None) -> tuple[Any, Any, Any]:
     """Return how to read, parse and convert. Rows of another length than the first line go to `ragged`."""
     from pyarrow import csv
 
@@ -125,18 +205,21 @@ def _options(delimiter: str, ragged: list[Any], types: Types | None = None) -> t
         return "skip"
 
     return (
-        csv.ReadOptions(use_threads=False, block_size=BLOCK),  # with threads a ragged row has no number
-        csv.ParseOptions(delimiter=delimiter, invalid_row_handler=note),
-        csv.ConvertOptions(null_values=_EMPTY, strings_can_be_null=True, column_types=types),
+        # With threads a ragged row has no number.
+        csv.ReadOptions(use_threads=False, block_size=BLOCK, skip_rows_after_names=form.between),
+        csv.ParseOptions(delimiter=form.delimiter, invalid_row_handler=note),
+        csv.ConvertOptions(
+            null_values=_EMPTY, strings_can_be_null=True, column_types=types, decimal_point=form.decimal
+        ),
     )
 
 
-def _check_ragged(ragged: list[Any], rows: int) -> list[str]:
+def _check_ragged(ragged: list[Any], rows: int, between: int) -> list[str]:
     """Return a warning for a last line that breaks off. Raise BadInputError for any other line of wrong length."""
     if not ragged:
         return []
     row = ragged[0]
-    number = row.number - 1  # Arrow counts the line of names
+    number = row.number - 1 - between  # Arrow counts the line of names
     if len(ragged) > 1 or number != rows + 1 or row.actual_columns > row.expected_columns:
         commas = " (decimal commas? write decimal points)" if row.actual_columns == 2 * row.expected_columns else ""
         raise BadInputError(

@@ -1,7 +1,7 @@
 """A log while it is read: channels in SI, the columns they came from, the rows kept so far, the warnings."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import Channel
+from pitotbench.logbook.clock import clock_seconds, is_clock
 from pitotbench.logbook.quantities import QUANTITIES, parse_column
 from pitotbench.logbook.table import Column, Table, flags, numbers, texts
 from pitotbench.records.errors import BadInputError
@@ -16,15 +17,25 @@ from pitotbench.units import Booleans, to_si
 
 _NEEDED = ("time", "static_pressure", "velocity_north", "velocity_east")
 _EITHER = ("impact_pressure", "total_pressure")
+_INSTEAD = {
+    "static_pressure": " or pressure_altitude_ft",
+    "impact_pressure": " or indicated_airspeed_kt",
+    "velocity_north": " or ground_speed_kt with track_deg",
+}
 _SHOWN_RANGES = 5
 _FEWEST_ROWS = 2
+
+
+class MissingColumnsError(BadInputError):
+    """The table lacks a needed quantity under any of its names."""
 
 
 @dataclass(slots=True)
 class Draft:
     """Channels by quantity [SI], (n,) each, with the column and unit suffix of each, row numbers and warnings.
 
-    `rows` holds the numbers, from 1, that the kept rows have in the file.
+    `rows` holds the numbers, from 1, that the kept rows have in the file. `strangers` are columns that are no
+    quantities, and `displayed` the channels that come from a display, in steps.
     """
 
     channels: dict[str, NDArray[Any]]
@@ -32,6 +43,8 @@ class Draft:
     suffixes: dict[str, str]
     rows: NDArray[np.intp]
     warnings: list[str]
+    strangers: list[str] = field(default_factory=list)
+    displayed: set[str] = field(default_factory=set)
 
     def keep(self, good: Booleans) -> None:
         """Keep only the rows where `good` is true, (n,).
@@ -63,24 +76,19 @@ class Draft:
 def draft_of(table: Table) -> Draft:
     """Recognize the columns of a table and convert them to SI.
 
-    A warning names the columns that are not quantities of a flight log.
-    Raises BadInputError for a wrong unit, a quantity given twice, a missing column or a cell that is not a number.
+    Raises BadInputError for a wrong unit, a quantity given twice or a cell that is not a number.
     """
     draft = Draft({}, {}, {}, np.arange(1, len(table) + 1), list(table.warnings))
-    strangers = []
     _refuse_twins(table.names)
     for name, column in zip(table.names, table.columns, strict=True):
         parsed = parse_column(name)
         if parsed is None:
-            strangers.append(name)
+            draft.strangers.append(name)
             continue
         quantity, suffix = parsed
         _refuse_second_unit(draft, quantity, name)
         draft.channels[quantity.name] = _values(quantity, suffix, name, column)
         draft.columns[quantity.name], draft.suffixes[quantity.name] = name, suffix
-    _require(draft, strangers)
-    if strangers:
-        draft.warnings.append(f"columns not used (not quantities of a flight log): {', '.join(strangers)}")
     return draft
 
 
@@ -100,8 +108,12 @@ def _refuse_second_unit(draft: Draft, quantity: Channel, name: str) -> None:
 
 
 def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArray[Any]:
+    if quantity.name == "clock_time" and column.dtype.kind in "mM":
+        return column
     if quantity.kind == "text":
         return texts(column)
+    if quantity.name == "time" and is_clock(column):
+        return clock_seconds(name, column)
     if quantity.kind == "flag":
         return flags(name, column)
     values = numbers(name, column)
@@ -109,20 +121,26 @@ def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArra
     return to_si(values, suffix) if suffix not in ("", quantity.unit) else values
 
 
-def _require(draft: Draft, strangers: list[str]) -> None:
-    """Raise BadInputError that lists every missing quantity, with the columns that may be meant for them."""
-    missing = [QUANTITIES[name].column for name in _NEEDED if name not in draft.channels]
+def require(draft: Draft) -> None:
+    """Warn of the columns that are no quantities of a flight log.
+
+    Raises MissingColumnsError that lists every missing quantity, with the columns that may be meant for them.
+    """
+    missing = [
+        f"{QUANTITIES[name].column}{_INSTEAD.get(name, '')}" for name in _NEEDED if name not in draft.channels
+    ]
     if not any(name in draft.channels for name in _EITHER):
-        missing.append(" or ".join(QUANTITIES[name].column for name in _EITHER))
-    if not missing:
-        return
-    # The cutoff is strict: a wrong guess here sends the user to the wrong column.
-    near = {m: get_close_matches(m.split(" or ")[0], strangers, n=1, cutoff=0.7) for m in missing}
-    hints = "".join(f" Is {found[0]!r} meant for {wanted}?" for wanted, found in near.items() if found)
-    raise BadInputError(
-        f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} (or in another unit).{hints} "
-        "A log with other names needs a mapping file: --mapping NAME or FILE.toml"
-    )
+        missing.append(" or ".join(QUANTITIES[name].column for name in _EITHER) + _INSTEAD["impact_pressure"])
+    if missing:
+        # The cutoff is strict: a wrong guess here sends the user to the wrong column.
+        near = {m: get_close_matches(m.split()[0], draft.strangers, n=1, cutoff=0.7) for m in missing}
+        hints = "".join(f" Is {found[0]!r} meant for {m.split()[0]}?" for m, found in near.items() if found)
+        raise MissingColumnsError(
+            f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} (or in another unit).{hints} "
+            "A log with other names needs a mapping file: --mapping NAME or FILE.toml"
+        )
+    if draft.strangers:
+        draft.warnings.append(f"columns not used (not quantities of a flight log): {', '.join(draft.strangers)}")
 
 
 def name_rows(rows: NDArray[np.intp]) -> str:

@@ -10,6 +10,7 @@ from pitotbench.logbook.csv_format import read_csv, write_csv
 from pitotbench.logbook.mat_format import read_mat, write_mat
 from pitotbench.logbook.parquet_format import read_parquet, write_parquet
 from pitotbench.logbook.table import Column, Table
+from pitotbench.logbook.topics import TOPIC_READERS
 from pitotbench.records.errors import BadInputError
 
 Write = Callable[[Path, Mapping[str, Column], Mapping[str, Any]], None]
@@ -31,20 +32,14 @@ FORMATS: Catalog[Format] = Catalog(
         ".mat": Format(read_mat, write_mat),
     },
 )
-_FLIGHT_CONTROLLERS = {
-    ".ulg": "a PX4 ULog is read, by pitotbench[logs], with a mapping of its topics: --mapping seaway, or FILE.toml",
-    ".bin": "an ArduPilot DataFlash log is not read: write its messages as CSV (`mavlogdump.py --format csv`, in "
-    "pitotbench[logs]) and read those with a mapping: --mapping FILE.toml",
-}
 
 
 def format_of(path: Path) -> Format:
     """Return the format of a file by its suffix. Raises BadInputError for a suffix that is not in the table."""
     suffix = path.suffix.lower()
-    if suffix in _FLIGHT_CONTROLLERS:
-        raise BadInputError(_FLIGHT_CONTROLLERS[suffix])
     if suffix not in FORMATS:
         raise BadInputError(
-            f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}; rename or convert it"
+            f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}; rename or convert it "
+            f"(read only: {', '.join(TOPIC_READERS)})"
         )
     return FORMATS[suffix]

@@ -4,6 +4,7 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
+MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 
 

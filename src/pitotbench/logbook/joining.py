@@ -8,15 +8,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.logbook.mapping import MappedFile, Mapping
+from pitotbench.channels import Channel
+from pitotbench.logbook.clock import clock_seconds, is_clock
+from pitotbench.logbook.derived import components
+from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
 from pitotbench.logbook.quantities import QUANTITIES, parse_column
 from pitotbench.logbook.table import Column, Table, numbers
-from pitotbench.logbook.ulog_format import read_topics
+from pitotbench.logbook.topics import TOPIC_READERS
 from pitotbench.records.errors import BadInputError
-from pitotbench.units import Array, to_si
+from pitotbench.units import Array, from_si, to_si
 
 ReadTable = Callable[[Path], Table]
-ULOG_SUFFIX = ".ulg"
 
 
 def read_mapped(path: Path, mapping: Mapping, read_table: ReadTable) -> Table:
@@ -24,21 +26,28 @@ def read_mapped(path: Path, mapping: Mapping, read_table: ReadTable) -> Table:
 
     `read_table` reads one file. Raises BadInputError for a file or column that is missing or ambiguous.
     """
-    tables = []
+    found: list[tuple[Table, str]] = []
     for entry, table in zip(mapping.files, _tables(path, mapping, read_table), strict=True):
+        if table is None:
+            continue
         with _within(entry.pattern if len(mapping.files) > 1 else "mapping"):
-            tables.append(rename(table, entry))
-    if len(tables) == 1:
-        return tables[0]
-    return join_tables(tables[0], [(t, e.join) for t, e in zip(tables[1:], mapping.files[1:], strict=True)])
+            renamed = rename(table, entry)
+            found.append((renamed if len(mapping.files) == 1 else components(renamed), entry.join))
+    return found[0][0] if len(found) == 1 else join_tables(found[0][0], found[1:])
 
 
-def _tables(path: Path, mapping: Mapping, read_table: ReadTable) -> list[Table]:
-    """Return one table for each file of the mapping; for a ULog, one table for each topic."""
-    if path.suffix.lower() == ULOG_SUFFIX:
-        return read_topics(path, [entry.pattern.removeprefix("*").removesuffix(".csv") for entry in mapping.files])
-    tables = []
+def _tables(path: Path, mapping: Mapping, read_table: ReadTable) -> list[Table | None]:
+    """Return one table for each file of the mapping, or for each topic of a log that holds topics.
+
+    None stands for an optional one that is absent.
+    """
+    if path.suffix.lower() in TOPIC_READERS:
+        return TOPIC_READERS[path.suffix.lower()].read(path, mapping.files)
+    tables: list[Table | None] = []
     for file in find_files(path, mapping):
+        if file is None:
+            tables.append(None)
+            continue
         with _within(file.name):
             tables.append(read_table(file))
     return tables
@@ -53,8 +62,11 @@ def _within(part: str) -> Iterator[None]:
         raise BadInputError(f"{part}: {error}") from error
 
 
-def find_files(path: Path, mapping: Mapping) -> list[Path]:
-    """Return the files of a log, given its folder or its first file. Raises BadInputError where one is missing."""
+def find_files(path: Path, mapping: Mapping) -> list[Path | None]:
+    """Return the files of a log, given its folder or its first file; None for an optional one that is not there.
+
+    Raises BadInputError where a needed one is missing.
+    """
     if len(mapping.files) == 1 and not path.is_dir():
         return [path]
     first, folder = mapping.files[0].pattern, path if path.is_dir() else path.parent
@@ -63,11 +75,15 @@ def find_files(path: Path, mapping: Mapping) -> list[Path]:
     if not (lead.startswith(before) and lead.endswith(after) and (star or lead == first)):
         raise BadInputError(f"the mapping expects the folder of the log or its file {first!r}, not {lead!r}")
     prefix = lead[len(before) : len(lead) - len(after)]
-    files = [folder / entry.pattern.replace("*", prefix) for entry in mapping.files]
-    for file in files:
-        if not file.is_file():
-            raise BadInputError(f"the mapping needs {file.name!r} in the folder of {lead!r}; it is not there")
-    return files
+    return [_file(folder, prefix, lead, entry) for entry in mapping.files]
+
+
+def _file(folder: Path, prefix: str, lead: str, entry: MappedFile) -> Path | None:
+    files = [folder / pattern.replace("*", prefix) for pattern in entry.patterns]
+    found = next((file for file in files if file.is_file()), None)
+    if found is None and not entry.optional:
+        raise BadInputError(f"the mapping needs {files[0].name!r} in the folder of {lead!r}; it is not there")
+    return found
 
 
 def _only_match(folder: Path, pattern: str) -> Path:
@@ -83,25 +99,40 @@ def _only_match(folder: Path, pattern: str) -> Path:
 
 
 def rename(table: Table, entry: MappedFile) -> Table:
-    """Return the mapped columns under our names. A missing column gives a warning where it is not essential.
+    """Return the mapped columns under our names; of several columns for one quantity, the first that is there.
 
-    Raises BadInputError where an essential column is missing or the mapping names an unknown quantity.
+    A missing column gives a warning where it is neither essential nor optional. Raises BadInputError where an
+    essential column is missing or the mapping names an unknown quantity.
     """
     names, columns, lost = [], [], []
-    for target in entry.columns:
-        parsed = parse_column(target.name)
-        if parsed is None:
-            raise BadInputError(f"the mapping names {target.name!r}, which is no column of a flight log")
-        if target.theirs not in table.names and not parsed[0].essential:
-            lost.append(target.theirs)
+    quantities = {target: _quantity(target) for target in entry.columns}
+    present = {quantities[target] for target in entry.columns if target.theirs in table.names}
+    for target, quantity in quantities.items():
+        if target.theirs not in table.names and (target.optional or quantity in present or not quantity.essential):
+            if not target.optional and quantity not in present:
+                lost.append(target.theirs)
             continue
         column = table.column(target.theirs)
+        if any(_same(name, quantity) for name in names):
+            continue
         if target.factor != 1.0 or target.offset != 0.0:
             column = numbers(target.theirs, column) * target.factor + target.offset
         names.append(target.name)
         columns.append(column)
     warnings = (*table.warnings, *(f"the mapping's column {name!r} is not in the file" for name in lost))
-    return replace(table, names=tuple(names), columns=tuple(columns), warnings=warnings)
+    return replace(table, names=tuple(names), columns=tuple(columns), warnings=warnings, units=())
+
+
+def _quantity(target: Renamed) -> Channel:
+    parsed = parse_column(target.name)
+    if parsed is None:
+        raise BadInputError(f"the mapping names {target.name!r}, which is no column of a flight log")
+    return parsed[0]
+
+
+def _same(name: str, quantity: Channel) -> bool:
+    parsed = parse_column(name)
+    return parsed is not None and parsed[0] == quantity
 
 
 def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:
@@ -134,7 +165,12 @@ def _time(table: Table) -> Array:
     name = next((n for n in table.names if n in {f"time_{s}" for s in QUANTITIES["time"].suffixes}), None)
     if name is None:
         raise BadInputError("each file of a mapping needs a time column")
-    time = to_si(numbers(name, table.column(name)), name.removeprefix("time_"))
+    column = table.column(name)
+    time = (
+        clock_seconds(name, column)
+        if is_clock(column)
+        else to_si(numbers(name, column), name.removeprefix("time_"))
+    )
     if len(time) < 2 or not np.all(np.diff(time) > 0.0):
         raise BadInputError(f"column {name!r}: time must increase in every file of the log")
     return time
@@ -143,6 +179,10 @@ def _time(table: Table) -> Array:
 def _at(time: Array, clock: Array, name: str, column: Column, join: str) -> Column:
     """Return a column, sampled at `clock`, at other times: interpolated, or the last or nearest value."""
     if join == "linear" and column.dtype.kind == "f":
+        parsed = parse_column(name)
+        if parsed is not None and parsed[0].wraps:  # between 359° and 1° lies 0°, not 180°
+            turned = np.unwrap(to_si(column, parsed[1]))
+            return from_si(np.interp(time, clock, turned) % (2.0 * np.pi), parsed[1])
         return np.interp(time, clock, numbers(name, column))
     after: NDArray[np.intp] = np.searchsorted(clock, time, side="right")
     last = np.maximum(after - 1, 0)

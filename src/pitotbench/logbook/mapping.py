@@ -15,12 +15,15 @@ join = "linear"                      # or "last" (held) or "nearest"
 [files.columns]
 ...
 ```
-A mapping of one file may have `[columns]` at the top instead of `[[files]]`. A table `[calibrate]` (for example
-`model = "quadratic"`, `mach_max = 0.93`) holds calibration choices that suit such logs; flags of the user override
-them.
+A mapping of one file may have `[columns]` at the top instead of `[[files]]`. Of several columns for one quantity
+the first that is there counts, and one with `optional = true` may be absent. So may a file; where `file` is a list,
+the first that is there counts. `recognize` names columns by which such a log is known without `--mapping`. A table
+`[calibrate]` (for example `model = "quadratic"`, `mach_max = 0.93`) holds calibration choices that suit such logs;
+flags of the user override them.
 """
 
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -35,30 +38,45 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Renamed:
-    """One column of a foreign log and its name here: value = theirs * factor + offset."""
+    """One column of a foreign log and its name here: value = theirs * factor + offset. It may be absent if
+    optional."""
 
     theirs: str
     name: str
     factor: float = 1.0
     offset: float = 0.0
+    optional: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class MappedFile:
-    """One file of a log: its name pattern, how it is brought onto the time base (see `JOINS`), its columns."""
+    """One file of a log: its name patterns, how it is brought onto the time base (see `JOINS`), its columns.
 
-    pattern: str
+    The first pattern for which there is a file counts. An `optional` file may be absent.
+    """
+
+    patterns: tuple[str, ...]
     join: str
     columns: tuple[Renamed, ...]
+    optional: bool = False
+
+    @property
+    def pattern(self) -> str:
+        """The first pattern, by which messages name the file."""
+        return self.patterns[0]
 
 
 @dataclass(frozen=True, slots=True)
 class Mapping:
-    """A mapping: its files, and calibration choices that suit such logs. The first file gives the time base."""
+    """A mapping: its files, and calibration choices that suit such logs. The first file gives the time base.
+
+    `recognize` holds the columns by which such a log is known; none where it is not.
+    """
 
     title: str
     files: tuple[MappedFile, ...]
     calibrate: dict[str, str | float | bool | dict[str, float]]
+    recognize: tuple[str, ...] = ()
 
 
 JOINS = ("last", "nearest", "linear")
@@ -102,8 +120,21 @@ def parse_mapping(name: str, text: str) -> Mapping:
     for file in files:
         if file.join not in JOINS:
             raise BadInputError(f"mapping {name}: unknown join {file.join!r}. Known: {', '.join(JOINS)}")
-    mapped = tuple(MappedFile(f.file, f.join, _renamed(f.columns)) for f in files)
-    return Mapping(document.title, mapped, document.calibrate)
+    mapped = tuple(
+        MappedFile((f.file,) if isinstance(f.file, str) else tuple(f.file), f.join, _renamed(f.columns), f.optional)
+        for f in files
+    )
+    return Mapping(document.title, mapped, document.calibrate, tuple(document.recognize))
+
+
+def recognized(names: Iterable[str]) -> str | None:
+    """Return the shipped mapping whose columns a table has, by its name; None where there is none."""
+    here = set(names)
+    for name, text in shipped().items():
+        wanted = tomllib.loads(text).get("recognize", [])
+        if wanted and here.issuperset(wanted):
+            return name
+    return None
 
 
 def _table(name: str, text: str) -> dict[str, Any]:
@@ -121,6 +152,8 @@ def _reason(error: OSError | UnicodeDecodeError) -> str:
 
 def _renamed(columns: "dict[str, str | Target]") -> tuple[Renamed, ...]:
     return tuple(
-        Renamed(theirs, ours) if isinstance(ours, str) else Renamed(theirs, ours.name, ours.factor, ours.offset)
+        Renamed(theirs, ours)
+        if isinstance(ours, str)
+        else Renamed(theirs, ours.name, ours.factor, ours.offset, ours.optional)
         for theirs, ours in columns.items()
     )

@@ -10,14 +10,16 @@ class Target(BaseModel):
     name: str
     factor: float = 1.0
     offset: float = 0.0
+    optional: bool = False
 
 
 class File(BaseModel):
     """One file of a log: its name pattern, how it joins the time base, its columns."""
 
     model_config = ConfigDict(extra="forbid")
-    file: str = "*"
+    file: str | list[str] = "*"
     join: str = "last"
+    optional: bool = False
     columns: dict[str, str | Target]
 
 
@@ -26,6 +28,7 @@ class Document(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
     title: str = ""
+    recognize: list[str] = []
     columns: dict[str, str | Target] = {}
     files: list[File] = []
     calibrate: dict[str, str | float | bool | dict[str, float]] = {}

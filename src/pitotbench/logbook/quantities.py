@@ -1,12 +1,29 @@
 """Read column names, which are a quantity and a unit suffix, such as `static_pressure_hpa`."""
 
+from math import pi
+
 from pitotbench.catalog import explain
 from pitotbench.channels import CHANNELS, Channel
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import SUFFIXES
 
-_CONVERTED = (Channel("pa", "air", 5e3, 270e3, essential=True, name="total_pressure"),)  # read, but not kept
-QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in _CONVERTED}
+# Read, but not kept: `derived` and `checks` turn them into channels of a log.
+CONVERTED = (
+    Channel("pa", "air", 5e3, 270e3, essential=True, name="total_pressure"),
+    Channel("mps", "air", 0.0, 350.0, essential=True, name="indicated_airspeed"),
+    Channel("mps", "air", 0.0, 350.0, essential=True, name="calibrated_airspeed"),
+    Channel("m", "air", 0.0, 25e3, essential=True, name="pressure_altitude"),
+    Channel("m", "air", 0.0, 25e3, essential=True, name="indicated_altitude"),
+    Channel("pa", "air", 80e3, 120e3, essential=True, name="altimeter_setting"),
+    Channel("mps", "gps", 0.0, 700.0, essential=True, name="ground_speed"),
+    Channel("rad", "gps", 0.0, 2.0 * pi, essential=True, wraps=True, name="track"),
+    Channel("rad", "gps", 0.0, 2.0 * pi, essential=True, wraps=True, name="magnetic_track"),
+    Channel("rad", "inertial", 0.0, 2.0 * pi, wraps=True, name="magnetic_heading"),
+    Channel("rad", "inertial", 0.0, pi, name="magnetic_variation"),
+    Channel("", "clock", 0.0, 0.0, essential=True, kind="text", name="clock_time"),
+    Channel("", "clock", 0.0, 0.0, kind="text", name="date"),
+)
+QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in CONVERTED}
 _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before roll
 
 

@@ -1,14 +1,17 @@
 """Read a file as a FlightLog: recognize its columns, convert them to SI, check them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from pitotbench.logbook.checks import CHECKS
-from pitotbench.logbook.draft import draft_of
+from pitotbench.logbook.derived import derive
+from pitotbench.logbook.draft import MissingColumnsError, draft_of, require
 from pitotbench.logbook.formats import format_of
-from pitotbench.logbook.header import WARNINGS, earlier_warnings
-from pitotbench.logbook.joining import read_mapped
-from pitotbench.logbook.mapping import find_mapping
+from pitotbench.logbook.header import MAPPING, WARNINGS, earlier_warnings
+from pitotbench.logbook.joining import read_mapped, rename
+from pitotbench.logbook.mapping import find_mapping, recognized
 from pitotbench.logbook.table import Table
+from pitotbench.logbook.topics import TOPIC_READERS
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 
@@ -16,8 +19,9 @@ from pitotbench.records.log import FlightLog
 def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
     """Read a flight log from a file.
 
-    `mapping` names a shipped mapping or a TOML file, for logs with other column names. `log.header["warnings"]`
-    lists, with row numbers, what was dropped and what looks wrong.
+    `mapping` names a shipped mapping or a TOML file, for logs with other column names. Without it, a log of a
+    format that a shipped mapping recognizes is read by that mapping, whose name is then `log.header["mapping"]`.
+    `log.header["warnings"]` lists, with row numbers, what was dropped and what looks wrong.
 
     Raises BadInputError for a log that cannot be used (the message begins with the file), UnknownNameError for a
     mapping that is not shipped.
@@ -25,14 +29,52 @@ def read_log(path: Path | str, mapping: Path | str | None = None) -> FlightLog:
     source = Path(path)
     named = None if mapping is None else find_mapping(mapping)
     try:
-        return log_of(_read_table(source) if named is None else read_mapped(source, named, _read_table))
+        return log_of(table_of(source) if named is None else read_mapped(source, named, read_table))
     except BadInputError as error:
-        raise BadInputError(f"{source}: {error}") from error
+        raise type(error)(f"{source}: {error}") from error
+
+
+def table_of(path: Path) -> Table:
+    """Return the table of a file under our column names as far as they are known, without a mapping by the user.
+
+    Raises BadInputError for a file that cannot be read.
+    """
+    if path.suffix.lower() in TOPIC_READERS:
+        name = TOPIC_READERS[path.suffix.lower()].mapping
+        table = read_mapped(path, find_mapping(name), read_table)
+    else:
+        table = read_table(path)
+        found = recognized(table.names)
+        if found is None:
+            return table
+        name, table = found, rename(table, find_mapping(found).files[0])
+    title = find_mapping(name).title
+    note = f"recognized as {title}: read by the mapping {name}"
+    return replace(table, header={**table.header, MAPPING: name}, warnings=(note, *table.warnings))
+
+
+def needs_mapping(path: Path) -> str:
+    """Return why a file needs no mapping: its columns are ours, or a shipped mapping knows it. Empty where it does.
+
+    Raises BadInputError for a file that cannot be read.
+    """
+    table = table_of(path)
+    if MAPPING in table.header:
+        return table.warnings[0]
+    draft = draft_of(table)
+    derive(draft, {})
+    try:
+        require(draft)
+    except MissingColumnsError:
+        return ""
+    return "its columns are those of a flight log; no mapping is needed"
 
 
 def log_of(table: Table) -> FlightLog:
     """Return the checked log of a table. Raises BadInputError where it cannot be used."""
     draft, header = draft_of(table), dict(table.header)
+    derive(draft, header)
+    require(draft)
     del table  # or its columns would stay in memory beside those of which a check drops rows
     for check in CHECKS:
         check(draft)
@@ -43,7 +85,8 @@ def log_of(table: Table) -> FlightLog:
     return FlightLog(**draft.channels, header=header)
 
 
-def _read_table(path: Path) -> Table:
+def read_table(path: Path) -> Table:
+    """Return the table of a file as it is. Raises BadInputError for a file that cannot be read or holds no row."""
     if path.is_dir():
         raise BadInputError("a folder, not a log; name its file, or give the mapping of a log in several files")
     kind = format_of(path)

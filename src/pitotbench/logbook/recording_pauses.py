@@ -38,8 +38,8 @@ def check_pauses(draft: Draft) -> None:
     if len(breaks):
         draft.warnings.append(
             f"the log seems to hold {len(breaks) + 1} flights: the recording pauses for more than "
-            f"{BETWEEN_FLIGHTS / 60.0:.0f} minutes {_before(draft, breaks)}; the wind may differ: write each "
-            "flight into a separate file"
+            f"{BETWEEN_FLIGHTS / 60.0:.0f} minutes {_before(draft, breaks)}; a calibration "
+            "gives each its own wind"
         )
     short = after[_unmeant(draft, after) & ~np.isin(after, breaks)]
     if len(short):

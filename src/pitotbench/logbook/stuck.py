@@ -11,6 +11,7 @@ from pitotbench.units import Array, Booleans
 _MOST = 0.5  # share of rows that may be dropped for a stuck sensor
 _STUCK_TIME = 10.0  # s
 _STUCK_RUNS = 10.0  # times the median time for which a value repeats
+_DISPLAYED = 30.0  # times longer may the value of a display stand still, which shows steps
 _MOVING = 2.0  # m/s, above which a velocity cannot stand still
 
 
@@ -55,7 +56,8 @@ def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
     first = np.r_[0, np.flatnonzero(changed) + 1]
     last = np.r_[first[1:] - 1, len(draft.rows) - 1]
     lasting = draft.channels["time"][last] - draft.channels["time"][first]
-    limit = max(_STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first))))
+    patience = _DISPLAYED if draft.displayed & set(names) else 1.0
+    limit = patience * max(_STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first))))
     bad = np.zeros(len(draft.rows), dtype=np.bool_)
     long = (lasting > limit) & (moved[last] > moved[first])
     for a, b in zip(first[long], last[long], strict=True):

@@ -1,4 +1,4 @@
-"""A table as read from a file: named columns, a header, warnings. It is not yet a log."""
+"""A table as read from a file: named columns, a header, warnings, units. It is not yet a log."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -27,6 +27,7 @@ class Table:
     columns: tuple[Column, ...]
     header: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()  # of each column, as a line of units beside that of the names states them
 
     def __len__(self) -> int:
         return len(self.columns[0]) if self.columns else 0
@@ -51,7 +52,7 @@ def numbers(name: str, column: Column) -> NDArray[np.float64]:
     values = np.full(len(column), np.nan)
     for i, cell in enumerate(column):
         try:
-            values[i] = np.nan if cell is None or cell == "" else float(cell)
+            values[i] = np.nan if cell is None or (isinstance(cell, str) and not cell.strip()) else float(cell)
         except (TypeError, ValueError):
             raise BadInputError(f"column {name!r}, row {i + 1}: {_no_number(cell)}") from None
     return values

@@ -1,10 +1,12 @@
 """The result of a calibration: what the log says, and how far to trust it."""
 
 from dataclasses import dataclass, fields
+from math import atan2, degrees, hypot
 from typing import Any
 
 from pitotbench.records.frozen import check_lengths, freeze
-from pitotbench.units import Array, Booleans, Meters, MetersPerSecond, Seconds
+from pitotbench.records.shown import Shown
+from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +25,16 @@ class WindEstimate:
     north: Estimate
     east: Estimate
     down: Estimate | None = None
+
+    @property
+    def speed_kt(self) -> float:
+        """The speed of the horizontal wind [kt]."""
+        return hypot(self.north.value, self.east.value) / KNOT
+
+    @property
+    def from_deg(self) -> float:
+        """The direction that the wind comes from [°, true]."""
+        return degrees(atan2(-self.east.value, -self.north.value)) % 360.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +65,31 @@ class ErrorCurve:
         check_lengths("ErrorCurve", arrays, len(self.indicated_airspeed))
         for name, array in arrays:
             object.__setattr__(self, name, freeze(array))
+
+    @property
+    def indicated_airspeed_kt(self) -> Array:
+        """The indicated airspeeds [kt]."""
+        return self.indicated_airspeed / KNOT
+
+    @property
+    def calibrated_airspeed_kt(self) -> Array:
+        """The calibrated airspeeds [kt]: indicated airspeed plus correction."""
+        return (self.indicated_airspeed + self.correction) / KNOT
+
+    @property
+    def correction_kt(self) -> Array:
+        """The correction to add to the indicated airspeed [kt]."""
+        return self.correction / KNOT
+
+    @property
+    def two_sigma_kt(self) -> Array:
+        """The ±2σ bound of the correction at each airspeed [kt]."""
+        return self.two_sigma / KNOT
+
+    @property
+    def altitude_correction_ft(self) -> Array | None:
+        """True minus indicated pressure altitude [ft]; None where the static source is taken to be right."""
+        return None if self.altitude_correction is None else self.altitude_correction / FOOT
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +138,8 @@ class Residuals:
             object.__setattr__(self, name, freeze(array))
 
 
-@dataclass(frozen=True, slots=True)
-class Calibration:
+@dataclass(frozen=True, slots=True, repr=False)
+class Calibration(Shown):
     """An error curve and a wind with their bounds, and the numbers to check them by.
 
     `residual_two_sigma` [m/s] is the 2σ of the residual as calibrated airspeed, the figure of Martos, Kiszely

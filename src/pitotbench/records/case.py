@@ -13,6 +13,7 @@ from pitotbench.units import DEGREE, FOOT, KNOT
 TURBULENCE_SEVERITY = {"none": 0, "light": 1, "moderate": 2}  # Milspec severity index (MIL-F-8785C)
 ERROR_LOCATIONS = ("impact", "static", "total")
 PILOTS = ("none", "good", "busy")
+VERTICAL_VELOCITIES = ("usual", "recorded", "missing")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,8 @@ class DataSystem:
     Each `…_noise` is the standard deviation of the white noise of a sample. A resolution of 0 means no rounding. A
     latency [s] is the time from an event to its stamp. `altitude_drift` is the standard deviation of the slow part
     of a receiver's height error, a first-order Gauss-Markov process of correlation time `altitude_drift_time`.
+    `vertical_velocity` says whether the GPS velocity down is `recorded` or `missing`; `usual` is as in the source,
+    where only an integrated IMU/GPS records it.
     """
 
     air_rate: float = field(default=50.0, metadata={"suffix": "hz"})
@@ -77,6 +80,7 @@ class DataSystem:
     air_latency: float = field(default=0.0, metadata={"suffix": "s"})
     gps_latency: float = field(default=0.0, metadata={"suffix": "s"})
     recovery_factor: float = 1.0
+    vertical_velocity: str = "usual"
 
     @property
     def label(self) -> str:

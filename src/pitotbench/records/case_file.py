@@ -8,8 +8,9 @@ import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import Field, fields, is_dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 from pitotbench.catalog import explain
 from pitotbench.records.case import Case
@@ -17,6 +18,9 @@ from pitotbench.records.case_rules import Place, broken_rules
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.toml_text import write_toml
 from pitotbench.units import SUFFIXES, Suffix
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
 
 # No column of a log is a frequency, so the table of column suffixes lacks it.
 CASE_SUFFIXES: dict[str, Suffix] = {**SUFFIXES, "hz": Suffix("frequency", 1.0)}
@@ -44,6 +48,14 @@ def read_case(source: Path | str) -> Case:
         raise BadInputError(f"{name}: not valid TOML: nested too deeply") from error
     except ValueError as error:  # not TOML, or a number of thousands of digits
         raise BadInputError(f"{name}: not valid TOML: {error}") from error
+    return case_of_table(table, name)
+
+
+def case_of_table(table: Mapping[str, Any], name: str = "case") -> Case:
+    """Return the case of a table whose keys end in units, as TOML is read. `name` begins the message of an error.
+
+    Missing keys keep their defaults. Raises BadInputError that lists every problem with its key.
+    """
     reading = _Reading()
     tree = reading.record(Case, table, ())
     problems = [*reading.problems, *broken_rules(tree, reading.written)]
@@ -52,6 +64,32 @@ def read_case(source: Path | str) -> Case:
         count = f"{len(problems)} problem{'s' if len(problems) > 1 else ''}"
         raise BadInputError(f"{name}: {count}\n" + "\n".join(f"  {line}" for line in problems))
     return case
+
+
+def case_columns(case: Case) -> dict[str, Any]:
+    """Return every number, text and list of a case by its path with its unit, such as `wind.speed_kt`.
+
+    Unlike `case_table`, a quantity is always in the unit of its field: the last digit may be rounded. A list of
+    tables, such as the effects, is text.
+    """
+    return dict(_columns(case, ""))
+
+
+def _columns(record: Any, path: str) -> Iterator[tuple[str, Any]]:
+    for entry in fields(record):
+        value, suffix = getattr(record, entry.name), entry.metadata.get("suffix")
+        key = path + _canonical_key(entry)
+        if is_dataclass(value):
+            yield from _columns(value, f"{key}.")
+        elif suffix:
+            factor = CASE_SUFFIXES[suffix].factor
+            yield key, [v / factor for v in value] if isinstance(value, tuple) else value / factor
+        elif isinstance(value, Mapping):
+            yield from ((f"{key}.{name}", inner) for name, inner in value.items())
+        else:
+            plain = _plain(value)
+            tables = isinstance(plain, list) and any(isinstance(each, dict) for each in plain)
+            yield key, json.dumps(plain) if tables else plain
 
 
 def _text(source: Path | str) -> tuple[str, str]:
@@ -74,10 +112,10 @@ def _text(source: Path | str) -> tuple[str, str]:
 def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -> Case | None:
     """Return the case of a tree of fields, or None with the type errors appended to `problems`."""
     # Through JSON: pydantic's strict mode then accepts lists for tuples, but not the text '15' for the number 15.
-    from pydantic import TypeAdapter, ValidationError
+    from pydantic import ValidationError
 
     try:
-        return TypeAdapter(Case).validate_json(json.dumps(tree), strict=True)
+        return _adapter().validate_json(json.dumps(tree), strict=True)
     except ValidationError as error:
         for item in error.errors():
             place = tuple(str(part) for part in item["loc"])
@@ -85,6 +123,13 @@ def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -
     except TypeError as error:  # a date, which TOML knows and JSON does not
         problems.append(f"a value is neither number, text, boolean, list nor table: {error}")
     return None
+
+
+@cache
+def _adapter() -> "TypeAdapter[Case]":
+    from pydantic import TypeAdapter  # slow to load, and slow to make
+
+    return TypeAdapter(Case)
 
 
 class _Reading:

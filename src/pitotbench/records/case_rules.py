@@ -6,7 +6,7 @@ from math import isfinite
 from typing import Any
 
 from pitotbench.catalog import explain
-from pitotbench.records.case import ERROR_LOCATIONS, PILOTS, TURBULENCE_SEVERITY
+from pitotbench.records.case import ERROR_LOCATIONS, PILOTS, TURBULENCE_SEVERITY, VERTICAL_VELOCITIES
 
 Place = tuple[str, ...]
 
@@ -24,6 +24,7 @@ _NAMES = {
     "turbulence": list(TURBULENCE_SEVERITY),
     "pilot": list(PILOTS),
     "pressure_error.location": list(ERROR_LOCATIONS),
+    "das.vertical_velocity": list(VERTICAL_VELOCITIES),
 }
 
 

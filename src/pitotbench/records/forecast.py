@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pitotbench.records.shown import Shown
 from pitotbench.units import Array, MetersPerSecond
 
 
@@ -61,8 +62,8 @@ class Forecast:
         return box is None or max(self.extent) <= box
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
+@dataclass(frozen=True, slots=True, repr=False)
+class Plan(Shown):
     """The answer to "what should I fly?".
 
     `forecasts` are in order of merit; `refused` gives, by maneuver, the reason why it cannot be flown. `best`

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from pitotbench.channels import CHANNELS, Recorded
 from pitotbench.records.frozen import RecordError, check_lengths, freeze
+from pitotbench.records.shown import Shown
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import Booleans
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FlightLog(Recorded):
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class FlightLog(Shown, Recorded):
     """A flight log: one row a sample at the air-data rate, in SI and radians; arrays (n,), read-only.
 
     The channels are those of `channels.Recorded`; an optional channel is None where the log lacks it. `header` is
@@ -45,6 +46,11 @@ class FlightLog(Recorded):
         """Return the log of some rows (a mask or sorted indices), with the same header."""
         picked = {name: array[rows] for name, array in self.channels().items()}
         return FlightLog(**picked, header=self.header)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether a simulator made the log: it writes its case into the header, and nothing else does."""
+        return "case" in self.header
 
     def __len__(self) -> int:
         return len(self.time)

@@ -1,5 +1,6 @@
 """The two sides of an equation-error comparison: a measured motion, and the forces of a model in that motion."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import cast
 
@@ -61,6 +62,19 @@ class Reaction:
 
     def __post_init__(self) -> None:
         _settle(self, len(self.specific_force_x))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnitForces:
+    """What a unit of force or moment along each axis changes in a model's reactions to a `Motion` of n states.
+
+    `changes` holds by aerodynamic axis (DRAG, SIDE, ROLL, PITCH, YAW) the change by 1 lb or 1 lb ft, (n, 6): the
+    specific forces [m/s²], then the angular accelerations [rad/s²]. `properties` holds by path the properties that
+    functions of force read, in JSBSim's units, (n,).
+    """
+
+    changes: Mapping[str, Array]
+    properties: Mapping[str, Array]
 
 
 def _settle(record: Motion | Reaction, length: int) -> None:

@@ -72,5 +72,10 @@ def require_rates(das: DataSystem, flight_rate: float) -> None:
 
 
 def has_velocity_down(das: DataSystem) -> bool:
-    """Return whether the system records velocity down: only an integrated IMU/GPS does (the source, §II.C)."""
-    return das.gps_rate >= INERTIAL_RATE
+    """Return whether the system records velocity down.
+
+    Where the system does not state it, only an integrated IMU/GPS does (the source, §II.C).
+    """
+    if das.vertical_velocity == "usual":
+        return das.gps_rate >= INERTIAL_RATE
+    return das.vertical_velocity == "recorded"

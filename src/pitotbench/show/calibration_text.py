@@ -4,11 +4,13 @@ from html import escape
 
 from rich.console import Console
 
+from pitotbench.records.calibrated_flight import CalibratedFlight
 from pitotbench.records.calibration import Calibration, Estimate
+from pitotbench.show.airspeed_card import GLANCE_COLUMNS, glance_points
 from pitotbench.show.assumptions import assumption_lines
 from pitotbench.show.columns import html_table, print_table
 from pitotbench.show.curve_table import CURVE_COLUMNS, curve_points
-from pitotbench.show.far_limit import far_applies, far_verdict
+from pitotbench.show.limit import AUTO, Limit, judgments
 from pitotbench.show.model_probabilities import choice_html, print_choice
 from pitotbench.show.short_answer import short_answer_of
 from pitotbench.show.terminal import outside
@@ -18,14 +20,37 @@ _LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
 _LOCATIONS = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
 
 
-def print_calibration(result: Calibration, console: Console) -> None:
-    """Print one calibration: the short answer, the curve, the models weighed, the fit, and the warnings."""
+def flight_lines(flight: CalibratedFlight) -> list[str]:
+    """Which flight of its log a calibration is of, and with how many it shares the curve, in at most one line."""
+    told = []
+    if flight.count > 1:
+        time = flight.log.time
+        told.append(f"flight {flight.number} of {flight.count} in the log, {time[0]:.0f} to {time[-1]:.0f} s")
+    if flight.joined > 1:
+        told.append(f"one curve from {flight.joined} flights, the wind of this one")
+    return ["; ".join(told)] if told else []
+
+
+def print_calibration(
+    result: Calibration, console: Console, limit: Limit | str | None = AUTO, details: bool = False
+) -> None:
+    """Print one calibration: the short answer, the warnings, the curve at round airspeeds, and the assumptions.
+
+    `limit` as for `judgments`. With `details` also every point of the curve, the models weighed and the fit.
+    """
     answer = short_answer_of(result, "")
-    console.print(outside(answer.correction_sentence))
-    console.print(outside(answer.wind_sentence))
-    if far_applies(result):
-        console.print(outside(far_verdict(result)))
+    sentences = [answer.correction_sentence, answer.wind_sentence, *(j.sentence for j in judgments(result, limit))]
+    for line in sentences:
+        console.print(outside(line))
+    for warning in result.warnings:
+        console.print(outside(f"warning: {warning}", "yellow"))
     console.print()
+    if not details:
+        print_table(GLANCE_COLUMNS, glance_points(result.curve), console)
+        console.print()
+        for line in [*location_lines(result), *assumption_lines(result)]:
+            console.print(outside(line))
+        return
     title = f"error curve, model {result.model}, method {result.method}"
     print_table(CURVE_COLUMNS, curve_points(result.curve), console, title)
     console.print()
@@ -33,20 +58,23 @@ def print_calibration(result: Calibration, console: Console) -> None:
     fit = [*parameter_lines(result), *location_lines(result), *wind_lines(result), *assumption_lines(result)]
     for line in [*fit, *share_lines(result), *fit_lines(result)]:
         console.print(outside(line))
-    for warning in result.warnings:
-        console.print(outside(f"warning: {warning}", "yellow"))
 
 
 def calibration_html(result: Calibration) -> str:
-    """The curve in numbers, the fit behind it and the models weighed, as HTML."""
-    lines = [*parameter_lines(result), *location_lines(result), *share_lines(result), *fit_lines(result)]
-    assumed = "".join(f"<p>{escape(line)}</p>" for line in assumption_lines(result))
+    """The curve in numbers, the fit behind it and the models weighed, as HTML, folded away."""
+    lines = [*parameter_lines(result), *wind_lines(result), *share_lines(result), *fit_lines(result)]
     return (
-        "<details open><summary>The curve in numbers</summary>"
-        f"{html_table(CURVE_COLUMNS, curve_points(result.curve))}{assumed}</details>\n"
+        "<details><summary>The curve in numbers</summary>"
+        f"{html_table(CURVE_COLUMNS, curve_points(result.curve))}</details>\n"
         "<details><summary>The fit</summary>" + "".join(f"<p>{escape(line)}</p>" for line in lines) + "</details>\n"
         f"{choice_html(result)}"
     )
+
+
+def condition_lines(result: Calibration) -> list[str]:
+    """What the answer holds for: the model, the place of the error and the accuracies assumed."""
+    model = f"model of the curve: {result.model}; samples: {result.samples:,}"
+    return [model, *location_lines(result), *assumption_lines(result)]
 
 
 def parameter_lines(result: Calibration) -> list[str]:

@@ -6,10 +6,12 @@ from pitotbench.records.calibration import Calibration
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.show.calibration_text import calibration_html
+from pitotbench.show.airspeed_card import card_html
+from pitotbench.show.calibration_text import calibration_html, condition_lines
 from pitotbench.show.error_curves import curve_panels
 from pitotbench.show.fixed_speed_tables import points_html
 from pitotbench.show.flight_panels import flight_panels
+from pitotbench.show.limit import AUTO, Limit
 from pitotbench.show.markup import render
 from pitotbench.show.residuals import residual_panels
 from pitotbench.show.section import Section
@@ -39,14 +41,24 @@ def flight_section(
     return Section(name, maneuver, system, answer, html)
 
 
-def log_section(name: str, log: FlightLog, result: Calibration, points: Sequence[FixedSpeedPoint] = ()) -> Section:
-    """The section of a log that was read from a file; its group says whether a simulator made the log."""
+def log_section(
+    name: str,
+    log: FlightLog,
+    result: Calibration,
+    points: Sequence[FixedSpeedPoint] = (),
+    limit: Limit | str | None = AUTO,
+    lines: Sequence[str] = (),
+) -> Section:
+    """The section of a log that was read from a file, or of a flight of it; `lines` say which.
+
+    Its group says whether a simulator made the log. `limit` as for `judgments`.
+    """
     answer = short_answer_of(result, name)
-    rows = f"{len(log):,} rows read, {result.samples:,} used."
+    rows = " ".join([*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log):,} rows read,"])
+    rows += f" {result.samples:,} used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
-    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points)
-    # A simulator writes its case into the header of a log; nothing else does.
-    origin = "simulated logs" if "case" in log.header else "measured logs"
+    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit)
+    origin = "simulated logs" if log.simulated else "measured logs"
     return Section(anchor, origin, name, answer, html)
 
 
@@ -59,8 +71,10 @@ def _html(
     truth: Mapping[str, MetersPerSecond] | None,
     flown: Sequence[Panel],
     points: Sequence[FixedSpeedPoint],
+    limit: Limit | str | None = AUTO,
 ) -> str:
     first = next(iter(results.values()))
+    curves = curve_panels(results, truth, points, limit)
     return render(
         "section.html",
         anchor=anchor,
@@ -68,6 +82,9 @@ def _html(
         remark=remark,
         answer=answer,
         flown=flown,
-        panels=[*curve_panels(results, truth, points), *residual_panels(first)],
+        curve=curves[0],
+        conditions=condition_lines(first),
+        card=card_html(first.curve, title),
+        panels=[*curves[1:], *residual_panels(first)],
         numbers=calibration_html(first) + points_html(points, first.curve),
     )

@@ -7,13 +7,14 @@ from matplotlib.axes import Axes
 
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
-from pitotbench.show.far_limit import far_applies, far_limit, far_verdict
 from pitotbench.show.fixed_speed_tables import method_words
-from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, RED, Panel, panel
-from pitotbench.units import KNOT, Array, MetersPerSecond
+from pitotbench.show.limit import AUTO, Limit, judgments, limit_for
+from pitotbench.show.style import BLUE, GREEN, INK, ORANGE, PALE, PURPLE, RED, Panel, panel
+from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
 
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
 _MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
+_MOST_DOTS = 900  # of the samples drawn: more make a page slow
 _AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"
 
 
@@ -21,22 +22,24 @@ def curve_panels(
     results: Mapping[str, Calibration],
     truth: Mapping[str, MetersPerSecond] | None,
     points: Sequence[FixedSpeedPoint] = (),
+    limit: Limit | str | None = AUTO,
 ) -> list[Panel]:
-    """The error curve, its bounds and, for an airplane that the rule is made for, the curve inside the FAR limit.
+    """The error curve between its limits, its bounds, and the altitude error where the static source errs.
 
     `results` by model; the first one is explained, the others are drawn for comparison. `truth`: the true
     correction [m/s] by model, at the airspeeds of that model's curve, or None for a measured log. `points` are
-    drawn over the curve.
+    drawn over the curve. `limit` as for `judgments`.
     """
     name, first = next(iter(results.items()))
     true = None if truth is None else truth[name]
+    chosen = limit_for(first, limit)
+    note = " ".join(judgment.sentence for judgment in judgments(first, limit))
     panels = [
-        panel("Error curve", lambda axes: draw_curve(axes, results, true, points)),
+        panel("Error curve", lambda axes: draw_curve(axes, results, true, points, chosen), note),
         panel("How well the curve is known", lambda axes: draw_bound(axes, first, true), legend_columns=2),
     ]
-    if far_applies(first):
-        title = "Against the limit of FAR 25.1323(c)"
-        panels.append(panel(title, lambda axes: draw_limit(axes, first), far_verdict(first)))
+    if first.curve.altitude_correction is not None:
+        panels.append(panel("Altitude error", lambda axes: draw_altitude(axes, first)))
     return panels
 
 
@@ -45,22 +48,57 @@ def draw_curve(
     results: Mapping[str, Calibration],
     truth: MetersPerSecond | None,
     points: Sequence[FixedSpeedPoint] = (),
+    limit: Limit | None = None,
 ) -> None:
-    """Draw the correction over indicated airspeed with ±2σ, the curves of other models, and the truth where known.
+    """Draw the correction over indicated airspeed with ±2σ and the data behind it, the curves of other models, the
+    limit, and the truth where known.
 
     Points of fixed-speed methods lie over the curve, as in Martos et al. (2011), Fig. 13.
     """
     name, first = next(iter(results.items()))
     speed, value, bound = _knots(first)
-    axes.fill_between(speed, value - bound, value + bound, color=BLUE, alpha=0.2, lw=0, label="±2σ")
+    draw_data(axes, first)
+    axes.fill_between(speed, value - bound, value + bound, color=BLUE, alpha=0.25, lw=0, label="±2σ of the curve")
     for color, (other, result) in zip(_MODEL_COLORS, list(results.items())[1:], strict=False):
         curve = result.curve
         axes.plot(curve.indicated_airspeed / KNOT, curve.correction / KNOT, color=color, lw=1.0, label=other)
-    axes.plot(speed, value, color=BLUE, label=name)
+    axes.plot(speed, value, color=BLUE, label=f"curve ({name})")
     if truth is not None:
         axes.plot(speed, truth / KNOT, color="black", ls="--", lw=1.2, label="truth (simulated)")
+    if limit is not None:
+        axes.plot(speed, limit.airspeed(speed), color=RED, ls=":", lw=1.4, label=limit.label)
+        axes.plot(speed, -limit.airspeed(speed), color=RED, ls=":", lw=1.4)
     draw_points(axes, points)
+    axes.axhline(0.0, color=INK, lw=0.5)
     axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
+
+
+def draw_data(axes: Axes, result: Calibration) -> None:
+    """Draw what single samples say: the curve less their residuals, over the middle 99 % of the corrections."""
+    curve, residuals = result.curve, result.residuals
+    thinned = slice(None, None, max(1, -(-len(residuals.time) // _MOST_DOTS)))
+    speed = residuals.indicated_airspeed[thinned]
+    data = np.interp(speed, curve.indicated_airspeed, curve.correction) - residuals.airspeed[thinned]
+    inside = (speed >= curve.indicated_airspeed[0]) & (speed <= curve.indicated_airspeed[-1])
+    low, high = np.quantile(data, [0.005, 0.995])
+    shown = inside & (data >= low) & (data <= high)
+    axes.plot(
+        speed[shown] / KNOT, data[shown] / KNOT, ".", color=PALE, ms=2.0, zorder=1, label="samples without the wind"
+    )
+
+
+def draw_altitude(axes: Axes, result: Calibration) -> None:
+    """Draw the altitude correction with its ±2σ; the curve must have one."""
+    curve = result.curve
+    assert curve.altitude_correction is not None
+    assert curve.altitude_two_sigma is not None
+    speed, value, bound = (
+        curve.indicated_airspeed / KNOT, curve.altitude_correction / FOOT, curve.altitude_two_sigma / FOOT
+    )  # fmt: skip
+    axes.fill_between(speed, value - bound, value + bound, color=GREEN, alpha=0.25, lw=0, label="±2σ")
+    axes.plot(speed, value, color=GREEN, label="correction of the altitude")
+    axes.axhline(0.0, color=INK, lw=0.5)
+    axes.set(xlabel=_AIRSPEED, ylabel="true − indicated pressure altitude [ft]")
 
 
 def draw_points(axes: Axes, points: Sequence[FixedSpeedPoint]) -> None:
@@ -88,17 +126,6 @@ def draw_bound(axes: Axes, result: Calibration, truth: MetersPerSecond | None) -
         axes.plot(speed, np.abs(value - truth / KNOT), color="black", ls="--", lw=1.2, label="absolute true error")
     axes.set(xlabel=_AIRSPEED, ylabel="bound of the correction [kt]")
     axes.set_ylim(bottom=0.0)
-
-
-def draw_limit(axes: Axes, result: Calibration) -> None:
-    """Draw the curve with ±2σ between the limits of the certification rule."""
-    speed, value, bound = _knots(result)
-    axes.fill_between(speed, value - bound, value + bound, color=BLUE, alpha=0.2, lw=0, label="±2σ")
-    axes.plot(speed, value, color=BLUE, label=result.model)
-    axes.plot(speed, far_limit(speed), color=GREY, ls=":", lw=1.4, label="FAR limit")
-    axes.plot(speed, -far_limit(speed), color=GREY, ls=":", lw=1.4)
-    axes.axhline(0.0, color=INK, lw=0.5)
-    axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
 
 
 def _knots(result: Calibration) -> tuple[Array, Array, Array]:

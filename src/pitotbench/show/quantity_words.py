@@ -20,7 +20,7 @@ UNITS = {
     "_radps": "rad/s",
     "_ft": "ft",
 }
-_COUNTED = {"turns": "circles"}  # numbers without a unit suffix that are said with a noun
+_TURNS = "turns"  # in full circles
 
 
 def words(name: str) -> str:
@@ -29,9 +29,9 @@ def words(name: str) -> str:
 
 
 def name_and_unit(name: str) -> tuple[str, str]:
-    """The name without its suffix as words, and the unit of the suffix; the unit is empty for a bare number."""
+    """The name without its suffix as words, and the unit of the suffix, empty for a bare number."""
     suffix = max((s for s in UNITS if name.endswith(s)), key=len, default="")
-    return words(name.removesuffix(suffix)), UNITS.get(suffix, _COUNTED.get(name, ""))
+    return words(name.removesuffix(suffix)), UNITS.get(suffix, "")
 
 
 def size_words(name: str, value: float, bound: float | None = None) -> str:
@@ -42,9 +42,11 @@ def size_words(name: str, value: float, bound: float | None = None) -> str:
 
 
 def entry_words(name: str, value: float | Sequence[float]) -> str:
-    """An entry of a card: `speeds 160, 128, 100 kt`."""
+    """An entry of a card as a pilot reads it: `speeds 160, 128, 100 kt`, `turns 223°, 529°`."""
     noun, unit = name_and_unit(name)
     values = value if isinstance(value, Sequence) else [value]
+    if name == _TURNS:
+        return f"{noun} {', '.join(f'{360.0 * circles:.0f}°' for circles in values)}"
     return f"{noun} {with_unit(', '.join(f'{number:.3g}' for number in values), unit)}"
 
 

@@ -51,7 +51,7 @@ def campaign_page(
         title=f"Pitot-static calibration: {_flown(results)}",
         subtitle=subtitle,
         sections=sections,
-        notes=remarks(results, [section.answer for section in sections]),
+        notes=remarks(results, _several(sections)),
         failures=failures,
         table=campaign_html(first),
         all_models=campaign_html(results) if len(first) < len(results) else "",
@@ -64,8 +64,13 @@ def log_page(title: str, sections: Sequence[Section]) -> str:
     """The HTML of calibrated logs; the line below the title says whether they were measured or simulated."""
     origins = " and ".join(dict.fromkeys(section.group for section in sections))
     subtitle = f"From {origins}" if len(sections) > 1 else f"From a {origins.removesuffix('s')}"
-    notes = remarks(None, [section.answer for section in sections])
+    notes = remarks(None, _several(sections))
     return _page(title=title, subtitle=subtitle, sections=sections, notes=notes)
+
+
+def _several(sections: Sequence[Section]) -> list[ShortAnswer]:
+    """The answers whose warnings stand at the top of the page; a single section has its own at its top."""
+    return [section.answer for section in sections] if len(sections) > 1 else []
 
 
 def _flown(results: "pd.DataFrame") -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench.records.calibration import Calibration
-from pitotbench.units import DEGREE, KNOT
+from pitotbench.units import KNOT
 
 _USUAL_KT = (100.0, 130.0, 160.0)  # the low end, the middle and the high end of the study's maneuvers
 
@@ -58,8 +58,8 @@ def short_answer_of(result: Calibration, subject: str) -> ShortAnswer:
         subject=subject,
         model=result.model,
         corrections=corrections_at(result),
-        wind_kt=float(np.hypot(north.value, east.value)) / KNOT,
-        wind_from_deg=float(np.arctan2(-east.value, -north.value) / DEGREE) % 360.0,
+        wind_kt=result.wind.speed_kt,
+        wind_from_deg=result.wind.from_deg,
         wind_two_sigma_kt=max(north.two_sigma, east.two_sigma) / KNOT,
         residual_two_sigma_kt=result.residual_two_sigma / KNOT,
         warnings=result.warnings,

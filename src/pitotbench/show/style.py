@@ -2,13 +2,14 @@
 
 import io
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -75,11 +76,30 @@ def panel(
 @contextmanager
 def drawn(draw: Callable[[Axes], None], size: tuple[float, float], legend_columns: int) -> Iterator[Figure]:
     """The figure of a panel, to be saved inside the `with`."""
-    with canvas(1, 1, *size) as (figure, (axes,)):
-        draw(axes)
-        handles, labels = axes.get_legend_handles_labels()
-        if handles:
-            figure.legend(handles, labels, loc="outside upper left", ncols=legend_columns, borderaxespad=0.1)
+    with stacked([draw], size, legend_columns) as figure:
+        yield figure
+
+
+@contextmanager
+def stacked(
+    draws: Sequence[Callable[[Axes], None]], size: tuple[float, float], legend_columns: int
+) -> Iterator[Figure]:
+    """The figure of several axes, one below the other, with one range of x and one legend without repetitions."""
+    with canvas(len(draws), 1, *size) as (figure, every):
+        named: dict[str, Artist] = {}
+        for draw, axes in zip(draws, every, strict=True):
+            draw(axes)
+            axes.set_xlim(every[0].get_xlim())
+            handles, labels = axes.get_legend_handles_labels()
+            named |= {label: handle for handle, label in zip(handles, labels, strict=True) if label not in named}
+        if named:
+            figure.legend(
+                handles=list(named.values()),
+                labels=list(named),
+                loc="outside upper left",
+                ncols=legend_columns,
+                borderaxespad=0.1,
+            )
         yield figure
 
 

@@ -50,28 +50,18 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     At ten states a second, one state takes about 100 µs.
     Raises SimulationError where JSBSim refuses a state or the engines do not start.
     """
-    fuel = _fuel(plant, motion, loaded_mass)
-    heights, sound = _prepare(plant, motion)
-    servos = [_Servo.probe(plant, *control) for control in CONTROLS]
-    wanted = np.stack([getattr(motion, name) for name, *_ in CONTROLS], axis=1)
-    states = np.concatenate([_initial_conditions(motion, heights, sound), fuel], axis=1)
-    reads = [_reader(plant, path, factor) for path, factor in _outputs()]
-    writers = [plant.writer(path) for path in (*_IC, *TANKS)]
-    mass = plant.getter("mass")
-    rows = np.empty((len(motion.time), len(reads)))
+    rig = Rig.set_up(plant, motion, loaded_mass)
+    rows = np.empty((len(motion.time), len(rig.reads)))
     steps = np.diff(motion.time, append=motion.time[-1] + TENTH)
     starts = np.isin(np.arange(len(rows)), [0, *gaps(motion.time)])
     for k in range(len(rows)):
-        # The run-in brings the engines to the state's power while the airplane is put back into it each tenth.
-        for _ in range(round(RUN_IN / TENTH) if starts[k] and (engines_run or k == 0) else 0):
-            _place(plant, states[k], servos, wanted[k], writers)
-            plant.advance(round(TENTH / plant.time_step))
+        if starts[k] and (engines_run or k == 0):
+            rig.run_in(k)
         # Functions that read the lift use that of the call before. With the engines stopped, nothing else has made
         # such a call in this state.
         for _ in range(1 if engines_run else 2):
-            _place(plant, states[k], servos, wanted[k], writers)
-        rows[k] = [read() for read in reads]
-        rows[k, :3] /= mass[0]() * mass[1]
+            rig.place(k)
+        rows[k] = rig.row()
         # Before a gap the engines do not run on: the run-in after it starts them anew.
         ends = k + 1 < len(rows) and starts[k + 1]
         plant.advance(0 if ends or not engines_run else max(1, round(steps[k] / plant.time_step)))
@@ -173,18 +163,61 @@ class _Servo:
         self.write(self.command)
 
 
-def _place(
-    plant: Plant, state: Array, servos: list[_Servo], wanted: Array, writers: Sequence[Callable[[float], bool]]
-) -> None:
-    """Put the aircraft into a state.
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """A plant with running engines, ready to be put into each state of a motion.
 
-    The controls move first: their systems may read the state, so a second call corrects what the first one changed.
+    `states` are the initial conditions and the fuel of each state, (n, 12), and `wanted` the positions of the
+    controls, (n, 5).
     """
-    for servo, position in zip(servos, wanted, strict=True):
-        servo.move(float(position))
-    for write, value in zip(writers, state, strict=True):
-        write(float(value))
-    plant.run_initial_conditions()
+
+    plant: Plant
+    states: Array
+    wanted: Array
+    servos: list[_Servo]
+    writers: Sequence[Callable[[float], bool]]
+    reads: Sequence[Callable[[], float]]
+    mass: tuple[Callable[[], float], float]
+
+    @classmethod
+    def set_up(cls, plant: Plant, motion: Motion, loaded_mass: float) -> "Rig":
+        """Start the engines of a plant. Parameters and errors are those of `measure`."""
+        fuel = _fuel(plant, motion, loaded_mass)
+        heights, sound = _prepare(plant, motion)
+        servos = [_Servo.probe(plant, *control) for control in CONTROLS]
+        return cls(
+            plant,
+            states=np.concatenate([_initial_conditions(motion, heights, sound), fuel], axis=1),
+            wanted=np.stack([getattr(motion, name) for name, *_ in CONTROLS], axis=1),
+            servos=servos,
+            writers=[plant.writer(path) for path in (*_IC, *TANKS)],
+            reads=[_reader(plant, path, factor) for path, factor in _outputs()],
+            mass=plant.getter("mass"),
+        )
+
+    def place(self, k: int) -> None:
+        """Put the aircraft into a state.
+
+        The controls move first: their systems may read the state, so a second call corrects what the first one
+        changed.
+        """
+        for servo, position in zip(self.servos, self.wanted[k].tolist(), strict=True):
+            servo.move(position)
+        for write, value in zip(self.writers, self.states[k].tolist(), strict=True):
+            write(value)
+        self.plant.run_initial_conditions()
+
+    def run_in(self, k: int) -> None:
+        """Bring the engines to the power of a state, while the airplane is put back into it each tenth."""
+        for _ in range(round(RUN_IN / TENTH)):
+            self.place(k)
+            self.plant.advance(round(TENTH / self.plant.time_step))
+
+    def row(self) -> Array:
+        """Return the present reaction, (12,), in the order of the fields of a Reaction."""
+        row = np.array([read() for read in self.reads])
+        row[:3] /= self.mass[0]() * self.mass[1]
+        return row
 
 
 def _outputs() -> list[tuple[str, float]]:

@@ -12,9 +12,11 @@ from pitotbench.bench.plan.plan_request import PlanRequest
 from pitotbench.bench.plan.recommend import make_plan
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.calibrate.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.evidence.height_check import HEIGHT, TRIANGLE, VELOCITY, request_with
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.sense import has_velocity_down
 from pitotbench.simulate import MANEUVERS
 from pitotbench.units import KNOT
 
@@ -68,6 +70,25 @@ def test_a_forecast_foretells_the_bound_of_flights():
     flights = [bench.fly(replace(case, truth_seed=seed, sensor_seed=seed)) for seed in (1, 2, 3)]
     flown = [bench.score(bench.calibrate(bench.sense(f, "20/1")), f).two_sigma for f in flights]
     assert expected == pytest.approx(np.mean(flown), rel=0.2)
+
+
+@pytest.mark.parametrize(("velocity", "expected"), [("recorded", 0.49), ("missing", 0.64)])
+def test_height_narrows_the_bound_of_a_static_error_in_the_forecast_too(velocity, expected):
+    """`expected`: flown and calibrated in the simulator's turbulence, docs/plan.md."""
+    joint = request_with(VELOCITY if velocity == "recorded" else HEIGHT)
+    assert has_velocity_down(joint.das) == (velocity == "recorded")
+    flight = smooth_flight(joint.case("step_decrease"))
+    known = [np.mean(known_noise_two_sigma(each, flight)) for each in (joint, request_with(TRIANGLE))]
+    drawn = [forecast(replace(each, draws=4), "step_decrease").mean for each in (joint, request_with(TRIANGLE))]
+    assert known[0] / known[1] == pytest.approx(expected, rel=0.15)
+    assert drawn[0] / drawn[1] == pytest.approx(expected, rel=0.15)
+
+
+def test_an_error_of_the_impact_pressure_is_not_seen_by_the_height():
+    static = request_with(VELOCITY)
+    flight = smooth_flight(static.case("step_decrease"))
+    impact = replace(static, options=CalibrationOptions(error_location="impact"))
+    assert np.mean(known_noise_two_sigma(impact, flight)) > 1.5 * np.mean(known_noise_two_sigma(static, flight))
 
 
 def test_information_adds_up(plan):

@@ -4,8 +4,10 @@ import json
 
 import pytest
 
-from pitotbench.cli.app import BAD_INPUT, DONE, main
+from pitotbench.cli.app import BAD_INPUT, DONE, command_line, main
+from pitotbench.cli.plan import request_of
 from pitotbench.records.case_file import read_case
+from pitotbench.sense import has_velocity_down
 
 FEW = ["plan", "--maneuver", "figure_eight,step_both_ways", "--draws", "2", "--search", "0"]
 
@@ -49,6 +51,10 @@ def test_the_document_has_units_and_the_ranking(capsys):
         (["--maneuver", "looping"], "unknown maneuver"),
         (["--wind-kt", "-3"], "0 to 100 kt"),
         (["--turbulence", "severe"], "turbulence"),
+        (["--error-location", "wing"], "--error-location"),
+        (["--receiver-height-m", "0.3"], "WHITE,SLOW"),
+        (["--receiver-height-m=-1,2"], "from 0 to 1000 m"),
+        (["--vertical-velocity", "yes"], "--vertical-velocity"),
     ],
 )
 def test_bad_flags_are_one_line(flags, says, capsys):
@@ -56,3 +62,12 @@ def test_bad_flags_are_one_line(flags, says, capsys):
     error = capsys.readouterr().err
     assert says in error
     assert error.count("\n") == 1
+
+
+def test_flags_state_the_receiver_and_the_location_of_the_error():
+    flags = ["--error-location", "static", "--receiver-height-m", "0.3,2", "--vertical-velocity", "recorded"]
+    request = request_of(command_line().parse_args(["plan", *flags]))
+    assert request.base.pressure_error.location == "static"
+    assert (request.das.altitude_noise, request.das.altitude_drift) == (0.3, 2.0)
+    assert has_velocity_down(request.das)
+    assert request.base.das == request.das  # the case that is written flies the same receiver

@@ -6,14 +6,13 @@ import shutil
 import subprocess
 import sys
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pitotbench import Case, FlightLog, logbook
-from pitotbench.bench.fleet import run_tasks
+from pitotbench.bench.fleet import open_fleet
 from pitotbench.bench.reconcile import null_cache, null_learning, reconciliation, workflow
 from pitotbench.bench.reconcile.null_cache import MOST_KEPT, NOT_DECIDING, _last_used
 from pitotbench.bench.reconcile.null_learning import null_distribution_of
@@ -44,10 +43,10 @@ def flown(monkeypatch, tmp_path) -> list[AnalysisSetting]:
     """An empty cache, and flights that cost nothing: the setting in which each was laid out."""
     found: list[AnalysisSetting] = []
     monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(null_learning, "run_tasks", partial(run_tasks, jobs=1))
+    monkeypatch.setattr(null_learning, "open_fleet", lambda tasks: open_fleet(jobs=1, tasks=tasks))
     monkeypatch.setattr(null_learning, "_null_layout", lambda card, setting, number: found.append(setting))
     monkeypatch.setattr(
-        null_learning, "learn_null_distribution", lambda layouts: replace(NULL, flights=len(layouts))
+        null_learning, "learn_null_distribution", lambda layouts, perform: replace(NULL, flights=len(layouts))
     )
     return found
 
@@ -130,7 +129,7 @@ def test_a_cache_that_cannot_be_written_costs_no_answer(flown, tmp_path):
 
 def test_a_number_that_is_not_finite_is_never_written(flown, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        null_learning, "learn_null_distribution", lambda layouts: replace(NULL, threshold=float("nan"))
+        null_learning, "learn_null_distribution", lambda layouts, perform: replace(NULL, threshold=float("nan"))
     )
     null_distribution_of(CARD)
     assert entries(tmp_path) == []

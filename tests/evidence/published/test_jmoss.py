@@ -13,8 +13,7 @@ from shared_data import real_log
 
 from pitotbench import air
 from pitotbench.calibrate import Accuracies, CalibrationOptions, calibrate
-from pitotbench.calibrate.options import options_from
-from pitotbench.logbook import find_mapping, read_log
+from pitotbench.logbook import read_log
 from pitotbench.units import KNOT
 
 BALLOON_KT = {"CLASS55": (26.0, 4.8), "CLASS65": (35.6, 8.4)}
@@ -155,15 +154,3 @@ def test_height_and_triangle_together_hold_the_curve_of_the_balloon(name):
 def test_a_law_that_cannot_follow_the_transonic_rise_warns(name):
     """A quadratic up to Mach 0.93: the height shows what the triangle's bound hides."""
     assert any("height disagree" in warning for warning in calibrate(_with_height(name), OPTIONS).warnings)
-
-
-@pytest.mark.parametrize("name", sorted(BALLOON_KT))
-def test_the_choices_of_the_mapping_hold_the_curve_of_the_balloon(name):
-    """`pitotbench calibrate CLASS55.csv --mapping jmoss`, without a further flag."""
-    result = calibrate(_with_height(name), options_from({"latency": "checked", **find_mapping("jmoss").calibrate}))
-    curve, places = result.curve, np.array([260.0, 300.0, 340.0, 380.0]) * KNOT
-    found = np.interp(places, curve.indicated_airspeed, curve.normalized_pressure_error)
-    bound = np.interp(places, curve.indicated_airspeed, curve.normalized_two_sigma)
-    print(f"{name}: Δp/q_c {found.round(4)} ± {bound.round(4)}, balloon {BY_HEIGHT[name]}")
-    assert np.all(np.abs(found - BY_HEIGHT[name][:4]) < bound)
-    assert ("temperature_k", 5.0, "stated") in [(a.name, a.two_sigma, a.source) for a in result.assumptions]

@@ -41,7 +41,11 @@ def test_scale_zero_latency_and_bound_are_reported(log):
 
 
 def test_stable_under_halving_the_data(log):
-    """Every second sample agrees with the whole within its own bounds, and its bounds are alike."""
+    """Every second sample agrees with the whole within its own bounds, which are no smaller and of the same size.
+
+    The gusts found here last a second. Half of the samples hardly resolve them, and the prior of the length then
+    has more say.
+    """
     flown = np.flatnonzero(np.hypot(log.velocity_north, log.velocity_east) > 5.0)
     _, whole_scale, whole_zero = _scale_and_zero(log)
     for half in (0, 1):
@@ -50,7 +54,7 @@ def test_stable_under_halving_the_data(log):
         print(f"half {half}: zero {zero.value:.0f} ± {zero.two_sigma:.0f} Pa")
         assert abs(scale.value - whole_scale.value) < scale.two_sigma
         assert abs(zero.value - whole_zero.value) < zero.two_sigma
-        assert scale.two_sigma == pytest.approx(whole_scale.two_sigma, rel=0.3)
+        assert whole_scale.two_sigma < scale.two_sigma < 2.0 * whole_scale.two_sigma
 
 
 def test_the_correction_is_for_the_raw_reading(log):

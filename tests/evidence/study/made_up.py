@@ -63,6 +63,7 @@ def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> 
     if sortie.curves:
         for method, straight in (("paper", True), ("covering", False)):
             curves += [_point(method, speed, 0.5) | {"on_condition": straight} for speed in (100.0, 130.0, 160.0)]
+        curves += [_point("data", speed, 0.4) | {"on_condition": True} for speed in (100.0, 160.0)]
         curves += [_point("fixed speed", 120.0, 0.6)]
     density = [{"airspeed_kt": float(v), "seconds": 10.0} for v in DENSITY_EDGES[:-1] + 1.25]
     tracks = [{"east_nm": e, "north_nm": 0.0, "on_condition": e > 1.0} for e in (0.0, 1.0, 2.0)]
@@ -79,6 +80,8 @@ def _fit(look: Look, residual: float, minutes: float, rng: np.random.Generator) 
     numbers = {
         "samples": 3000.0 * minutes,
         "residual_two_sigma_kt": residual,
+        "pooled_two_sigma_kt": residual,
+        **{f"two_sigma_{axis}_kt": residual for axis in ("north", "east", "down")},
         "smooth_two_sigma_kt": residual,
         "two_sigma_kt": 1.0 / minutes,
         "rms_error_kt": 0.3 / minutes * (1.0 + look.level),

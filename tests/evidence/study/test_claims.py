@@ -8,6 +8,8 @@ import pytest
 
 from pitotbench.evidence.study.claims import CLAIMS
 from pitotbench.evidence.study.claims.airplane import by_chance
+from pitotbench.evidence.study.claims.rank_power import best_agreement, power
+from pitotbench.evidence.study.claims.rank_power import by_chance as by_luck
 from pitotbench.evidence.study.maneuver_names import NAMES
 
 PUBLISHED = {"step_decrease": 0.75, "race_track": 1.2, "four_leg": 1.5, "rapid_decel": 2.1}
@@ -20,7 +22,8 @@ def as_published(sortie, look):
     value = 0.5 + 0.05 * list(NAMES).index(sortie.case.maneuver)
     value *= 1.1 if look.das == "20/1" else 1.0
     value *= 2.0 if look.options.model == "bias" else 1.0
-    value *= 1.0 if look.options.use_down else {"four_leg": 1.4}.get(sortie.case.maneuver, 1.25)
+    without = 1.05 if look.das == "20/1" else {"four_leg": 1.4}.get(sortie.case.maneuver, 1.25)
+    value *= 1.0 if look.options.use_down else without
     return value * {"six speeds": 0.97, "long steps": 1.03}.get(sortie.variant, 1.0)
 
 
@@ -65,6 +68,7 @@ def test_an_answer_has_a_number_and_a_reason(number, published):
     finding = CLAIMS[number].answer(published)
     assert any(character.isdigit() for character in finding.ours)
     assert len(finding.why) > 40
+    assert len(finding.experiment) > 40
     assert "nan" not in finding.ours
 
 
@@ -95,11 +99,51 @@ def _how_steep(sortie, look):
 
 def test_what_v_down_would_take_is_measured_not_said():
     """C7's reason names a fall that the flights with a steeper path have, and that those as flown have not."""
-    finding = CLAIMS["C7"].answer(made_up.evidence(_how_steep))
+    finding = CLAIMS["C7"].answer(_small(_how_steep))
     assert finding.verdict == "not reproduced"
     assert "needs 4.0 times that" in finding.why
-    level = CLAIMS["C7"].answer(made_up.evidence(lambda sortie, look: 0.6))
+    level = CLAIMS["C7"].answer(_small(lambda sortie, look: 0.6))
     assert "does not reach a fall of 25 % at 24 times that" in level.why
+
+
+def _small(residual):
+    return made_up.evidence(residual, seeds=1, sweeps=False)
+
+
+def _pooled_only(sortie, look):
+    """The fall of a mean over three outputs of which one has no residual; the airspeed's 2σ does not fall."""
+    return (2.0 / 3.0) ** 0.5 if look.alone and look.options.use_down else 1.0
+
+
+def test_a_pooled_fall_alike_for_all_reproduces_in_part():
+    """The 2σ falls with V_down when pooled, but not most for 4-Leg; without the outputs' fits nothing falls."""
+    pooled, none = _small(_pooled_only), _small(lambda sortie, look: 1.0)
+    for number in ("C7", "C8"):
+        assert "18.4" in CLAIMS[number].answer(pooled).ours
+    assert CLAIMS["C7"].answer(pooled).verdict == "in part"
+    assert CLAIMS["C7"].answer(none).verdict == "not reproduced"
+
+    def turning(sortie, look):
+        return _pooled_only(sortie, look) * (1.1 if look.options.on_condition and not look.alone else 1.0)
+
+    assert CLAIMS["C8"].answer(_small(turning)).verdict == "in part"  # by the pooled 2σ alone
+
+
+def test_an_error_chosen_for_a_claim_does_not_count():
+    """Bias doubles the others with the default error alone: the claim is not reproduced by it."""
+
+    def chosen(sortie, look):
+        other = look.change in ("error size", "linear truth", "quadratic truth", "knee truth")
+        return 2.0 if look.options.model == "bias" and not other else 1.0
+
+    assert CLAIMS["C5"].answer(_small(chosen)).verdict == "not reproduced"
+
+    def larger(sortie, look):
+        return (1.0 + look.level if look.change == "error size" else 2.0) if look.options.model == "bias" else 1.0
+
+    finding = CLAIMS["C5"].answer(_small(larger))
+    assert finding.verdict == "in part"
+    assert finding.ours.startswith("1.25 (0.25 times the default error) to 3.00 times (2 times")
 
 
 def test_the_wind_that_hides_the_slope_is_an_experiment():
@@ -108,9 +152,21 @@ def test_the_wind_that_hides_the_slope_is_an_experiment():
     def hidden(sortie, look):
         return 2.0 if look.options.model == "bias" and sortie.case.maneuver != "step_decrease" else 1.0
 
-    finding = CLAIMS["C5"].answer(made_up.evidence(hidden, seeds=6))
-    assert finding.verdict == "in part"
-    assert "2.00 ± 0.00 instead of 1.00 ± 0.00" in finding.why
+    finding = CLAIMS["C5"].answer(_small(hidden))
+    assert "default error, 1.00." in finding.why
+    assert "both headings the ratio is 2.00," in finding.why
+
+
+def test_chance_and_power_of_a_rank_test():
+    """Of 120 orders of five, 12 have at most one wrong pair out of eight; ratings without scatter always pass."""
+    ratings = np.array([3.0, 4.0, 2.0, 2.0, 3.0])
+    assert by_luck(ratings, 0.5) == pytest.approx(100.0 * 12 / 120)
+    assert best_agreement(ratings) == pytest.approx(0.8)
+    assert power(ratings, 0.5, 1e-6) == 100.0
+    assert power(ratings, 0.5, 100.0) == pytest.approx(by_luck(ratings, 0.5), abs=1.5)
+    distinct = np.arange(8.0)
+    assert by_luck(distinct[:5], 0.9) == pytest.approx(100.0 / 120)
+    assert power(distinct, 0.5, 1.0) > power(distinct[:5], 0.5, 1.0)
 
 
 def test_an_order_within_its_own_spread_is_no_order():

@@ -1,14 +1,16 @@
 """Real flights: what is kept of them, workload, the fixed-speed points; and the plan that asks for them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pitotbench import bench
 from pitotbench.evidence.study.conduct import fly_sorties
-from pitotbench.evidence.study.curve_points import fixed_speed_rows
-from pitotbench.evidence.study.looks import PAPER, Look
+from pitotbench.evidence.study.curve_points import data_rows, fixed_speed_rows
+from pitotbench.evidence.study.looks import COVERING, PAPER, Look, sense_look
 from pitotbench.evidence.study.measured_sorties import measure_sortie
-from pitotbench.evidence.study.measures import flight_row
+from pitotbench.evidence.study.measures import fit, flight_row
 from pitotbench.evidence.study.settings import BOTH_WAYS, SETTINGS, Sortie
 from pitotbench.evidence.study.sorties import EXPLAINED, plan_sorties
 from pitotbench.evidence.study.workload import FELT, reversals, workload
@@ -45,6 +47,46 @@ def test_a_sortie_gives_what_the_bench_gives():
     assert measured.fits[0]["residual_two_sigma_kt"] == pytest.approx(expected)
     assert len(measured.tracks) > 100
     assert sum(row["seconds"] for row in measured.density) == pytest.approx(60.0 * measured.flights[0]["minutes"])
+
+
+def test_the_papers_case_takes_no_default_of_the_calibrator(light_flights):
+    """The log has a height, and by default the calibrator weighs the locations by it; the looks do not."""
+    flight = light_flights["rapid_decel"]
+    log = bench.sense(flight, "50/50")
+    assert "static_probability" in bench.calibrate(log).diagnostics
+    for options in (PAPER, COVERING):
+        found = bench.calibrate(log, options)
+        assert found.error_location == "impact"
+        assert not {"static_probability", "altitude_rows"} & set(found.diagnostics)
+        assert all(each.two_sigma == 0.0 for each in found.assumptions)
+
+
+def test_a_third_output_without_residual_lowers_the_pooled_one(smooth_flights):
+    """With noise on the impact pressure alone the fall is 1 − √(2/3); with noise on every sensor there is none."""
+    flight = smooth_flights["rapid_decel"]
+    fall = {}
+    for alone in (True, False):
+        pooled = []
+        for down in (True, False):
+            look = Look(options=replace(PAPER, form="vector", use_down=down), given_down=alone, alone=alone)
+            row, _ = fit(*sense_look(flight, look), look)
+            pooled.append(row["pooled_two_sigma_kt"])
+        fall[alone] = 1.0 - pooled[0] / pooled[1]
+    assert fall[True] == pytest.approx(1.0 - (2.0 / 3.0) ** 0.5, abs=0.002)
+    assert fall[False] < 0.0
+
+
+def test_the_data_of_a_picture_scatter_about_its_curve(smooth_flights):
+    """The mean of the points minus the truth is the wind's error, and their scatter is the published residual."""
+    flight, look = smooth_flights["race_track"], Look("20/1", replace(PAPER, on_condition=True))
+    _, log = sense_look(flight, look)
+    result = bench.calibrate(log, look.options)
+    rows = data_rows(log, look, result)
+    speed, gained = (np.array([row[name] for row in rows]) for name in ("airspeed_kt", "correction_kt"))
+    curve = result.curve
+    off = gained - np.interp(speed, curve.indicated_airspeed / KNOT, curve.correction / KNOT)
+    assert 2.0 * np.std(off) == pytest.approx(result.residual_two_sigma / KNOT, rel=0.15)
+    assert abs(np.mean(off)) < 0.1
 
 
 def test_a_case_that_cannot_be_flown_is_named():

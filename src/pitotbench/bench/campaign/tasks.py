@@ -1,78 +1,81 @@
-"""The tasks of a campaign. A task is one flight, sensed by every data system and calibrated with every model."""
+"""The tasks of a campaign. A task is one flight with all that is computed from it."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from hashlib import sha256
+from importlib.metadata import version
 
+from pitotbench.bench.fleet.code_digest import aircraft_digest, code_digest
 from pitotbench.calibrate import CalibrationOptions
-from pitotbench.calibrate.options import require_model
-from pitotbench.pressure_error import PAPER_MODELS
-from pitotbench.records.case import Case
-from pitotbench.records.errors import BadInputError
-from pitotbench.sense import SYSTEMS, data_system
-from pitotbench.simulate.hangar import find_aircraft
-from pitotbench.simulate.maneuvers import maneuvers_named
+from pitotbench.records.case import Case, DataSystem
+from pitotbench.records.case_file import write_case
+
+SCHEMA = 1  # of a stored result
+KEEP_LOGS = ("none", "failed", "all")
+
+
+Calibrations = tuple[tuple[str, CalibrationOptions], ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One flight, the data systems that sense it, the models that it is calibrated with, and its folder."""
+    """One flight: its name and key, its case, the data systems that sense it and the ways it is calibrated.
 
-    case: Case
-    systems: tuple[str, ...]
-    models: tuple[str, ...]
-    options: CalibrationOptions
-    folder: str  # of the logs and the resolved case
-    log_format: str = "parquet"
-    draw: bool = True
-
-    @property
-    def name(self) -> str:
-        """The maneuver and the seed, as a name that a file can have."""
-        return f"{self.case.maneuver}-seed{self.case.truth_seed}"
-
-
-def names(kind: str, text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of a comma list, each once. `all` means all of `known`. Raises BadInputError for none."""
-    chosen = tuple(part.strip() for part in text.split(",") if part.strip())
-    if not chosen:
-        raise BadInputError(f"no {kind} is named: give one, several with commas, or all ({', '.join(known)})")
-    return tuple(known) if chosen == ("all",) else tuple(dict.fromkeys(chosen))
-
-
-def plan_tasks(
-    base: Case,
-    maneuvers: str,
-    systems: str,
-    models: str,
-    seeds: int,
-    options: CalibrationOptions,
-    folder: str,
-    log_format: str = "parquet",
-    report: bool = True,
-) -> list[Task]:
-    """Return the tasks of a campaign: one for each maneuver and seed, with all data systems and models.
-
-    With `report`, the flights of the first seed are drawn.
-
-    Raises UnknownNameError or BadInputError for a name that does not exist. Nothing is flown here.
+    `key` is that of `content_key`. `calibrations` are labels, which may be empty, with the options of each.
+    `keep_logs` says which logs are kept: `none`, those of a `failed` calibration, or `all`. `draw` asks for the
+    figures of the report.
     """
-    find_aircraft(base.aircraft)
-    flown = maneuvers_named(maneuvers)
-    # `20/1` and `20.0/1` are one system. One spelling gives it one name for its logs and one row of the results.
-    sensed = tuple(dict.fromkeys(data_system(name).label for name in names("data system", systems, list(SYSTEMS))))
-    fitted = names("model", models, PAPER_MODELS)
-    for name in fitted:
-        require_model(name)
-    return [
-        Task(
-            replace(base, maneuver=name, truth_seed=seed, sensor_seed=seed),
-            sensed,
-            fitted,
-            options,
-            folder,
-            log_format,
-            draw=report and seed == 1,
-        )
-        for name in flown
-        for seed in range(1, seeds + 1)
+
+    name: str
+    key: str
+    case: Case
+    systems: tuple[DataSystem, ...]
+    calibrations: Calibrations
+    log_format: str = "parquet"
+    keep_logs: str = "all"
+    draw: bool = False
+
+    def log_name(self, system: DataSystem) -> str:
+        """Return the end of the name of a log's file, such as `20_1.parquet`."""
+        return f"{system.label.replace('/', '_')}.{self.log_format}"
+
+
+def content_key(cell: str, case: Case) -> str:
+    """Return the key of a flight: the digest of its cell and its seeds, 32 hexadecimal digits."""
+    return sha256(f"{cell} {case.truth_seed} {case.sensor_seed}".encode()).hexdigest()[:32]
+
+
+def cell_digest(case: Case, systems: Sequence[DataSystem], calibrations: Calibrations) -> str:
+    """Return the digest of all that decides a result but the seeds: case, calibrations, what computes.
+
+    What computes is the schema, the code with its effects, the files of the aircraft, and JSBSim. Flights that
+    differ in their seeds alone have one such digest, which takes longer to make than all else of a task.
+    """
+    content = [
+        SCHEMA,
+        write_case(replace(case, das=systems[0], truth_seed=0, sensor_seed=0)),
+        [asdict(system) for system in systems],
+        [[label, asdict(options)] for label, options in calibrations],
+        code_digest(),
+        aircraft_digest(case.aircraft),
+        _simulator(),
     ]
+    return sha256(json.dumps(content, default=repr).encode()).hexdigest()
+
+
+@cache
+def _simulator() -> str:
+    return version("jsbsim")
+
+
+def sharded(tasks: Iterator[Task], shard: tuple[int, int]) -> Iterator[Task]:
+    """Give every n-th task, from the k-th on, of a shard (k, n) that counts from 1."""
+    part, parts = shard
+    return (task for number, task in enumerate(tasks) if number % parts == part - 1)
+
+
+def options_of_models(models: Sequence[str], options: CalibrationOptions) -> Calibrations:
+    """Return one calibration for each model, without labels."""
+    return tuple(("", replace(options, model=model)) for model in models)

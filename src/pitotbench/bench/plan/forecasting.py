@@ -1,6 +1,7 @@
 """Predict the bound of a card before it is flown, from a simulated flight in smooth air with random gusts added."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -9,9 +10,9 @@ import numpy as np
 from pitotbench import bench
 from pitotbench.bench.plan.drawn_gusts import MEAN_LENGTH, gust_deviation, stirred
 from pitotbench.bench.plan.plan_request import PlanRequest
-from pitotbench.calibrate import CalibrationOptions
 from pitotbench.calibrate.expected_bound import ExpectedNoise, expected_two_sigma
-from pitotbench.records.case import Case
+from pitotbench.calibrate.options import AUTO
+from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast
@@ -73,13 +74,27 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
     theta = np.concatenate(
         [np.array(request.base.pressure_error.parameters), bench.wind_toward(request.base.wind)[:2]]
     )
-    noise = ExpectedNoise(gust_deviation=level, gust_length=MEAN_LENGTH)
-    log = bench.sense(flight, request.system)
-    return expected_two_sigma(log, CalibrationOptions(), theta, noise, request.airspeeds)
+    noise = ExpectedNoise(gust_deviation=level, gust_length=MEAN_LENGTH, **_height_noise(request.das))
+    location = request.options.error_location
+    if location == AUTO:  # the calibrator finds the place from the height, or assumes the published one
+        location = request.base.pressure_error.location
+    log = bench.sense(flight, request.das)
+    options = replace(request.options, error_location=location)
+    return expected_two_sigma(log, options, theta, noise, request.airspeeds)
+
+
+def _height_noise(das: DataSystem) -> dict[str, float]:
+    """Return the noise of the receiver's height and vertical velocity, as `ExpectedNoise` names it."""
+    return {
+        "height_deviation": das.altitude_drift,
+        "height_memory": das.altitude_drift_time,
+        "height_white": das.altitude_noise,
+        "height_walk": das.velocity_noise / das.gps_rate**0.5,
+    }
 
 
 def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
     """Return the calibrator's 2σ [m/s] at the request's airspeeds, for one draw of gusts and sensor noise."""
-    log = bench.sense(stirred(flight, request.base.turbulence, seed), request.system)
-    curve = bench.calibrate(log).curve
+    log = bench.sense(stirred(flight, request.base.turbulence, seed), request.das)
+    curve = bench.calibrate(log, request.options).curve
     return np.interp(request.airspeeds, curve.indicated_airspeed, curve.two_sigma)

@@ -1,13 +1,15 @@
 """The request for a plan: air, data system, speeds, minutes, box."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from pitotbench import bench
-from pitotbench.records.case import TURBULENCE_SEVERITY, Case
+from pitotbench.calibrate import CalibrationOptions
+from pitotbench.records.case import TURBULENCE_SEVERITY, Case, DataSystem
 from pitotbench.records.errors import BadInputError
+from pitotbench.sense import data_system
 from pitotbench.simulate import MANEUVERS
 from pitotbench.units import KNOT, Array, from_si
 
@@ -21,21 +23,24 @@ class PlanRequest:
     """The request for a plan.
 
     `base` holds the aircraft, the height, the expected wind and turbulence, and an error curve of the expected
-    size. `speeds` is the range of calibrated airspeed [m/s] over which the bound is averaged. `minutes` is the time
-    available, `want` [m/s] the wanted 2σ, and `box` [m] the side of the airspace; each is None where it does not
-    matter. `draws` is the number of draws of gusts and sensor noise for each maneuver.
+    size and location. `system` is the data system or its name, and `options` are those of the calibration. An error
+    of the static source narrows the bound as far as the system's height shows it. `speeds` is the range of
+    calibrated airspeed [m/s] over which the bound is averaged. `minutes` is the time available, `want` [m/s] the
+    wanted 2σ, and `box` [m] the side of the airspace; each is None where it does not matter.
+    `draws` is the number of draws of gusts and sensor noise for each maneuver.
 
     Raises BadInputError or UnknownNameError for a request that makes no sense.
     """
 
     base: Case
-    system: str = "20/1"
+    system: str | DataSystem = "20/1"
     speeds: tuple[float, float] = bench.SCORED_RANGE
     minutes: float | None = None
     want: float | None = None
     box: float | None = None
     maneuvers: tuple[str, ...] = tuple(MANEUVERS)
     draws: int = 16
+    options: CalibrationOptions = field(default_factory=CalibrationOptions)
 
     def __post_init__(self) -> None:
         for name in self.maneuvers:
@@ -52,6 +57,11 @@ class PlanRequest:
                 raise BadInputError(f"{name} must be above zero; leave it out where it does not matter")
         if self.draws < _FEWEST_DRAWS:
             raise BadInputError(f"--draws: at least {_FEWEST_DRAWS} flights make an average")
+
+    @property
+    def das(self) -> DataSystem:
+        """The data system."""
+        return data_system(self.system) if isinstance(self.system, str) else self.system
 
     @property
     def airspeeds(self) -> Array:

@@ -61,8 +61,8 @@ def conditions_of(request: PlanRequest) -> str:
     """Return the expected conditions in words."""
     base, (low, high) = request.base, request.speeds
     return (
-        f"{base.aircraft}, {base.altitude / FOOT:,.0f} ft, {request.system} Hz, turbulence {base.turbulence}, wind "
-        f"{base.wind.speed / KNOT:.0f} kt from {base.wind.from_direction / DEGREE:03.0f}°, "
+        f"{base.aircraft}, {base.altitude / FOOT:,.0f} ft, {request.das.label} Hz, turbulence {base.turbulence}, "
+        f"wind {base.wind.speed / KNOT:.0f} kt from {base.wind.from_direction / DEGREE:03.0f}°, "
         f"{low / KNOT:.0f} to {high / KNOT:.0f} KIAS"
     )
 

@@ -6,12 +6,13 @@ import numpy as np
 
 from pitotbench.effects import Overlay
 from pitotbench.reconcile.residuals.scene import AircraftModel
-from pitotbench.records.motion import Motion, Reaction
+from pitotbench.records.motion import Motion, Reaction, UnitForces
 from pitotbench.simulate.baseline import read_baseline
 from pitotbench.simulate.force_meter import FREE, measure
 from pitotbench.simulate.fuel_and_ballast import ballast_for, ballast_overlay, loaded_mass
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.plant import Plant
+from pitotbench.simulate.unit_forces import measure_unit_forces, unit_overlay
 
 # Hz. The change of a force by an effect in a held state differs by less than 1 % between the two rates.
 COARSE_RATE, FINE_RATE = 25.0, 100.0
@@ -21,13 +22,24 @@ def aircraft_model(name: str) -> AircraftModel | None:
     """Return an aircraft of the hangar as the analyst's model; None for `none`. Raises UnknownNameError."""
     if name == "none":
         return None
-    return AircraftModel(name, partial(_react, name), read_baseline(find_aircraft(name)))
+    return AircraftModel(
+        name, partial(_react, name), partial(_unit_forces, name), read_baseline(find_aircraft(name))
+    )
 
 
 def _react(name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True) -> Reaction:
     """Return the forces and engine readings of the aircraft in each state of a motion, at the motion's mass."""
+    return measure(*_loaded(name, motion, overlay or Overlay()), engines_run)
+
+
+def _unit_forces(name: str, motion: Motion, overlay: Overlay, paths: frozenset[str]) -> UnitForces:
+    """Return the changes by unit forces in each state of a motion, and the properties at the paths."""
+    return measure_unit_forces(*_loaded(name, motion, overlay + unit_overlay()), paths)
+
+
+def _loaded(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, Motion, float]:
+    """The aircraft at the rate that a motion needs, the motion, and the aircraft's mass with its ballast [kg]."""
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
     ballast = ballast_for(name, float(motion.mass.min()), float(motion.mass.max()))
-    added = (overlay or Overlay()) + ballast_overlay(name, ballast)
-    plant = Plant.load(name, COARSE_RATE if coarse else FINE_RATE, added)
-    return measure(plant, motion, loaded_mass(name) + ballast, engines_run)
+    plant = Plant.load(name, COARSE_RATE if coarse else FINE_RATE, overlay + ballast_overlay(name, ballast))
+    return plant, motion, loaded_mass(name) + ballast

@@ -4,7 +4,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import count
 
-from pitotbench.bench.fleet import require_all, run_tasks
+from pitotbench.bench.fleet import open_fleet, require_all
 from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.null_cache import cache_entry, read_entry, write_entry
@@ -43,12 +43,15 @@ def null_distribution_of(
         return kept
     say(f"first use of this card: {flights} flights without an effect ({card.maneuver}, {card.das.label})")
     done = count(1)
-    layouts = run_tasks(
-        partial(_null_layout, card, setting),
-        range(flights),
-        step=lambda: say(f"null flight {next(done)} of {flights}"),
-    )
-    null = learn_null_distribution(require_all(layouts))
+    with open_fleet(tasks=flights) as fleet:
+        layouts = fleet.perform(
+            partial(_null_layout, card, setting),
+            range(flights),
+            step=lambda: say(f"null flight {next(done)} of {flights}"),
+        )
+        null = learn_null_distribution(
+            require_all(layouts), lambda work, each: require_all(fleet.perform(work, each))
+        )
     if keep:
         write_entry(place, null, say)
     return null

@@ -21,12 +21,13 @@ from pitotbench.records.verdict import Verdict
 class Reconciliation:
     """A verdict with the data that a page or a patch needs.
 
-    `naming` is the fit behind the verdict, `null` the null distribution, and `card` the case that was flown for it
-    (None for a log without a card).
+    `naming` is the fit behind the verdict, `layout` the log as it was laid out, `null` the null distribution, and
+    `card` the case that was flown for it (None for a log without a card).
     """
 
     verdict: Verdict
     naming: Naming
+    layout: Layout
     null: NullDistribution
     card: Case | None
 
@@ -59,7 +60,7 @@ def reconcile_log(
     verdict, naming = judge(layout, null)
     if holdout is not None and naming.chosen:
         verdict = with_hold_out(verdict, hold_out(holdout, model, null, naming, setting))
-    return Reconciliation(verdict, naming, null, flown)
+    return Reconciliation(verdict, naming, layout, null, flown)
 
 
 def _for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistribution:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation
+from pitotbench.bench.reconcile.reconciliation import Reconciliation
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.decide.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
@@ -48,7 +48,6 @@ def look_until_quiet(
     log: FlightLog,
     aircraft: str,
     first: Reconciliation,
-    setting: AnalysisSetting | None = None,
     progress: Progress | None = None,
 ) -> Looks:
     """Judge a log again with all effects named so far in the model, and return the rounds.
@@ -58,12 +57,11 @@ def look_until_quiet(
     rounds = [_round(first.verdict)]
     shapes, added = dict(fitted_shapes(first.naming)), list[Candidate]()
     model = aircraft_model(aircraft)
-    setting = replace(setting or AnalysisSetting(), day_known=first.card is not None)
     while rounds[-1].added and len(rounds) < THRESHOLDS.looks_most:
         if progress is not None:
             progress(f"looking again with {', '.join(rounds[-1].added)} in the model")
         entries = dict(patch_of(first, added, shapes, "", "").entries)
-        verdict, naming = look_again(log, model, first.null, setting, entries)
+        verdict, naming = look_again(log, first.layout, model, first.null, entries)
         rounds.append(_round(_news(verdict, naming, set(entries))))
         added += [e for e in rounds[-1].verdict.effects if rounds[-1].added]
         shapes |= fitted_shapes(naming)

@@ -52,7 +52,7 @@ def reconcile_fully(
     say = progress or (lambda text: None)
     other = holdout.log if holdout else None
     first = reconcile_log(measured.log, aircraft, other, card, progress=progress, setting=setting, keep=keep)
-    looks = look_until_quiet(measured.log, aircraft, first, setting, progress)
+    looks = look_until_quiet(measured.log, aircraft, first, progress)
     patch = patch_of(first, looks.added, looks.shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
     flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")

@@ -14,8 +14,10 @@ import numpy as np
 from pitotbench.calibrate.averaging.curve_prior import LAWLESS, LEVEL, Hypothesis, hypotheses
 from pitotbench.calibrate.averaging.model_criteria import Judgment, ModelFit, judge_model
 from pitotbench.calibrate.averaging.model_weights import Moments, moments, noise_masses, weigh_models
+from pitotbench.calibrate.gls.altitude_rows import altitude_rows
 from pitotbench.calibrate.gls.covering_fit import CoveringFit, fit_covering, linearized, mean_wind_under
 from pitotbench.calibrate.gls.linearized_problem import Linearized, Structure
+from pitotbench.calibrate.gls.location import SURE, mixed, widened_by
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.model.curve_map import CurveMap
 from pitotbench.calibrate.model.nuisances import Nuisance
@@ -69,7 +71,7 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
     Raises NoAnswerError where the log determines no model, and BadInputError for a log that cannot be used.
     """
     rows = _rows(log, options)
-    choice = choose_model(_judgments(rows), rows)
+    choice = _of_every_location(choose_model(_judgments(rows), rows), log, rows, options)
     best = choice.best
     chosen = replace(
         rows,
@@ -94,6 +96,52 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
         wind=_wind(choice),
         impact_pressure_zero=zero,
     )
+
+
+def _of_every_location(
+    choice: ModelChoice, log: FlightLog, rows: Reduction, options: CalibrationOptions
+) -> ModelChoice:
+    """Widen the answer by the doubt about the location of the error, as the fit of one model does.
+
+    Where the height leaves two locations likely, the answer is a mixture of both. Where there is no evidence, the
+    difference between them, for the best model, counts as one standard deviation.
+    """
+    static, share = rows.model.static_error, rows.diagnostics.get("static_probability")
+    if options.error_location != AUTO or (share is None and not static):
+        return choice
+    if share is None:
+        moved = _moved(choice, _candidate(choice.best.name, _at_other_location(log, rows)))
+        return replace(choice, answer=widened_by(choice.answer, moved))
+    share = share if static else 1.0 - share
+    if share > 1.0 - SURE:
+        return choice
+    there = _at_other_location(log, rows)
+    try:
+        other = choose_model(_judgments(there), there).answer
+    except NoAnswerError:  # the other location explains no curve
+        return choice
+    return replace(choice, answer=mixed([(share, choice.answer), (1.0 - share, other)]))
+
+
+def _at_other_location(log: FlightLog, rows: Reduction) -> Reduction:
+    """The same rows for an error of the other kind of location, with the height where that is the static source."""
+    static, free = not rows.model.static_error, rows.model.error_count
+    heights = None
+    if static and rows.options.use_altitude:
+        wind = rows.answer.mean[free : free + 2]
+        heights = altitude_rows(log, rows.observations, rows.options.gps_latency, wind)
+    return replace(rows, model=replace(rows.model, static_error=static), altitude=heights)
+
+
+def _moved(choice: ModelChoice, other: ModelFit) -> Array:
+    """The answer of the best model less that at another location, in the parameters of the mixture, (p,)."""
+    assert isinstance(choice.common.error, SplineModel)
+    knots = np.array(choice.common.error.knots)
+    means = []
+    for each in (choice.best, other):
+        mean, free = posterior_of(each.fit).mean, each.model.error_count
+        means.append(np.concatenate([each.model.error.basis(knots) @ mean[:free], mean[free:]]))
+    return np.asarray(means[0] - means[1])
 
 
 def _rows(log: FlightLog, options: CalibrationOptions) -> Reduction:

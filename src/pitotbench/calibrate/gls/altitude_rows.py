@@ -20,7 +20,7 @@ from scipy.interpolate import CubicSpline
 
 from pitotbench import air
 from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE
-from pitotbench.calibrate.model.nuisances import Nuisance
+from pitotbench.calibrate.model.nuisances import ZERO, Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.rows.observations import Observations
 from pitotbench.estimate.joint_noise import Noise
@@ -126,11 +126,23 @@ def altitude_regression(
         for place, nuisance in enumerate(nuisances, start=model.count):
             if nuisance.name == "temperature_k":
                 regressors[:, place] = rows.warmth
+            if nuisance.name == ZERO:
+                regressors[:, place] = _by_zero(rows, model, theta[:free], rest)
     if rows.tie is not None:
         ties = rows.tie[np.isfinite(rows.fix)]
         response = np.concatenate([response, ties])
         regressors = np.concatenate([regressors, np.zeros((len(ties), regressors.shape[1]))])
     return Regression(response, regressors, regressors, np.zeros(regressors.shape[1]))
+
+
+def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) -> Array:
+    """Change of the rows per pascal of zero offset, (n,) [m/Pa]: the ports see the reading minus the offset.
+
+    At rest they see nothing, whatever the reading is.
+    """
+    q, reference = rows.impact_pressure, model.reference_pressure
+    bend = model.error.basis_slope(np.maximum(q, 1.0) / reference) @ k / reference
+    return np.where(q > 0.0, -rows.gain * ((1.0 / rest - 1.0) + q * bend / rest**2), 0.0)
 
 
 def altitude_noise(rows: AltitudeRows, phi: Array) -> Noise:

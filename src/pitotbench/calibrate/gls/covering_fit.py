@@ -78,7 +78,7 @@ def fit_covering(structure: Structure, obs: Observations, start: Array) -> Cover
 
 def settle(structure: Structure, obs: Observations, approached: Approach) -> CoveringFit:
     """Run the last pass of `fit_covering`."""
-    length, log_prior = block_length(obs), log_prior_of(structure)
+    length, log_prior = block_length(obs), log_prior_of(structure, obs)
     theta, mode = approached.theta, approached.noise
     blocks = divide(obs, length)
     fine = linearize(structure, obs, blocks, theta, gust_variance=float(np.exp(2.0 * mode[0])))
@@ -128,7 +128,7 @@ def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
 
     Raises NoAnswerError where the log is too short for its unknowns or the steps do not settle.
     """
-    theta, mode, count, log_prior = start, None, structure.model.count, log_prior_of(structure)
+    theta, mode, count, log_prior = start, None, structure.model.count, log_prior_of(structure, obs)
     blocks = divide(obs, 2.0 * block_length(obs))
     unknowns = count + noise_count(structure)
     if len(blocks.count) <= unknowns:
@@ -182,6 +182,6 @@ def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFi
     )
     best = max(fit.nodes, key=lambda node: node.weight).noise
     start = best[: noise_count(structure)]
-    mode = most_likely_noise(wider, plain.noise_of, log_prior_of(structure), start)
+    mode = most_likely_noise(wider, plain.noise_of, log_prior_of(structure, obs), start)
     estimate, covariance = solve(wider, plain.noise_of(mode))
     return Estimate(column.name, float(estimate[-1]), 2.0 * float(np.sqrt(covariance[-1, -1])))

@@ -34,12 +34,14 @@ from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
 
 GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
-GUST_LENGTH_FACTOR = 1.6  # standard deviation of the prior on it, as a factor
+GUST_LENGTH_FACTOR = 2.5  # one standard deviation of the prior on it, as a factor
+HIGH_LENGTH_FACTOR = 4.0  # above 10,000 ft, where the slow wind aloft has no outer scale near that length
 GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
 WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
 WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation
 WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
 ACROSS_SCALE = 1.0  # m/s, half-normal prior on the white part across the path: 1° of direction at 60 m/s
+_HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
 _LEAST_WHITE = 0.02  # m/s, least start of the search for the white level
 _WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
@@ -126,7 +128,7 @@ def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRow
         first.prior_precision,
     )
     noise_of = JointNoiseOf(
-        data=np.column_stack([both.regressors, both.response]),
+        data=np.column_stack([both.instruments, both.response]),
         instruments=both.instruments,
         first=triangle.noise_of,
         second=lambda phi: altitude_noise(rows, phi),
@@ -173,26 +175,32 @@ def _noise_family(structure: Structure, blocks: Blocks, airspeed: Array, seen: A
     return noise_of
 
 
-def log_prior_of(structure: Structure) -> LogPrior:
-    """The prior of φ: half-normal levels and a log-normal length.
+def length_factor(obs: Observations) -> float:
+    """One standard deviation of the prior of the gusts' length, as a factor: greater for a log above 10,000 ft."""
+    high = float(np.median(obs.static_pressure)) < _HIGH
+    return HIGH_LENGTH_FACTOR if high else GUST_LENGTH_FACTOR
 
-    The φ terms convert the density of a level to that of its logarithm. With a drifting wind the gust's level has
-    no φ term (Jeffreys' prior for a scale). Gusts and drift both explain short changes, and a density that is flat
-    in the level would attribute the drift of calm air to gusts.
+
+def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
+    """The prior of φ: half-normal levels and a log-normal length, wider for a log above 10,000 ft.
+
+    The φ terms convert the density of a level to that of its logarithm. The gust's level has no φ term (Jeffreys'
+    prior for a scale). A density that is flat in the level would put gusts of a few centimeters a second into calm
+    air, which outweigh all sensor noise.
     """
     rows = structure.altitude
-    gust, white = (GUST_SCALE, 0.0 if structure.drifting else 1.0), (WHITE_SCALE, 1.0)
-    levels = {0: gust, 2: white}
+    levels = {0: (GUST_SCALE, 0.0), 2: (WHITE_SCALE, 1.0)}
     if structure.drifting:
         levels[3] = (WIND_SCALE, 1.0)
     if structure.crosswind:
         levels[3 + structure.drifting] = (ACROSS_SCALE, 1.0)
+    factor = length_factor(obs)
 
     def log_prior(phi: Array) -> float:
         half_normal = sum(
             flat * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2 for i, (scale, flat) in levels.items()
         )
-        length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(GUST_LENGTH_FACTOR)) ** 2
+        length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(factor)) ** 2
         height = 0.0 if rows is None else altitude_log_prior(rows, phi[-NOISE_COUNT:])
         return float(half_normal + length) + height
 

@@ -38,7 +38,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
 STATIC, TOTAL, IMPACT = "static", "total", "impact"
-_SURE = 1e-3  # probability below which the less likely location is left out of the answer
+SURE = 1e-3  # probability below which the less likely location is left out of the answer
 _CERTAIN = 500.0  # log odds, clipped here to keep the exponential finite
 _LEAST_GAINED = 1e-6  # share of a variance: below it the altitude does not determine a direction
 _FAR_OFF = 40.0  # log odds beyond which a coarse list of noises is enough
@@ -84,7 +84,7 @@ def fit_located(
     assumed = stated or assumed_location(log.header)
     bare = _at(structure, assumed == STATIC)
     rows = None
-    if stated in (None, STATIC):
+    if options.use_altitude and stated in (None, STATIC):
         count = structure.model.error_count
         rows = altitude_rows(log, obs, options.gps_latency, start[count : count + 2])
     if rows is not None:
@@ -92,7 +92,9 @@ def fit_located(
     fit = fit_covering(bare, obs, start)
     answer = posterior_of(fit)
     if stated is None and assumed == STATIC:
-        answer = _widened(answer, posterior_of(fit_covering(_at(structure, False), obs, start)))
+        answer = widened_by(
+            answer, posterior_of(fit_covering(_at(structure, False), obs, start)).mean - answer.mean
+        )
     return ErrorPlace(assumed, None, bare, fit, answer)
 
 
@@ -115,9 +117,9 @@ def _with_height(
     elsewhere = IMPACT if assumed == IMPACT else TOTAL
     shares = {STATIC: probability, elsewhere: 1.0 - probability}
     tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False), near)}
-    fits = {name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > _SURE}
+    fits = {name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > SURE}
     best = max(fits, key=lambda name: shares[name])
-    answer = _mixed([(shares[name], posterior_of(fit)) for name, fit in fits.items()])
+    answer = mixed([(shares[name], posterior_of(fit)) for name, fit in fits.items()])
     return ErrorPlace(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
 
 
@@ -180,7 +182,7 @@ def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
     return lambda phi: altitude_noise(rows, phi), lambda phi: altitude_log_prior(rows, phi)
 
 
-def _mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
+def mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
     """Combine several answers, each with its probability, in one mixture."""
     if len(answers) == 1:
         return answers[0][1]
@@ -192,7 +194,6 @@ def _mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
     )
 
 
-def _widened(answer: Posterior, other: Posterior) -> Posterior:
-    """Widen an answer to allow for another location: the difference counts as one standard deviation."""
-    apart = other.mean - answer.mean
+def widened_by(answer: Posterior, apart: Array) -> Posterior:
+    """Widen an answer by its difference (p,) from that for another location, taken as one standard deviation."""
     return replace(answer, covariances=answer.covariances + np.outer(apart, apart))

@@ -20,14 +20,15 @@ from pitotbench.calibrate.gls.covering_fit import CoveringFit
 from pitotbench.calibrate.gls.linearized_problem import (
     ACROSS_SCALE,
     GUST_LENGTH,
-    GUST_LENGTH_FACTOR,
     GUST_SCALE,
     WHITE_SCALE,
     WIND_SCALE,
     Structure,
+    length_factor,
 )
 from pitotbench.calibrate.gls.posterior import Posterior
 from pitotbench.calibrate.model.nuisances import Nuisance
+from pitotbench.calibrate.rows.observations import Observations
 
 _FAR = 3.0  # standard deviations of the prior
 
@@ -86,12 +87,12 @@ class _Extent:
         return f"{self.middle / reach:.3g} to {self.middle * reach:.3g} {self.unit} expected"
 
 
-def outside_prior(structure: Structure, fit: CoveringFit, answer: Posterior) -> tuple[str, ...]:
+def outside_prior(structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior) -> tuple[str, ...]:
     """Write a sentence for each nuisance and each noise parameter far outside its prior.
 
     Far is more than three standard deviations of the prior from its middle. The sentence states the size.
     """
-    return (*_nuisances_outside(structure, answer), *_noise_outside(structure, fit))
+    return (*_nuisances_outside(structure, answer), *_noise_outside(structure, obs, fit))
 
 
 def _nuisances_outside(structure: Structure, answer: Posterior) -> list[str]:
@@ -117,10 +118,10 @@ def _sized(number: str, unit: str) -> str:
     return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
 
 
-def _noise_outside(structure: Structure, fit: CoveringFit) -> list[str]:
+def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) -> list[str]:
     likely = np.exp(max(fit.nodes, key=lambda node: node.weight).noise)
     found = []
-    for prior, value in zip(_noise_priors(structure), likely, strict=True):
+    for prior, value in zip(_noise_priors(structure, length_factor(obs)), likely, strict=True):
         departure = prior.departure(float(value))
         if departure > _FAR:
             found.append(
@@ -131,11 +132,11 @@ def _noise_outside(structure: Structure, fit: CoveringFit) -> list[str]:
     return found
 
 
-def _noise_priors(structure: Structure) -> list[_Level | _Extent]:
-    """The priors of the noise parameters in their order."""
+def _noise_priors(structure: Structure, factor: float) -> list[_Level | _Extent]:
+    """The priors of the noise parameters in their order; `factor` is that of the gusts' length."""
     priors: list[_Level | _Extent] = [
         _Level("gusts' standard deviation", "m/s", GUST_SCALE),
-        _Extent("gusts' length", "m", GUST_LENGTH, GUST_LENGTH_FACTOR),
+        _Extent("gusts' length", "m", GUST_LENGTH, factor),
         _Level("white noise of the airspeed", "m/s", WHITE_SCALE),
     ]
     if structure.drifting:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.calibrate.gls.linearized_problem import GUST_LENGTH, GUST_LENGTH_FACTOR, GUST_SCALE, WHITE_SCALE
+from pitotbench.calibrate.gls.linearized_problem import GUST_LENGTH, GUST_SCALE, WHITE_SCALE
 from pitotbench.calibrate.rows.steady_blocks import SECOND
 from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
 from pitotbench.estimate.mixture import half_width
@@ -25,6 +25,8 @@ from pitotbench.estimate.restricted_likelihood import weighted_noises
 from pitotbench.units import Array, Seconds
 
 _FLOOR = 1e-4  # m/s: keeps the covariance regular for legs without noise
+# One standard deviation of the prior on the gust length, as a factor. Legs of half a minute tell little about it.
+_LENGTH_FACTOR = 1.6
 _FORGOTTEN = 1e5  # s, between groups: some thousand correlation times, so their gusts are independent
 _TOUCHING = 1.01 * SECOND  # s, greatest distance between the middles of two blocks that share an edge
 
@@ -83,7 +85,7 @@ def _log_prior(phi: Array) -> float:
     """The prior of the covering method: half-normal levels, log-normal length, as densities of the logarithms."""
     deviation, white = np.exp(phi[0]), np.exp(phi[2])
     levels = -0.5 * (deviation / GUST_SCALE) ** 2 - 0.5 * (white / WHITE_SCALE) ** 2 + phi[0] + phi[2]
-    return float(levels - 0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(GUST_LENGTH_FACTOR)) ** 2)
+    return float(levels - 0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(_LENGTH_FACTOR)) ** 2)
 
 
 class LegLikelihood:

@@ -13,11 +13,13 @@ from pitotbench.calibrate.accuracy import Accuracies, accuracies_of
 from pitotbench.calibrate.gps_legs.leg_air import LegAir, leg_air
 from pitotbench.calibrate.gps_legs.leg_noise import LinearizedGroup, two_sigma
 from pitotbench.calibrate.gps_legs.legs import SteadyGroup, steady_groups
+from pitotbench.calibrate.gps_legs.likely_location import LikelyLocation, likely_location, location_of
 from pitotbench.calibrate.gps_legs.methods import circle_fit, circle_gain, fixed_speed, horseshoe
 from pitotbench.calibrate.one_thread import one_thread
 from pitotbench.calibrate.options import CalibrationOptions
-from pitotbench.calibrate.rows.observations import observe
+from pitotbench.calibrate.rows.observations import Observations, observe
 from pitotbench.calibrate.rows.steady_blocks import SECOND
+from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
@@ -45,19 +47,24 @@ class _Solved:
     linearized: LinearizedGroup
 
 
-def fixed_speed_points(log: FlightLog, options: CalibrationOptions | None = None) -> tuple[FixedSpeedPoint, ...]:
+def fixed_speed_points(
+    log: FlightLog, options: CalibrationOptions | None = None, location: LikelyLocation | None = None
+) -> tuple[FixedSpeedPoint, ...]:
     """One point for each full turn and each group of legs on three or more tracks at one airspeed.
 
+    `location` is that of the error, where a fit has found it; else it is judged as a fit of the curve does.
     The used options are the row selection, the recovery factor, the error location and the accuracies (stated, else
     the header's, else the usual ones). The 2σ covers gusts, sensor noise and GPS noise as found in the log, and the
     accuracies.
     Raises BadInputError for a log that cannot be used, NoAnswerError for one without such legs or turns.
     """
     with one_thread():
-        return _points(log, options or CalibrationOptions())
+        return _points(log, options or CalibrationOptions(), location)
 
 
-def _points(log: FlightLog, options: CalibrationOptions) -> tuple[FixedSpeedPoint, ...]:
+def _points(
+    log: FlightLog, options: CalibrationOptions, location: LikelyLocation | None
+) -> tuple[FixedSpeedPoint, ...]:
     obs = observe(log, options)
     solved = [_solve(group) for group in steady_groups(log, obs)]
     if not solved:
@@ -70,14 +77,36 @@ def _points(log: FlightLog, options: CalibrationOptions) -> tuple[FixedSpeedPoin
         pair for one, bound in zip(solved, bounds, strict=True) for pair in ((one, bound), *_horseshoe(one, bound))
     ]
     stated = accuracies_of(options.accuracies, log.header)
-    static_error = options.error_location == "static"
-    return tuple(_point(each, bound, leg_air(each.group, obs, static_error), stated) for each, bound in answers)
+    place = location or likely_location(log, options)
+    return tuple(_located_point(each, bound, obs, stated, place) for each, bound in answers)
 
 
-def cross_check(log: FlightLog, options: CalibrationOptions | None = None) -> tuple[FixedSpeedPoint, ...]:
-    """The fixed-speed points to compare a curve with; none where the log has no such legs or turns."""
+def _located_point(
+    each: _Solved, bound: Array, obs: Observations, stated: Accuracies, place: LikelyLocation
+) -> FixedSpeedPoint:
+    """The point, with the doubt about the location of the error in its correction and its bound."""
+    here, there = (_point(each, bound, leg_air(each.group, obs, static), stated) for static in (True, False))
+    apart = here.correction - there.correction
+    correction = there.correction + place.static * apart
+    return replace(
+        here if place.static >= 0.5 else there,
+        calibrated_airspeed=here.indicated_airspeed + correction,
+        correction=correction,
+        two_sigma=float(np.hypot((here if place.static >= 0.5 else there).two_sigma, 2.0 * place.doubt * apart)),
+    )
+
+
+def cross_check(
+    log: FlightLog, options: CalibrationOptions | None = None, found: Calibration | None = None
+) -> tuple[FixedSpeedPoint, ...]:
+    """The fixed-speed points to compare a curve with; none where the log has no such legs or turns.
+
+    The location of the error is that of the curve's calibration, where it is given.
+    """
+    chosen = options or CalibrationOptions()
+    location = None if found is None else location_of(chosen, found.error_location, found.diagnostics or {})
     try:
-        return fixed_speed_points(log, options)
+        return fixed_speed_points(log, chosen, location)
     except NoAnswerError:
         return ()
 

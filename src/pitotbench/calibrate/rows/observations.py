@@ -49,6 +49,7 @@ class Observations:
     standard_day: bool
     air_heading: Array | None = None  # rad, of the velocity through the air; with `bank`, for the vector form only
     bank: Array | None = None  # rad
+    heading: Array | None = None  # rad, as logged
 
     def __len__(self) -> int:
         return len(self.time)
@@ -114,6 +115,7 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
         standard_day=standard,
         air_heading=None if direction is None else np.arctan2(direction[1], direction[0])[used],
         bank=None if direction is None or log.roll is None else log.roll[used],
+        heading=None if log.heading is None else log.heading[used],
     )
 
 

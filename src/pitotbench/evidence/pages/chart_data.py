@@ -18,7 +18,10 @@ class BarSeries:
 
 @dataclass(frozen=True, slots=True)
 class Bars:
-    """Groups of bars with spread bars."""
+    """Groups of bars with spread bars; as `dots`, on an axis that need not begin at zero.
+
+    `top` is where the axis of dots is cut: a dot above it is drawn at the edge with its value.
+    """
 
     title: str
     note: str
@@ -26,22 +29,24 @@ class Bars:
     groups: Sequence[str]
     series: Sequence[BarSeries]
     name: str = ""  # of the file
+    dots: bool = False
+    top: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class LineSeries:
-    """Points of one label: a line, marks, a dashed line, or a band of ± the spreads around a line."""
+    """Points of one label: a line, marks, dots, a dashed line, or a band of ± the spreads around a line."""
 
     label: str
     x: Numbers
     y: Numbers
     spreads: Numbers | None = None
-    style: Literal["line", "marks", "dashed", "band", "steps", "limit"] = "line"
+    style: Literal["line", "marks", "dots", "dashed", "band", "steps", "limit"] = "line"
 
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """Lines over a common axis."""
+    """Lines over a common axis; `below` is drawn under them over the same axis, in the same picture."""
 
     title: str
     note: str
@@ -52,6 +57,7 @@ class Lines:
     log_x: bool = False
     log_y: bool = False
     equal: bool = False
+    below: "Lines | None" = None
 
 
 Chart = Bars | Lines

@@ -32,6 +32,33 @@ _COLUMNS = (
     _column("error_kt", "true rms error", "kt", ".3f"),
     _column("coverage", "curve inside ±2σ", "%", ".0%"),
 )
+_HEIGHT_COLUMNS = (
+    _column("maneuver", "maneuver"),
+    _column("receiver", "used of the receiver"),
+    _column("flights", "flights", style="d"),
+    _column("predicted_kt", "predicted ±2σ", "kt", ".3f"),
+    _column("flown_kt", "flown ±2σ", "kt", ".3f"),
+    _column("flown_se_kt", "standard error", "kt", ".3f"),
+    _column("ratio", "predicted / flown", style=".2f"),
+    _column("predicted_share", "predicted / triangle alone", style=".2f"),
+    _column("flown_share", "flown / triangle alone", style=".2f"),
+    _column("coverage", "curve inside ±2σ", "%", ".0%"),
+    _column("two_sigma_ft", "position error ±2σ", "ft", ".1f"),
+    _column("coverage_ft", "position error inside ±2σ", "%", ".0%"),
+)
+_HEIGHTS = """
+## An error of the static source
+
+GPS height shows an error of the static source too (the altitude equation, [method.md](method.md)). The same
+comparison at 3,350 ft in light turbulence (0.5 m/s), 20/1 Hz, with a receiver that stands alone. Its height has a
+white error of 0.3 m and a slow one of 2 m over 90 s, its velocity a white one of 0.05 m/s. *Triangle* uses neither
+the height nor the vertical velocity. {flights} flights a cell (seeds from 1);
+`python scripts/check_plan.py --height-only` prints this table.
+
+{verdict}
+
+{table}
+"""
 _PAGE = """# What to fly: forecasts against flights
 
 {provenance}
@@ -47,7 +74,7 @@ of time.
 ![Predicted and flown 2σ](plan.png)
 
 {table}
-
+{heights}
 ## How a forecast is made
 
 1. The card is flown once in smooth air, in the expected wind.
@@ -112,10 +139,24 @@ def check_picture(table: pd.DataFrame, path: Path) -> None:
         figure.savefig(path, dpi=110)
 
 
-def check_page(table: pd.DataFrame, provenance: str) -> str:
-    """The Markdown page of a table with `add_reference`."""
+def check_page(table: pd.DataFrame, provenance: str, heights: pd.DataFrame | None = None) -> str:
+    """The Markdown page of a table with `add_reference`, and of a table of `height_check.check_height`."""
     lines = markdown_table(_COLUMNS, frame_rows(table))
-    return _PAGE.format(provenance=provenance, verdict=_verdict(table), table=lines)
+    section = "" if heights is None else _height_section(heights)
+    return _PAGE.format(provenance=provenance, verdict=_verdict(table), table=lines, heights=section)
+
+
+def _height_section(heights: pd.DataFrame) -> str:
+    """The section about an error of the static source, which GPS height shows too."""
+    low, high = _WITHIN
+    inside = int(heights.ratio.between(low, high).sum())
+    verdict = (
+        f"Predicted / flown ±2σ: {heights.ratio.min():.2f} to {heights.ratio.max():.2f}; "
+        f"{inside} of {len(heights)} cells within {low} to {high}."
+    )
+    flights = int(heights.flights.min())
+    rows = frame_rows(heights.astype(object).where(heights.notna(), None))  # the triangle has no share of itself
+    return _HEIGHTS.format(flights=flights, verdict=verdict, table=markdown_table(_HEIGHT_COLUMNS, rows))
 
 
 def _verdict(table: pd.DataFrame) -> str:

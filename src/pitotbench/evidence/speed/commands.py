@@ -51,13 +51,13 @@ def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[str]:
     """
     for name, arguments, limit in (("demo", DEMO, 3.5), ("everything, one seed", EVERYTHING, 2.2)):
         with TemporaryDirectory() as folder:
-            out = Path(folder, "out")
-            command = ("-m", "pitotbench", *arguments, "--jobs", "1", "--out", str(out))
+            # A folder a run: a campaign does not fly again what its folder holds.
+            command = ("-m", "pitotbench", *arguments, "--jobs", "1", "--out")
             now, before = [], []
-            for _ in range(pairs):
-                before += [cpu_seconds(command, older)] if older else []
-                now.append(cpu_seconds(command))
-            bare = bare_loops(out)
+            for pair in range(pairs):
+                before += [cpu_seconds((*command, f"{folder}/older{pair}"), older)] if older else []
+                now.append(cpu_seconds((*command, f"{folder}/out{pair}")))
+            bare = bare_loops(Path(folder, "out0"))
         measured = f"{min(now):.1f} s / {bare:.2f} s"
         yield f"{name + ', CPU / bare loops':<54} {min(now) / bare:6.2f}   (limit {limit:.2f}; {measured})"
         if before:

@@ -8,7 +8,7 @@ from time import process_time
 import numpy as np
 from pyarrow import csv
 
-from pitotbench.calibrate import calibrate
+from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.calibrate.gps_legs.leg_points import cross_check
 from pitotbench.calibrate.one_thread import one_thread
 from pitotbench.logbook import read_log, write_log
@@ -42,9 +42,10 @@ def tiled(log: FlightLog, rows: int) -> FlightLog:
 
 def cross_check_growth(log: FlightLog, rows: int, times: int) -> float:
     """Return the growth of the cross-check's CPU time a row from `rows` to `times` × `rows` rows: 1 if linear."""
+    at = CalibrationOptions(error_location="static")  # stated, so that the legs and turns alone are timed
     short, long = (tiled(log, count) for count in (rows, times * rows))
     with one_thread():
-        return _least(lambda: cross_check(long)) / _least(lambda: cross_check(short)) / times
+        return _least(lambda: cross_check(long, at)) / _least(lambda: cross_check(short, at)) / times
 
 
 def reading_times(log: FlightLog, path: Path) -> ReadingTimes:

@@ -110,6 +110,13 @@ def _truth(spec: PressureErrorSpec) -> Change:
     return lambda flight, level: replace(flight, case=replace(flight.case, pressure_error=spec))
 
 
+def error_size(flight: Flight, times: float) -> Flight:
+    """Return the flight with its pressure error multiplied."""
+    spec = flight.case.pressure_error
+    larger = replace(spec, parameters=tuple(times * k for k in spec.parameters))
+    return replace(flight, case=replace(flight.case, pressure_error=larger))
+
+
 _KNEE_KT = (90.0, 110.0, 120.0, 130.0, 170.0)  # a curve with a knee, as of a static source behind a flap
 _KNEE = tuple(knots * KNOT for knots in _KNEE_KT)
 
@@ -123,6 +130,7 @@ CHANGES: Catalog[Change] = Catalog(
         "steady sideslip": steady_sideslip,
         "sideslip in turns": sideslip_in_turns,
         "twice the rate": twice_the_rate,
+        "error size": error_size,
         "constant truth": _truth(PressureErrorSpec(model="bias", parameters=(-0.02,))),
         "linear truth": _truth(PressureErrorSpec(model="linear", parameters=(0.03, -0.025))),
         "quadratic truth": _truth(PressureErrorSpec(model="quadratic", parameters=(0.08, -0.09, 0.02))),

@@ -8,6 +8,7 @@ from pitotbench.evidence.pages.chart_data import Bars, BarSeries, Lines, LineSer
 from pitotbench.evidence.study.maneuver_names import NAMES, PAPER_ORDER
 from pitotbench.evidence.study.study_tables import Spread
 
+CUT = "The axis does not begin at zero; whiskers are ± one standard deviation over seeds."
 Number = Callable[[str, str], pd.Series]  # maneuver and kind to numbers by seed
 
 
@@ -19,16 +20,19 @@ def maneuver_bars(
     kinds: Sequence[tuple[str, str]],
     number: Number,
     maneuvers: Sequence[str] = PAPER_ORDER,
+    dots: bool = False,
+    top: float | None = None,
 ) -> Bars:
-    """Return a chart with a group of bars for each maneuver and a bar for each kind (key, label).
+    """Return a chart with a group of bars, or of dots, for each maneuver and one for each kind (key, label).
 
-    `number(maneuver, key)` gives the values by seed.
+    `number(maneuver, key)` gives the values by seed. `top` is where the axis of dots is cut.
     """
     series = []
     for key, label in kinds:
         found = [Spread.of(number(maneuver, key)) for maneuver in maneuvers]
         series.append(BarSeries(label, [s.mean for s in found], [s.deviation for s in found]))
-    return Bars(title, note, ylabel, [NAMES[m] for m in maneuvers], series, name)
+    note = f"{note} {CUT}" if dots else note
+    return Bars(title, note, ylabel, [NAMES[m] for m in maneuvers], series, name, dots, top)
 
 
 def maneuver_lines(

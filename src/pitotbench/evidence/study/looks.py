@@ -1,16 +1,26 @@
 """One look at a flight: one way to sense and to fit it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
-from pitotbench.calibrate import CalibrationOptions
+from pitotbench.calibrate import Accuracies, CalibrationOptions
 from pitotbench.evidence.study.changes import CHANGES
 from pitotbench.records.case import DataSystem
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sense import data_system, record
 
-PAPER = CalibrationOptions(method="paper", robust=False)  # as published: every row counts
-COVERING = CalibrationOptions()
+# The paper's case is stated in full, so that no default of the calibrator changes it. The error is in the impact
+# pressure alone (so no altitude equation), no sensor has a constant error, the wind is constant, the clocks agree.
+COVERING = CalibrationOptions(
+    model="inverse+",
+    method="covering",
+    form="scalar",
+    error_location="impact",
+    wind="constant",
+    latency="given",
+    accuracies=Accuracies(),
+)
+PAPER = replace(COVERING, method="paper", robust=False)  # as published: every row counts
 _SIMULATED = 100.0  # Hz
 
 
@@ -20,6 +30,7 @@ class Look:
 
     `change` is a name of `CHANGES`, `level` the size of the change. `noise` multiplies the noise of the impact
     pressure, `gps_noise` that of the GPS velocity. `given_down` adds velocity down to the log of any system.
+    `alone` leaves the noise of the impact pressure alone, as in the paper: every other sensor is exact.
     """
 
     das: str = "50/50"
@@ -29,11 +40,12 @@ class Look:
     noise: float = 1.0
     gps_noise: float = 1.0
     given_down: bool = False
+    alone: bool = False
 
     @property
-    def sensing(self) -> tuple[str, str, float, float, float, bool]:
+    def sensing(self) -> tuple[object, ...]:
         """The fields that determine the log. Looks with the same fields share one log."""
-        return self.das, self.change, self.level, self.noise, self.gps_noise, self.given_down
+        return tuple(getattr(self, f.name) for f in fields(self) if f.name != "options")
 
 
 def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
@@ -41,7 +53,7 @@ def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
 
     Raises BadInputError for impossible rates, UnknownNameError for an unknown change.
     """
-    system = _system(look.das)
+    system = _exact(_system(look.das)) if look.alone else _system(look.das)
     changed = CHANGES[look.change](flight, look.level)
     if system.air_rate > _SIMULATED:
         changed = CHANGES["twice the rate"](changed, 0.0)
@@ -51,6 +63,12 @@ def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
         velocity_noise=look.gps_noise * system.velocity_noise,
     )
     return changed, record(changed, noisy, flight.case.sensor_seed, True if look.given_down else None)
+
+
+def _exact(system: DataSystem) -> DataSystem:
+    """Return a data system in which only the impact pressure has noise, and no sensor rounds."""
+    names = [f.name for f in fields(system) if f.name.endswith(("_noise", "_resolution"))]
+    return replace(system, **{name: 0.0 for name in names if name != "impact_pressure_noise"})
 
 
 def _system(das: str) -> DataSystem:

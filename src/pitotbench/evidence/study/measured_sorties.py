@@ -6,7 +6,7 @@ import numpy as np
 
 from pitotbench import bench
 from pitotbench.evidence.experiment import Row
-from pitotbench.evidence.study.curve_points import curve_rows, fixed_speed_rows
+from pitotbench.evidence.study.curve_points import curve_rows, data_rows, fixed_speed_rows
 from pitotbench.evidence.study.looks import sense_look
 from pitotbench.evidence.study.measures import density_rows, fit, flight_row
 from pitotbench.evidence.study.settings import Sortie
@@ -64,7 +64,7 @@ def lost_sortie(sortie: Sortie, reason: str) -> Measured:
 
 def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
     """Return one row for each look, and the points of the curves where the sortie asks for them."""
-    logs: dict[tuple[str, str, float, float, float, bool], tuple[Flight, FlightLog]] = {}
+    logs: dict[tuple[object, ...], tuple[Flight, FlightLog]] = {}
     rows, curves = [], []
     for look in sortie.looks:
         if look.sensing not in logs:
@@ -74,6 +74,8 @@ def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
         rows.append(row)
         if sortie.curves and result is not None:
             curves += curve_rows(changed, look, result)
+            if look.options.method == "paper":
+                curves += data_rows(log, look, result)
     if sortie.curves and flight.case.maneuver == "four_leg":
         curves += fixed_speed_rows(log)
     return rows, curves

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pitotbench import bench
-from pitotbench.bench.truth_comparison import compare_curve, compare_wind, scored
+from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms, scored
 from pitotbench.evidence.experiment import Row
 from pitotbench.evidence.study.changes import TURNING
 from pitotbench.evidence.study.looks import Look
@@ -35,6 +35,7 @@ def look_row(look: Look) -> Row:
         "noise": look.noise,
         "gps_noise": look.gps_noise,
         "given_down": look.given_down,
+        "alone": look.alone,
     }
 
 
@@ -56,8 +57,21 @@ def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | 
         "coverage": score.curve_coverage,
         **_error_parts(result, flight),
         **_criteria(result),
+        **_outputs(result),
     }
     return row, result
+
+
+def _outputs(result: Calibration) -> Row:
+    """Return 2σ of the residual of each output of a fit of several, and pooled over them [kt of true airspeed].
+
+    Pooled is the root of the mean square over the outputs: an output without residual lowers it.
+    """
+    each = np.array((result.diagnostics or {}).get("output_two_sigma_mps", [])) / KNOT
+    if not len(each):
+        return {}
+    names = [f"two_sigma_{axis}_kt" for axis in ("north", "east", "down")]
+    return {"pooled_two_sigma_kt": rms(each), **dict(zip(names, each.tolist(), strict=False))}
 
 
 def _error_parts(result: Calibration, flight: Flight) -> Row:

@@ -17,6 +17,9 @@ BOTH_WAYS = "step_both_ways"  # Step Decrease with every speed on both headings
 STEEPER = (4.0, 8.0, 12.0, 16.0, 24.0)
 STEEP = 12.0  # times the vertical speed: the one at which data rates are compared
 ALIKE = 0.5  # times the noise of a receiver alone gives that of an integrated solution
+FIXED_POWER = "fixed power"  # the variant of Circle that the paper's pilot flew
+ERROR_SIZES = (0.25, 0.5, 2.0)  # times the default pressure error, which was chosen with C5 in view
+ERROR_SHAPES = ("linear truth", "quadratic truth", "knee truth")
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +107,14 @@ VARIANTS = (
 )
 
 
+FLOWN_BY_PITCH = (
+    "smooth",
+    "light",
+    "autopilot",
+    "busy",
+)  # the settings of Circle at fixed power; the last two rare
+
+
 def main_looks() -> tuple[Look, ...]:
     """Return the looks of every claim: data systems, models, V_down, turns, and the covering bound."""
     looks = []
@@ -116,8 +127,29 @@ def main_looks() -> tuple[Look, ...]:
     return tuple(looks)
 
 
+def pooled_looks() -> tuple[Look, ...]:
+    """Return the fits of ground velocity as two and as three outputs, with noise on the impact pressure alone.
+
+    All data at each data system, and on-condition data at 50/50 Hz.
+    """
+    options = [replace(PAPER, form="vector", use_down=down) for down in (True, False)]
+    every = [Look(das, one, given_down=True, alone=True) for das in SYSTEMS for one in options]
+    straight = [Look("50/50", replace(one, on_condition=True), given_down=True, alone=True) for one in options]
+    return (*every, *straight)
+
+
+def other_errors() -> tuple[Look, ...]:
+    """Return the fits of every model to pressure errors that were not chosen for a claim."""
+    models = [replace(PAPER, model=model) for model in PAPER_MODELS]
+    sizes = [Look("50/50", one, "error size", times) for times in ERROR_SIZES for one in models]
+    return (*sizes, *(Look("50/50", one, shape) for shape in ERROR_SHAPES for one in models))
+
+
 def explaining_looks() -> tuple[Look, ...]:
-    """Return the looks that explain C2 and C7: less noise, and steeper paths with and without V_down."""
+    """Return the looks that explain C2, C5, C7 and C8.
+
+    They have less noise, steeper paths with and without V_down, ground velocity as outputs, and other errors.
+    """
     quiet = [Look(das, PAPER, noise=SPECIFICATION) for das in SYSTEMS]
     steep = [
         Look("50/50", replace(PAPER, use_down=down), "vertical speed", times)
@@ -129,7 +161,7 @@ def explaining_looks() -> tuple[Look, ...]:
         for down in (True, False)
     ]
     vector = [Look("50/50", replace(PAPER, form="vector", use_down=down)) for down in (True, False)]
-    return (*quiet, *steep, *slow, *vector, *quiet_looks(), STRAIGHT)
+    return (*quiet, *steep, *slow, *vector, *quiet_looks(), *pooled_looks(), *other_errors(), STRAIGHT)
 
 
 STRAIGHT = Look("20/1", replace(PAPER, model="quadratic", on_condition=True))  # like the airplane's data
@@ -177,5 +209,7 @@ def claim_sorties(seed: int, rare: bool) -> Iterator[Sortie]:
         models = tuple(Look("50/50", replace(PAPER, model=model)) for model in PAPER_MODELS)
         for name in ("smooth", "light"):
             yield Sortie(name, case_of(name, BOTH_WAYS, seed), (*models, Look("50/50", COVERING)))
+    for name in FLOWN_BY_PITCH if rare else FLOWN_BY_PITCH[:2]:
+        yield Sortie(name, case_of(name, "circle", seed, card={"fixed_power": 1}), plain, FIXED_POWER)
     for variant in VARIANTS:
         yield Sortie("smooth", case_of("smooth", variant.maneuver, seed, card=variant.card), plain, variant.name)

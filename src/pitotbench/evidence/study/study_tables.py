@@ -25,6 +25,7 @@ USUAL: Mapping[str, object] = {
     "noise": 1.0,
     "gps_noise": 1.0,
     "given_down": False,
+    "alone": False,
 }
 TABLES = ("fits", "flights", "density", "tracks", "curves")
 

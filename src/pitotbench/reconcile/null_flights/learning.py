@@ -1,6 +1,6 @@
 """Learn the null distribution from null flights."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -25,10 +25,11 @@ MEAN_SCORE = 0.8  # mean absolute value of a standard normal number, √(2/π)
 EULER = 0.5772156649  # the Euler-Mascheroni constant
 
 Item = TypeVar("Item")
+Flight = tuple[Layout, NoiseModel]
 
 
 @dataclass(frozen=True, slots=True)
-class _FlightScores:
+class FlightScores:
     """The scores of one flight: of the effects, and signed ones of the cells by label."""
 
     effects: Mapping[str, float]
@@ -43,8 +44,12 @@ class _FlightScores:
         return max(abs(scale.of_label(label, score)) for label, score in self.cells.items())
 
 
-def learn_null_distribution(layouts: Sequence[Layout]) -> NullDistribution:
-    """Learn from null flights.
+Work = Callable[[Flight], FlightScores]
+Perform = Callable[[Work, Sequence[Flight]], list[FlightScores]]
+
+
+def learn_null_distribution(layouts: Sequence[Layout], each: Perform | None = None) -> NullDistribution:
+    """Learn from null flights. `each` does the work on every flight, by default one after the other.
 
     Each flight is scored by the noise, means and spreads of the others, because the log to be judged has no part in
     them either.
@@ -58,7 +63,7 @@ def learn_null_distribution(layouts: Sequence[Layout]) -> NullDistribution:
     names = layouts[0].residuals.names
     data = [(noise_residuals(each), each.grid, each.residuals.slack) for each in layouts]
     noises = [learned(names, _all_but(data, i)) for i in range(len(layouts))]
-    flights = [_scores(layout, noise) for layout, noise in zip(layouts, noises, strict=True)]
+    flights = (each or _in_turn)(scores_of, list(zip(layouts, noises, strict=True)))
     scales = [_scale_of(_all_but(flights, i)) for i in range(len(flights))]
     scale = _scale_of(flights)
     largest = [flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)]
@@ -81,7 +86,7 @@ def _all_but(items: Sequence[Item], index: int) -> list[Item]:
     return [*items[:index], *items[index + 1 :]]
 
 
-def _scale_of(flights: Sequence[_FlightScores]) -> ScoreScale:
+def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
     """The scale of scores that some flights show."""
     names, labels = {n for f in flights for n in f.effects}, {c for f in flights for c in f.cells}
     effects = {n: np.array([f.effects.get(n, 0.0) for f in flights]) for n in names}
@@ -96,9 +101,13 @@ def _scale_of(flights: Sequence[_FlightScores]) -> ScoreScale:
     )
 
 
-def _scores(layout: Layout, noise: NoiseModel) -> _FlightScores:
-    """The scores of all effects and cells of one null flight, with events where they fit best."""
-    noise = scaled_to(noise, layout)
+def _in_turn(work: Work, flights: Sequence[Flight]) -> list[FlightScores]:
+    return [work(flight) for flight in flights]
+
+
+def scores_of(flight: Flight) -> FlightScores:
+    """Return the scores of all effects and cells of one null flight, with events where they fit best."""
+    layout, noise = flight[0], scaled_to(flight[1], flight[0])
     layout = placed_in_time(layout, noise)
     equations = whitened_equations(layout, noise)
     effects = {
@@ -107,7 +116,7 @@ def _scores(layout: Layout, noise: NoiseModel) -> _FlightScores:
     places = layout.places
     values = equations.scores([i for i, _ in places])
     cells = {cell_label(cell): float(v) for (_, cell), v in zip(places, values, strict=True)}
-    return _FlightScores(effects, cells)
+    return FlightScores(effects, cells)
 
 
 def _is_searched(name: str) -> bool:

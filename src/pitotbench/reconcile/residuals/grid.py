@@ -1,10 +1,10 @@
 """The instants at which residuals are taken, and the one filter that all measured channels pass."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 
 from pitotbench.reconcile.residuals.track import HALF_WINDOW, SLOW_GPS, Track
 from pitotbench.units import Array
@@ -29,6 +29,7 @@ class Grid:
     step: float
     taps: Array
     filters_gps: bool
+    _kept: list[tuple[Indices, csr_array]] = field(default_factory=list, compare=False, repr=False)
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -39,6 +40,15 @@ class Grid:
 
     def smooth_answer(self, values: Array, rows: Indices) -> Array:
         """Return columns given at some rows, (m, k), at the instants through the same filter, (n, k)."""
+        return np.asarray(self._answer_weights(rows) @ values)
+
+    def _answer_weights(self, rows: Indices) -> csr_array:
+        """The filter as a matrix from values at some rows to the instants, (n, m); the last one is kept."""
+        if not self._kept or self._kept[0][0] is not rows:
+            self._kept[:] = [(rows, self._new_weights(rows))]
+        return self._kept[0][1]
+
+    def _new_weights(self, rows: Indices) -> csr_array:
         half = len(self.taps) // 2
         wanted = np.clip(self.rows[:, None] + np.arange(-half, half + 1), rows[0], rows[-1])
         before = np.clip(np.searchsorted(rows, wanted, side="right") - 1, 0, len(rows) - 2)
@@ -51,7 +61,7 @@ class Grid:
             ),
             shape=(len(wanted), len(rows)),
         )
-        return np.asarray(weights.tocsr() @ values)
+        return weights.tocsr()
 
     def _at(self, rows: Indices, values: Array, gps: bool) -> Array:
         if gps and not self.filters_gps:

@@ -1,6 +1,6 @@
 """Lay out a log for judgment: its residuals, its free parameters, and the signatures of the effects."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,12 +78,34 @@ def lay_out(
     _require_attitude(log)
     checked = check_log(log)
     track = without_error_curve(track_of(log, checked.fresh), setting)
+    return _laid_out(log, checked, track, aircraft, setting, effects)
+
+
+def with_aircraft(
+    layout: Layout, log: FlightLog, aircraft: AircraftModel, kept: Mapping[Overlay, Array] | None = None
+) -> Layout:
+    """Return the layout of the same log with another aircraft, with all hypotheses.
+
+    `kept` holds the changes of the reaction by overlays that are the same on both aircraft.
+    """
+    return _laid_out(log, layout.checked, layout.track, aircraft, layout.setting, FITTED, kept)
+
+
+def _laid_out(
+    log: FlightLog,
+    checked: CheckedLog,
+    track: Track,
+    aircraft: AircraftModel | None,
+    setting: AnalysisSetting,
+    effects: Catalog[Effect],
+    kept: Mapping[Overlay, Array] | None = None,
+) -> Layout:
     replay = (
         replay_motion(track, lambda motion: aircraft.react(motion, Overlay(), True))
         if aircraft is not None and can_replay(track)
         else None
     )
-    scene = set_scene(track, mean_wind_of(track), replay, aircraft)
+    scene = set_scene(track, mean_wind_of(track), replay, aircraft, kept)
     setting = replace(setting, pressure_step=_coarse_step(checked))
     residuals = scene.residuals_of(track)
     loose = (

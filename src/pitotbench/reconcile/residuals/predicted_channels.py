@@ -5,15 +5,17 @@ moment, engine. Each channel is noise alone where sensors and model are true. Wi
 parameters of the regression.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from pitotbench import air
 from pitotbench.axes import body_to_earth, flow_direction
-from pitotbench.reconcile.residuals.grid import Grid
-from pitotbench.reconcile.residuals.replay import REACTION_NAMES, Replay, motion_of, outside_temperature
+from pitotbench.reconcile.residuals.grid import Grid, Indices
+from pitotbench.reconcile.residuals.replay import REACTION_NAMES, Replay, outside_temperature
 from pitotbench.reconcile.residuals.track import Track, mach_number
 from pitotbench.units import Array, MetersPerSecond
 
@@ -37,6 +39,15 @@ FAMILIES = {
     "force and moment": (*FORCES, *MOMENTS),
     "engine": (*ENGINES, "throttle_split"),
 }
+# The channels of a track that each part of the residuals reads.
+_AIR = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
+_FLOW = ("angle_of_attack", "sideslip")
+_ATTITUDE = ("roll", "pitch", "heading")
+_GROUND = ("velocity_north", "velocity_east", "velocity_down")
+_TRIANGLE_READS = (*_AIR, *_FLOW, *_ATTITUDE, *_GROUND)
+_KINEMATIC_READS = (*FORCES, *_ATTITUDE, *_GROUND)
+_ANSWER_READS = (*_AIR, *_FLOW)  # the states in `VARIED`
+_ENGINES_READ = (*_ANSWER_READS, *ENGINES, "throttle_left", "throttle_right")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,21 +108,64 @@ class ChannelResiduals:
     values: Array
     slack: Array
 
+    @property
+    def places(self) -> dict[str, int]:
+        """The column of each channel."""
+        return {name: i for i, name in enumerate(self.names)}
 
-def channel_residuals(track: Track, grid: Grid, frame: Frame, model: Replay | None) -> ChannelResiduals:
+
+def channel_residuals(
+    track: Track,
+    grid: Grid,
+    frame: Frame,
+    model: Replay | None,
+    known: "tuple[Track, ChannelResiduals] | None" = None,
+) -> ChannelResiduals:
     """Return all residual channels that a track allows; with a model also forces, moments and engines.
 
-    The answer of a model that was moved along another track is shifted to this state, to first order.
+    The answer of a model that was moved along another track is shifted to this state, to first order. `known` is
+    another track with its residuals on the same grid, frame and model: what reads none of the channels in which the
+    two tracks differ is taken from there.
     """
-    parts = _triangle(track, grid, frame) | _height(track, grid) | _temperature(track, grid)
-    rates: dict[str, Array] = _kinematic(track, grid, frame)
+
+    def part(reads: tuple[str, ...], names: tuple[str, ...], computed: Callable[[], dict[str, Array]]) -> None:
+        if known is None or any(track.channels.get(n) is not known[0].channels.get(n) for n in reads):
+            columns.update(computed())
+        else:
+            places = known[1].places
+            columns.update({n: known[1].values[:, places[n]] for n in names if n in places})
+
+    @cache
+    def answer() -> Array:
+        return model.shifted(track) if model is not None else np.empty(0)
+
+    @cache
+    def predicted() -> Array:
+        return grid.smooth_answer(answer(), model.rows) if model is not None else np.empty(0)
+
+    columns: dict[str, Array] = {}
+    part(_TRIANGLE_READS, FAMILIES["air data"][:3], lambda: _triangle(track, grid, frame))
+    part(("static_pressure", "altitude"), ("pressure_height",), lambda: _height(track, grid))
+    part(_AIR, ("temperature",), lambda: _temperature(track, grid))
     if model is not None:
-        answer = model.shifted(motion_of(track, model.rows))
-        predicted = grid.smooth_answer(answer, model.rows)
-        parts |= _forces(track, grid, predicted) | _engines(track, grid, predicted)
-        rates |= _moments(track, grid, model, answer)
-    values = np.stack([*parts.values(), *rates.values()], axis=1)
-    return ChannelResiduals((*parts, *rates), values, np.zeros_like(values))
+        part((*_ANSWER_READS, *FORCES), FORCES, lambda: _forces(track, grid, predicted()))
+        part(_ENGINES_READ, FAMILIES["engine"], lambda: _engines(track, grid, predicted()))
+    part(_KINEMATIC_READS, FAMILIES["kinematic"], lambda: _kinematic(track, grid, frame))
+    if model is not None:
+        part((*_ANSWER_READS, *RATES), MOMENTS, lambda: _moments(track, grid, model, answer()))
+    values = np.stack(list(columns.values()), axis=1)
+    return ChannelResiduals(tuple(columns), values, np.zeros_like(values))
+
+
+def change_by_answer(names: tuple[str, ...], track: Track, grid: Grid, rows: Indices, added: Array) -> Array:
+    """Return the change of the residuals, (n, c), by a growth of the answer of a model at `rows`, (m, 12)."""
+    change = np.zeros((len(grid), len(names)))
+    lower = grid.smooth_answer(added, rows)
+    for i, name in enumerate(REACTION_NAMES):
+        if name in names:
+            felt = _mean_answer(track, grid, rows, added[:, i]) if name in MOMENTS else lower[:, i]
+            change[:, names.index(name)] = -felt
+    return change
 
 
 def slack(grid: Grid, model: Replay | None, names: tuple[str, ...]) -> Array:
@@ -194,6 +248,10 @@ def _moments(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str
     residuals = {}
     for i, (rate, name) in enumerate(zip(RATES, MOMENTS, strict=True), start=len(FORCES)):
         moved = grid.rate(grid.smooth(track[rate]), track)
-        felt = np.interp(np.arange(len(track.time)), model.rows, answer[:, i])
-        residuals[name] = np.where(grid.first, 0.0, moved - grid.mean_between(felt))
+        residuals[name] = np.where(grid.first, 0.0, moved - _mean_answer(track, grid, model.rows, answer[:, i]))
     return residuals
+
+
+def _mean_answer(track: Track, grid: Grid, rows: Indices, values: Array) -> Array:
+    """Mean of an answer at some rows, (m,), since the previous instant, (n,)."""
+    return grid.mean_between(np.interp(np.arange(len(track.time)), rows, values))

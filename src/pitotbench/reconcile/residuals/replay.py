@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,11 +43,11 @@ class Replay:
     values: Array
     slopes: Mapping[str, Array]
 
-    def shifted(self, motion: Motion) -> Array:
-        """Return the answer at another measured state, to first order, (m, 12)."""
-        values = self.values.copy()
+    def shifted(self, track: Track) -> Array:
+        """Return the answer in the states of another track with the same rows, to first order, (m, 12)."""
+        values, states = self.values.copy(), varied_states(track, self.rows)
         for name, slope in self.slopes.items():
-            moved = np.broadcast_to(getattr(motion, name) - getattr(self.motion, name), len(values))
+            moved = np.broadcast_to(states[name] - getattr(self.motion, name), len(values))
             values += slope * moved[:, None]
         return values
 
@@ -71,20 +72,30 @@ def motion_of(track: Track, rows: NDArray[np.intp]) -> Motion:
     States are means over a step around each row. Throttles are means over the step that follows, in which the
     engines answer to them.
     """
-    names = [n for n in Motion.__dataclass_fields__ if n in track and n != "static_pressure"]
+    around, after = _windows(track, rows)
+    states = varied_states(track, rows)
+    for name in Motion.__dataclass_fields__:
+        if name in track and name not in states:
+            states[name] = (after if name.startswith("throttle") else around)(track[name])
+    return Motion(time=track.time[rows], **states)
+
+
+def varied_states(track: Track, rows: NDArray[np.intp]) -> dict[str, Any]:
+    """Return the states of `VARIED` at rows of a track, as `motion_of` does."""
+    around, _ = _windows(track, rows)
     mach = mach_number(track)
     warm = outside_temperature(track, mach) - air.standard_temperature(
         air.pressure_altitude(track["static_pressure"])
     )
+    measured = {name: around(track[name]) for name in ("static_pressure", "angle_of_attack", "sideslip")}
+    return {**measured, "mach": around(mach), "temperature_offset": float(np.mean(warm))}
+
+
+def _windows(track: Track, rows: NDArray[np.intp]) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
+    """Means over a step around each row, and over the step that follows it."""
     every = int(np.median(np.diff(rows)))
-    around, after = _means(rows, every, len(track.time), 0.5), _means(rows, every, len(track.time), 0.0)
-    return Motion(
-        time=track.time[rows],
-        static_pressure=around(track["static_pressure"]),
-        mach=around(mach),
-        temperature_offset=float(np.mean(warm)),
-        **{name: (after if name.startswith("throttle") else around)(track[name]) for name in names},
-    )
+    around, after = (_means(rows, every, len(track.time), back) for back in (0.5, 0.0))
+    return around, after
 
 
 def _means(rows: NDArray[np.intp], every: int, length: int, back: float) -> Callable[[Array], Array]:

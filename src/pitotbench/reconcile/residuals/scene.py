@@ -4,8 +4,8 @@ All that depends on a hypothesis starts here: signatures of effects and columns 
 the residuals of the scene.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,11 +15,14 @@ from pitotbench.reconcile.residuals.grid import Grid, grid_of
 from pitotbench.reconcile.residuals.predicted_channels import ChannelResiduals, Frame, channel_residuals
 from pitotbench.reconcile.residuals.replay import COARSE, Replay, answer, motion_of, replay_rows
 from pitotbench.reconcile.residuals.track import Track
-from pitotbench.records.motion import Motion, Reaction
+from pitotbench.reconcile.signatures.added_forces import properties_of_forces
+from pitotbench.records.motion import Motion, Reaction, UnitForces
 from pitotbench.units import Array
 
 # The force meter: a motion, the overlay to put on the aircraft, and whether the engines run along.
 ReactWith = Callable[[Motion, Overlay, bool], Reaction]
+# The changes by unit forces: a motion, the overlay on the aircraft, and the paths of properties to record.
+UnitForcesWith = Callable[[Motion, Overlay, frozenset[str]], UnitForces]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +31,7 @@ class AircraftModel:
 
     name: str
     react: ReactWith
+    unit_forces: UnitForcesWith
     baseline: Baseline
 
 
@@ -35,16 +39,28 @@ class AircraftModel:
 class ForceModel:
     """An aircraft model on the force meter along one log.
 
-    `replay` is its answer along the measured track. `coarse` is the motion of the clean track in steps of 1 s;
-    `running` and `held` are the reactions of the unchanged aircraft to it, with the engines running and with the
-    engines held, (m, 12) each.
+    `replay` is its answer along the measured track. `coarse` is the motion of the clean track in steps of 1 s.
+    `units` are the changes by unit forces in that motion, with the properties that the functions of all effects
+    read. What was measured in that motion is kept: `unchanged` by whether the engines run, `kept` by overlay.
     """
 
     replay: Replay
     aircraft: AircraftModel
     coarse: Motion
-    running: Array
-    held: Array
+    units: UnitForces
+    kept: dict[Overlay, Array] = field(default_factory=dict)
+    unchanged: dict[bool, Array] = field(default_factory=dict)
+
+    def missing(self, overlay: Overlay, engines_run: bool) -> Array:
+        """Return the reaction without an overlay less that with it, on the force meter, (m, 12)."""
+        if overlay not in self.kept:
+            if engines_run not in self.unchanged:
+                self.unchanged[engines_run] = self._measured(Overlay(), engines_run)
+            self.kept[overlay] = self.unchanged[engines_run] - self._measured(overlay, engines_run)
+        return self.kept[overlay]
+
+    def _measured(self, overlay: Overlay, engines_run: bool) -> Array:
+        return answer(lambda motion: self.aircraft.react(motion, overlay, engines_run), self.coarse)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +83,7 @@ class Scene:
 
     def residuals_of(self, track: Track) -> ChannelResiduals:
         """Return the residual channels of a track, with the grid, frame and model of this scene."""
-        return channel_residuals(track, self.grid, self.frame, self.replay)
+        return channel_residuals(track, self.grid, self.frame, self.replay, (self.clean, self.base))
 
     def change_by(self, track: Track) -> Array:
         """Return the residuals of a track less those of the clean track, (n, c)."""
@@ -79,25 +95,27 @@ class Scene:
 
     def channel(self, name: str) -> int | None:
         """Return the column of a residual channel; None where the log does not have it."""
-        return self.base.names.index(name) if name in self.base.names else None
+        return self.base.places.get(name)
 
 
-def set_scene(track: Track, wind: Array, replay: Replay | None, aircraft: AircraftModel | None) -> Scene:
+def set_scene(
+    track: Track,
+    wind: Array,
+    replay: Replay | None,
+    aircraft: AircraftModel | None,
+    kept: Mapping[Overlay, Array] | None = None,
+) -> Scene:
     """Return the scene of a track.
 
     `wind` toward north, east, down [m/s], (3,), is the wind of the clean track. `replay` and `aircraft` are both
-    None where sensors alone are judged.
+    None where sensors alone are judged. `kept` holds what is already measured of the aircraft in this track.
     """
     grid = grid_of(track)
     frame = Frame.of(track, grid)
     clean = clean_track(track, wind)
     base = channel_residuals(clean, grid, frame, replay)
-    force_model = None if replay is None or aircraft is None else _force_model(clean, replay, aircraft)
-    return Scene(clean, grid, frame, base, force_model)
-
-
-def _force_model(clean: Track, replay: Replay, aircraft: AircraftModel) -> ForceModel:
+    if replay is None or aircraft is None:
+        return Scene(clean, grid, frame, base, None)
     coarse = motion_of(clean, replay_rows(clean, COARSE))
-    running = answer(lambda motion: aircraft.react(motion, Overlay(), True), coarse)
-    held = answer(lambda motion: aircraft.react(motion, Overlay(), False), coarse)
-    return ForceModel(replay, aircraft, coarse, running, held)
+    units = aircraft.unit_forces(coarse, Overlay(), properties_of_forces(aircraft.baseline))
+    return Scene(clean, grid, frame, base, ForceModel(replay, aircraft, coarse, units, dict(kept or {})))

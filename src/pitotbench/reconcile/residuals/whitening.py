@@ -7,7 +7,7 @@ there are none (Lütkepohl, New Introduction to Multiple Time Series Analysis, 2
 predicted from its past alone).
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,21 +50,21 @@ class NoiseModel:
         out[~complete_past(grid, self.coefficients.shape[1])] = 0.0
         return out
 
-    def decorrelated(self, innovations: Array, slack: Array) -> Array:
-        """Return combinations of the innovations, (n, c, k), that are uncorrelated at each instant.
+    def decorrelation(self, slack: Array) -> Array:
+        """Return the matrices that turn the innovations of each instant into uncorrelated ones, (n, c, c).
 
         The slack of a channel is independent of the other channels.
         """
         share = self.deviations / np.hypot(self.deviations, slack)
         no_slack = np.all(share > 1.0 - UNCHANGED, axis=1)
-        out = np.empty_like(innovations)
-        out[no_slack] = np.linalg.inv(np.linalg.cholesky(self.correlation)) @ innovations[no_slack]
+        out = np.empty((*share.shape, share.shape[1]))
+        out[no_slack] = np.linalg.inv(np.linalg.cholesky(self.correlation))
         s = share[~no_slack]
         if len(s):
             joint = self.correlation * s[:, :, None] * s[:, None, :]
             diagonal = np.arange(len(self.names))
             joint[:, diagonal, diagonal] = 1.0
-            out[~no_slack] = np.linalg.solve(np.linalg.cholesky(joint), innovations[~no_slack])
+            out[~no_slack] = np.linalg.inv(np.linalg.cholesky(joint))
         return out
 
     def given_others(self, innovations: Array) -> Array:
@@ -75,20 +75,28 @@ class NoiseModel:
         precision = np.linalg.inv(self.correlation)
         return np.asarray(innovations @ precision / np.sqrt(np.diag(precision)))
 
+    def whitener(self, grid: Grid, slack: Array) -> Callable[[Array], Array]:
+        """Return `whiten` for one grid and slack, so that many values share the decorrelation."""
+        decorrelation = self.decorrelation(slack)
+
+        def whiten(values: Array) -> Array:
+            innovations = self.innovations(values, grid, slack)
+            if values.ndim == 2:
+                return np.asarray(decorrelation @ innovations[:, :, None])[:, :, 0]
+            return np.asarray(decorrelation @ innovations)
+
+        return whiten
+
     def whiten(self, values: Array, grid: Grid, slack: Array) -> Array:
         """Return uncorrelated innovations with deviation 1, for values (n, c) or (n, c, k)."""
-        innovations = self.innovations(values, grid, slack)
-        if values.ndim == 2:
-            return self.decorrelated(innovations[:, :, None], slack)[:, :, 0]
-        return self.decorrelated(innovations, slack)
+        return self.whitener(grid, slack)(values)
 
     def whiten_alone(self, shapes: Array, grid: Grid, slack: Array) -> Array:
         """Return shapes (n, s), each in one channel only, whitened: (n, c, c·s) in the order of channels."""
         (n, s), c = shapes.shape, len(self.names)
         innovations = self.innovations(np.broadcast_to(shapes[:, None, :], (n, c, s)), grid, slack)
-        out = np.zeros((n, c, c, s))
-        out[:, np.arange(c), np.arange(c)] = innovations
-        return self.decorrelated(out.reshape(n, c, c * s), slack)
+        # Each shape is in one channel only, so that its decorrelation is an outer product.
+        return np.asarray(self.decorrelation(slack)[:, :, :, None] * innovations[:, None]).reshape(n, c, c * s)
 
 
 def complete_past(grid: Grid, order: int) -> NDArray[np.bool_]:

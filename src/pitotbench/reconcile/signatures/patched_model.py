@@ -1,6 +1,6 @@
 """Judge a log again with the named effects in the model."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from operator import add
@@ -12,50 +12,57 @@ from pitotbench.effects import EFFECTS, AircraftEffect, AirEffect, Overlay, Sens
 from pitotbench.reconcile.decide.judgment import judge
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout, lay_out
+from pitotbench.reconcile.residuals.layout import Layout, with_aircraft
 from pitotbench.reconcile.residuals.scene import AircraftModel
+from pitotbench.reconcile.signatures.added_forces import adds_forces
 from pitotbench.reconcile.signatures.hypotheses import COUNTED
 from pitotbench.reconcile.signatures.refine import without_sensor_effect
-from pitotbench.reconcile.signatures.signatures import moves_levers, residual_change
+from pitotbench.reconcile.signatures.signatures import acts_on_engines_alone, moves_levers, residual_change
 from pitotbench.records.log import FlightLog
-from pitotbench.records.motion import Motion, Reaction
+from pitotbench.records.motion import Motion, Reaction, UnitForces
 from pitotbench.records.verdict import Verdict
+from pitotbench.units import Array
 
 Entries = Mapping[str, Mapping[str, float]]  # effects with their sizes and shapes
 
 
 def look_again(
-    log: FlightLog,
-    aircraft: AircraftModel | None,
-    null: NullDistribution,
-    setting: AnalysisSetting,
-    entries: Entries,
+    log: FlightLog, layout: Layout, aircraft: AircraftModel | None, null: NullDistribution, entries: Entries
 ) -> tuple[Verdict, Naming]:
-    """Return the verdict on a log once effects are in the model.
+    """Return the verdict on a log once effects are in the model; `layout` is that of the log without them.
 
     Effects of the aircraft go on the force meter; those of the sensors and the air are subtracted from the
     residuals. Effects that are counted and not fitted stay in the verdict.
     """
     fitted = {n: s for n, s in entries.items() if n not in COUNTED}
-    not_on_model = {n: s for n, s in fitted.items() if force_meter_overlay(aircraft, n, s) is None}
-    layout = lay_out(log, patched_aircraft(aircraft, fitted), setting)
+    overlays = {n: force_meter_overlay(aircraft, n, s) for n, s in fitted.items()}
+    not_on_model = {n: s for n, s in fitted.items() if overlays[n] is None}
+    patch = [overlay for overlay in overlays.values() if overlay is not None]
+    if aircraft is not None and patch:
+        kept = _unmoved(layout, patch)
+        layout = with_aircraft(layout, log, patched_aircraft(aircraft, reduce(add, patch)), kept)
     return judge(without_effects(layout, not_on_model), null)
 
 
-def patched_aircraft(aircraft: AircraftModel | None, entries: Entries) -> AircraftModel | None:
-    """Return the aircraft with the overlays of the effects that act on it."""
-    if aircraft is None:
-        return None
-    overlays = [o for n, s in entries.items() if (o := force_meter_overlay(aircraft, n, s)) is not None]
-    if not overlays:
-        return aircraft
-    patch, react = reduce(add, overlays), aircraft.react
+def _unmoved(layout: Layout, patch: Sequence[Overlay]) -> dict[Overlay, Array]:
+    """The changes that a patch does not move: those by the engines, where the patch only adds forces."""
+    if layout.scene.force_model is None or not all(adds_forces(overlay) for overlay in patch):
+        return {}
+    kept = layout.scene.force_model.kept
+    return {overlay: change for overlay, change in kept.items() if acts_on_engines_alone(overlay)}
+
+
+def patched_aircraft(aircraft: AircraftModel, patch: Overlay) -> AircraftModel:
+    """Return the aircraft with an overlay on it."""
+    react, unit_forces = aircraft.react, aircraft.unit_forces
 
     def with_patch(motion: Motion, overlay: Overlay, *engines: Any) -> Reaction:
         return react(motion, patch + overlay, *engines)
 
-    return replace(aircraft, react=with_patch)
+    def units_with_patch(motion: Motion, overlay: Overlay, paths: frozenset[str]) -> UnitForces:
+        return unit_forces(motion, patch + overlay, paths)
+
+    return replace(aircraft, react=with_patch, unit_forces=units_with_patch)
 
 
 def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mapping[str, float]) -> Overlay | None:

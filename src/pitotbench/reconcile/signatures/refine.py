@@ -147,12 +147,14 @@ def _with_shapes(scene: Scene, effect: Effect, old: Signature, shapes: Shapes) -
 
 
 class _Trials:
-    """Compute the merit of signatures that are not in the layout; whiten the layout once."""
+    """Compute the merit of signatures that are not in the layout; whiten and fit the layout once."""
 
     def __init__(self, layout: Layout, noise: NoiseModel) -> None:
-        self._layout, self._noise = layout, noise
-        self._free = self._white(layout.free.columns)
-        self._residual = self._white(layout.residuals.values)
+        self._layout = layout
+        self._whiten = noise.whitener(layout.grid, layout.residuals.slack)
+        residual = self._whiten(layout.residuals.values)
+        self._known = np.concatenate([self._whiten(layout.free.columns), residual[:, :, None]], axis=2)
+        self._products = inner_products(self._known, residual, blocks=1)[0, :-1, :-1]
 
     @property
     def time(self) -> Seconds:
@@ -164,11 +166,11 @@ class _Trials:
         signatures = [_with_shapes(self._layout.scene, effect, s, shapes) for s in start]
         return _Trial(shapes, signatures, self._merit([s.column for s in signatures]))
 
-    def _white(self, values: Array) -> Array:
-        return self._noise.whiten(values, self._layout.grid, self._layout.residuals.slack)
-
     def _merit(self, columns: Sequence[Array]) -> float:
-        new = self._white(np.stack(columns, axis=2))
-        products = inner_products(np.concatenate([self._free, new], axis=2), self._residual, blocks=1)
-        equations = equations_from(products, self._free.shape[2], self._layout.free.deviations)
-        return merit(equations.fit(range(len(columns))))
+        new = self._whiten(np.stack(columns, axis=2)).reshape(-1, len(columns))
+        across = self._known.reshape(len(new), -1).T @ new
+        free, k = self._layout.free, len(columns)
+        first = len(free.names)  # of the new columns, which stand between the free parameters and the residual
+        order = [*range(first), *range(first + 1, first + 1 + k), first]
+        products = np.block([[self._products, across], [across.T, new.T @ new]])[np.ix_(order, order)]
+        return merit(equations_from(products[None], first, free.deviations).fit(range(k)))

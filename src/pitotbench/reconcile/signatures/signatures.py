@@ -6,7 +6,7 @@ the reaction of the force meter.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import singledispatch
 
 import numpy as np
@@ -15,10 +15,11 @@ from pitotbench import air
 from pitotbench.catalog import Catalog
 from pitotbench.effects import AircraftEffect, AirEffect, Baseline, Effect, Overlay, SensorEffect, Signals
 from pitotbench.reconcile.residuals.free_parameters import residuals_of_wind
-from pitotbench.reconcile.residuals.predicted_channels import channel_residuals
-from pitotbench.reconcile.residuals.replay import COARSE, answer, replay_rows, spread
+from pitotbench.reconcile.residuals.predicted_channels import change_by_answer
+from pitotbench.reconcile.residuals.replay import COARSE, replay_rows, spread
 from pitotbench.reconcile.residuals.scene import Scene
 from pitotbench.reconcile.residuals.track import mach_number
+from pitotbench.reconcile.signatures.added_forces import added_forces, adds_forces
 from pitotbench.units import Array
 
 OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths do not change an engine
@@ -115,12 +116,14 @@ def _aircraft_change(effect: AircraftEffect, scene: Scene, sizes: Mapping[str, f
     split = _throttle_split(overlay)
     if split is not None:
         return _in_split(scene, split)
-    run = not _spares_engines(overlay)
-    reaction = answer(lambda motion: model.aircraft.react(motion, overlay, run), model.coarse)
-    missing = (model.running if run else model.held) - reaction
+    missing = (
+        -added_forces(overlay, model.units)
+        if adds_forces(overlay)
+        else model.missing(overlay, not _spares_engines(overlay))
+    )
     rows = replay_rows(scene.clean, COARSE)
-    replay = replace(model.replay, values=model.replay.values + spread(model.replay.rows, rows, missing))
-    return channel_residuals(scene.clean, scene.grid, scene.frame, replay).values - scene.base.values
+    lost = spread(model.replay.rows, rows, missing)
+    return change_by_answer(scene.base.names, scene.clean, scene.grid, model.replay.rows, lost)
 
 
 def _warmed(scene: Scene, warmer: float) -> Array | None:
@@ -134,6 +137,11 @@ def _warmed(scene: Scene, warmer: float) -> Array | None:
     mach = scene.grid.smooth(mach_number(scene.clean))  # the rise of temperature at the probe grows with Mach
     moved[:, temperature] = air.total_temperature(warmer - air.LAPSE_RATE * lower, mach)
     return moved
+
+
+def acts_on_engines_alone(overlay: Overlay) -> bool:
+    """Whether all that an overlay adds goes through the engines, so that forces of the air do not move it."""
+    return not (_spares_engines(overlay) or overlay.masses or overlay.functions)
 
 
 def _spares_engines(overlay: Overlay) -> bool:

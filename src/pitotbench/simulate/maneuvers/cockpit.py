@@ -17,6 +17,7 @@ INSTRUMENTS = (
 
 HEADING_HOLD, BANK_HOLD = 1, 2  # ap/lateral-mode
 DIRECT, AIRSPEED_HOLD, MANIFOLD_PRESSURE_HOLD = 0, 1, 2  # ap/throttle-mode
+ALTITUDE_BY_PITCH, AIRSPEED_BY_PITCH = 1, 2  # ap/pitch-mode
 
 
 @dataclass(slots=True)
@@ -93,6 +94,15 @@ class Cockpit:
         self.targets.airspeed = airspeed
         self._hands.command("airspeed_target", airspeed)
         self._hands.command("throttle_mode", AIRSPEED_HOLD)
+
+    def hold_airspeed_by_pitch(self, airspeed: float) -> None:
+        """Hold a calibrated airspeed [m/s] by pitch; nothing holds the altitude. The target does not change."""
+        self._hands.command("airspeed_target", airspeed)
+        self._hands.command("pitch_mode", AIRSPEED_BY_PITCH)
+
+    def hold_altitude_by_pitch(self) -> None:
+        """Hold the altitude by pitch again, as every maneuver begins."""
+        self._hands.command("pitch_mode", ALTITUDE_BY_PITCH)
 
     def hold_heading(self, heading: float) -> None:
         """Hold a true heading [rad], turning the short way."""

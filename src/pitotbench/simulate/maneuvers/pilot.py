@@ -21,7 +21,13 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT
 
 CORRECTED = 0.7  # share of a noticed deviation that one correction takes out
 PURSUED = 5.0  # thresholds; a larger deviation is a commanded change under way, not an error to correct
-HELD_IN_MODE = {"airspeed": ("throttle_mode", 1), "heading": ("lateral_mode", 1), "bank": ("lateral_mode", 2)}
+# The modes in which the autopilot holds a quantity: the throttle or the nose holds an airspeed.
+HELD_IN_MODE = {
+    "airspeed": (("throttle_mode", 1), ("pitch_mode", 2)),
+    "altitude": (("pitch_mode", 1),),
+    "heading": (("lateral_mode", 1),),
+    "bank": (("lateral_mode", 2),),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +90,7 @@ class Person(Hands):
         self._random = np.random.default_rng(np.random.SeedSequence(truth_seed).spawn(1)[0])
         self._now = 0.0
         self._waiting: deque[tuple[float, str, float]] = deque()
-        self._commanded: dict[str, float] = {}
+        self._commanded: dict[str, float] = {"pitch_mode": 1}  # as the flight begins
         self._offsets: dict[str, float] = {}
         self._next_look: dict[str, float] = {}
 
@@ -107,8 +113,7 @@ class Person(Hands):
                 self._hold(quantity, deviation(quantity), seconds)
 
     def _holds(self, quantity: str) -> bool:
-        mode = HELD_IN_MODE.get(quantity)
-        in_mode = mode is None or self._commanded.get(mode[0]) == mode[1]
+        in_mode = any(self._commanded.get(name) == mode for name, mode in HELD_IN_MODE[quantity])
         return in_mode and f"{quantity}_target" in self._commanded
 
     def _hold(self, quantity: str, deviation: float, seconds: float) -> None:

@@ -6,11 +6,12 @@ from pitotbench.evidence.study.claims.claim import Claim as Claim
 from pitotbench.evidence.study.claims.claim import Finding as Finding
 from pitotbench.evidence.study.claims.data_density import DENSER, FEWER
 from pitotbench.evidence.study.claims.data_rates import FAST, SLOW
-from pitotbench.evidence.study.claims.down import DOWN, TURNS
+from pitotbench.evidence.study.claims.down import DOWN
 from pitotbench.evidence.study.claims.effort import RATINGS
 from pitotbench.evidence.study.claims.model_structure import BIAS, SAME
 from pitotbench.evidence.study.claims.ranking import RANKING
 from pitotbench.evidence.study.claims.times import QUARTER, TIMES
+from pitotbench.evidence.study.claims.turns import TURNS
 
 _TABLE = (TIMES, RANKING, FAST, SLOW, BIAS, SAME, DOWN, TURNS, DENSER, FEWER, RATINGS, AIRPLANE, QUARTER)
 

@@ -14,10 +14,11 @@ Verdict = Literal["reproduced", "in part", "not reproduced"]
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """The answer to a claim: our number with its spread over seeds, the verdict, its reason, tables, pictures."""
+    """The answer to a claim: verdict, number with its spread over seeds, experiment, reason, pictures, tables."""
 
     verdict: Verdict
     ours: str
+    experiment: str
     why: str
     charts: tuple[Chart, ...] = ()
     tables: tuple[pd.DataFrame, ...] = ()

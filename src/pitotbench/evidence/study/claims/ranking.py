@@ -59,6 +59,8 @@ def _ranking(evidence: StudyTables) -> Finding:
         verdict(held, first["50/50"] == "step_decrease"),
         f"50/50 Hz: {_order(usual)} ({_values(evidence)} kt); "
         f"Kendall's τ with the paper {signed(_agreement(usual))}",
+        f"Fit all five maneuvers in {len(table)} combinations of air, pilot, data rate, noise, and turns in or "
+        "out. Compute also, without any fit, what the injected pressure noise is in knots at the speeds flown.",
         f"Step Decrease has the smallest residual at {sum(m == 'step_decrease' for m in first.values())} of "
         f"{len(SYSTEMS)} data rates. {_because(evidence, usual, table)}",
         tables=(table,),
@@ -79,14 +81,14 @@ def _because(evidence: StudyTables, usual: list[float], table: pd.DataFrame) -> 
     spline = Spread.of(evidence.fit("smooth_two_sigma_kt", "rapid_decel", das="20/1", method="covering")).mean
     slowing = Spread.of(evidence.flight("slowing_kt_a_second", "rapid_decel")).mean
     return (
-        f"Over {len(table)} combinations of air, pilot, data rate, noise and turns in or out, τ with the paper's "
-        f"order runs from {signed(taus.min())} to {signed(taus.max())}. The injected noise, the same in pascals "
-        "for all and so more knots where a maneuver flies slowly, makes without any fit "
-        f"{_order(noise)} ({', '.join(f'{v:.2f}' for v in sorted(noise))} kt), τ "
-        f"{signed(rank_agreement(np.array(noise), np.array(usual)))} with what is found at 50/50 Hz; a tenth of it "
-        f"leaves {min(quiet):.3f} to {max(quiet):.3f} kt for all five. Rapid Decel is {quick:.2f} kt at 50/50 and "
-        f"{held:.2f} kt at 20/1, where a velocity is held for a second while it falls by up to {slowing:.1f} kt/s; "
-        f"with the fixes interpolated instead of held it is {spline:.2f} kt."
+        f"Over the combinations τ with the paper's order runs from {signed(taus.min())} to {signed(taus.max())}. "
+        "The injected noise makes the order: it is the same in pascals for all, and so more knots where a maneuver "
+        f"flies slowly. Without any fit it gives {_order(noise)} "
+        f"({', '.join(f'{v:.2f}' for v in sorted(noise))} kt), which agrees with the order found at 50/50 Hz at τ "
+        f"{signed(rank_agreement(np.array(noise), np.array(usual)))}. With a tenth of the noise all five lie "
+        f"between {min(quiet):.3f} and {max(quiet):.3f} kt. Rapid Decel has {quick:.2f} kt at 50/50 Hz and "
+        f"{held:.2f} kt at 20/1 Hz. There a velocity is held for a second while it falls by up to {slowing:.1f} "
+        f"kt/s; with the fixes interpolated it has {spline:.2f} kt."
     )
 
 

@@ -1,0 +1,67 @@
+"""Say what a campaign would fly and what it would cost, before anything is flown."""
+
+from collections.abc import Iterator
+from itertools import islice
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+from pitotbench.bench.campaign.result_store import ResultStore
+from pitotbench.bench.campaign.results_folder import STORE
+from pitotbench.bench.campaign.tasks import Task, sharded
+from pitotbench.bench.fleet.opening import usable_cores
+from pitotbench.simulate import MANEUVERS
+
+if TYPE_CHECKING:
+    from pitotbench.bench.campaign.runner import CampaignRequest
+
+# Measured on one core of a server of 2024 (docs/scale.md).
+CPU_SECONDS_A_MINUTE = 0.15  # of flight
+CPU_SECONDS_A_CALIBRATION = 0.12
+BYTES_A_PART = 4096
+BYTES_A_SAMPLE = 100  # of a log in Parquet
+_MINUTES = 6.0  # of a maneuver that the paper does not have
+_LOOKED_AT = 1_000  # flights of the plan
+
+
+def forecast(request: "CampaignRequest") -> Iterator[str]:
+    """Give the lines of a dry run: flights, flights stored, CPU minutes, wall minutes, and gigabytes.
+
+    The minutes are those of the stored flights of the plan, else of the paper's card of each maneuver.
+    """
+    plan = request.planned()
+    part, parts = request.shard or (1, 1)
+    count = len(range(part - 1, plan.count, parts))
+    tasks = plan.tasks(request.log_format, request.keep_logs)
+    looked = list(islice(sharded(tasks, (part, parts)), _LOOKED_AT))
+    store = ResultStore(request.out / STORE)
+    stored = [document for task in looked if (document := store.find(task.key)) is not None]
+    scale = count / len(looked)
+    cores = request.jobs or usable_cores()
+    measured = [document["made"]["cpu_s"] for document in stored if document["rows"]]
+    seconds = fmean(measured) * len(looked) if measured else sum(cpu_seconds(task) for task in looked)
+    minutes = scale * seconds / 60.0
+    size = scale * sum(_bytes(task) for task in looked) / 1e9
+    whole = "" if count == len(looked) else f" of the first {len(looked):,}"
+    varied = ", ".join(plan.varied) or "seeds"
+    yield f"flights: {count:,} ({len(plan.calibrations):,} calibrations each; varied: {varied})"
+    yield f"stored:  {len(stored):,}{whole}"
+    wall = f"{minutes / cores:,.0f} min on {cores} processes"
+    yield f"time:    about {minutes:,.0f} CPU min, {wall}, if none is stored"
+    yield f"disk:    about {size:,.2f} GB in {request.out}"
+    yield f"first:   {looked[0].name}; last looked at: {looked[-1].name}"
+
+
+def cpu_seconds(task: Task) -> float:
+    """Return the CPU seconds that a task is expected to take."""
+    fits = len(task.systems) * len(task.calibrations)
+    return CPU_SECONDS_A_MINUTE * _minutes(task) + CPU_SECONDS_A_CALIBRATION * fits
+
+
+def _minutes(task: Task) -> float:
+    return MANEUVERS[task.case.maneuver].minutes or _MINUTES
+
+
+def _bytes(task: Task) -> float:
+    logs = task.systems if task.keep_logs == "all" else ()
+    samples = sum(60.0 * _minutes(task) * system.air_rate for system in logs)
+    return BYTES_A_PART + BYTES_A_SAMPLE * samples

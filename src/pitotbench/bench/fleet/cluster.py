@@ -1,0 +1,136 @@
+"""A fleet on a dask cluster whose workers are checked before anything is flown.
+
+Every worker must have the versions of the driver, one thread, and must fly a short flight as the driver flies it.
+"""
+
+import hashlib
+import platform
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pitotbench.bench.fleet.saying import say
+from pitotbench.bench.fleet.task_limits import Limits
+from pitotbench.bench.fleet.task_stream import Fleet
+from pitotbench.records.errors import BadInputError
+
+_ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
+_AHEAD = 3  # tasks submitted for each worker: one that flies, one that waits at the worker, one on its way
+_PATIENCE = 60.0  # s to wait for the first worker
+_CLOSE = 1e-6  # relative difference of a flight on another processor that is no other flight
+
+
+@dataclass(frozen=True, slots=True)
+class Host:
+    """What a process says of itself before it flies for a campaign.
+
+    `code` is the digest of the code and the aircraft, `digest` that of the canonical flight, and `numbers` are some
+    numbers of this flight.
+    """
+
+    versions: Mapping[str, str]
+    code: str
+    digest: str
+    numbers: tuple[float, ...]
+
+
+def describe_host() -> Host:
+    """Return the versions, the code and the canonical flight of this process."""
+    from pitotbench.bench.fleet.canonical_flight import canonical_channels
+    from pitotbench.bench.fleet.code_digest import code_digest
+
+    channels = canonical_channels()
+    digest = hashlib.sha256()
+    for values in channels.values():
+        digest.update(np.ascontiguousarray(values).tobytes())
+    numbers = tuple(float(np.mean(values)) for values in channels.values())
+    versions = {"python": platform.python_version()} | {name: version(name) for name in _ALIKE}
+    return Host(versions, code_digest(), digest.hexdigest()[:16], numbers)
+
+
+@contextmanager
+def open_cluster(address: str, limits: Limits, security: Path | None = None) -> Iterator[Fleet]:
+    """Give a fleet on the workers of a dask scheduler.
+
+    Raises BadInputError where dask is not installed, where the scheduler does not answer, where it has no worker
+    within a minute, and where a worker has other versions, other code, more than one thread or flies otherwise.
+    """
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError as error:
+        raise BadInputError("--scheduler needs dask: pip install 'pitotbench[cluster]'") from error
+    secured = _security(distributed, address, security)
+    try:
+        client = distributed.Client(address, timeout="10s", security=secured)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise BadInputError(f"no dask scheduler answers at {address}: {error}") from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except TimeoutError as error:
+            raise BadInputError(
+                f"the scheduler at {address} has no worker; start one with `dask worker`"
+            ) from error
+        workers = client.scheduler_info(n_workers=-1)["workers"]
+        _require_one_thread(workers)
+        for note in check_hosts(describe_host(), client.run(describe_host, on_error="return")):
+            say(note)
+        yield Fleet(client.get_executor(pure=False), limits, window=max(_AHEAD * len(workers), 8))
+
+
+def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> list[str]:
+    """Return notes on workers whose results are close to those of the driver, but not the same bit for bit.
+
+    Raises BadInputError for a worker that differs in a version or in the code, or flies the canonical flight
+    otherwise; the message names the worker and the first difference.
+    """
+    notes = []
+    for name, there in workers.items():
+        if isinstance(there, BaseException):
+            raise BadInputError(f"worker {name} cannot fly: {type(there).__name__}: {there}")
+        for what, mine in here.versions.items():
+            if there.versions.get(what) != mine:
+                raise BadInputError(f"worker {name} has {what} {there.versions.get(what)}, the driver has {mine}")
+        if there.code != here.code:
+            raise BadInputError(f"worker {name} has other code or aircraft files than the driver; install the same")
+        if there.digest != here.digest:
+            if not np.allclose(there.numbers, here.numbers, rtol=_CLOSE, atol=0.0):
+                raise BadInputError(f"worker {name} flies the canonical flight otherwise than the driver")
+            notes.append(f"worker {name} flies the canonical flight alike, but not bit for bit: another processor")
+    return notes
+
+
+def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:
+    for name, worker in workers.items():
+        if worker["nthreads"] != 1:
+            raise BadInputError(
+                f"worker {name} has {worker['nthreads']} threads; a flight needs a process: "
+                "start it with `dask worker --nthreads 1 --nworkers N`"
+            )
+
+
+def _security(distributed: Any, address: str, file: Path | None) -> Any:
+    """Return the certificates of a `tls://` scheduler, from a TOML file with `ca`, `cert` and `key`."""
+    if file is None:
+        return None
+    try:
+        stated = tomllib.loads(file.read_text(encoding="utf-8"))
+        places = {key: str(file.parent / stated[key]) for key in ("ca", "cert", "key")}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BadInputError(f"{file}: not a TOML file with the paths ca, cert and key: {error}") from error
+    for key, place in places.items():
+        if not Path(place).is_file():
+            raise BadInputError(f"{file}: {key}: no file {place}")
+    return distributed.Security(
+        tls_ca_file=places["ca"],
+        tls_client_cert=places["cert"],
+        tls_client_key=places["key"],
+        require_encryption=address.startswith("tls"),
+    )

@@ -1,0 +1,134 @@
+"""Perform a stream of tasks through an executor, with a bounded number of them submitted at a time."""
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from dataclasses import dataclass, field
+from queue import SimpleQueue
+from typing import Any, TypeVar
+
+from pitotbench.bench.fleet.failure import Failure, FleetLostError, LostWorkError
+from pitotbench.bench.fleet.task_limits import Limits
+
+T = TypeVar("T")
+R = TypeVar("R")
+Step = Callable[[], None]
+
+MOST_LOST_AT_FIRST = 10  # processes that die before any task has ended: no worker works
+
+
+@dataclass(frozen=True, slots=True)
+class Fleet:
+    """Performs tasks through an executor, or in this process where the executor is None.
+
+    `window` is the number of tasks that are submitted at a time; it should be somewhat above the number of workers.
+    """
+
+    executor: Executor | None = None
+    limits: Limits = field(default_factory=Limits)
+    window: int = 64
+
+    def stream(self, work: Callable[[T], R], tasks: Iterable[T]) -> Iterator[tuple[T, R | Failure]]:
+        """Give each task with its result, in the order in which they end.
+
+        `tasks` is read only as far as needed. A task that raises an error gives a Failure, and the other tasks go
+        on. A task whose process dies is performed once more at the end, while no other task runs; where its process
+        dies again, the task is in quarantine: its Failure says so. With an executor, `work` and the tasks must be
+        picklable. Raises FleetLostError where the executor has ended.
+        """
+        if self.executor is None:
+            for task in tasks:
+                yield task, attempt(work, self.limits, task)
+            return
+        lost: list[T] = []
+        ended = False
+        for task, result in self._attempts(self.executor, work, tasks, self.window):
+            if isinstance(result, LostWorkError):
+                lost.append(task)
+                if not ended and len(lost) >= MOST_LOST_AT_FIRST:
+                    raise FleetLostError(f"no worker can work: {result}\n{result.log}".rstrip())
+                continue
+            ended = True
+            yield task, result
+        for task, result in self._attempts(self.executor, work, lost, 1):
+            if isinstance(result, LostWorkError):
+                yield task, Failure(f"{result}, twice", LostWorkError, result.log, quarantined=True)
+            else:
+                yield task, result
+
+    def perform(self, work: Callable[[T], R], tasks: Sequence[T], step: Step = lambda: None) -> list[R | Failure]:
+        """Return the result of `work` for every task, in their order. `step` is called after each task."""
+        done: dict[int, R | Failure] = {}
+        numbered: Iterator[tuple[tuple[int, T], R | Failure]] = self.stream(_Numbered(work), list(enumerate(tasks)))
+        for (place, _), result in numbered:
+            done[place] = result
+            step()
+        return [done[place] for place in range(len(tasks))]
+
+    def _attempts(
+        self, executor: Executor, work: Callable[[T], R], tasks: Iterable[T], window: int
+    ) -> Iterator[tuple[T, R | Failure | LostWorkError]]:
+        source, running = iter(tasks), dict[Future[R | Failure], T]()
+        ended: SimpleQueue[Future[R | Failure]] = SimpleQueue()
+        ready: deque[T] = deque()
+        while True:
+            while len(running) < window and (ready or _fill(ready, source)):
+                task = ready.popleft()
+                try:
+                    future = executor.submit(attempt, work, self.limits, task)
+                except (BrokenExecutor, RuntimeError) as error:
+                    raise FleetLostError(f"the executor takes no more tasks: {error}") from error
+                running[future] = task
+                future.add_done_callback(ended.put)
+            if not running:
+                return
+            over = ended.get()
+            yield running.pop(over), _outcome(over)
+
+
+@dataclass(frozen=True, slots=True)
+class _Numbered:
+    """The work on a task that carries its place."""
+
+    work: Callable[..., Any]
+
+    def __call__(self, task: tuple[int, Any]) -> Any:
+        return self.work(task[1])
+
+
+def _fill(ready: deque[T], source: Iterator[T]) -> bool:
+    for task in source:
+        ready.append(task)
+        return True
+    return False
+
+
+def _outcome(future: "Future[Any]") -> Any:
+    """Return the result of a future that has ended. An error outside of `attempt` means that its process died."""
+    try:
+        error = future.exception()
+    except CancelledError as cancelled:
+        raise FleetLostError("the executor has cancelled its tasks") from cancelled
+    if error is None:
+        return future.result()
+    if isinstance(error, LostWorkError):
+        return error
+    if isinstance(error, BrokenExecutor):
+        raise FleetLostError(f"{type(error).__name__}: {error}") from error
+    if type(error).__name__ == "KilledWorker":  # of dask, which is not imported without a scheduler
+        return LostWorkError("dask: its worker died")
+    if type(error).__name__ in ("FutureCancelledError", "CommClosedError"):
+        raise FleetLostError(f"the scheduler is gone: {error}") from error
+    return Failure.of(error)
+
+
+def attempt(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
+    """Return the result of a task within its limits, or the Failure of any error. This runs in any process."""
+    try:
+        with limits.hold():
+            return work(task)
+    except MemoryError as error:
+        held = "" if limits.memory is None else f"its limit of {limits.memory / 1e9:g} GB of "
+        return Failure(f"it needs more than {held}memory ({error})".replace(" ()", ""), quarantined=True)
+    except Exception as error:  # any error: it is reported, and the other tasks go on
+        return Failure.of(error)

@@ -1,0 +1,137 @@
+"""Give an account of a log: what it holds, what is missing for which question, and the bound to expect."""
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.bench.plan.drawn_gusts import MEAN_LENGTH, gust_deviation
+from pitotbench.calibrate import CalibrationOptions
+from pitotbench.calibrate.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.channels import CHANNELS
+from pitotbench.logbook import flights_in
+from pitotbench.records.case import Case
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.records.inspection import HeldChannel, LogInspection, Question
+from pitotbench.records.log import FlightLog
+from pitotbench.timeline import interval, pauses
+from pitotbench.units import DEGREE, KNOT, Array
+
+_SECTOR = 30.0 * DEGREE
+_VISITED = 0.02  # share of the rows that counts as a heading flown
+_MOST_ROWS = 3000  # that the expected bound is computed from: geometry needs no more
+_SPEEDS = 7  # airspeeds at which the bound is given
+_ROUNDS = 12
+_QUANTILES = (0.05, 0.5, 0.95)
+_FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
+_NEEDS = {  # question: what it needs beyond pressures and ground velocity, and what is assumed or lost without
+    "altitude (position) error": (("altitude",), "a geometric height; without it the error's place is assumed"),
+    "vertical wind": (("velocity_down",), "the vertical GPS velocity"),
+    "calibration with attitude and flow angles": (
+        ("roll", "pitch", "heading", "angle_of_attack", "sideslip"),
+        "attitude and flow angles",
+    ),
+    "reconciliation with a model": (
+        ("roll", "pitch", "heading", *_FORCES, "mass"),
+        "attitude, specific forces and mass",
+    ),
+}
+
+
+def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> LogInspection:
+    """Return the account of a log. `options` are those that a mapping advises for the calibration."""
+    chosen = options or CalibrationOptions()
+    speed = np.asarray(air.calibrated_airspeed(log.impact_pressure))
+    flying = speed > 0.5 * float(np.quantile(speed, 0.95))
+    wind = _wind(log, flying)
+    expected, refusal = _expected(log, chosen, wind, speed[flying])
+    flights = flights_in(log)
+    stopped = [(flight, int(row)) for flight in flights for row in pauses(flight.time)]
+    height = np.asarray(air.pressure_altitude(log.static_pressure))
+    found = log.header.get("warnings", ())
+    return LogInspection(
+        rows=len(log),
+        rate=1.0 / interval(log.time),
+        channels=tuple(_held(log, name) for name in log.channels()),
+        flights=tuple((float(flight.time[0]), float(flight.time[-1])) for flight in flights),
+        pauses=tuple((float(f.time[row - 1]), float(f.time[row] - f.time[row - 1])) for f, row in stopped),
+        headings=_headings(log, flying),
+        airspeeds=_quantiles(speed[flying]),
+        heights=_quantiles(height[flying]),
+        questions=_questions(log, expected is not None, refusal),
+        expected=expected,
+        refusal=refusal,
+        wind=wind,
+        warnings=tuple(str(warning) for warning in found),
+    )
+
+
+def _quantiles(values: Array) -> tuple[float, float, float]:
+    low, middle, high = (float(value) for value in np.quantile(values, _QUANTILES))
+    return low, middle, high
+
+
+def _held(log: FlightLog, name: str) -> HeldChannel:
+    channel, values = CHANNELS[name], log.channels()[name]
+    if channel.kind != "number":
+        return HeldChannel(name, "", None, None, None)
+    known = values[np.isfinite(values)]
+    changes = float(np.count_nonzero(np.diff(values)) / max(log.time[-1] - log.time[0], 1e-9))
+    low, _, high = _quantiles(known) if len(known) else (float("nan"),) * 3
+    return HeldChannel(name, channel.unit, low, high, changes)
+
+
+def _headings(log: FlightLog, flying: Array) -> int:
+    track = np.arctan2(log.velocity_east, log.velocity_north)[flying] % (2.0 * np.pi)
+    counts = np.bincount((track / _SECTOR).astype(np.intp) % 12, minlength=12)
+    return int(np.count_nonzero(counts > _VISITED * len(track)))
+
+
+def _wind(log: FlightLog, flying: Array) -> tuple[float, float]:
+    """Return the wind toward north and east [m/s] that brings ground speed and airspeed together best."""
+    temperature = log.air_temperature if log.air_temperature is not None else log.total_temperature
+    if temperature is None:
+        temperature = air.standard_temperature(air.pressure_altitude(log.static_pressure))
+    airspeed = air.true_airspeed(log.impact_pressure, log.static_pressure, temperature)[flying]
+    velocity = np.stack([log.velocity_north, log.velocity_east], axis=1)[flying]
+    wind, bias = np.zeros(2), 0.0
+    for _ in range(_ROUNDS):
+        through = velocity - wind
+        ground = np.maximum(np.linalg.norm(through, axis=1), 1e-3)
+        # A weak prior keeps the wind small where one heading cannot tell it from an error of the airspeed.
+        design = np.column_stack([through / ground[:, None], np.ones(len(ground))])
+        normal = design.T @ design + 1e-3 * len(ground) * np.eye(3)
+        step = np.linalg.solve(
+            normal, design.T @ (ground - airspeed - bias) - 1e-3 * len(ground) * np.r_[wind, bias]
+        )
+        wind, bias = wind + step[:2], bias + float(step[2])
+    return float(wind[0]), float(wind[1])
+
+
+def _expected(
+    log: FlightLog, options: CalibrationOptions, wind: tuple[float, float], speed: Array
+) -> tuple[tuple[Array, Array] | None, str]:
+    """Return airspeeds and 2σ to expect in light turbulence, or the reason why there is none."""
+    sample = log.select(np.arange(0, len(log), max(1, len(log) // _MOST_ROWS)))
+    low, _, high = _quantiles(speed)
+    speeds = np.linspace(low, high, _SPEEDS) if high - low > KNOT else np.array([0.5 * (low + high)])
+    noise = ExpectedNoise(gust_deviation=gust_deviation(Case(turbulence="light")), gust_length=MEAN_LENGTH)
+    plain = CalibrationOptions(accuracies=options.accuracies, use_down=False)
+    theta = np.array([0.0, 0.0, 0.0, *wind])
+    try:
+        bound = expected_two_sigma(sample, plain, theta, noise, speeds)
+    except (BadInputError, NoAnswerError) as error:
+        return None, str(error)
+    if not np.all(np.isfinite(bound)):
+        return None, "the flight does not determine the curve"
+    return (speeds, bound), ""
+
+
+def _questions(log: FlightLog, determined: bool, refusal: str) -> tuple[Question, ...]:
+    found = [Question("error curve and wind", determined, "" if determined else refusal)]
+    if log.total_temperature is None and log.air_temperature is None:
+        found.append(Question("temperature", False, "no temperature: a standard day within 10 K is assumed"))
+    for name, (needed, words) in _NEEDS.items():
+        missing = [channel for channel in needed if getattr(log, channel) is None]
+        found.append(
+            Question(name, not missing, f"needs {words}; missing: {', '.join(missing)}" if missing else "")
+        )
+    return tuple(found)

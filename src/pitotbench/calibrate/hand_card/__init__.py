@@ -1,0 +1,1 @@
+"""A card written by hand: corrections of its points, a curve a configuration, slips of the pencil."""

@@ -1,0 +1,43 @@
+"""`pitotbench map`: draft a mapping for a log whose columns have unknown names."""
+
+import argparse
+import sys
+from pathlib import Path
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench map`."""
+    parser.add_argument("log", type=Path, metavar="LOG", help="log file with unknown column names")
+    parser.add_argument("-o", "--out", type=Path, help="mapping to write (.toml); without it, it is printed")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draft the mapping, and write or print it with what is to be checked; return exit code 0."""
+    from pitotbench.logbook import write_text
+    from pitotbench.logbook.drafting import draft_mapping, mapping_text
+    from pitotbench.logbook.outputs import require_file
+    from pitotbench.logbook.reading import needs_mapping, read_table
+    from pitotbench.show.terminal import printable
+
+    if options.out is not None:
+        require_file(options.out, [".toml"], [options.log])
+    known = needs_mapping(options.log)
+    if known:
+        print(printable(f"{options.log.name}: {known}"))
+        return 0
+    drafted = draft_mapping(read_table(options.log))
+    text = mapping_text(drafted, options.log.name)
+    if options.out is None:
+        sys.stdout.write(printable(text, keep="\n"))
+        return 0
+    write_text(options.out, text)
+    print(printable(text.splitlines()[0].removeprefix("# ")))
+    for name in drafted.missing:
+        print(printable(f"missing: no column was found for {name}"))
+    for line in drafted.lines:
+        if line.question:
+            print(printable(f"check {line.guess.theirs!r} = {line.guess.target(line.unit)!r}: {line.question}"))
+    if drafted.refusal:
+        print(printable(f"with these lines the log is refused: {drafted.refusal}"))
+    print(printable(f"use it: pitotbench calibrate {options.log} --mapping {options.out}"))
+    return 0

@@ -1,0 +1,70 @@
+"""`pitotbench results`: list, filter, draw and put together the stored results of campaigns."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pitotbench.cli.exit_codes import DONE
+from pitotbench.records.errors import BadInputError
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+_SHOWN = "name,das,model,minutes,residual_two_sigma_kt,two_sigma_kt,curve_rms_error_kt,curve_coverage,state"
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench results`."""
+    parser.add_argument("folders", nargs="+", type=Path, metavar="DIR", help="folder of a campaign, or several")
+    parser.add_argument(
+        "--where", metavar="EXPRESSION", help="rows, such as \"turbulence == 'light' and seed < 10\""
+    )
+    parser.add_argument("--state", help="done, failed or quarantined")
+    parser.add_argument("--columns", default=_SHOWN, help="comma list, or all (default: %(default)s)")
+    parser.add_argument("--by", help="comma list of columns: the means over all others, and the number of rows")
+    parser.add_argument("--limit", type=int, default=40, help="rows printed (default: %(default)s; 0: all)")
+    parser.add_argument("--draw", metavar="Y,X", help="draw a column against another, with --out FILE.svg")
+    parser.add_argument("--out", type=Path, help="write the rows to .parquet or .csv, or the figure to .svg")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the rows, or their means, or write them; return exit code 0."""
+    from pitotbench.bench.campaign.result_table import chosen_rows, means, result_table, write_table
+
+    if options.draw and (options.out is None or options.out.suffix != ".svg"):
+        raise BadInputError("--draw needs --out FILE.svg")
+    table = chosen_rows(result_table(options.folders), options.where, options.state)
+    if options.draw:
+        return _draw(options, table)
+    if options.out is not None:
+        write_table(table, options.out)
+        print(f"{len(table):,} rows: {options.out}")
+        return DONE
+    columns = [*table.columns] if options.columns == "all" else options.columns.split(",")
+    shown = means(table, options.by.split(",")) if options.by else _selected(table, columns)
+    rows = len(shown) if options.limit == 0 else options.limit
+    print(shown.head(rows).to_string(index=False, float_format="%.3f"))
+    states = ", ".join(f"{count:,} {state}" for state, count in table.state.value_counts().items())
+    print(f"{len(table):,} rows of {table.flight.nunique():,} flights: {states}")
+    return DONE
+
+
+def _selected(table: "DataFrame", columns: list[str]) -> "DataFrame":
+    from pitotbench.bench.campaign.result_table import require_columns
+
+    require_columns(table, columns)
+    return table[columns]
+
+
+def _draw(options: argparse.Namespace, table: "DataFrame") -> int:
+    from pitotbench.bench.campaign.result_table import require_columns
+    from pitotbench.logbook import write_text
+    from pitotbench.show.scatter import scatter_svg
+
+    columns = options.draw.split(",")
+    if len(columns) != 2:
+        raise BadInputError(f"--draw {options.draw}: give two columns, such as two_sigma_kt,minutes")
+    require_columns(table, columns)
+    write_text(options.out, scatter_svg(table, *columns))
+    print(f"drawn: {options.out}")
+    return DONE

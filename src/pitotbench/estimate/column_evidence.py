@@ -1,0 +1,83 @@
+"""The evidence for further columns beside a fitted problem, without a fit of them.
+
+The columns' coefficients have a normal prior around zero. With the other coefficients integrated out, the ratio of
+the evidences with and without them needs only products of the columns with the whitened rows (the Schur complement
+of the normal equations), so that many sets of columns and many sizes of a prior cost one solution with the
+covariance.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.estimate.joint_noise import Noise
+from pitotbench.units import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Rows whose noise is independent of that of other parts.
+
+    `response` (n,), `regressors` (n, p) of the fitted coefficients, `further` (n, m) columns, and their noise.
+    """
+
+    response: Array
+    regressors: Array
+    further: Array
+    noise: Noise
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnEvidence:
+    """What the rows say of further columns when the fitted coefficients are integrated out.
+
+    `log_likelihood` is the restricted log-likelihood without them, up to a constant. `pull` (m,) and `precision`
+    (m, m) are the gradient and the negative Hessian of the one with them, at zero. `moved` (p, m) is the change of
+    the estimates of the fitted coefficients per unit of a further one.
+    """
+
+    log_likelihood: float
+    pull: Array
+    precision: Array
+    moved: Array
+
+    def log_bayes_factor(self, chosen: NDArray[np.intp], deviations: Array) -> float:
+        """The log evidence that the chosen columns (k,) add with prior standard deviations (k,)."""
+        pull, precision = self._scaled(chosen, deviations)
+        explained = pull @ np.linalg.solve(precision, pull)
+        return 0.5 * float(explained - np.linalg.slogdet(precision)[1])
+
+    def estimate(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
+        """The posterior mean of the chosen columns' coefficients, (k,)."""
+        pull, precision = self._scaled(chosen, deviations)
+        return np.asarray(deviations * np.linalg.solve(precision, pull))
+
+    def _scaled(self, chosen: NDArray[np.intp], deviations: Array) -> tuple[Array, Array]:
+        """Pull and posterior precision of the coefficients in units of their prior deviations."""
+        precision = self.precision[np.ix_(chosen, chosen)] * np.outer(deviations, deviations)
+        return deviations * self.pull[chosen], precision + np.eye(len(chosen))
+
+
+def column_evidence(parts: Sequence[Part], prior_precision: Array) -> ColumnEvidence:
+    """Compute the evidence for further columns; `prior_precision` (p,) is that of the fitted coefficients.
+
+    Raises numpy.linalg.LinAlgError where the rows do not determine the fitted coefficients.
+    """
+    p = len(prior_precision)
+    count = p + 1 + parts[0].further.shape[1]
+    products, determinant = np.zeros((count, count)), 0.0
+    for part in parts:
+        data = np.column_stack([part.regressors, part.response, part.further])
+        products += data.T @ part.noise.weigh(data)
+        determinant += part.noise.log_determinant
+    products.flat[: p * count : count + 1] += prior_precision
+    scale = np.sqrt(np.diag(products)[:p])
+    normal = products[:p, :p] / np.outer(scale, scale)
+    root = np.linalg.cholesky(normal)
+    explained = np.linalg.solve(root, products[:p, p:] / scale[:, None])
+    rest = products[p:, p:] - explained.T @ explained
+    determinant += 2.0 * float(np.sum(np.log(np.diag(root)) + np.log(scale)))
+    moved = -np.linalg.solve(root.T, explained[:, 1:]) / scale[:, None]
+    return ColumnEvidence(-0.5 * (determinant + float(rest[0, 0])), rest[1:, 0], rest[1:, 1:], moved)

@@ -1,0 +1,99 @@
+"""What a campaign costs: CPU, memory and time of the engine beside the flights."""
+
+import json
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from statistics import mean
+
+from pitotbench.bench.campaign.engine import fly_missing
+from pitotbench.bench.campaign.perform import perform_task
+from pitotbench.bench.campaign.plan_file import read_plan
+from pitotbench.bench.campaign.result_store import ResultStore
+from pitotbench.bench.campaign.stored_result import stored
+from pitotbench.bench.campaign.watching import Watch
+from pitotbench.bench.fleet import open_fleet
+from pitotbench.evidence.campaigns import stubs
+from pitotbench.evidence.campaigns.drivers import dask_cluster, fly, memory, write_plan
+
+
+def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
+    """Compare the CPU time of planning, keeping and finding a result with that of the shortest flight."""
+    plan = read_plan(write_plan(folder, str(flights)))
+    store = ResultStore(folder / "store")
+    with store:
+        begun = time.process_time()
+        tasks = [*plan.tasks(keep_logs="none")]
+        planned = time.process_time()
+        results = [perform_task(task) for task in tasks]
+        flown = time.process_time()
+        for task, result in zip(tasks, results, strict=True):
+            store.put(task.key, *stored(task, result))
+        kept = time.process_time()
+        assert all(store.find(task.key) for task in tasks)
+        found = time.process_time()
+    flight = (flown - planned) / flights
+    parts = {"plan and key": planned - begun, "keep": kept - flown, "find": found - kept}
+    yield f"shortest flight: {flight * 1e3:.0f} ms of CPU"
+    for name, seconds in parts.items():
+        yield f"  {name}: {seconds / flights * 1e3:.2f} ms"
+    yield f"overhead of store and index: {sum(parts.values()) / flights / flight:.2%} of the flight's CPU"
+    sizes = [path.stat().st_size for path in (folder / "store").glob("flights/*/*.json")]
+    yield f"bytes of a part: {mean(sizes):.0f}"
+
+
+def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
+    """Compare the CPU time inside the flights with that of all processes of a campaign."""
+    plan = write_plan(folder, str(flights))
+    if dask:
+        before = os.times()
+        with dask_cluster() as (address, _):
+            ended = fly(plan, folder / "dask", "--scheduler", address)
+        after = os.times()
+        cpu = after.children_user + after.children_system - before.children_user - before.children_system
+    else:
+        ended = fly(plan, folder / "local", "--jobs", "2")
+        cpu = ended.cpu
+    parts = (folder / ("dask" if dask else "local")).glob("store/flights/*/*.json")
+    inside = [json.loads(path.read_bytes())["made"]["cpu_s"] for path in parts]
+    kind, flown = "dask" if dask else "local", sum(inside)
+    yield f"{kind}, 2 workers, {len(inside)} flights: {flown:.1f} CPU s in flights, {cpu:.1f} in all processes"
+    yield f"  CPU efficiency {flown / cpu:.3f}; {mean(inside) * 1e3:.0f} ms a flight; wall {ended.seconds:.0f} s"
+
+
+def resume(folder: Path, flights: int) -> Iterator[str]:
+    """Measure the time of the command for a plan whose flights are all stored."""
+    path = write_plan(folder, str(flights))
+    tasks = read_plan(path).tasks(keep_logs="none")
+    store = ResultStore(folder / "out" / "store", sync=False)
+    with store:
+        first = next(tasks)
+        result = perform_task(first)
+        store.put(first.key, *stored(first, result))
+        for task in tasks:  # the numbers of one flight for all: only their storage counts here
+            store.put(task.key, *stored(task, result))
+    ended = fly(path, folder / "out", "--jobs", "2")
+    times = f"{ended.seconds:.1f} s of wall time, {ended.cpu:.1f} s of CPU"
+    yield f"resume with {flights:,} stored: {times}: {ended.said}"
+
+
+def driver_memory(folder: Path, tasks: int) -> Iterator[str]:
+    """Measure the memory of a driver while it performs tasks without flights in two processes and keeps them."""
+    store = ResultStore(folder / "stubs", sync=False)
+    samples: list[tuple[int, float]] = []
+    watch = Watch(tasks, "none")
+
+    def sampled() -> Iterator[stubs.Stub]:
+        for number, task in enumerate(stubs.stubs(tasks)):
+            if number % max(tasks // 8, 1) == 0:
+                samples.append((number, memory(os.getpid())))
+            yield task
+
+    begun, cpu = time.monotonic(), time.process_time()
+    with open_fleet(2) as fleet, store:
+        fly_missing(sampled(), stubs.act, stubs.stored, store, fleet, watch)
+    samples.append((tasks, memory(os.getpid())))
+    yield f"driver memory, {tasks:,} tasks: " + ", ".join(f"{size:.0f} MB at {n:,}" for n, size in samples)
+    seconds, used = time.monotonic() - begun, time.process_time() - cpu
+    yield f"  {used / tasks * 1e3:.2f} ms of the driver's CPU a task, {tasks / seconds:,.0f} tasks a second"

@@ -1,0 +1,100 @@
+"""What a campaign survives: drivers and workers that are killed, and a driver that is asked to stop."""
+
+import json
+import os
+import random
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from pitotbench.evidence.campaigns.drivers import (
+    alive,
+    dask_cluster,
+    descendants,
+    digest,
+    finish,
+    fly,
+    parts,
+    start,
+    wait_for_parts,
+    write_plan,
+)
+
+TABLE = "results.parquet"
+
+
+def kill_drivers(folder: Path, flights: int, kills: int = 10) -> Iterator[str]:
+    """Kill the driver at random moments, go on each time, and compare with a campaign that was left alone."""
+    plan = write_plan(folder, str(flights))
+    fly(plan, folder / "whole", "--jobs", "2")
+    out, lucky = folder / "killed", random.Random(15)
+    moments = sorted(lucky.sample(range(1, flights), kills))
+    left = lost = 0
+    for number, moment in enumerate(moments):
+        driver = start(plan, out, "--jobs", "2")
+        # Every second moment is soon after the start, while the workers are still starting.
+        if number % 2:
+            time.sleep(lucky.uniform(2.0, 8.0))
+        else:
+            wait_for_parts(out, moment, driver)
+        started = descendants(driver.pid)
+        before = parts(out)
+        driver.kill()
+        driver.communicate()
+        time.sleep(5.0)
+        left += sum(map(alive, started))
+        lost += parts(out) < before
+    kept = parts(out)
+    times = {path: path.stat().st_mtime_ns for path in (out / "store" / "flights").glob("*/*.json")}
+    last = fly(plan, out, "--jobs", "2")
+    again = sum(path.stat().st_mtime_ns != stamp for path, stamp in times.items())
+    same = digest(out / TABLE) == digest(folder / "whole" / TABLE)
+    yield f"driver killed with -9 {kills} times, {flights} flights; {kept} were stored after the last"
+    yield f"  table identical to the undisturbed one: {same}; exit code {last.code}"
+    yield f"  stored flights flown again: {again}; stored flights lost: {lost}; processes left after 5 s: {left}"
+
+
+def kill_workers(folder: Path, flights: int) -> Iterator[str]:
+    """Kill one worker in the middle of a campaign, of the local pool and of a dask cluster."""
+    plan = write_plan(folder, str(flights))
+    fly(plan, folder / "whole", "--jobs", "2")
+    driver = start(plan, folder / "local", "--jobs", "2")
+    begun = time.monotonic()
+    wait_for_parts(folder / "local", flights // 3, driver)
+    os.kill(_workers(driver.pid)[0], signal.SIGKILL)
+    yield _compared("local", folder, finish(driver, begun).code)
+    with dask_cluster() as (address, nannies):
+        driver = start(plan, folder / "dask", "--scheduler", address)
+        begun = time.monotonic()
+        wait_for_parts(folder / "dask", flights // 3, driver)
+        os.kill(_workers(nannies[0])[0], signal.SIGKILL)
+        yield _compared("dask", folder, finish(driver, begun).code)
+
+
+def stop_drivers(folder: Path, flights: int) -> Iterator[str]:
+    """Send SIGTERM and SIGINT in the middle of a campaign, and measure the time until the prompt is back."""
+    plan = write_plan(folder, str(flights))
+    for name in ("SIGTERM", "SIGINT"):
+        driver = start(plan, folder / name, "--jobs", "2")
+        wait_for_parts(folder / name, 3, driver)
+        begun = time.monotonic()
+        driver.send_signal(getattr(signal, name))
+        ended = finish(driver, begun)
+        yield f"{name}: prompt after {ended.seconds:.1f} s, exit code {ended.code}: {ended.said}"
+
+
+def _workers(pid: int) -> list[int]:
+    """Return the processes below a process that are neither a tracker of resources nor a nanny."""
+    found = []
+    for each in descendants(pid):
+        command = Path(f"/proc/{each}/cmdline").read_bytes().decode().replace("\0", " ")
+        if "spawn_main" in command:
+            found.append(each)
+    return found
+
+
+def _compared(kind: str, folder: Path, code: int) -> str:
+    same = digest(folder / kind / TABLE) == digest(folder / "whole" / TABLE)
+    states = [json.loads(path.read_bytes())["state"] for path in (folder / kind / "store/flights").glob("*/*.json")]
+    return f"worker killed with -9, {kind}: exit code {code}, {len(states)} flights stored, table identical: {same}"

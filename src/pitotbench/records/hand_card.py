@@ -1,0 +1,94 @@
+"""A card written by hand: its legs, and what they give: a point each airspeed and a curve each configuration."""
+
+from dataclasses import dataclass
+from math import pi
+
+from pitotbench.records.calibration import ErrorCurve
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CardLeg:
+    """One row of a card as it was read from the displays [SI, rad]; `row` counts from 1.
+
+    `air_temperature` is that of the air [K]; `track` is true.
+    """
+
+    row: int
+    point: str
+    configuration: str
+    indicated_airspeed: float
+    pressure_altitude: float
+    air_temperature: float
+    ground_speed: float
+    track: float
+
+
+@dataclass(frozen=True, slots=True)
+class ReadingSteps:
+    """The steps in which the displays of a card were read: airspeeds [m/s], height [m], temperature [K], track
+    [rad]."""
+
+    indicated_airspeed: float
+    pressure_altitude: float
+    air_temperature: float
+    ground_speed: float
+    track: float
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """A leg that cannot be: its row and point, what is wrong, and what was probably meant (empty where unknown)."""
+
+    row: int
+    point: str
+    words: str
+    probably: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CardPoint:
+    """What the legs at one airspeed give. `correction` is calibrated minus indicated airspeed [m/s];
+    `altitude_correction` is true minus indicated pressure altitude [m] where the static source errs. A point with
+    too few legs has None and the reason in `remark`. `wind_from` [rad]; `spread` [m/s] of the three-leg answers."""
+
+    point: str
+    configuration: str
+    legs: int
+    indicated_airspeed: float
+    calibrated_airspeed: float | None = None
+    correction: float | None = None
+    two_sigma: float | None = None
+    altitude_correction: float | None = None
+    altitude_two_sigma: float | None = None
+    true_airspeed: float | None = None
+    spread: float | None = None
+    wind_speed: float | None = None
+    wind_from: float | None = None
+    remark: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class HandCard:
+    """The answer of a card: points in their order, a curve by configuration, the slips found, and warnings."""
+
+    points: tuple[CardPoint, ...]
+    curves: dict[str, ErrorCurve]
+    slips: tuple[Slip, ...]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class HandPlan:
+    """A card to fly: legs a point, airspeeds [m/s] in the order to fly them, how often, minutes, and 2σ [m/s] of
+    the curve, mean over its airspeeds."""
+
+    legs: int
+    airspeeds: tuple[float, ...]
+    times: int
+    minutes: float
+    two_sigma: float
+
+    @property
+    def tracks(self) -> tuple[float, ...]:
+        """The true tracks of a point [rad], from north; any turn of all together does as well."""
+        return tuple(2.0 * pi * leg / self.legs for leg in range(self.legs))

@@ -1,0 +1,143 @@
+"""Views of records in a notebook: one line, HTML, a picture, a table. A new record adds one function to each."""
+
+from functools import singledispatch
+from html import escape
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pitotbench.air import calibrated_airspeed
+from pitotbench.channels import CHANNELS
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.forecast import Plan
+from pitotbench.records.log import FlightLog
+from pitotbench.show.airspeed_card import GLANCE_COLUMNS, glance_points
+from pitotbench.show.assumptions import assumption_lines
+from pitotbench.show.columns import html_table, json_rows
+from pitotbench.show.curve_table import CURVE_COLUMNS, curve_points
+from pitotbench.show.error_curves import draw_curve
+from pitotbench.show.limit import judgments, limit_for
+from pitotbench.show.plan_advice import plan_advice
+from pitotbench.show.plan_panels import draw_front
+from pitotbench.show.plan_table import plan_columns, plan_json
+from pitotbench.show.short_answer import short_answer_of
+from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
+from pitotbench.units import KNOT
+
+
+@singledispatch
+def in_one_line(record: object) -> str:
+    """The record in one line of text. Raises TypeError for a record without this view, as all views do."""
+    raise TypeError(f"{type(record).__name__} has no view in a notebook")
+
+
+@singledispatch
+def to_html(record: object) -> str:
+    """The record as a piece of HTML."""
+    return f"<pre>{escape(in_one_line(record))}</pre>"
+
+
+@singledispatch
+def to_frame(record: object) -> pd.DataFrame:
+    """The record as a table; each column ends in its unit."""
+    raise TypeError(f"{type(record).__name__} has no table")
+
+
+@singledispatch
+def draw(record: object, axes: Axes) -> None:
+    """Draw the record on axes."""
+    raise TypeError(f"{type(record).__name__} has no picture")
+
+
+def plot(record: object, axes: Axes | None = None) -> Figure:
+    """Draw the record on the axes given, or in a new figure, and return the figure."""
+    if axes is None:
+        axes = Figure(figsize=(1.5 * WIDE[0], 1.5 * WIDE[1]), layout="constrained").subplots()
+    draw(record, axes)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize="small")
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    return figure
+
+
+@in_one_line.register
+def _(record: Calibration) -> str:
+    return f"{record.model}. {short_answer_of(record, '').correction_sentence}"
+
+
+@to_html.register
+def _(record: Calibration) -> str:
+    answer = short_answer_of(record, "")
+    limits = [judgment.sentence for judgment in judgments(record)]
+    lines = [answer.correction_sentence, answer.wind_sentence, *limits, *assumption_lines(record)]
+    warnings = [f"<b>Warning:</b> {escape(text)}" for text in record.warnings]
+    words = "".join(f"<p>{line}</p>" for line in [*map(escape, lines), *warnings])
+    return words + html_table(GLANCE_COLUMNS, glance_points(record.curve))
+
+
+@to_frame.register
+def _(record: Calibration) -> pd.DataFrame:
+    return pd.DataFrame(json_rows(CURVE_COLUMNS, curve_points(record.curve)))
+
+
+@draw.register
+def _(record: Calibration, axes: Axes) -> None:
+    draw_curve(axes, {record.model: record}, None, (), limit_for(record))
+
+
+@in_one_line.register
+def _(record: FlightLog) -> str:
+    minutes = (record.time[-1] - record.time[0]) / 60.0
+    rate = 1.0 / float(np.median(np.diff(record.time)))
+    origin = "simulated" if record.simulated else "measured"
+    channels = len(record.channels())
+    return f"{origin}, {len(record):,} rows in {minutes:.1f} min at {rate:.4g} Hz, {channels} channels"
+
+
+@to_html.register
+def _(record: FlightLog) -> str:
+    names = ", ".join(to_frame(record).columns)
+    return f"<p><b>Flight log</b>, {escape(in_one_line(record))}</p><p>{escape(names)}</p>"
+
+
+@to_frame.register
+def _(record: FlightLog) -> pd.DataFrame:
+    return pd.DataFrame({CHANNELS[name].column: values for name, values in record.channels().items()})
+
+
+@draw.register
+def _(record: FlightLog, axes: Axes) -> None:
+    speeds = (
+        ("indicated airspeed", calibrated_airspeed(record.impact_pressure), BLUE),
+        ("ground speed", np.hypot(record.velocity_north, record.velocity_east), ORANGE),
+    )
+    for label, speed, color in speeds:
+        time, value = broken(*thin(record.time - record.time[0], speed / KNOT))
+        axes.plot(time / 60.0, value, color=color, lw=0.9, label=label)
+    axes.set(xlabel="time [min]", ylabel="speed [kt]")
+
+
+@in_one_line.register
+def _(record: Plan) -> str:
+    return " ".join(plan_advice(record)[:1])
+
+
+@to_html.register
+def _(record: Plan) -> str:
+    words = "".join(f"<p>{escape(line)}</p>" for line in [*plan_advice(record), record.conditions])
+    return words + html_table(plan_columns(record), record.forecasts)
+
+
+@to_frame.register
+def _(record: Plan) -> pd.DataFrame:
+    rows: list[dict[str, Any]] = plan_json(record)["forecasts"]
+    return pd.DataFrame([{k: v for k, v in row.items() if not isinstance(v, (dict, list))} for row in rows])
+
+
+@draw.register
+def _(record: Plan, axes: Axes) -> None:
+    draw_front(axes, record)

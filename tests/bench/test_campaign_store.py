@@ -1,0 +1,260 @@
+"""The store of a campaign: nothing stored is lost, nothing cut is used, and the same command goes on."""
+
+import errno
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from tests.bench.hard_tasks import Stub, act, stored
+
+from pitotbench.bench.campaign import result_store, watching
+from pitotbench.bench.campaign.engine import fly_missing
+from pitotbench.bench.campaign.reproduction import reproduce
+from pitotbench.bench.campaign.result_store import ResultStore, StoreError
+from pitotbench.bench.campaign.result_table import chosen_rows, means, result_table
+from pitotbench.bench.campaign.runner import CampaignRequest, run_campaign
+from pitotbench.bench.campaign.store_lock import StoreLock
+from pitotbench.bench.campaign.watching import Watch
+from pitotbench.bench.fleet import Fleet
+from pitotbench.cli import main
+from pitotbench.records.case import Case
+from pitotbench.records.errors import BadInputError
+
+SHORT = Case(card={"speeds_kt": [130.0, 110.0], "dwells_s": [10.0, 10.0], "settle_s": 2.0})
+
+
+@pytest.fixture
+def store(tmp_path):
+    return ResultStore(tmp_path / "store")
+
+
+def perform(store, tasks, wanted=lambda document, task: True):
+    watch = Watch(len(tasks), "none")
+    with store:
+        fly_missing(tasks, act, stored, store, Fleet(), watch, wanted)
+    return watch
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    """Two short flights, performed in this process."""
+    out = tmp_path_factory.mktemp("short") / "out"
+    request = CampaignRequest("decel_circle", "2/1", base=SHORT, seeds=1, out=out, jobs=1, keep_logs="none")
+    run_campaign(request)
+    run_campaign(replace(request, seeds="2-2"))
+    return request
+
+
+def test_what_is_stored_is_not_performed_again(store, tmp_path):
+    tasks = [Stub(f"{n:032x}", notes=str(tmp_path)) for n in range(5)]
+    perform(store, tasks[:3])
+    watch = perform(store, tasks)
+    assert (watch.found, watch.flown) == (3, 2)
+    assert len([*tmp_path.glob("0*")]) == 5
+    assert [*store.keys()] == [task.key for task in tasks]
+
+
+def test_a_failure_is_a_result_and_is_performed_again_only_when_asked(store):
+    tasks = [Stub("aa", "refuse"), Stub("bb")]
+    perform(store, tasks)
+    assert store.find("aa")["failures"] == ["aa: ValueError: not flown"]
+    assert perform(store, tasks).flown == 0
+    assert perform(store, tasks, lambda document, task: document["state"] == "done").flown == 1
+
+
+@pytest.mark.parametrize("content", [b"", b'{"key": "aa", "na', b"\x00\xff", b'{"key": "bb"}', b"[1]"])
+def test_a_part_that_is_cut_or_not_of_its_key_is_performed_again(store, content):
+    perform(store, [Stub("aa")])
+    store.part("aa").write_bytes(content)
+    assert store.find("aa") is None
+    assert perform(store, [Stub("aa")]).flown == 1
+    assert store.find("aa")["state"] == "done"
+
+
+def test_a_full_disk_stops_with_one_clear_line_and_loses_nothing(store, monkeypatch):
+    tasks = [Stub(f"{n:02d}") for n in range(4)]
+    whole = os.fsync
+    calls = []
+
+    def full(descriptor):
+        calls.append(1)
+        if len(calls) > 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        whole(descriptor)
+
+    monkeypatch.setattr(result_store.os, "fsync", full)
+    with pytest.raises(StoreError, match=r"No space left on device; what is stored is whole"):
+        perform(store, tasks)
+    assert [*store.keys()] == ["00", "01"]
+    assert not [*(store.folder / "scratch").iterdir()]
+    monkeypatch.undo()
+    assert (perform(store, tasks).found, [*store.keys()]) == (2, [task.key for task in tasks])
+
+
+def test_what_a_killed_driver_was_writing_is_cleared(store):
+    with store:
+        (store.folder / "scratch" / "aa.json").write_text("{")
+    perform(store, [Stub("bb")])
+    assert not [*(store.folder / "scratch").iterdir()]
+
+
+def test_a_second_driver_is_refused_and_told_who_writes(store):
+    code = (
+        "import sys; from pathlib import Path; from pitotbench.bench.campaign.store_lock import StoreLock\n"
+        "try: StoreLock(Path(sys.argv[1])).take()\n"
+        "except ValueError as error: print(error)"
+    )
+    with store:
+        said = subprocess.run(
+            [sys.executable, "-c", code, store.folder], capture_output=True, text=True, check=True
+        ).stdout
+    assert "belongs to another campaign that runs now" in said
+    assert f"process {os.getpid()}" in said
+    with store:  # it is free again
+        pass
+
+
+def test_the_lock_of_a_dead_owner_is_free_and_a_clock_set_back_gives_no_negative_age(store):
+    with store:
+        pass
+    later = {"host": "old", "process": 1, "since": time.time() + 1e6}
+    (store.folder / "lock").write_text(json.dumps(later))
+    assert StoreLock(store.folder).owner() == "process 1 on old, for 0 min"
+    with store:
+        pass
+
+
+def test_the_same_command_again_flies_nothing_and_gives_the_same_bytes(campaign):
+    request = replace(campaign, seeds=2)
+    first = run_campaign(request)
+    table = (request.out / "results.parquet").read_bytes()
+    again = run_campaign(request)
+    assert (first.found, first.flown, again.found, again.flown) == (2, 0, 2, 0)
+    assert (request.out / "results.parquet").read_bytes() == table
+    assert list(again.table.seed) == [1, 2]
+
+
+def test_a_flight_without_its_log_is_flown_again_where_logs_are_asked_for(campaign, tmp_path):
+    out = tmp_path / "out"
+    request = replace(campaign, out=out)
+    run_campaign(request)
+    assert not (out / "logs").exists()
+    again = run_campaign(replace(request, keep_logs="all"))
+    assert again.flown == 1
+    assert [path.name for path in (out / "logs").iterdir()] == ["decel_circle-seed1-2_1.parquet"]
+    assert run_campaign(replace(request, keep_logs="all")).flown == 0
+
+
+def test_results_of_other_code_stay_and_are_not_used(campaign, tmp_path, monkeypatch, capsys):
+    request = replace(campaign, out=tmp_path / "out", progress="lines")
+    run_campaign(request)
+    monkeypatch.setattr("pitotbench.bench.campaign.tasks.code_digest", lambda: "other")
+    monkeypatch.setattr("pitotbench.bench.campaign.runner.code_digest", lambda: "other")
+    assert run_campaign(request).flown == 1
+    assert "the stored flights are of other code" in capsys.readouterr().err
+    assert len([*ResultStore(request.out / "store").keys()]) == 2
+
+
+def test_the_index_is_made_again_where_it_is_cut(campaign):
+    before = result_table([campaign.out])
+    index = campaign.out / "store" / "index.parquet"
+    index.write_bytes(index.read_bytes()[:200])
+    pd.testing.assert_frame_equal(result_table([campaign.out]), before)
+    assert sorted(before.seed) == [1, 2]
+    assert set(before["das.gps_rate_hz"]) == {1.0}
+    assert len(result_table([campaign.out, campaign.out])) == 2  # each flight once
+
+
+def test_rows_are_chosen_and_averaged(campaign):
+    table = result_table([campaign.out])
+    assert list(chosen_rows(table, "seed == 2", "done").seed) == [2]
+    assert means(table, ["maneuver"]).rows.tolist() == [2]
+    for wrong in ("seed ==", "@table", "no_column > 1", "__import__('os')"):
+        with pytest.raises(BadInputError, match="--where"):
+            chosen_rows(table, wrong, None)
+
+
+def test_results_are_listed_drawn_and_written(campaign, tmp_path, capsys):
+    assert main(["results", str(campaign.out), "--by", "maneuver"]) == 0
+    assert "2 rows of 2 flights: 2 done" in capsys.readouterr().out
+    assert main(["results", str(campaign.out), "--out", str(tmp_path / "all.csv")]) == 0
+    assert len(pd.read_csv(tmp_path / "all.csv")) == 2
+    picture = tmp_path / "bound.svg"
+    assert main(["results", str(campaign.out), "--draw", "two_sigma_kt,minutes", "--out", str(picture)]) == 0
+    assert picture.read_text(encoding="utf-8").startswith("<svg")
+    assert main(["results", str(campaign.out), "--columns", "tow_sigma_kt"]) == 2
+    assert "two_sigma_kt" in capsys.readouterr().err
+
+
+def test_a_stored_flight_is_reproduced_bit_for_bit_and_a_changed_number_is_found(campaign, capsys):
+    flight = campaign.out / "decel_circle-seed2"
+    assert reproduce(flight).differences == ()
+    assert main(["reproduce", str(flight)]) == 0
+    assert "the same bit for bit" in capsys.readouterr().out
+    store = ResultStore(campaign.out / "store")
+    keys = [*store.keys()]
+    part = store.part(next(key for key in keys if store.find(key)["name"] == flight.name))
+    kept = part.read_bytes()
+    document = json.loads(kept)
+    document["rows"][0]["score"]["two_sigma"] *= 1.0 + 1e-9
+    part.write_text(json.dumps(document))
+    found = reproduce(part)
+    part.write_bytes(kept)
+    assert len(found.differences) == 1
+    assert "two_sigma_kt" in found.differences[0]
+    assert main(["reproduce", str(campaign.out / "nothing")]) == 2
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path):
+    (tmp_path / "thesis.txt").write_text("mine")
+    with pytest.raises(BadInputError, match="holds no campaign's results"):
+        run_campaign(CampaignRequest("circle", "20/1", out=tmp_path))
+    with pytest.raises(BadInputError, match="holds no stored results"):
+        result_table([tmp_path])
+
+
+def test_a_watch_counts_reports_once_a_minute_and_knows_the_time_left(capsys):
+    now = [0.0]
+    watch = Watch(100, "json", clock=lambda: now[0])
+    for number in range(50):
+        now[0] += 2.0
+        watch.fly("no answer" if number % 10 == 0 else "")
+    lines = [json.loads(line) for line in capsys.readouterr().err.splitlines()]
+    assert [line["flown"] for line in lines] == [30]
+    assert lines[0]["flights_per_s"] == pytest.approx(0.5)
+    assert lines[0]["left_s"] == 140
+    assert lines[0]["reasons"] == {"no answer": 3}
+    assert watch.line() == "50 of 100 flights, 0.50 a second, 2 min left, failed: 5 × no answer"
+    assert watching.Watch(10, "none").rate == 0.0
+
+
+def test_sigterm_stops_a_campaign_and_names_the_command_that_goes_on(tmp_path):
+    root = Path(__file__).parents[2]
+    plan = tmp_path / "short.toml"
+    plan.write_text('das = ["2/1"]\nseeds = "400"\n[case]\nmaneuver = "decel_circle"\n')
+    command = [
+        sys.executable,
+        "-m",
+        "pitotbench",
+        "campaign",
+        str(plan),
+        "--out",
+        str(tmp_path / "out"),
+        "--jobs",
+        "1",
+    ]
+    settings = os.environ | {"PYTHONPATH": str(root / "src")}
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=settings) as driver:
+        while driver.poll() is None and not [*(tmp_path / "out/store/flights").glob("*/*.json")]:
+            time.sleep(0.05)
+        driver.terminate()
+        said = driver.communicate(timeout=60)[1]  # the plan would take minutes
+    assert driver.returncode == 130
+    assert said.startswith("pitotbench: stopped (SIGTERM); ")
+    assert f"to go on: pitotbench campaign {plan}" in said.splitlines()[-1]

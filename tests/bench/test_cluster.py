@@ -1,0 +1,45 @@
+"""A worker of a cluster that differs from the driver is refused by name, before anything is flown."""
+
+from dataclasses import replace
+
+import pytest
+
+from pitotbench.bench.fleet.cluster import Host, check_hosts, open_cluster
+from pitotbench.bench.fleet.task_limits import Limits
+from pitotbench.records.errors import BadInputError
+
+HERE = Host({"python": "3.11.7", "jsbsim": "1.3.3"}, "c0de", "d1ge57", (250.0, -3.5))
+
+
+def test_workers_that_are_like_the_driver_pass_without_a_note():
+    assert check_hosts(HERE, {"a": HERE, "b": replace(HERE)}) == []
+
+
+def test_another_processor_that_flies_alike_is_allowed_with_a_note():
+    near = replace(HERE, digest="other", numbers=(250.0 * (1 + 1e-12), -3.5))
+    assert check_hosts(HERE, {"a": HERE, "b": near}) == [
+        "worker b flies the canonical flight alike, but not bit for bit: another processor"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("worker", "says"),
+    [
+        (replace(HERE, versions={"python": "3.11.7", "jsbsim": "1.2.0"}), "jsbsim 1.2.0, the driver has 1.3.3"),
+        (replace(HERE, code="other"), "worker b has other code"),
+        (replace(HERE, digest="other", numbers=(250.1, -3.5)), "worker b flies the canonical flight otherwise"),
+        (ModuleNotFoundError("No module named 'pitotbench'"), "worker b cannot fly: ModuleNotFoundError"),
+    ],
+)  # fmt: skip
+def test_a_worker_that_differs_is_refused_by_name(worker, says):
+    with pytest.raises(BadInputError, match=says):
+        check_hosts(HERE, {"a": HERE, "b": worker})
+
+
+def test_a_wrong_security_file_is_refused_by_name(tmp_path):
+    pytest.importorskip("distributed", reason="dask.distributed is an extra")
+    file = tmp_path / "tls.toml"
+    for text, says in (("ca = 1", "paths ca, cert and key"), ('ca = "a"\ncert = "b"\nkey = "c"', "ca: no file")):
+        file.write_text(text)
+        with pytest.raises(BadInputError, match=says), open_cluster("tls://127.0.0.1:1", Limits(), file):
+            pass

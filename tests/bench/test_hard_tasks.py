@@ -1,0 +1,135 @@
+"""A task that crashes, hangs or eats memory is put in quarantine, and takes no other task with it."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from tests.bench.hard_tasks import Stub, act
+
+from pitotbench.bench.fleet import Fleet, FleetLostError, Limits, open_fleet, task_stream
+
+LIMITS = Limits(seconds=2.0, memory=1_000_000_000)
+
+
+def keys(count):
+    return [Stub(f"{number:02d}") for number in range(count)]
+
+
+@pytest.fixture(scope="module")
+def performed(tmp_path_factory):
+    """Good tasks around one of every bad kind, performed by two processes."""
+    notes = str(tmp_path_factory.mktemp("notes"))
+    bad = [Stub("crash", "crash"), Stub("hang", "hang"), Stub("eat", "eat 3"), Stub("once", "crash-once", notes)]
+    tasks = [*keys(6), *bad, *keys(12)[6:]]
+    with open_fleet(2, limits=LIMITS) as fleet:
+        return dict(zip([task.key for task in tasks], fleet.perform(act, tasks), strict=True))
+
+
+def test_all_other_tasks_are_done(performed):
+    assert {key: result for key, result in performed.items() if isinstance(result, str)} == {
+        key: key for key in [*(stub.key for stub in keys(12)), "once"]
+    }
+
+
+def test_a_task_that_crashes_its_process_is_in_quarantine_with_its_log(performed):
+    failure = performed["crash"]
+    assert failure.quarantined
+    assert failure.reason == "its process ended (signal 6), twice"
+    assert "the simulator fell over" in failure.trace
+    assert "hard_tasks.py" in failure.trace  # where it was, from the handler of faults
+
+
+def test_a_task_that_hangs_is_in_quarantine_with_the_place_where_it_hung(performed):
+    failure = performed["hang"]
+    assert failure.quarantined
+    assert failure.reason == "it took longer than its limit of 2 s, twice"
+    assert "in act" in failure.trace
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the limit of data is enforced on Linux")
+def test_a_task_that_eats_memory_is_in_quarantine(performed):
+    assert performed["eat"].quarantined
+    assert performed["eat"].reason.startswith("it needs more than its limit of 1 GB of memory")
+
+
+def test_the_limits_do_not_hold_in_the_process_of_the_driver():
+    with open_fleet(1, limits=Limits(seconds=0.05)) as fleet:
+        assert fleet.perform(act, [Stub("slow", "sleep 0.2")]) == ["slow"]
+
+
+def test_a_plan_is_read_only_as_far_as_it_is_flown():
+    read = []
+
+    def endless():
+        for number in range(10**9):
+            read.append(number)
+            yield Stub(str(number))
+
+    with ThreadPoolExecutor(2) as pool:
+        stream = Fleet(pool, window=4).stream(act, endless())
+        assert [next(stream)[1] for _ in range(5)]
+        assert len(read) <= 5 + 4
+        stream.close()
+
+
+def test_workers_that_cannot_work_at_all_stop_the_fleet(monkeypatch):
+    monkeypatch.setattr(task_stream, "MOST_LOST_AT_FIRST", 2)
+    with open_fleet(2) as fleet, pytest.raises(FleetLostError, match="no worker can work"):
+        fleet.perform(os._exit, [3] * 30)
+
+
+DRIVER = """
+import sys, time
+from pitotbench.bench.fleet import open_fleet
+from tests.bench.hard_tasks import Stub, act
+if __name__ == "__main__":
+    with open_fleet(2) as fleet:
+        pids = lambda step=0: print(*fleet.executor.pids(), flush=True)
+        fleet.perform(act, [Stub("a"), Stub("b"), Stub("c", "hang"), Stub("d", "hang")], pids)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGKILL")
+def test_no_process_is_left_when_the_driver_is_killed(tmp_path):
+    script = tmp_path / "driver.py"
+    script.write_text(DRIVER)
+    root = Path(__file__).parents[2]
+    path = os.pathsep.join([str(root), str(root / "src")])
+    with subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": path}
+    ) as driver:
+        driver.stdout.readline()
+        workers = [int(pid) for pid in driver.stdout.readline().split()]
+        assert len(workers) == 2
+        driver.kill()
+    limit = time.monotonic() + 5.0
+    while any(map(alive, workers)) and time.monotonic() < limit:
+        time.sleep(0.05)
+    assert not [pid for pid in workers if alive(pid)]
+
+
+def alive(pid):
+    """Whether a process still runs; one that has ended and was not yet collected does not."""
+    try:
+        os.kill(pid, 0)
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (ProcessLookupError, FileNotFoundError):
+        return False
+
+
+def test_a_killed_worker_costs_no_result():
+    with open_fleet(2) as fleet:
+        done = []
+
+        def kill_one():
+            if not done:
+                os.kill(fleet.executor.pids()[-1], signal.SIGKILL)
+            done.append(1)
+
+        results = fleet.perform(act, [Stub(f"{n}", "sleep 0.1") for n in range(8)], kill_one)
+    assert results == [f"{n}" for n in range(8)]

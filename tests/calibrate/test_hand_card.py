@@ -1,0 +1,211 @@
+"""Cards written by hand: published examples, coverage on synthetic cards, slips of the pencil."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from hand_cards import DEG, FT, KT, STEPS, make_card, spoil, true_airspeed_kt
+
+from pitotbench.calibrate.accuracy import USUAL
+from pitotbench.calibrate.hand_card.card_points import reduce_card
+from pitotbench.calibrate.hand_card.slips import find_slips
+from pitotbench.cli.app import main
+from pitotbench.logbook.points_table import read_points
+from pitotbench.records.errors import BadInputError
+
+NAMES = ("point", "configuration", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc",
+         "ground_speed_kt", "track_deg")  # fmt: skip
+
+
+def write(path, rows):
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows([NAMES, *rows])
+    return path
+
+
+def as_rows(card):
+    return [
+        (leg.point, leg.configuration, round(leg.indicated_airspeed / KT), round(leg.pressure_altitude / FT),
+         round(leg.air_temperature - 273.15), round(leg.ground_speed / KT), round(leg.track / DEG))
+        for leg in card.legs
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("speeds", "tracks", "airspeed", "spread", "wind"),
+    [
+        ([178, 185, 188, 184], [178, 82, 355, 265], 183.7267, 0.8271, None),
+        ([140, 112, 120], [192, 283, 20], 129.9985, None, (20.63, 314.76)),  # Gray 1998
+    ],
+)
+def test_published_examples_to_the_last_digit(tmp_path, capsys, speeds, tracks, airspeed, spread, wind):
+    rows = [("1", "clean", 150, 5000, 5, speed, track) for speed, track in zip(speeds, tracks, strict=True)]
+    assert main(["fixed-speed", str(write(tmp_path / "points.csv", rows)), "--json"]) == 0
+    (point,) = json.loads(capsys.readouterr().out)["points"]
+    assert point["true_airspeed_kt"] == pytest.approx(airspeed, abs=5e-5)
+    assert point["spread_kt"] == (None if spread is None else pytest.approx(spread, abs=5e-5))
+    if wind:
+        assert (point["wind_speed_kt"], point["wind_from_deg"]) == pytest.approx(wind, abs=5e-3)
+
+
+def test_the_correction_is_that_of_the_true_airspeed(tmp_path):
+    """Without wind every leg says it: 6 kt at 100 KIAS, 8,000 ft, +3 °C; unequal airspeeds leave no trace."""
+    rows = []
+    for held, track in ((100, 10), (104, 130), (97, 250)):
+        speed = true_airspeed_kt(held, 6.0, 8000.0, 276.15)
+        rows.append(("a", "flaps", held, 8000, 3, f"{speed:.6f}", track))
+    legs, steps = read_points(write(tmp_path / "points.csv", rows))
+    (point,) = reduce_card(legs, steps).points
+    assert point.correction / KT == pytest.approx(6.0, abs=0.02)
+    assert point.wind_speed / KT == pytest.approx(0.0, abs=0.05)
+    # 6 kt at 100 kt are 3.1 hPa·0.5: the static pressure reads too high, the altimeter too low by 140 ft.
+    assert 100.0 < point.altitude_correction / FT < 180.0
+    assert point.legs == 3
+
+
+def test_coverage_on_two_hundred_cards():
+    """Half of three legs a point and half of four; development seeds. 1,000 points, a curve each."""
+    inside, curve_inside, slips = [], [], 0
+    for seed in range(1001, 1201):
+        card = make_card(seed, legs=3 + seed % 2)
+        found = reduce_card(card.legs, STEPS)
+        slips += len(found.slips)
+        for point in found.points:
+            if point.correction is not None:
+                truth = card.correction_kt(point.indicated_airspeed / KT) * KT
+                inside.append(abs(point.correction - truth) < point.two_sigma)
+        curve = found.curves["clean"]
+        truth = np.array([card.correction_kt(v / KT) for v in curve.indicated_airspeed]) * KT
+        curve_inside.append(np.abs(curve.correction - truth) < curve.two_sigma)
+    assert len(inside) >= 995
+    assert slips <= 2
+    assert 0.92 <= np.mean(inside) <= 0.98
+    assert 0.92 <= np.mean(curve_inside) <= 0.98
+
+
+SLIPS = {  # seed: row, what is written wrong; what was meant is what stood there
+    2001: (2, "track", lambda v: v + 400 if v < 100 else v + 360),  # 439 for 79: a digit too many, no track at all
+    2002: (7, "track", lambda v: float(str(round(v))[:-1] or 0)),  # a digit lost
+    2003: (11, "track", lambda v: (v + 180) % 360),  # the reciprocal
+    2004: (5, "ground_speed", lambda v: float("".join([*str(round(v))[:-2], *str(round(v))[:-3:-1]]))),  # exchanged
+    2005: (14, "ground_speed", lambda v: v + 20),  # a digit misread
+    2006: (3, "ground_speed", lambda v: v - 10),
+    2007: (9, "indicated_airspeed", lambda v: v + 20),
+    2008: (18, "track", lambda v: (v + 100) % 360),
+    2009: (1, "ground_speed", lambda v: v * 10),  # a zero too many
+    2010: (12, "track", lambda v: (v + 30) % 360),
+}
+
+
+def test_ten_slips_of_the_pencil():
+    """At least nine of ten are named by their row, and most with what was meant."""
+    units = {"track": DEG, "ground_speed": KT, "indicated_airspeed": KT}
+    named = meant = 0
+    for seed, (row, field, slip) in SLIPS.items():
+        card = make_card(seed)
+        right = round(getattr(card.legs[row - 1], field) / units[field])
+        wrong = spoil(card, row, **{field: slip(right)})
+        kept, found = find_slips(wrong.legs, STEPS, USUAL)
+        named += [each.row for each in found] == [row]
+        meant += any(each.row == row and f" {right}" in each.probably for each in found)
+        assert len(kept) == len(card.legs) - len(found)
+    assert named >= 9
+    assert meant >= 6
+
+
+def test_a_leg_that_cannot_be_is_named_and_the_rest_is_used(tmp_path, capsys):
+    card = make_card(2011)
+    rows = as_rows(card)
+    rows[4] = (*rows[4][:-1], 439)
+    path = write(tmp_path / "points.csv", rows)
+    assert main(["fixed-speed", str(path), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["slips"][0]["row"] == 5
+    assert "439° cannot be" in answer["warnings"][0]
+    point = next(p for p in answer["points"] if p["point"] == rows[4][0])
+    assert point["legs"] == 3
+    assert point["correction_kt"] is not None
+    assert "without row 5" in point["remark"]
+    assert main(["fixed-speed", str(path)]) == 0
+    assert "row 5" in capsys.readouterr().out
+
+
+def test_two_legs_left_are_no_point_but_serve_the_curve(tmp_path):
+    card = make_card(2012, legs=3)
+    wrong = spoil(card, 4, track=439.0)
+    found = reduce_card(wrong.legs, STEPS)
+    point = next(p for p in found.points if p.point == "2")
+    assert point.correction is None
+    assert "2 legs left" in point.remark
+    assert len(found.curves["clean"].correction) == 13
+
+
+def test_a_curve_for_each_configuration():
+    card = make_card(2013)
+    flaps = make_card(2014).legs
+    from dataclasses import replace
+
+    legs = [
+        *card.legs,
+        *(replace(leg, row=leg.row + 20, point=f"f{leg.point}", configuration="flaps") for leg in flaps),
+    ]
+    found = reduce_card(legs, STEPS)
+    assert set(found.curves) == {"clean", "flaps"}
+    assert len(found.points) == 10
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ([("1", "c", 100, 5000, 5, 110, 90)] * 2, "at least three legs"),
+        ([("1", "c", 100, 5000, "", 110, 90)] * 4, "row 1: a number is missing"),
+        ([("1", "c", 100, 5000, 5, 110, "north")] * 4, "'north' is not a number"),
+    ],
+)
+def test_cards_that_cannot_be_read(tmp_path, capsys, rows, words):
+    assert main(["fixed-speed", str(write(tmp_path / "points.csv", rows))]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_one_track_is_no_point(tmp_path):
+    rows = [("1", "c", 100, 5000, 5, speed, 90) for speed in (110, 111, 110)]
+    (point,) = reduce_card(*read_points(write(tmp_path / "points.csv", rows))).points
+    assert point.correction is None
+    assert "60° apart" in point.remark
+
+
+def test_the_sheet_prints(tmp_path, capsys):
+    sheet = tmp_path / "sheet.html"
+    assert main(["fixed-speed", "--sheet", str(sheet)]) == 0
+    text = sheet.read_text(encoding="utf-8")
+    assert text.count("<tr") == 25
+    assert all(name in text for name in NAMES)
+    assert main(["fixed-speed", "--sheet", str(tmp_path / "sheet.pdf")]) == 2
+
+
+def test_a_missing_column_is_named(tmp_path):
+    path = tmp_path / "points.csv"
+    path.write_text("point,indicated_airspeed_kt\n1,100\n")
+    with pytest.raises(BadInputError, match="missing columns pressure_altitude_ft, air_temperature_degc"):
+        read_points(path)
+
+
+def test_a_plan_by_hand_keeps_its_word(capsys):
+    """The shortest card for the wanted bound; flown cards of its form have such a bound."""
+    assert main(["plan", "--by-hand", "--speeds-kt", "75,145", "--want-kt", "1", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    fly, cards = answer["fly"], answer["cards"]
+    assert fly["two_sigma_kt"] <= 1.0
+    assert all(card["two_sigma_kt"] > 1.0 for card in cards if card["minutes"] < fly["minutes"])
+    five = [make_card(seed, legs=4, points=5) for seed in range(3001, 3011)]
+    flown = np.mean([reduce_card(card.legs, STEPS).curves["clean"].two_sigma.mean() / KT for card in five])
+    planned = [card["two_sigma_kt"] for card in cards if 35.0 <= card["minutes"] <= 40.0]
+    assert planned
+    assert 0.6 * planned[-1] < flown < 1.6 * planned[-1]
+
+
+@pytest.mark.parametrize("flags", [["--want-kt", "-1"], ["--speeds-kt", "160,100"], ["--speeds-kt", "1,2,3"]])
+def test_plans_by_hand_that_make_no_sense(flags, capsys):
+    assert main(["plan", "--by-hand", *flags]) == 2
+    assert flags[0] in capsys.readouterr().err

@@ -1,0 +1,94 @@
+"""`--model auto` and the fixed-speed methods treat the location of the error as the default fit does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import static_flights as fixture
+
+from pitotbench import bench
+from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.calibrate.averaging import model_average
+from pitotbench.calibrate.gps_legs.leg_points import cross_check, fixed_speed_points
+from pitotbench.pressure_error import MODELS
+
+FEW = {name: MODELS[name] for name in ("linear", "inverse+", "spline")}
+
+
+def _stated(location, **changes):
+    return CalibrationOptions(error_location=location, **changes)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_models():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(model_average, "MODELS", FEW)
+        yield
+
+
+@pytest.fixture(scope="module")
+def bare():
+    return fixture.without_height(fixture.fly("circle", 5))
+
+
+@pytest.fixture(scope="module")
+def total(bare):
+    return calibrate(bare, _stated("total", model="auto")).curve
+
+
+@pytest.fixture(scope="module")
+def turns(light_flights):
+    """A flight of turns with the error at the static source, as a log that is not marked as synthetic."""
+    flight = light_flights["circle"]
+    spec = replace(flight.case.pressure_error, location="static")
+    log = bench.sense(replace(flight, case=replace(flight.case, pressure_error=spec)), "20/1")
+    return replace(log, header={"accuracy": fixture.EXACT})
+
+
+def test_models_without_height_allow_for_the_other_location(bare, total):
+    free, static = (calibrate(bare, _stated(name, model="auto")).curve for name in ("auto", "static"))
+    apart = total.correction - static.correction
+    np.testing.assert_allclose(free.correction, static.correction, atol=1e-9)
+    np.testing.assert_allclose(free.two_sigma, np.hypot(static.two_sigma, 2.0 * apart), rtol=0.05)
+    assert np.max(free.two_sigma / static.two_sigma) > 1.005
+
+
+def test_models_are_mixed_over_both_locations_where_the_height_is_undecided(total, monkeypatch):
+    """With the probability set to a half, the answer lies midway between those of the two locations."""
+    reduce_log, log = model_average.reduce_log, fixture.fly("circle", 5)
+
+    def undecided(*arguments):
+        rows = reduce_log(*arguments)
+        return replace(rows, diagnostics={**rows.diagnostics, "static_probability": 0.5})
+
+    static = calibrate(log, _stated("static", model="auto")).curve
+    monkeypatch.setattr(model_average, "reduce_log", undecided)
+    mixed = calibrate(log, _stated("auto", model="auto")).curve
+    np.testing.assert_allclose(mixed.correction, 0.5 * (static.correction + total.correction), atol=0.01)
+    assert np.mean(static.two_sigma) < np.mean(mixed.two_sigma) < 1.1 * np.mean(total.two_sigma)
+
+
+def test_fixed_speed_points_find_the_location_by_the_height(turns):
+    here, there = (fixed_speed_points(turns, _stated(name)) for name in ("static", "total"))
+    assert len(here) >= 3
+    for point, static, total in zip(fixed_speed_points(turns), here, there, strict=True):
+        # A share of some percent may remain for the other location.
+        assert abs(point.correction - static.correction) <= 0.1 * abs(total.correction - static.correction)
+        assert static.two_sigma <= point.two_sigma < static.two_sigma + abs(total.correction - static.correction)
+
+
+def test_fixed_speed_points_without_height_are_static_with_the_difference_in_the_bound(turns):
+    log = replace(turns, altitude=None)
+    here, there = (fixed_speed_points(log, _stated(name)) for name in ("static", "total"))
+    for point, static, total in zip(fixed_speed_points(log), here, there, strict=True):
+        assert point.correction == pytest.approx(static.correction, abs=1e-9)
+        apart = total.correction - static.correction
+        assert point.two_sigma == pytest.approx(np.hypot(static.two_sigma, 2.0 * apart), rel=1e-6)
+        assert abs(apart) > 1e-3
+
+
+def test_the_cross_check_has_the_location_of_the_curve(turns):
+    found = calibrate(turns)
+    assert found.error_location == "static"
+    points, known = cross_check(turns, None, found), fixed_speed_points(turns)
+    assert [p.correction for p in points] == pytest.approx([p.correction for p in known], abs=1e-6)

@@ -1,0 +1,79 @@
+"""The check for a wind that changed: what it names, what it leaves alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import static_flights as flights
+
+from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.units import DEGREE
+
+CHECKED, CONSTANT = CalibrationOptions(wind="checked"), CalibrationOptions(wind="constant")
+
+
+def flown(maneuver, seed, change=None, with_heading=True):
+    """A flight in gusts, with its heading to 0.5°, carried by a wind that changes with time [m/s north, east]."""
+    log = flights.fly(maneuver, seed)
+    heading = None
+    if with_heading:
+        rng = np.random.default_rng(seed)
+        air = np.stack([log.velocity_north - flights.WIND[0], log.velocity_east - flights.WIND[1]])
+        heading = np.arctan2(air[1], air[0]) + 2.0 * DEGREE + 0.5 * DEGREE * rng.standard_normal(len(log))
+    if change is None:
+        return replace(log, heading=heading)
+    fix = np.maximum.accumulate(np.where(log.gps_fresh, np.arange(len(log)), 0))
+    north, east = (part[fix] for part in change(log.time))
+    moved = {"velocity_north": log.velocity_north + north, "velocity_east": log.velocity_east + east}
+    return replace(log, heading=heading, **moved)
+
+
+def front(middle, north, east):
+    """A change within 20 s."""
+
+    def change(time):
+        step = np.clip((time - middle) / 20.0 + 0.5, 0.0, 1.0)
+        return north * step, east * step
+
+    return change
+
+
+def named(result):
+    return [warning for warning in result.warnings if "the wind may have changed" in warning]
+
+
+@pytest.mark.parametrize("maneuver", ["step_decrease", "rapid_decel"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_front_is_named_by_its_size_where_each_speed_is_flown_once(maneuver, seed):
+    found = calibrate(flown(maneuver, seed, front(150.0, 2.8, 2.8)), CHECKED)
+    assert len(named(found)) == 1
+    assert found.diagnostics["wind_change_mps"] == pytest.approx(4.0, abs=1.5)
+
+
+def test_the_heading_is_what_shows_it():
+    change = front(150.0, 2.8, 2.8)
+    evidence = [
+        calibrate(flown("step_decrease", 1, change, seen), CHECKED).diagnostics["wind_change_bayes_factor"]
+        for seen in (True, False)
+    ]
+    assert evidence[0] > 10.0 * evidence[1]
+
+
+@pytest.mark.parametrize("maneuver", ["step_decrease", "rapid_decel", "circle"])
+def test_a_constant_wind_is_named_in_few_flights(maneuver):
+    assert sum(bool(named(calibrate(flown(maneuver, seed), CHECKED))) for seed in range(20, 26)) <= 1
+
+
+def test_the_answer_is_that_of_a_constant_wind():
+    log = flown("circle", 1)
+    checked, constant = calibrate(log, CHECKED), calibrate(log, CONSTANT)
+    np.testing.assert_array_equal(checked.curve.two_sigma, constant.curve.two_sigma)
+    np.testing.assert_array_equal(checked.curve.correction, constant.curve.correction)
+
+
+def test_a_heading_that_is_off_or_follows_the_speed_is_no_change_of_the_wind():
+    """A compass with 8° of variation left in, and a trim that turns the nose by 2° over the speeds."""
+    log = flown("step_decrease", 3)
+    share = log.impact_pressure / float(np.median(log.impact_pressure)) - 1.0
+    off = replace(log, heading=log.heading + 8.0 * DEGREE + 2.0 * DEGREE * share)
+    assert not named(calibrate(off, CHECKED))

@@ -1,0 +1,113 @@
+"""A file with two flights: one curve for both, a wind for each, told as text, as JSON and on the page."""
+
+import json
+from contextlib import redirect_stdout
+from dataclasses import replace
+from io import StringIO
+
+import numpy as np
+import pytest
+
+from pitotbench import bench
+from pitotbench.cli.app import DONE, main
+from pitotbench.logbook import write_log
+from pitotbench.records.log import FlightLog
+from pitotbench.units import KNOT
+
+NORTH, EAST = 5.0, -3.0  # m/s: the second flight meets so much more wind
+PAUSE = 1800.0  # s
+
+
+def after(first: FlightLog, second: FlightLog, pause: float) -> FlightLog:
+    """Two logs in one, the second so many seconds after the first."""
+    shifted = replace(second, time=second.time - second.time[0] + first.time[-1] + pause)
+    return FlightLog(
+        **{name: np.concatenate([v, shifted.channels()[name]]) for name, v in first.channels().items()},
+        header=first.header,
+    )
+
+
+@pytest.fixture(scope="module")
+def flights(light_flights):
+    first, second = (bench.sense(light_flights[name], "20/1") for name in ("rapid_decel", "circle"))
+    more = {"velocity_north": second.velocity_north + NORTH, "velocity_east": second.velocity_east + EAST}
+    return first, replace(second, **more)
+
+
+@pytest.fixture(scope="module")
+def path(flights, tmp_path_factory):
+    path = tmp_path_factory.mktemp("several") / "two.csv"
+    write_log(after(*flights, PAUSE), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def documents(path):
+    printed = StringIO()
+    with redirect_stdout(printed):
+        assert main(["calibrate", str(path), "--json"]) == DONE
+    return json.loads(printed.getvalue())
+
+
+def test_one_curve_covers_and_is_narrower_than_that_of_each_alone(documents, flights, light_flights):
+    first, second = documents
+    for point, other in zip(first["curve"], second["curve"], strict=True):
+        assert {**point, "white_two_sigma_kt": 0.0} == {**other, "white_two_sigma_kt": 0.0}  # of each log's own fit
+    speed, correction, bound = (
+        np.array([point[key] for point in first["curve"]])
+        for key in ("indicated_airspeed_kt", "correction_kt", "two_sigma_kt")
+    )
+    truth = bench.true_correction(light_flights["circle"].case.pressure_error, speed * KNOT) / KNOT
+    assert np.mean(np.abs(correction - truth) <= bound) >= 0.9
+    for log in flights:
+        alone = bench.calibrate(log).curve
+        assert np.mean(bound) < np.mean(alone.two_sigma) / KNOT
+
+
+def test_each_flight_has_its_own_wind(documents):
+    first, second = (document["wind"] for document in documents)
+    for axis, more in (("north", NORTH), ("east", EAST)):
+        bound = np.hypot(first[f"{axis}_two_sigma_kt"], second[f"{axis}_two_sigma_kt"])
+        assert second[f"{axis}_kt"] - first[f"{axis}_kt"] == pytest.approx(more / KNOT, abs=1.5 * bound)
+
+
+def test_text_and_page_say_which_flight_it_is(path, capsys, tmp_path):
+    page = tmp_path / "page.html"
+    assert main(["calibrate", str(path), "--report", str(page)]) == DONE
+    text, html = capsys.readouterr().out, page.read_text(encoding="utf-8")
+    for number in (1, 2):
+        assert f"two.csv, flight {number} of 2" in text
+        assert f"two.csv, flight {number} of 2" in html
+        assert f"flight {number} of 2 in the log" in text
+    assert text.count("one curve from 2 flights") == html.count("one curve from 2 flights") == 2
+
+
+def test_the_document_says_which_flight_it_is(documents):
+    first, second = (document["flight"] for document in documents)
+    assert (first["number"], second["number"], first["of"], first["flights_of_the_curve"]) == (1, 2, 2, 2)
+    assert second["from_s"] - first["to_s"] == pytest.approx(PAUSE)
+
+
+def test_a_flight_that_determines_nothing_is_left_out_and_said(flights):
+    first, second = flights
+    leg = second.select(np.arange(60 * 20))
+    three = after(after(first, leg, PAUSE), second, PAUSE)
+    found = bench.calibrate_flights([three])
+    assert [(each.number, each.count, each.joined) for each in found] == [(1, 3, 2), (3, 3, 2)]
+    assert all(any("flight 2 of this log" in text for text in each.calibration.warnings) for each in found)
+
+
+def test_legs_that_are_recorded_apart_are_one_flight(flights):
+    """Each stretch lies on one heading, so none gives a wind alone; together they do."""
+    log = flights[0]
+    track = np.arctan2(log.velocity_east, log.velocity_north)
+    out, back = (np.flatnonzero(sign * np.cos(track - track[0]) > 0.97) for sign in (1.0, -1.0))
+    parted = after(log.select(out[out < back[0]]), log.select(back), PAUSE)
+    (found,) = bench.calibrate_flights([parted])
+    assert (found.number, found.count, len(found.log)) == (1, 1, len(parted))
+
+
+def test_models_are_weighed_for_each_flight_alone(flights):
+    found = bench.calibrate_flights([after(*flights, PAUSE)], bench.CalibrationOptions(model="auto"))
+    assert [each.joined for each in found] == [1, 1]
+    assert all(any("its own curve" in text for text in each.calibration.warnings) for each in found)

@@ -1,0 +1,36 @@
+"""Every command and every piece of Python of the tutorials runs, in the order of the page, in an empty folder."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from pitotbench.cli.app import main
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = [*sorted((DOCS / "tutorials").glob("*.md")), DOCS / "api.md"]
+_BLOCK = re.compile(r"^```(console|toml|python|csv)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+_NAME = re.compile(r"# (\S+\.(?:toml|csv))\n")
+
+
+def _run(command: str) -> None:
+    program, *words = shlex.split(command, comments=True)
+    assert program == "pitotbench", command
+    assert main(words) == 0, command
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    blocks = _BLOCK.findall(page.read_text(encoding="utf-8"))
+    assert blocks
+    for kind, text in blocks:
+        if kind == "console":
+            for line in text.splitlines():
+                if line.startswith("$ "):
+                    _run(line.removeprefix("$ "))
+        elif kind == "python":
+            exec(compile(text, page.name, "exec"), {})
+        elif name := _NAME.match(text):
+            (tmp_path / name[1]).write_text(text, encoding="utf-8")

@@ -1,0 +1,356 @@
+"""One flight as the files of other systems, each written after its public description or by its own library."""
+
+import struct
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, PSF, Array
+
+ROWS = 420
+START = datetime(2026, 5, 4, 14, 3, 6)
+VARIATION = 12.5  # degrees, east
+SETTING = 30.12  # inHg
+
+
+def flight() -> dict[str, Array]:
+    """Channels [SI] of seven minutes at 1 Hz: circles at a changing airspeed, in wind and gusts."""
+    rng = np.random.default_rng(11)
+    time = np.arange(float(ROWS))
+    speed, heading = 62.0 + 9.0 * np.sin(time / 60.0), time / 35.0
+    static = 81200.0 + 60.0 * np.sin(time / 40.0) + 4.0 * rng.standard_normal(ROWS)
+    mach = (speed + 0.3 * rng.standard_normal(ROWS)) / air.sound_speed(276.0)
+    north, east = speed * np.cos(heading) + 5.0, speed * np.sin(heading) - 6.0
+    return {
+        "time": time,
+        "impact_pressure": np.asarray(air.impact_pressure_from_mach(mach, static)),
+        "static_pressure": static,
+        "air_temperature": 276.0 + 0.3 * rng.standard_normal(ROWS),
+        "velocity_north": north,
+        "velocity_east": east,
+        "velocity_down": 0.1 * rng.standard_normal(ROWS),
+        "altitude": np.asarray(air.pressure_altitude(static)) + rng.standard_normal(ROWS),
+        "heading": heading % (2.0 * np.pi),
+    }
+
+
+def displayed(flown: dict[str, Array]) -> dict[str, Array]:
+    """What a cockpit shows of the flight, in the units of a cockpit."""
+    north, east = flown["velocity_north"], flown["velocity_east"]
+    altitude = np.asarray(air.pressure_altitude(flown["static_pressure"])) / FOOT
+    return {
+        "ias": np.asarray(air.calibrated_airspeed(flown["impact_pressure"])) / KNOT,
+        "pressure_altitude": altitude,
+        "indicated_altitude": altitude - float(air.pressure_altitude(SETTING * INCH_OF_MERCURY)) / FOOT,
+        "oat": flown["air_temperature"] - 273.15,
+        "ground_speed": np.hypot(north, east) / KNOT,
+        "track": np.arctan2(east, north) / DEGREE % 360.0,
+        "height": flown["altitude"] / FOOT,
+        "heading": flown["heading"] / DEGREE,
+    }
+
+
+def clock(row: int) -> datetime:
+    return START + timedelta(seconds=row)
+
+
+def write_rows(path: Path, above: list[str], names: list[str], rows: list[list[str]], mark: str = ",") -> Path:
+    path.write_text("\n".join([*above, mark.join(names), *(mark.join(row) for row in rows)]) + "\n", "utf-8")
+    return path
+
+
+def kias(path: Path, flown: dict[str, Array]) -> Path:
+    """Whole knots, degrees and tens of feet, read from displays."""
+    d = displayed(flown)
+    names = ["time_s", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc", "ground_speed_kt"]
+    rows = [
+        [
+            f"{flown['time'][i]:.0f}",
+            f"{d['ias'][i]:.0f}",
+            f"{10 * round(d['pressure_altitude'][i] / 10)}",
+            f"{d['oat'][i]:.0f}",
+            f"{d['ground_speed'][i]:.0f}",
+            f"{d['track'][i]:.0f}",
+        ]
+        for i in range(ROWS)
+    ]
+    return write_rows(path, [], [*names, "track_deg"], rows)
+
+
+def g1000(path: Path, flown: dict[str, Array]) -> Path:
+    """Garmin G1000: a line about the airframe, one of units, padded names and cells, blanks while it starts."""
+    d = displayed(flown)
+    names = (
+        "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,    AltB, BaroA,  AltMSL,   OAT,    IAS, GndSpd,    VSpd,  Pitch,"
+    )
+    names += "   Roll,   HDG,   TRK, volt1, E1 RPM, MagVar"
+    units = (
+        "#yyy-mm-dd, hh:mm:ss,   hh:mm,  ident, ft Baro,  inch,  ft msl, deg C,     kt,     kt,     fpm,    deg,"
+    )
+    units += "    deg,   deg,   deg, volts,    rpm,    deg"
+    rows = []
+    for i in range(ROWS):
+        local = clock(i)
+        cells = [
+            f"{local:%Y-%m-%d}",
+            f"{local:%H:%M:%S}",
+            "  -07:00",
+            "       ",
+            f"{d['indicated_altitude'][i]:8.1f}",
+            f"{SETTING:6.2f}",
+            f"{d['height'][i]:8.1f}",
+            f"{d['oat'][i]:6.1f}",
+            f"{d['ias'][i]:7.2f}",
+            f"{d['ground_speed'][i]:7.2f}",
+            "    0.10",
+            f"{2.0 + 0.01 * (i % 7):7.2f}",
+            f"{15.0 + 0.01 * (i % 5):7.2f}",
+            f"{(d['heading'][i] - VARIATION) % 360.0:6.1f}",
+            f"{(d['track'][i] - VARIATION) % 360.0:6.1f}",
+            "  28.1",
+            f"{2400 + i % 3:7.1f}",
+            f"{VARIATION:7.1f}",
+        ]
+        rows.append([*cells[:7], *["       "] * 11] if i < 3 else cells)
+    return write_rows(
+        path, ['#airframe_info, log_version="1.00", airframe_name="C172"', units], names.split(","), rows
+    )
+
+
+def g3x(path: Path, flown: dict[str, Array]) -> Path:
+    """Garmin G3X Touch: long names, then short names, then rows."""
+    d = displayed(flown)
+    names = [
+        "Date (yyyy-mm-dd)",
+        "Time (hh:mm:ss)",
+        "GPS Altitude (ft)",
+        "GPS Ground Speed (kt)",
+        "GPS Ground Track (deg)",
+        "GPS Velocity E (m/sec)",
+        "GPS Velocity N (m/sec)",
+        "GPS Velocity U (m/sec)",
+        "Magnetic Heading (deg)",
+        "Pressure Altitude (ft)",
+        "Indicated Airspeed (kt)",
+        "Outside Air Temp (deg C)",
+    ]
+    short = ["Lcl Date", "Lcl Time", "AltGPS", "GndSpd", "TRK", "VelE", "VelN", "VelU", "HDG", "AltP", "IAS", "OAT"]
+    rows = [
+        [
+            f"{clock(i):%Y-%m-%d}",
+            f"{clock(i):%H:%M:%S}",
+            f"{d['height'][i]:.0f}",
+            f"{d['ground_speed'][i]:.1f}",
+            f"{d['track'][i]:.0f}",
+            f"{flown['velocity_east'][i]:.2f}",
+            f"{flown['velocity_north'][i]:.2f}",
+            f"{-flown['velocity_down'][i]:.2f}",
+            f"{d['heading'][i]:.0f}",
+            f"{d['pressure_altitude'][i]:.0f}",
+            f"{d['ias'][i]:.1f}",
+            f"{d['oat'][i]:.1f}",
+        ]
+        for i in range(ROWS)
+    ]
+    return write_rows(path, ['#airframe_info,log_version="1.00",product="GDU 460"'], names, [short, *rows])
+
+
+def dynon(path: Path, flown: dict[str, Array]) -> Path:
+    """Dynon SkyView: seconds of the session, units in the names."""
+    d = displayed(flown)
+    names = [
+        "Session Time",
+        "GPS Fix Quality",
+        "GPS Altitude (feet)",
+        "Ground Speed (knots)",
+        "Ground Track (deg)",
+        "Mag Var (deg)",
+        "Indicated Airspeed (knots)",
+        "Pressure Altitude (ft)",
+        "OAT (deg C)",
+    ]
+    rows = [
+        [
+            f"{3600.0 + flown['time'][i]:.2f}",
+            "2",
+            f"{d['height'][i]:.0f}",
+            f"{d['ground_speed'][i]:.1f}",
+            f"{d['track'][i]:.1f}",
+            f"{VARIATION}",
+            f"{d['ias'][i]:.1f}",
+            f"{d['pressure_altitude'][i]:.0f}",
+            f"{d['oat'][i]:.0f}",
+        ]
+        for i in range(ROWS)
+    ]
+    return write_rows(path, [], names, rows)
+
+
+def german(path: Path, flown: dict[str, Array]) -> Path:
+    """Semicolons and decimal commas, in UTF-16, as a spreadsheet exports Unicode text."""
+    names = [
+        "time_s",
+        "impact_pressure_pa",
+        "static_pressure_hpa",
+        "air_temperature_degc",
+        "velocity_north_kmh",
+        "velocity_east_kmh",
+    ]
+    columns = [
+        flown["time"],
+        flown["impact_pressure"],
+        flown["static_pressure"] / 100.0,
+        flown["air_temperature"] - 273.15,
+        flown["velocity_north"] * 3.6,
+        flown["velocity_east"] * 3.6,
+    ]
+    rows = [[f"{value:.5f}".replace(".", ",") for value in row] for row in zip(*columns, strict=True)]
+    write_rows(path, [], names, rows, ";")
+    path.write_text(path.read_text("utf-8"), "utf-16")
+    return path
+
+
+def clocked(write_clock: Callable[[datetime], str]) -> Callable[[Path, dict[str, Array]], Path]:
+    """A canonical CSV whose time is a clock."""
+
+    def write(path: Path, flown: dict[str, Array]) -> Path:
+        names = ["impact_pressure_pa", "static_pressure_pa", "air_temperature_k", "velocity_north_mps"]
+        columns = [flown[name.rpartition("_")[0]] for name in (*names, "velocity_east_mps")]
+        rows = [[write_clock(clock(i)), *(repr(float(c[i])) for c in columns)] for i in range(ROWS)]
+        return write_rows(path, [], ["time_s", *names, "velocity_east_mps"], rows)
+
+    return write
+
+
+CLOCKS: dict[str, Callable[[datetime], str]] = {
+    "hms": lambda t: f"{t:%H:%M:%S}",
+    "milliseconds": lambda t: f"{t:%H:%M:%S}.000",
+    "iso": lambda t: f"{t:%Y-%m-%dT%H:%M:%S}",
+    "iso-utc": lambda t: f"{t:%Y-%m-%dT%H:%M:%S}.500Z",
+    "iso-zone": lambda t: f"{t:%Y-%m-%d %H:%M:%S}+02:00",
+    "us": lambda t: f"{t.month}/{t.day}/{t.year} {t:%I:%M:%S %p}",
+    "german": lambda t: f"{t:%d.%m.%Y %H:%M:%S}",
+    "irig": lambda t: f"{t:%j:%H:%M:%S}.000000",
+    "epoch": lambda t: f"{t.replace(tzinfo=UTC).timestamp():.3f}",
+}
+
+
+def jsbsim_named(flown: dict[str, Array]) -> dict[str, Array]:
+    """The flight under the property names of JSBSim's CSV output."""
+    return {
+        "Time": flown["time"],
+        "/fdm/jsbsim/propulsion/pt-lbs_sqft": (flown["impact_pressure"] + flown["static_pressure"]) / PSF,
+        "/fdm/jsbsim/atmosphere/P-psf": flown["static_pressure"] / PSF,
+        "/fdm/jsbsim/atmosphere/T-R": flown["air_temperature"] * 1.8,
+        "/fdm/jsbsim/velocities/v-north-fps": flown["velocity_north"] / FOOT,
+        "/fdm/jsbsim/velocities/v-east-fps": flown["velocity_east"] / FOOT,
+        "/fdm/jsbsim/position/h-sl-ft": flown["altitude"] / FOOT,
+    }
+
+
+def jsbsim(path: Path, flown: dict[str, Array]) -> Path:
+    table = jsbsim_named(flown)
+    rows = [[repr(float(c[i])) for c in table.values()] for i in range(ROWS)]
+    return write_rows(path, [], list(table), rows)
+
+
+_FORMATS = {  # kind of message: number, letters of its fields, names
+    "FMT": (128, "BBnNZ", "Type,Length,Name,Format,Columns"),
+    "ARSP": (150, "QBffcffBBB", "TimeUS,I,Airspeed,DiffPress,Temp,RawPress,Offset,U,H,Pri"),
+    "BARO": (151, "QBffcf", "TimeUS,I,Alt,Press,Temp,CRt"),
+    "GPS": (152, "QBBIHBcLLeffffB", "TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,Yaw,U"),
+    "ATT": (153, "QccccCC", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw"),
+}
+
+
+def _message(kind: str, values: list[object]) -> bytes:
+    from pymavlink.DFReader import FORMAT_TO_STRUCT  # the table by which the library reads
+
+    number, letters, _ = _FORMATS[kind]
+    body = b""
+    for letter, value in zip(letters, values, strict=True):
+        code, scale, _ = FORMAT_TO_STRUCT[letter]
+        if isinstance(value, str):
+            body += struct.pack("<" + code, value.encode())
+        else:
+            body += struct.pack("<" + code, round(value / scale) if scale else value)
+    return struct.pack("<BBB", 0xA3, 0x95, number) + body
+
+
+def dataflash(path: Path, flown: dict[str, Array]) -> Path:
+    """ArduPilot: two airspeed sensors, the second one wrong; a GPS message between two of the air data."""
+    from pymavlink.DFReader import FORMAT_TO_STRUCT
+
+    parts = []
+    for name, (number, letters, columns) in _FORMATS.items():
+        length = 3 + sum(struct.calcsize("<" + FORMAT_TO_STRUCT[letter][0]) for letter in letters)
+        parts.append(_message("FMT", [number, length, name, letters, columns]))
+    speed = np.hypot(flown["velocity_north"], flown["velocity_east"])
+    course = np.arctan2(flown["velocity_east"], flown["velocity_north"]) / DEGREE % 360.0
+    for i in range(ROWS):
+        us = int(flown["time"][i] * 1e6) + 5_000_000
+        q, p = float(flown["impact_pressure"][i]), float(flown["static_pressure"][i])
+        for sensor in (0, 1):
+            parts.append(_message("ARSP", [us, sensor, 60.0, q / (1 + sensor), 31.0, q, 0.0, 1, 1, 0]))
+        parts.append(_message("BARO", [us, 0, 0.0, p, 31.0, 0.0]))
+        fix = [
+            3,
+            1000 * i,
+            2300,
+            14,
+            0.7,
+            47.1,
+            8.5,
+            float(flown["altitude"][i]),
+            float(speed[i]),
+            float(course[i]),
+        ]
+        parts.append(_message("GPS", [us, 0, *fix, float(flown["velocity_down"][i]), 0.0, 1]))
+        parts.append(_message("ATT", [us, 0.0, 15.0, 0.0, 2.0, 0.0, float(flown["heading"][i] / DEGREE)]))
+    path.write_bytes(b"".join(parts))
+    return path
+
+
+def ulog_bytes(topics: dict[str, tuple[str, Array]]) -> bytes:
+    """A ULog (PX4 file format, version 1): header, flags, formats, subscriptions, data.
+
+    A topic is the types of its fields, such as `float alt;`, and rows of a clock [s] and values.
+    """
+
+    def message(kind: str, body: bytes) -> bytes:
+        return struct.pack("<HB", len(body), ord(kind)) + body
+
+    parts = [b"ULog\x01\x12\x35\x01", struct.pack("<Q", 0), message("B", bytes(40))]
+    for name, (fields, _) in topics.items():
+        parts.append(message("F", f"{name}:uint64_t timestamp;{fields}".encode()))
+    for number, name in enumerate(topics):
+        parts.append(message("A", struct.pack("<BH", 0, number) + name.encode()))
+    for number, (fields, rows) in enumerate(topics.values()):
+        codes = "".join("d" if field.startswith("double") else "f" for field in fields.split(";") if field)
+        for seconds, *values in rows:
+            parts.append(message("D", struct.pack(f"<HQ{codes}", number, round(seconds * 1e6), *values)))
+    return b"".join(parts)
+
+
+def ulog(path: Path, flown: dict[str, Array], renewed: bool = False) -> Path:
+    """PX4, of a version that calls its GPS topic `vehicle_gps_position`; with `renewed`, of the next ones."""
+    time = flown["time"] + 100.0
+    height = "double altitude_msl_m;" if renewed else "float alt;"
+    velocity = [flown[f"velocity_{axis}"] for axis in ("north", "east", "down")]
+    gps = np.column_stack([time, *velocity, flown["altitude"] * (1.0 if renewed else 1e3)])
+    topics = {
+        "differential_pressure": (
+            "float differential_pressure_pa;",
+            np.column_stack([time, flown["impact_pressure"]]),
+        ),
+        "vehicle_air_data": ("float baro_pressure_pa;", np.column_stack([time, flown["static_pressure"]])),
+        "sensor_gps" if renewed else "vehicle_gps_position": (
+            "float vel_n_m_s;float vel_e_m_s;float vel_d_m_s;" + height,
+            gps,
+        ),
+    }
+    path.write_bytes(ulog_bytes(topics))
+    return path

@@ -1,0 +1,90 @@
+"""Mappings drafted for headers that the reader has never seen: the log reads right without help, or it is asked."""
+
+import foreign_files as foreign
+import foreign_headers as headers
+import numpy as np
+import pytest
+from test_foreign_files import assert_same_flight
+
+from pitotbench.cli.app import main
+from pitotbench.logbook import read_log
+from pitotbench.logbook.drafting import draft_mapping, mapping_text
+from pitotbench.logbook.reading import read_table
+from pitotbench.logbook.table import Table
+
+FLOWN = foreign.flight()
+
+
+@pytest.mark.parametrize("name", list(headers.HEADERS))
+def test_a_foreign_header_is_drafted_right(tmp_path, name):
+    path = headers.write_header(tmp_path / "log.csv", name, FLOWN)
+    drafted = draft_mapping(read_table(path))
+    assert not drafted.missing
+    assert not drafted.refusal
+    (tmp_path / "m.toml").write_text(mapping_text(drafted, path.name), encoding="utf-8")
+    assert_same_flight(read_log(path, tmp_path / "m.toml"), 0.01, 0.1, 0.01)
+
+
+def as_table(**columns):
+    return Table(tuple(columns), tuple(np.asarray(values) for values in columns.values()))
+
+
+def test_what_is_missing_is_said():
+    drafted = draft_mapping(as_table(time=FLOWN["time"], ias=np.full(foreign.ROWS, 120.0)))
+    assert drafted.missing[0].startswith("static_pressure or pressure_altitude")
+    assert not drafted.sure
+    assert "# No column was found for velocity_north or ground_speed" in mapping_text(drafted, "log.csv")
+
+
+def test_an_ambiguous_unit_is_asked_for():
+    """A temperature of 8 to 10 may be in °C or in °F, and nothing else in the log tells."""
+    table = as_table(
+        time=FLOWN["time"],
+        qc_pa=FLOWN["impact_pressure"],
+        ps_pa=FLOWN["static_pressure"],
+        oat=FLOWN["air_temperature"] - 273.15 + 6.0,
+        vn_mps=FLOWN["velocity_north"],
+        ve_mps=FLOWN["velocity_east"],
+    )
+    questions = {line.guess.theirs: line.question for line in draft_mapping(table).lines}
+    assert questions["oat"] == "the file states no unit: is it degc, or degf?"
+    assert not questions["qc_pa"]
+
+
+def test_two_columns_for_one_quantity_are_asked_for():
+    table = as_table(
+        time=FLOWN["time"],
+        qc_pa=FLOWN["impact_pressure"],
+        ps_pa=FLOWN["static_pressure"],
+        hdg=FLOWN["heading"] * 57.3,
+        vn_mps=FLOWN["velocity_north"],
+        ve_mps=FLOWN["velocity_east"],
+        alt_m=FLOWN["altitude"],
+        gps_alt_m=FLOWN["altitude"] + 40.0,
+    )
+    questions = {line.guess.theirs: line.question for line in draft_mapping(table).lines}
+    assert any("or is it" in question for question in questions.values())
+
+
+def test_a_name_cannot_leave_its_line(tmp_path):
+    odd = 'velo"city\nnorth = 3'
+    table = as_table(**{"time": FLOWN["time"], odd: FLOWN["velocity_north"], "x\n[calibrate]\ny": FLOWN["time"]})
+    from pitotbench.logbook.mapping import parse_mapping
+
+    assert parse_mapping("m", mapping_text(draft_mapping(table), "a\nb.csv")).calibrate == {}
+
+
+def test_the_command_writes_a_mapping_that_calibrate_offers(tmp_path, capsys):
+    log, mapping = headers.write_header(tmp_path / "log.csv", "card", FLOWN), tmp_path / "m.toml"
+    assert main(["calibrate", str(log)]) == 2
+    assert f"pitotbench map {log} -o mapping.toml" in capsys.readouterr().err
+    assert main(["map", str(log), "-o", str(mapping)]) == 0
+    assert "6 columns recognized" in capsys.readouterr().out
+    assert len(read_log(log, mapping)) == foreign.ROWS
+    assert main(["map", str(log), "-o", str(tmp_path / "m.txt")]) == 2
+    assert main(["map", str(log), "-o", str(log)]) == 2
+
+
+def test_a_known_log_needs_no_mapping(tmp_path, capsys):
+    assert main(["map", str(foreign.dynon(tmp_path / "log.csv", FLOWN))]) == 0
+    assert "dynon" in capsys.readouterr().out

@@ -1,0 +1,77 @@
+"""What a notebook shows of a record: one line, HTML, a picture, a table."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trajectories as fixture
+from matplotlib.figure import Figure
+
+from pitotbench.calibrate import calibrate
+from pitotbench.records.forecast import Forecast, Plan
+from pitotbench.show.notebook import in_one_line, to_frame
+from pitotbench.units import KNOT
+
+
+@pytest.fixture(scope="module")
+def log():
+    return fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
+
+
+@pytest.fixture(scope="module")
+def result(log):
+    return calibrate(log)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    speeds = np.array([100.0, 130.0, 160.0]) * KNOT
+    bound = np.full(3, 0.2 * KNOT)
+    forecast = Forecast("circle", {}, 6.0, 9.0, 0.5, (9000.0, 9000.0), speeds, bound, bound, 0.0, np.zeros((2, 4)))
+    return Plan("light turbulence", (forecast,), {}, forecast, None, None, 0)
+
+
+@pytest.mark.parametrize("name", ["log", "result", "plan"])
+def test_a_record_shows_itself_in_one_line_as_html_and_as_a_picture(name, request):
+    record = request.getfixturevalue(name)
+    line = repr(record)
+    assert len(line) < 300
+    assert "\n" not in line
+    assert "array(" not in line
+    assert "<" in record._repr_html_()
+    figure = record.plot()
+    assert isinstance(figure, Figure)
+    assert all("[" in axes.get_xlabel() and "[" in axes.get_ylabel() for axes in figure.axes)
+
+
+def test_the_table_of_a_calibration_holds_its_curve_in_knots(result):
+    table = result.to_frame()
+    assert table["correction_kt"].to_numpy() == pytest.approx(result.curve.correction / KNOT)
+    assert table["calibrated_airspeed_kt"].to_numpy() == pytest.approx(result.curve.calibrated_airspeed_kt)
+
+
+def test_the_table_of_a_log_has_the_columns_of_the_file(log):
+    table = log.to_frame()
+    assert len(table) == len(log)
+    assert table["velocity_north_mps"].to_numpy() == pytest.approx(log.velocity_north)
+
+
+def test_a_picture_can_share_the_axes_of_the_caller(result):
+    axes = Figure().subplots()
+    assert result.plot(axes) is axes.figure
+    assert len(axes.lines) > 1
+
+
+def test_what_has_no_view_is_told(tmp_path):
+    with pytest.raises(TypeError, match="no view in a notebook"):
+        in_one_line(tmp_path)
+    with pytest.raises(TypeError, match="no table"):
+        to_frame(tmp_path)
+
+
+@pytest.mark.parametrize(("north", "east", "expected"), [(-5.0, 0.0, 0.0), (0.0, -5.0, 90.0), (5.0, 0.0, 180.0)])
+def test_the_wind_is_named_by_the_direction_it_comes_from(result, north, east, expected):
+    wind = result.wind
+    turned = replace(wind, north=replace(wind.north, value=north), east=replace(wind.east, value=east))
+    assert turned.from_deg == pytest.approx(expected, abs=1e-9)
+    assert turned.speed_kt == pytest.approx(5.0 / KNOT)

@@ -6,6 +6,7 @@ python scripts/measure_growth.py --flights 10,30,100 --docs docs
 import argparse
 import csv
 from dataclasses import asdict, fields
+from itertools import chain
 from pathlib import Path
 
 from pitotbench.evidence.pages.growth_page import draw_growth
@@ -23,7 +24,7 @@ def main() -> None:
     options = parser.parse_args()
     costs = []
     log = record(fly(Case(maneuver="step_decrease")), data_system("20/1"), 1)
-    for cost in (*costs_by_samples(log, options.samples), *costs_by_flights(options.flights)):
+    for cost in chain(costs_by_samples(log, options.samples), costs_by_flights(options.flights)):
         print(cost, flush=True)
         costs.append(cost)
     for job in dict.fromkeys(cost.job for cost in costs):

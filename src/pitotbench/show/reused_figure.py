@@ -43,4 +43,7 @@ def _empty(figure: Figure) -> None:
         axes.margins(0.05)
         axes.grid(visible=True)
         axes.autoscale()
+        where = axes.get_subplotspec()
+        assert where is not None
+        axes.set_position(where.get_position(figure))
         axes.set_in_layout(True)

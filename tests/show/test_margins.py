@@ -55,13 +55,31 @@ def with_words(axes):
     axes.text(9.0, 5.0, "words that reach far beyond the axes")
 
 
+def many_names(axes):
+    for number, name in enumerate(
+        ("samples without the wind", "short", "±2σ of the curve", "limit of FAR 25.1323(c)")
+    ):
+        axes.plot(X, number * X, label=name)
+
+
 def errors(axes):
     axes.errorbar([1.0, 2.0], [1.0, 2.0], yerr=[0.5, 0.5], fmt="o", capsize=2.0, label="points")
     axes.axhline(0.0)
     axes.set_ylim(bottom=0.0)
 
 
-DRAWS = [plain, large_numbers, small_numbers, named_bars, upside_down, logarithmic, one_scale, with_words, errors]
+DRAWS = [
+    plain,
+    large_numbers,
+    small_numbers,
+    named_bars,
+    upside_down,
+    logarithmic,
+    one_scale,
+    with_words,
+    many_names,
+    errors,
+]
 
 
 @pytest.mark.parametrize("size", [WIDE, NARROW])

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
@@ -55,10 +56,10 @@ def columns_that_fit(names: Sequence[str], width: float, most: int) -> int:
     """Return how many columns of a legend fit into a width [in]: from one to `most`."""
     rc, size = mpl.rcParams, _size("legend.fontsize")
     handle = size * (rc["legend.handlelength"] + rc["legend.handletextpad"])
-    widths = [handle + _text_width(name, size) for name in names]
+    widths = np.array([handle + _text_width(name, size) for name in names])
     for columns in range(min(most, len(names)), 1, -1):
-        rows = -(-len(names) // columns)
-        needed = sum(max(widths[first : first + rows]) for first in range(0, len(names), rows))
+        # As the legend does: the first columns take one name more where the names do not divide evenly.
+        needed = sum(float(column.max()) for column in np.array_split(widths, columns))
         needed += size * (rc["legend.columnspacing"] * (columns - 1) + 2.0 * rc["legend.borderpad"])
         if needed + 2.0 * _EDGE <= _POINTS * width:
             return columns

@@ -12,7 +12,7 @@ _MOST = 0.5  # share of rows that may be dropped for a stuck sensor
 _STUCK_TIME = 10.0  # s
 _STUCK_RUNS = 10.0  # times the median time for which a value repeats
 _DISPLAYED = 30.0  # times longer may the value of a display stand still, which shows steps
-_RETURNS, _ADJACENT = 0.5, 0.95  # of a channel with steps: most values a change, least share of moves by one step
+_RETURNS, _ADJACENT = 0.9, 0.95  # of a channel with steps: most values a move, least share of moves by one step
 _MOVING = 2.0  # m/s, above which a velocity cannot stand still
 
 

@@ -75,6 +75,11 @@ def test_estimates_scatter_as_the_prior_and_the_log_let_them():
         return bool(_nuisances_outside(structure, answer))
 
     one_in_a_hundred = 2.576 * np.sqrt(10.0)
-    assert [said(share * one_in_a_hundred, 3.0) for share in (-1.01, -0.99, 0.99, 1.01)] == [True, False, False, True]
+    assert [said(share * one_in_a_hundred, 3.0) for share in (-1.01, -0.99, 0.99, 1.01)] == [
+        True,
+        False,
+        False,
+        True,
+    ]
     assert said(9.0, 3.0)  # moves the estimate by less than its prior's deviation
     assert not said(90.0, 100.0)  # a log that says nothing

@@ -66,7 +66,7 @@ def test_a_temperature_that_the_log_hardly_knows_is_named_all_the_same():
 
 
 def test_estimates_scatter_as_the_prior_and_the_log_let_them():
-    """One number with a prior of 1, seen by logs with errors of 3: estimates of 0.1 of it, with a scatter of √0.1."""
+    """One number with a prior of 1, seen by logs with errors of 3: estimates are 0.1 of it, scattered by √0.1."""
     structure = SimpleNamespace(nuisances=(Nuisance("temperature_k", 1.0, None),), model=SimpleNamespace(count=0))
 
     def said(seen, error):

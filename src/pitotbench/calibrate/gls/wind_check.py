@@ -24,8 +24,8 @@ from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
 from pitotbench.units import Array, MetersPerSecond
 
 STEADY, WAVE, DRIFT, JUMP = "steady", "wave", "drift", "jump"
-# Bayes factor of a change from which on it may be named. Below a third the log supports a constant wind; from there to
-# three it says nothing worth more than a mention (Kass and Raftery 1995).
+# Bayes factor of a change from which on it may be named. Below a third the log supports a constant wind; from there
+# to three it says nothing worth more than a mention (Kass and Raftery 1995).
 ASKS = 1.0 / 3.0
 _STEADY_SIZES = (1.0, 3.0)  # m/s (1σ) of each component, over the log
 _SIZES = (0.4, 1.2, 3.6)  # m/s, standard deviation of a component of the wind around its mean over the log
@@ -49,7 +49,8 @@ class WindChange:
     """The evidence for a wind that changed, and its most likely change.
 
     `bayes_factor` is that of a change against a constant wind. `chance` is how often a constant wind would give as
-    large a one in the same gusts: where gusts hide every change, the factor is near 1 and says nothing. `kind` is `steady`, `wave`, `drift` or `jump`.
+    large a one in the same gusts: where gusts hide every change, the factor is near 1 and says nothing.
+    `kind` is `steady`, `wave`, `drift` or `jump`.
     `size` [m/s] is the greatest difference between two winds of the log, `time` [s after the first row] the middle
     of a jump.
     `moved` (p,) is the change of the estimate of θ if the wind so changed.

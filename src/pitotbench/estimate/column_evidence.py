@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from pitotbench.estimate.joint_noise import Noise
 from pitotbench.units import Array
 
+_REGULAR = 1e-9  # added to a correlation: columns of a short log may depend on each other
+
 
 @dataclass(frozen=True, slots=True)
 class Part:
@@ -45,19 +47,31 @@ class ColumnEvidence:
 
     def log_bayes_factor(self, chosen: NDArray[np.intp], deviations: Array) -> float:
         """The log evidence that the chosen columns (k,) add with prior standard deviations (k,)."""
-        pull, precision = self._scaled(chosen, deviations)
-        explained = pull @ np.linalg.solve(precision, pull)
-        return 0.5 * float(explained - np.linalg.slogdet(precision)[1])
+        return float(self.log_bayes_factors(self.pull[None], chosen, deviations)[0])
+
+    def log_bayes_factors(self, pulls: Array, chosen: NDArray[np.intp], deviations: Array) -> Array:
+        """The same for each of other pulls (d, m), such as those of `drawn`; (d,)."""
+        precision = self._scaled(chosen, deviations)
+        scaled = deviations * pulls[:, chosen]
+        explained = np.sum(scaled * np.linalg.solve(precision, scaled.T).T, axis=1)
+        return np.asarray(0.5 * (explained - np.linalg.slogdet(precision)[1]))
+
+    def drawn(self, count: int, seed: int) -> Array:
+        """Draw the pulls (count, m) of rows in which all further coefficients are zero."""
+        scale = np.sqrt(np.maximum(np.diag(self.precision), np.finfo(np.float64).tiny))
+        correlation = self.precision / np.outer(scale, scale) + _REGULAR * np.eye(len(scale))
+        root = scale[:, None] * np.linalg.cholesky(correlation)
+        return np.asarray(np.random.default_rng(seed).standard_normal((count, len(scale))) @ root.T)
 
     def estimate(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
         """The posterior mean of the chosen columns' coefficients, (k,)."""
-        pull, precision = self._scaled(chosen, deviations)
-        return np.asarray(deviations * np.linalg.solve(precision, pull))
+        precision = self._scaled(chosen, deviations)
+        return np.asarray(deviations * np.linalg.solve(precision, deviations * self.pull[chosen]))
 
-    def _scaled(self, chosen: NDArray[np.intp], deviations: Array) -> tuple[Array, Array]:
-        """Pull and posterior precision of the coefficients in units of their prior deviations."""
+    def _scaled(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
+        """Posterior precision of the coefficients in units of their prior deviations."""
         precision = self.precision[np.ix_(chosen, chosen)] * np.outer(deviations, deviations)
-        return deviations * self.pull[chosen], precision + np.eye(len(chosen))
+        return np.asarray(precision + np.eye(len(chosen)))
 
 
 def column_evidence(parts: Sequence[Part], prior_precision: Array) -> ColumnEvidence:

@@ -1,7 +1,7 @@
 """Load an aircraft in JSBSim, start it in the air and run it. JSBSim's silent failures become errors here."""
 
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from contextlib import ExitStack
 from math import degrees, isfinite, pi
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.effects import Overlay
 from pitotbench.simulate.atmosphere import Air, set_mean_wind, start_turbulence
-from pitotbench.simulate.attach.record import read_record
+from pitotbench.simulate.attach.record import ELECTRIC, Attached, read_record
 from pitotbench.simulate.fdm import SimulationError, load_fdm
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.properties import (
@@ -46,7 +46,6 @@ INTEGRATORS = tuple(
     for what in ("rate", "position")
     for part in ("translational", "rotational")
 )
-ATTACHED = "ap/attached"  # a property of the autopilot that the bench attaches
 RUNNING = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
 EFFECT_SIZE = re.compile(rf"{ROOT}(-\d+)?/[^/]+/[^/]+")  # the branch of an overlay, its effect, the parameter
 
@@ -58,7 +57,7 @@ class Plant:
     slash and is in JSBSim's units. Methods raise SimulationError where JSBSim fails.
     """
 
-    def __init__(self, fdm: Any, aircraft: str, transcript: "Transcript", missing: Collection[str] = ()) -> None:
+    def __init__(self, fdm: Any, aircraft: str, transcript: "Transcript", record: Attached | None = None) -> None:
         self.aircraft = aircraft
         self.fdm = fdm
         self.time_step = float(fdm.get_delta_t())
@@ -67,12 +66,14 @@ class Plant:
         self._tree = fdm.get_property_manager()
         self._getters: dict[str, tuple[Callable[[], float], float]] = {}
         self._setters: dict[str, tuple[Callable[[float], bool], float]] = {}
-        self.attached = ATTACHED in self._access  # the autopilot was made for this aircraft
+        self.attached = record is not None  # the bench made the autopilot for this aircraft
+        missing = record.missing if record else ()
         # An aircraft of the bench serves the whole table; any other what it has.
         self.channels = tuple(line for line in CHANNELS if line.name not in missing)
         own = () if self.attached else OWN_CONTROLS
         check_table(aircraft, self._access, (*self.channels, *COMMON_CONTROLS, *own))
         self._engines = [path for path in self._access if RUNNING.fullmatch(path)]
+        self._electric = record is not None and record.engine_kind == ELECTRIC
         self._integrators = {path: self.get(path) for path in INTEGRATORS}
         watched = ("position/h-agl-ft", "angle_of_attack", "sideslip", "roll")
         self._watched = [self.getter(name)[0] for name in watched]  # ft, rad
@@ -95,7 +96,7 @@ class Plant:
     def _load(cls, aircraft: str, folder: Path, rate: float) -> "Plant":
         fdm, transcript = load_fdm(aircraft, folder, rate)
         record = read_record(folder)
-        return cls(fdm, aircraft, transcript, record.missing if record else ())
+        return cls(fdm, aircraft, transcript, record)
 
     def getter(self, name: str) -> tuple[Callable[[], float], float]:
         """Return the read function of a property and its SI factor, for loops that read at every step."""
@@ -299,7 +300,7 @@ class Plant:
                 self.set(f"propulsion/{path}", value)
         for _ in range(round(STARTER_TIME / 0.1)):
             self.run(0.1)
-            if all(self.get(engine) for engine in self._engines):
+            if self._electric or all(self.get(engine) for engine in self._engines):
                 if self.serves("propulsion/starter_cmd"):
                     self.set("propulsion/starter_cmd", 0)
                 return

@@ -19,7 +19,7 @@ from pitotbench.simulate.attach.envelope import explore
 from pitotbench.simulate.attach.held import HeldAircraft
 from pitotbench.simulate.attach.intake import aircraft_name, take_in
 from pitotbench.simulate.attach.loops import shape
-from pitotbench.simulate.attach.record import Attached, write_record
+from pitotbench.simulate.attach.record import ELECTRIC, Attached, write_record
 from pitotbench.simulate.properties import CHANNELS
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
@@ -30,8 +30,8 @@ ENGINE_KINDS = {
     "piston_engine": "piston",
     "turbine_engine": "jet",
     "turboprop_engine": "turboprop",
-    "electric_engine": "electric",
-    "brushless_dc_motor": "electric",
+    "electric_engine": ELECTRIC,
+    "brushless_dc_motor": ELECTRIC,
 }
 
 
@@ -73,7 +73,7 @@ def make_flyable(folder: Path, source: str = "") -> Attached:
     file = folder / f"{folder.name}.xml"
     tree = parse_xml(file)
     kind = _engine_kind(folder, tree.getroot())
-    aircraft = HeldAircraft(folder.name, folder, ALTITUDE)
+    aircraft = HeldAircraft(folder.name, folder, ALTITUDE, kind == ELECTRIC)
     envelope = explore(aircraft)
     models = [linearize(aircraft, point) for point in envelope.points]
     lag = engine_time(aircraft, envelope.points[len(envelope.points) // 2])

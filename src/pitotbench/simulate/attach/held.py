@@ -17,6 +17,7 @@ from pitotbench.units import FOOT, KNOT
 RATE = 100.0  # Hz
 SLOP = 0.3  # of a control's travel, from which its position is approached
 CONTROL_STEPS = 15  # after which the flight control system follows a new command
+START_SPEED = 60.0 * KNOT  # true, at which engines are started
 STARTER_TIME = 12.0  # s
 STEADY, SPOOL_LIMIT = 0.002, 25.0  # share of the thrust a look of 0.5 s; s until an engine is steady
 LATITUDE = 35.4  # deg
@@ -67,14 +68,15 @@ class HeldAircraft:
     Raises SimulationError where JSBSim refuses the files or an engine does not start.
     """
 
-    def __init__(self, name: str, folder: Path, altitude: float, start_speed: float = 100.0 * KNOT) -> None:
+    def __init__(self, name: str, folder: Path, altitude: float, electric: bool = False) -> None:
         self.name = name
+        self._electric = electric
         self._fdm, self._transcript = load_fdm(name, folder, RATE)
         self.properties = parse_catalog(self._fdm.get_property_catalog())
         self.engines = sum(bool(ENGINE.fullmatch(path)) for path in self.properties)
         self._altitude = altitude
         self._hold()
-        self.place(State(start_speed))
+        self.place(State(START_SPEED))
         self._start_engines()
 
     def read(self, path: str) -> float:
@@ -112,7 +114,8 @@ class HeldAircraft:
         self._write(("propulsion/starter_cmd",), 1)
         self._write(self._each("fcs/throttle-cmd-norm"), 0.5)
         self._fdm["propulsion/set-running"] = -1
-        running = [path for path in self.properties if ENGINE.fullmatch(path)]
+        # An electric motor needs no start, and JSBSim never says that it runs.
+        running = [path for path in self.properties if ENGINE.fullmatch(path) and not self._electric]
         for _ in range(round(STARTER_TIME)):
             self.run(RATE)
             if all(self.read(path) for path in running):

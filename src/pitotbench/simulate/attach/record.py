@@ -8,6 +8,7 @@ from pathlib import Path
 from pitotbench.records.toml_text import write_toml
 
 FILE = "attached.toml"
+ELECTRIC = "electric"  # kind of engine: it needs no start
 
 
 @dataclass(frozen=True, slots=True)

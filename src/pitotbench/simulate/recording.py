@@ -7,7 +7,7 @@ from operator import call
 import numpy as np
 
 from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.properties import CHANNELS, Property
+from pitotbench.simulate.properties import Property
 from pitotbench.units import Array
 
 BLOCK = 1000  # rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
@@ -20,8 +20,9 @@ class Recorder:
     of JSBSim; assigning each row to an array costs a third.
     """
 
-    def __init__(self, plant: Plant, channels: Sequence[Property] = CHANNELS) -> None:
+    def __init__(self, plant: Plant, channels: Sequence[Property] = ()) -> None:
         self._plant = plant
+        channels = channels or plant.channels
         self._channels = channels
         self._factors = np.array([[line.factor] for line in channels])
         self._rows = np.empty((BLOCK, len(channels)))

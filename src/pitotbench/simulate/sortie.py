@@ -11,9 +11,10 @@ from pitotbench.records.flight import Flight
 from pitotbench.simulate.atmosphere import Air
 from pitotbench.simulate.fuel_and_ballast import ballast_overlay, load_fuel
 from pitotbench.simulate.maneuvers import MANEUVERS, Maneuver
-from pitotbench.simulate.maneuvers.card import Card, override
+from pitotbench.simulate.maneuvers.card import Card
 from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit, Targets
 from pitotbench.simulate.maneuvers.pilot import PILOTS
+from pitotbench.simulate.maneuvers.scaled_card import card_of
 from pitotbench.simulate.modified import mark_recording, overlay_of
 from pitotbench.simulate.plant import Plant
 from pitotbench.simulate.recording import Recorder
@@ -34,7 +35,7 @@ def fly(case: Case, progress: Progress | None = None) -> Flight:
     # Names are looked up before the aircraft is loaded, so that a spelling mistake costs no time.
     maneuver = MANEUVERS[case.maneuver]
     overlay = overlay_of(case)
-    card = override(maneuver.card, case.card)
+    card = card_of(case)
     air = Air.of(case, overlay.temperature_offset)
     pilot = PILOTS[case.pilot]
     plant = Plant.load(case.aircraft, overlay=overlay + ballast_overlay(case.aircraft, case.ballast))

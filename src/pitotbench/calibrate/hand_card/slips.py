@@ -6,6 +6,7 @@ is tried, and the one with which the card fits best is named.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -157,7 +158,8 @@ def _corrections(
             if reading.field != "track" and not _NEAR[0] < number * reading.si / usual[reading.field] < _NEAR[1]:
                 continue
             words = f"{reading.name} {number:.0f}{reading.unit}, not {written:.0f}{reading.unit}"
-            yield words, replace(leg, **{reading.field: number * reading.si})
+            changed: dict[str, Any] = {reading.field: number * reading.si}
+            yield words, replace(leg, **changed)
     track, speed = leg.track / DEGREE, leg.ground_speed / KNOT
     yield (
         f"track {(track + 180.0) % 360.0:.0f}°, not its reciprocal {track:.0f}°",

@@ -9,14 +9,17 @@ import trajectories as fixture
 
 from pitotbench.bench import calibrate
 from pitotbench.bench.inspection import inspect_log
+from pitotbench.bench.plan.drawn_gusts import gust_deviation
 from pitotbench.cli.app import main
 from pitotbench.logbook import write_log
+from pitotbench.records.case import Case
 from pitotbench.units import KNOT
 
 
 def circles():
-    """A flight whose gusts have about the level of light turbulence."""
-    return fixture.fly(fixture.circles(2), 2, 2, fixture.Air(gust=0.5), seed=7)
+    """A flight in gusts of the level of light turbulence, with fine sensors."""
+    light = gust_deviation(Case(turbulence="light"))
+    return fixture.fly(fixture.circles(2), 2, 2, fixture.Air(gust=light, gps=0.02, pressure=2.0), seed=7)
 
 
 def test_the_account_is_that_of_the_flight():

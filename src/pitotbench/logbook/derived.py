@@ -155,7 +155,7 @@ def _heading(draft: Draft) -> None:
 def _variation(draft: Draft, name: str, consequence: str) -> Array:
     variation = draft.channels.get("magnetic_variation")
     if variation is not None:
-        return np.nan_to_num(variation)
+        return np.asarray(np.nan_to_num(variation), dtype=np.float64)
     draft.warnings.append(
         f"column {draft.columns[name]!r} is magnetic and the log holds no magnetic variation: {consequence}"
     )

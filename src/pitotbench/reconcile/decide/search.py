@@ -128,7 +128,7 @@ class Search:
     def _by_error(self, names: Names, squares: Sequence[float]) -> float:
         """The logarithm of the evidence that the weaker effects of a set have by errors of the strongest one.
 
-        Where a signature is wrong in a way that no direction of form error holds, another effect can seem to explain
+        Where a signature is wrong in a way that no direction of form error holds, another effect seems to explain
         a share of it. Evidence for a weaker effect counts only beyond that for an error of this share.
         """
         strongest = int(np.argmax(squares))

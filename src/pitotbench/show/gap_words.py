@@ -40,9 +40,7 @@ def _answer(verdict: Verdict, null_flights: int) -> str:
     effects = []
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
         rivals = [effect_words(candidates[n]) if n in candidates else words(n) for n in others]
-        effects.append(
-            effect_words(effect) + (f" or, less probably, {listed(rivals, 'or')}" if rivals else "")
-        )
+        effects.append(effect_words(effect) + (f" or, less probably, {listed(rivals, 'or')}" if rivals else ""))
     sets = any(verdict.alternatives)
     lead = "The model lacks one of these: " if sets and len(effects) == 1 else "The model lacks "
     return f"{lead}{listed(effects)}; ± is 2σ. {_compared(null_flights)}"

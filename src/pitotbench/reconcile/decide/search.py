@@ -40,7 +40,7 @@ class Explained:
 class Search:
     """The search over sets of effects for one or several logs of one airplane.
 
-    Sizes of an effect are the same in all logs, except those of the air, which are of the day. Free parameters,
+    Sizes of an effect are the same in all logs, those of the air as well: they should be of one day. Free parameters,
     wander and form error are each log's own. Raises ValueError without a log.
     """
 

@@ -40,8 +40,8 @@ class Explained:
 class Search:
     """The search over sets of effects for one or several logs of one airplane.
 
-    Sizes of an effect are the same in all logs, those of the air as well: they should be of one day. Free parameters,
-    wander and form error are each log's own. Raises ValueError without a log.
+    Sizes of an effect are the same in all logs, those of the air as well: the logs should be of one day. Free
+    parameters, wander and form error are each log's own. Raises ValueError without a log.
     """
 
     def __init__(self, logs: Sequence[LogEvidence]) -> None:

@@ -175,7 +175,9 @@ def _words(name: str, unit: str) -> tuple[list[str], str]:
 
 def _parts(token: str) -> list[str]:
     """Return the words that capitals separate, in lower case: `GndSpd` has two; `hPa` is one unit."""
-    return [token.lower()] if _is_unit(token.lower()) else re.sub(r"(?<=[a-z])(?=[A-Z])", " ", token).lower().split()
+    if _is_unit(token.lower()):
+        return [token.lower()]
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", token).lower().split()
 
 
 def _is_unit(word: str) -> bool:

@@ -5,8 +5,8 @@ sensor, its unit or the assumption is wrong; only the user can decide which.
 
 A log that hardly knows a nuisance moves its estimate little, however wrong the prior. So an estimate is held
 against what the prior lets such logs find, its prior predictive distribution: where the prior has standard
-deviation s and the posterior r, estimates scatter by √(s² − r²) (Box, "Sampling and Bayes' inference in scientific modelling and
-robustness", Journal of the Royal Statistical Society A 143, 1980).
+deviation s and the posterior r, estimates scatter by √(s² − r²) (Box, "Sampling and Bayes' inference in scientific
+modelling and robustness", Journal of the Royal Statistical Society A 143, 1980).
 """
 
 from dataclasses import dataclass

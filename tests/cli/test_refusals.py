@@ -13,7 +13,7 @@ from numpy.linalg import LinAlgError
 
 import pitotbench
 from pitotbench.cli.app import guarded, main
-from pitotbench.logbook import FORMATS, write_log
+from pitotbench.logbook import FORMATS, read_log, write_log
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 _POD = '[[effects]]\nname = "belly_pod"\nparameters = { drag_area_m2 = 0.1 }\n'

@@ -245,7 +245,7 @@ READ_CLOCKS = {
 @pytest.mark.parametrize("name", READ_CLOCKS)
 def test_clock_times_are_read(name, log, tmp_path):
     path = spoiled(log, tmp_path / "clock.csv", READ_CLOCKS[name])
-    np.testing.assert_allclose(np.diff(read_log(path).time), np.diff(read_log(log).time), atol=1e-6)
+    np.testing.assert_allclose(np.diff(read_log(path).time), np.diff(read_log(log).time), atol=1.1e-3)  # whole ms
 
 
 @pytest.mark.parametrize("name", CLOCKS)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from pitotbench.estimate.column_evidence import Part, column_evidence
+from pitotbench.estimate.column_evidence import EvidencePart, column_evidence
 from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
 
 WIDE = 1e-4  # prior precision of the fitted coefficients
@@ -17,7 +17,7 @@ def problem(seed=1):
         intervals = Intervals(np.arange(n + 1.0), np.arange(n))
         gusts = MarkovProcess(0.8, np.full(n + 1, 7.0), np.ones((n, 1)))
         noise = MarkovNoise(intervals, np.full(n, 0.3), [gusts])
-        parts.append(Part(*(rng.standard_normal(shape) for shape in ((n,), (n, 3), (n, 4))), noise))
+        parts.append(EvidencePart(*(rng.standard_normal(shape) for shape in ((n,), (n, 3), (n, 4))), noise))
     return parts
 
 

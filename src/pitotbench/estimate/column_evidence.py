@@ -19,7 +19,7 @@ _REGULAR = 1e-9  # added to a correlation: columns of a short log may depend on 
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class EvidencePart:
     """Rows whose noise is independent of that of other parts.
 
     `response` (n,), `regressors` (n, p) of the fitted coefficients, `further` (n, m) columns, and their noise.
@@ -74,7 +74,7 @@ class ColumnEvidence:
         return np.asarray(precision + np.eye(len(chosen)))
 
 
-def column_evidence(parts: Sequence[Part], prior_precision: Array) -> ColumnEvidence:
+def column_evidence(parts: Sequence[EvidencePart], prior_precision: Array) -> ColumnEvidence:
     """Compute the evidence for further columns; `prior_precision` (p,) is that of the fitted coefficients.
 
     Raises numpy.linalg.LinAlgError where the rows do not determine the fitted coefficients.

@@ -19,7 +19,7 @@ from pitotbench.calibrate.gls.linearized_problem import Linearized, Structure, l
 from pitotbench.calibrate.model.heading_rows import DIRECTION_DEVIATIONS, heading_rows
 from pitotbench.calibrate.rows.blocks import Blocks, block_length, divide
 from pitotbench.calibrate.rows.observations import Observations
-from pitotbench.estimate.column_evidence import ColumnEvidence, Part, column_evidence
+from pitotbench.estimate.column_evidence import ColumnEvidence, EvidencePart, column_evidence
 from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
 from pitotbench.units import Array, MetersPerSecond
 
@@ -196,13 +196,13 @@ def _evidence(
     def evidence(phi: Array) -> ColumnEvidence:
         noise = _noise(blocks, triangle, along, airspeed, phi)
         wide = np.pad(regression.instruments, ((0, 0), (0, added)))
-        parts = [Part(regression.response, wide, _changing(-along, of_time), noise)]
+        parts = [EvidencePart(regression.response, wide, _changing(-along, of_time), noise)]
         if heading is not None:
             wide = np.zeros((len(heading.response), len(precision)))
             wide[:, winds], wide[:, -added:] = heading.right, heading.directions
             response = heading.response - heading.right @ theta[winds]
             further = _changing(heading.right, of_time[heading.straight])
-            parts.append(Part(response, wide, further, heading.noise))
+            parts.append(EvidencePart(response, wide, further, heading.noise))
         if structure.altitude is not None:
             parts.append(_altitude_part(structure, theta, added, 2 * of_time.shape[1], phi))
         return column_evidence(parts, precision)
@@ -224,9 +224,9 @@ def _noise(
     return MarkovNoise(blocks.intervals, triangle.sensor + white**2 + _FLOOR, [gusts])
 
 
-def _altitude_part(structure: Structure, theta: Array, added: int, changes: int, phi: Array) -> Part:
+def _altitude_part(structure: Structure, theta: Array, added: int, changes: int, phi: Array) -> EvidencePart:
     assert structure.altitude is not None
     rows = altitude_regression(structure.altitude, structure.model, theta, structure.nuisances)
     wide = np.pad(rows.regressors, ((0, 0), (0, added)))
     noise = altitude_noise(structure.altitude, phi[-NOISE_COUNT:])
-    return Part(rows.response, wide, np.zeros((len(wide), changes)), noise)
+    return EvidencePart(rows.response, wide, np.zeros((len(wide), changes)), noise)

@@ -62,7 +62,7 @@ USUAL = Sizes(1.0 * KNOT, 4.0 * KNOT, 0.012, 0.45, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Linearized:
+class LinearCard:
     """A card near its answer: observations y (n,) [m/s], unit vectors of the flight paths (n, 2), slopes (n,) of
     the true airspeed by the correction, its change with temperature (n,), variances of the readings (n,)."""
 
@@ -90,7 +90,7 @@ class CardModel:
         self._straight, self._bent = straight * same, {length: each * same for length, each in bent.items()}
         self.linear = self._linearize()
 
-    def _linearize(self) -> Linearized:
+    def _linearize(self) -> LinearCard:
         """Linearize at the answer for the usual sizes, in a few rounds."""
         count = len(self.legs)
         linear = self._at(np.zeros((count, 2)), np.zeros(count))
@@ -101,7 +101,7 @@ class CardModel:
             linear = self._at(wind, curve_prior @ (linear.slope * solved))
         return linear
 
-    def _at(self, wind: Array, correction: Array) -> Linearized:
+    def _at(self, wind: Array, correction: Array) -> LinearCard:
         # A leg that cannot be must not carry the others away: it is judged where a real one could lie.
         wind = np.clip(wind, -_MOST_WIND, _MOST_WIND)
         correction = np.clip(correction, -_MOST_CORRECTION * self.speed, _MOST_CORRECTION * self.speed)
@@ -111,9 +111,9 @@ class CardModel:
         slope, true = self._arrays.slope(correction), self._arrays.true_airspeed(correction)
         observed = size + np.sum(along * wind, axis=1) - true + slope * correction
         reading = reading_variance(self._arrays, along, self._steps, correction)
-        return Linearized(observed, along, slope, self._arrays.warmth(correction), reading)
+        return LinearCard(observed, along, slope, self._arrays.warmth(correction), reading)
 
-    def _priors(self, linear: Linearized, sizes: Sizes) -> tuple[Array, Array, Array]:
+    def _priors(self, linear: LinearCard, sizes: Sizes) -> tuple[Array, Array, Array]:
         """Return the covariances [(m/s)²], (n, n), of the observations, of a component of the wind between legs,
         and of the correction."""
         wind = _ANY_WIND**2 + sizes.leg_step**2 * self._leg_steps + sizes.point_step**2 * self._point_steps

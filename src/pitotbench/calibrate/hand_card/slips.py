@@ -12,7 +12,7 @@ import numpy as np
 
 from pitotbench.calibrate.accuracy import Accuracies
 from pitotbench.calibrate.hand_card.card_model import SIZES, USUAL, CardModel
-from pitotbench.calibrate.hand_card.track_pattern import expected_tracks, turn
+from pitotbench.calibrate.hand_card.track_pattern import expected_tracks, turn_between
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.hand_card import CardLeg, ReadingSteps, Slip
 from pitotbench.units import DEGREE, KNOT
@@ -62,7 +62,7 @@ class _Card:
 
     def off_track(self, leg: CardLeg) -> float:
         """Return how far a leg is from the track of the other points [rad]; 0 where they show none."""
-        return abs(float(turn(leg.track, self.tracks[leg.row]))) if leg.row in self.tracks else 0.0
+        return abs(float(turn_between(leg.track, self.tracks[leg.row]))) if leg.row in self.tracks else 0.0
 
 
 def find_slips(

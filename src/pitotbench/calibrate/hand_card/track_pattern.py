@@ -33,14 +33,14 @@ def _middle(tracks: Sequence[float]) -> float | None:
     """Return the track around which all but at most one of the tracks lie; None where they do not agree."""
     if len(tracks) < _FEWEST:
         return None
-    away = np.abs(turn(np.asarray(tracks)[:, None], np.asarray(tracks)[None, :]))
+    away = np.abs(turn_between(np.asarray(tracks)[:, None], np.asarray(tracks)[None, :]))
     best = int(np.argmin(np.median(away, axis=1)))
     near = away[best] <= _TIGHT
     if np.count_nonzero(~near) > 1 or np.count_nonzero(near) < _FEWEST:
         return None
-    return float(tracks[best] + np.mean(turn(np.asarray(tracks)[near], tracks[best])))
+    return float(tracks[best] + np.mean(turn_between(np.asarray(tracks)[near], tracks[best])))
 
 
-def turn(one: "np.ndarray | float", other: "np.ndarray | float") -> np.ndarray:
+def turn_between(one: "np.ndarray | float", other: "np.ndarray | float") -> np.ndarray:
     """Return the angle from one track to another [rad], within half a turn."""
     return np.asarray((np.asarray(one) - np.asarray(other) + np.pi) % (2.0 * np.pi) - np.pi)

@@ -10,7 +10,7 @@ import argparse
 from pathlib import Path
 
 from pitotbench.evidence.experiment import Budget
-from pitotbench.evidence.height_check import check_height
+from pitotbench.evidence.height_check import check_forecasts_with_height
 from pitotbench.evidence.plan_check import check_plan
 
 
@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument("--height-seeds", type=int, default=12, help="with a static error (default: %(default)s)")
     parser.add_argument("--height-only", action="store_true", help="end after the flights with a static error")
     options = parser.parse_args()
-    heights = check_height(range(1, options.height_seeds + 1), Budget(options.jobs))
+    heights = check_forecasts_with_height(range(1, options.height_seeds + 1), Budget(options.jobs))
     print(heights.to_string(index=False, float_format="%.3f"), flush=True)
     if options.height_only:
         return

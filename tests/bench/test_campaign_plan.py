@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pitotbench.bench.campaign.draws import Draws
-from pitotbench.bench.campaign.dry_run import forecast
+from pitotbench.bench.campaign.dry_run import forecast_of_costs
 from pitotbench.bench.campaign.plan import seeds_of
 from pitotbench.bench.campaign.plan_file import read_plan
 from pitotbench.bench.campaign.runner import CampaignRequest
@@ -192,7 +192,7 @@ def test_a_dry_run_prints_counts_minutes_and_bytes_and_makes_nothing(tmp_path, c
     assert "on 4 processes" in said
     assert "GB" in said
     assert not out.exists()
-    twice = forecast(CampaignRequest(plan=tmp_path / "plan.toml", out=out))
+    twice = forecast_of_costs(CampaignRequest(plan=tmp_path / "plan.toml", out=out))
     assert "flights: 72" in next(twice)
 
 

@@ -59,15 +59,15 @@ def test_the_correction_is_that_of_the_true_airspeed(tmp_path):
     (point,) = reduce_card(legs, steps).points
     assert point.correction / KT == pytest.approx(6.0, abs=0.02)
     assert point.wind_speed / KT == pytest.approx(0.0, abs=0.05)
-    # 6 kt at 100 kt are 3.1 hPa·0.5: the static pressure reads too high, the altimeter too low by 140 ft.
-    assert 100.0 < point.altitude_correction / FT < 180.0
+    # q_c rises by 204 Pa from 100 to 106 kt; the static source reads as much too high: 71 ft at 9.4 Pa a meter.
+    assert point.altitude_correction / FT == pytest.approx(71.0, abs=3.0)
     assert point.legs == 3
 
 
 def test_coverage_on_two_hundred_cards():
     """Half of three legs a point and half of four; development seeds. 1,000 points, a curve each."""
     inside, curve_inside, slips = [], [], 0
-    for seed in range(1001, 1201):
+    for seed in range(4001, 4201):
         card = make_card(seed, legs=3 + seed % 2)
         found = reduce_card(card.legs, STEPS)
         slips += len(found.slips)

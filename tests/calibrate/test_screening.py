@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trajectories as fixture
+from scipy.signal import lfilter
 
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.records.errors import BadInputError, NoAnswerError
@@ -40,6 +41,18 @@ def test_healthy_rows_all_count():
 def test_a_model_that_does_not_fit_is_no_fault_of_the_rows(model):
     log = fixture.fly(fixture.step_decrease(RATE), RATE, RATE, fixture.Air(gust=0.0, pressure=1.0))
     assert calibrate(log, CalibrationOptions(model=model)).diagnostics["rows_left_out"] == []
+
+
+def test_a_burst_of_gusts_is_no_fault_of_the_rows():
+    """Gusts of 0.6 m/s that are four times as strong for some 8 s."""
+    for seed in range(1, 7):
+        log, rng = _log(seed), np.random.default_rng(seed)
+        kept = float(np.exp(-1.0 / RATE / 5.0))  # 5 s
+        gust = lfilter([np.sqrt(1.0 - kept**2)], [1.0, -kept], rng.standard_normal((2, len(log))), axis=1)
+        level = 0.4 * (1.0 + 3.0 * np.exp(-0.5 * ((log.time - 60.0) / 3.0) ** 2))
+        carried = {"velocity_north": log.velocity_north + level * gust[0]}
+        carried["velocity_east"] = log.velocity_east + level * gust[1]
+        assert calibrate(replace(log, **carried)).diagnostics["rows_left_out"] == []
 
 
 def test_spikes_are_named_and_do_no_harm():

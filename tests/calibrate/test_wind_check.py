@@ -12,9 +12,9 @@ from pitotbench.units import DEGREE
 CHECKED, CONSTANT = CalibrationOptions(wind="checked"), CalibrationOptions(wind="constant")
 
 
-def flown(maneuver, seed, change=None, with_heading=True):
+def flown(maneuver, seed, change=None, with_heading=True, gust=0.5):
     """A flight in gusts, with its heading to 0.5°, carried by a wind that changes with time [m/s north, east]."""
-    log = flights.fly(maneuver, seed)
+    log = flights.fly(maneuver, seed, conditions=flights.Conditions(gust=gust))
     heading = None
     if with_heading:
         rng = np.random.default_rng(seed)
@@ -77,3 +77,10 @@ def test_a_heading_that_is_off_or_follows_the_speed_is_no_change_of_the_wind():
     share = log.impact_pressure / float(np.median(log.impact_pressure)) - 1.0
     off = replace(log, heading=log.heading + 8.0 * DEGREE + 2.0 * DEGREE * share)
     assert not named(calibrate(off, CHECKED))
+
+
+def test_gusts_that_hide_every_change_are_no_change():
+    """Without heading, in gusts of 1.5 m/s, the factor is near 1: most exceed 1/3, few are more than chance."""
+    found = [calibrate(flown("step_decrease", seed, None, False, 1.5), CHECKED) for seed in range(20, 30)]
+    assert sum(each.diagnostics["wind_change_bayes_factor"] > 1.0 / 3.0 for each in found) >= 4
+    assert sum(bool(named(each)) for each in found) <= 1

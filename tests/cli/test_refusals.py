@@ -13,7 +13,7 @@ from numpy.linalg import LinAlgError
 
 import pitotbench
 from pitotbench.cli.app import guarded, main
-from pitotbench.logbook import FORMATS, write_log
+from pitotbench.logbook import FORMATS, read_log, write_log
 from pitotbench.records.errors import BadInputError, NoAnswerError
 
 _POD = '[[effects]]\nname = "belly_pod"\nparameters = { drag_area_m2 = 0.1 }\n'
@@ -232,13 +232,20 @@ CLOCKS = {
     "milliseconds as seconds": (lambda t: 1000.0 * t, "time_ms"),
     "seconds as nanoseconds": (lambda t: 1e-9 * t, "unit of the clock"),
     "one step of 1e12 s": (lambda t: np.where(np.arange(len(t)) < 100, t, t + 1e12), "row 101: time jumps"),
-    "ISO 8601": (lambda t: np.datetime64("2026-05-04T14:03:06") + (1000 * t).astype("m8[ms]"), "clock time"),
-    "ISO 8601 with a zone": (
-        lambda t: [f"{v}Z" for v in np.datetime64("2026-05-04T14:03:06") + (1000 * t).astype("m8[ms]")],
-        "clock time",
-    ),
-    "hours, minutes, seconds": (lambda t: [f"14:{int(v) // 60:02d}:{v % 60:05.2f}" for v in t], "clock time"),
 }
+READ_CLOCKS = {
+    "ISO 8601": lambda t: np.datetime64("2026-05-04T14:03:06") + (1000 * t).astype("m8[ms]"),
+    "ISO 8601 with a zone": lambda t: [
+        f"{v}Z" for v in np.datetime64("2026-05-04T14:03:06") + (1000 * t).astype("m8[ms]")
+    ],
+    "hours, minutes, seconds": lambda t: [f"14:{int(v) // 60:02d}:{v % 60:05.2f}" for v in t],
+}
+
+
+@pytest.mark.parametrize("name", READ_CLOCKS)
+def test_clock_times_are_read(name, log, tmp_path):
+    path = spoiled(log, tmp_path / "clock.csv", READ_CLOCKS[name])
+    np.testing.assert_allclose(np.diff(read_log(path).time), np.diff(read_log(log).time), atol=1.1e-3)  # whole ms
 
 
 @pytest.mark.parametrize("name", CLOCKS)

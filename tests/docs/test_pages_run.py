@@ -1,4 +1,4 @@
-"""Every command and every piece of Python of the tutorials runs, in the order of the page, in an empty folder."""
+"""Every command and every piece of Python of the pages for users runs, from top to bottom of the page."""
 
 import re
 import shlex
@@ -9,7 +9,11 @@ import pytest
 from pitotbench.cli.app import main
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = [*sorted((DOCS / "tutorials").glob("*.md")), DOCS / "api.md"]
+PAGES = [
+    page
+    for page in [*(DOCS / "tutorials").glob("*.md"), *(DOCS / "howto").glob("*.md"), DOCS / "api.md"]
+    if page.name != "read-the-page.md"  # it shows no command that runs
+]
 _BLOCK = re.compile(r"^```(console|toml|python|csv)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _NAME = re.compile(r"# (\S+\.(?:toml|csv))\n")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from pitotbench.estimate.column_evidence import Part, column_evidence
+from pitotbench.estimate.column_evidence import EvidencePart, column_evidence
 from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
 
 WIDE = 1e-4  # prior precision of the fitted coefficients
@@ -17,7 +17,7 @@ def problem(seed=1):
         intervals = Intervals(np.arange(n + 1.0), np.arange(n))
         gusts = MarkovProcess(0.8, np.full(n + 1, 7.0), np.ones((n, 1)))
         noise = MarkovNoise(intervals, np.full(n, 0.3), [gusts])
-        parts.append(Part(*(rng.standard_normal(shape) for shape in ((n,), (n, 3), (n, 4))), noise))
+        parts.append(EvidencePart(*(rng.standard_normal(shape) for shape in ((n,), (n, 3), (n, 4))), noise))
     return parts
 
 
@@ -60,3 +60,15 @@ def test_the_estimates_move_as_those_of_a_fit_with_the_further_columns_taken_off
     before = fitted([part.response for part in parts])
     after = fitted([part.response - part.further @ size for part in parts])
     np.testing.assert_allclose(found.moved @ size, after - before, rtol=1e-8)
+
+
+def test_without_the_columns_the_bayes_factor_is_one_in_the_mean():
+    """An identity of any Bayes factor. Two columns that are equal do not disturb it."""
+    parts = problem()
+    for part in parts:
+        part.further[:, 3] = part.further[:, 2]
+    found, chosen = column_evidence(parts, np.full(3, WIDE)), np.arange(4)
+    small = 0.5 / np.sqrt(np.diag(found.precision))
+    factors = np.exp(found.log_bayes_factors(found.drawn(20_000, 1), chosen, small))
+    assert np.mean(factors) == pytest.approx(1.0, abs=4.0 * np.std(factors) / np.sqrt(len(factors)))
+    assert np.mean(np.exp(found.log_bayes_factors(2.0 * found.drawn(20_000, 1), chosen, small))) > 1.2

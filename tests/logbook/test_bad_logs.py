@@ -195,6 +195,17 @@ def test_constant_speed_without_noise_is_not_a_stuck_sensor(tmp_path):
     assert len(read_log(sample.write(tmp_path / "log.csv", table))) == sample.ROWS
 
 
+def test_a_coarse_display_in_calm_air_is_not_a_stuck_sensor(tmp_path):
+    """Steps of 20 Pa with noise of 3 Pa: on a steady leg of 25 s the number does not change."""
+    table = sample.columns()
+    steady = np.interp(TIME, [0.0, 20.0, 45.0, 60.0], [2900.0, 2500.0, 2500.0, 2100.0])
+    noise = 3.0 * np.random.default_rng(1).standard_normal(sample.ROWS)
+    table["impact_pressure_pa"] = 20.0 * np.round((steady + noise) / 20.0)
+    log = read_log(sample.write(tmp_path / "log.csv", table))
+    assert len(log) == sample.ROWS
+    assert not any("stuck" in warning for warning in log.header.get("warnings", ()))
+
+
 def test_a_parked_airplane_is_not_a_stuck_gps(tmp_path):
     table = sample.columns()
     for name in ("velocity_north_mps", "velocity_east_mps"):

@@ -16,7 +16,18 @@ PACKAGE = RECONCILE.parent
 # Effort of a search, guards against a division by zero, mathematical constants, and digits: they decide nothing.
 NO_THRESHOLDS = {
     *("STEMS", "RENEWALS", "RENEWED", "LISTED", "NEAR", "FAR", "DIGITS", "MEAN_SCORE", "EULER"),
-    *("SMALLEST", "SMALLEST_GAIN", "SINGULAR", "ROUNDING", "BLOCKS"),
+    *(
+        "SMALLEST",
+        "SMALLEST_GAIN",
+        "SINGULAR",
+        "ROUNDING",
+        "BLOCKS",
+        "TINY",
+        "LOWEST",
+        "LEAST_POWER",
+        "SMOOTH_LEAST",
+    ),
+    *("LEADING", "STEMS", "BEAM", "EXTENDED", "ROUNDS", "SETTLED", "RESTED", "SHIFT", "LEAST_SHARE"),
 }
 DECIDING = [
     *(f for f in sorted((RECONCILE / "decide").glob("*.py")) if f.name not in ("thresholds.py", "locate.py")),
@@ -47,4 +58,4 @@ def test_no_other_number_of_a_deciding_module_is_a_threshold(file: Path) -> None
 
 def test_a_threshold_cannot_be_changed() -> None:
     with pytest.raises(AttributeError):
-        THRESHOLDS.equal_fit = 1.0  # type: ignore[misc]
+        THRESHOLDS.named_from = 1.0  # type: ignore[misc]

@@ -69,7 +69,7 @@ def test_an_effect_that_cannot_be_distinguished_is_named_with_its_size():
     like = replace(NAMED, kind="one_of", alternatives=(("gear_not_up",),))
     text = sentences(account(like))[0]
     assert "one of these" in text
-    assert "or, equally well, gear not up (extension 0.26 ± 0.02)" in text
+    assert "or, less probably, gear not up (extension 0.26 ± 0.02)" in text
 
 
 @pytest.mark.parametrize(("kind", "said"), [("unknown", "no effect of the table"), ("no_gap", "agree")])

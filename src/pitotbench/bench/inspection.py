@@ -10,10 +10,10 @@ from pitotbench.channels import CHANNELS
 from pitotbench.logbook import flights_in
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError, NoAnswerError
-from pitotbench.records.inspection import HeldChannel, LogInspection, Question
 from pitotbench.records.log import FlightLog
+from pitotbench.records.log_inspection import HeldChannel, LogInspection, Question
 from pitotbench.timeline import interval, pauses
-from pitotbench.units import DEGREE, KNOT, Array
+from pitotbench.units import DEGREE, KNOT, Array, Booleans
 
 _SECTOR = 30.0 * DEGREE
 _VISITED = 0.02  # share of the rows that counts as a heading flown
@@ -79,13 +79,13 @@ def _held(log: FlightLog, name: str) -> HeldChannel:
     return HeldChannel(name, channel.unit, low, high, changes)
 
 
-def _headings(log: FlightLog, flying: Array) -> int:
+def _headings(log: FlightLog, flying: Booleans) -> int:
     track = np.arctan2(log.velocity_east, log.velocity_north)[flying] % (2.0 * np.pi)
     counts = np.bincount((track / _SECTOR).astype(np.intp) % 12, minlength=12)
     return int(np.count_nonzero(counts > _VISITED * len(track)))
 
 
-def _wind(log: FlightLog, flying: Array) -> tuple[float, float]:
+def _wind(log: FlightLog, flying: Booleans) -> tuple[float, float]:
     """Return the wind toward north and east [m/s] that brings ground speed and airspeed together best."""
     temperature = log.air_temperature if log.air_temperature is not None else log.total_temperature
     if temperature is None:

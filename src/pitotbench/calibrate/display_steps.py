@@ -29,6 +29,8 @@ def with_display_steps(calibration: Calibration, log: FlightLog) -> Calibration:
         return calibration
     curve = calibration.curve
     added = display_two_sigma(log, curve.indicated_airspeed, steps)
+    if not np.any(added):
+        return calibration
     wider = np.hypot(1.0, added / curve.two_sigma)
     widened = replace(
         curve,

@@ -36,6 +36,9 @@ _ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data
 _LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
 _DISAGREE = 0.001  # probability of so much disagreement by chance: below it there is a warning
+# Probability of so much evidence for a change under a constant wind, above which it is not named. A third of the
+# changes that are found by chance would move the curve by enough to be named.
+_CHANGED = 0.15
 _MATTERS = 0.25  # of 2σ: a change of the wind that moves the curve by less has no warning
 _MOST_NAMED, _MOST_LISTED = 5, 1000  # greatest number of left-out rows in a warning and in the diagnostics
 
@@ -210,6 +213,7 @@ def _wind_found(change: WindChange | None, located: ErrorPlace, obs: Observation
     bounds = answer.two_sigma(np.pad(gradient, ((0, 0), (0, len(answer.mean) - model.error_count))))
     return {
         "wind_change_bayes_factor": change.bayes_factor,
+        "wind_change_chance": change.chance,
         "wind_change_kind": change.kind,
         "wind_change_mps": change.size,
         "wind_change_time_s": change.time if change.kind == JUMP else None,
@@ -272,12 +276,18 @@ def _warnings(
             f"{100.0 * agreement:.2g} % of cases): the model may not follow the curve (try --model auto, or a "
             "narrower range of speeds), or temperature or height may be off by more than stated"
         )
-    if found.get("wind_change_bayes_factor", 0.0) > ASKS and found["wind_change_share"] > _MATTERS:
+    if _wind_changed(found):
         warnings.append(_wind_warning(found))
     latency_bound = found.get("latency_two_sigma_s")  # None also where the log does not determine the latency
     if latency_bound is not None and abs(found["latency_left_s"]) > latency_bound:
         warnings.append(latency_warning(found["latency_s"], latency_bound))
     return tuple(warnings)
+
+
+def _wind_changed(found: Mapping[str, Any]) -> bool:
+    """Whether the log asks for a change of the wind that matters, and a constant wind would seldom look so."""
+    asked = found.get("wind_change_bayes_factor", 0.0) > ASKS and found["wind_change_chance"] < _CHANGED
+    return bool(asked and found["wind_change_share"] > _MATTERS)
 
 
 def _wind_warning(found: Mapping[str, Any]) -> str:

@@ -103,9 +103,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print_forecast(request: "CampaignRequest") -> int:
-    from pitotbench.bench.campaign.dry_run import forecast
+    from pitotbench.bench.campaign.dry_run import forecast_of_costs
 
-    for line in forecast(request):
+    for line in forecast_of_costs(request):
         print(line)
     return DONE
 

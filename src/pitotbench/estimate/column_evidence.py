@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from pitotbench.estimate.joint_noise import Noise
 from pitotbench.units import Array
 
+_REGULAR = 1e-9  # added to a correlation: columns of a short log may depend on each other
+
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class EvidencePart:
     """Rows whose noise is independent of that of other parts.
 
     `response` (n,), `regressors` (n, p) of the fitted coefficients, `further` (n, m) columns, and their noise.
@@ -45,22 +47,34 @@ class ColumnEvidence:
 
     def log_bayes_factor(self, chosen: NDArray[np.intp], deviations: Array) -> float:
         """The log evidence that the chosen columns (k,) add with prior standard deviations (k,)."""
-        pull, precision = self._scaled(chosen, deviations)
-        explained = pull @ np.linalg.solve(precision, pull)
-        return 0.5 * float(explained - np.linalg.slogdet(precision)[1])
+        return float(self.log_bayes_factors(self.pull[None], chosen, deviations)[0])
+
+    def log_bayes_factors(self, pulls: Array, chosen: NDArray[np.intp], deviations: Array) -> Array:
+        """The same for each of other pulls (d, m), such as those of `drawn`; (d,)."""
+        precision = self._scaled(chosen, deviations)
+        scaled = deviations * pulls[:, chosen]
+        explained = np.sum(scaled * np.linalg.solve(precision, scaled.T).T, axis=1)
+        return np.asarray(0.5 * (explained - np.linalg.slogdet(precision)[1]))
+
+    def drawn(self, count: int, seed: int) -> Array:
+        """Draw the pulls (count, m) of rows in which all further coefficients are zero."""
+        scale = np.sqrt(np.maximum(np.diag(self.precision), np.finfo(np.float64).tiny))
+        correlation = self.precision / np.outer(scale, scale) + _REGULAR * np.eye(len(scale))
+        root = scale[:, None] * np.linalg.cholesky(correlation)
+        return np.asarray(np.random.default_rng(seed).standard_normal((count, len(scale))) @ root.T)
 
     def estimate(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
         """The posterior mean of the chosen columns' coefficients, (k,)."""
-        pull, precision = self._scaled(chosen, deviations)
-        return np.asarray(deviations * np.linalg.solve(precision, pull))
+        precision = self._scaled(chosen, deviations)
+        return np.asarray(deviations * np.linalg.solve(precision, deviations * self.pull[chosen]))
 
-    def _scaled(self, chosen: NDArray[np.intp], deviations: Array) -> tuple[Array, Array]:
-        """Pull and posterior precision of the coefficients in units of their prior deviations."""
+    def _scaled(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
+        """Posterior precision of the coefficients in units of their prior deviations."""
         precision = self.precision[np.ix_(chosen, chosen)] * np.outer(deviations, deviations)
-        return deviations * self.pull[chosen], precision + np.eye(len(chosen))
+        return np.asarray(precision + np.eye(len(chosen)))
 
 
-def column_evidence(parts: Sequence[Part], prior_precision: Array) -> ColumnEvidence:
+def column_evidence(parts: Sequence[EvidencePart], prior_precision: Array) -> ColumnEvidence:
     """Compute the evidence for further columns; `prior_precision` (p,) is that of the fitted coefficients.
 
     Raises numpy.linalg.LinAlgError where the rows do not determine the fitted coefficients.

@@ -70,7 +70,7 @@ def flown_with_height(trial: Trial, looks: tuple[str, ...]) -> list[Row]:
     return rows
 
 
-def check_height(
+def check_forecasts_with_height(
     seeds: Sequence[int], budget: Budget = NO_LIMIT, maneuvers: Sequence[str] = PAPER_MANEUVERS
 ) -> pd.DataFrame:
     """Fly, forecast and compare; return one row for each maneuver and receiver.

@@ -59,7 +59,7 @@ def clock_seconds(name: str, column: Column) -> Seconds:
     return seconds
 
 
-def joined(dates: Column, times: Column) -> Column:
+def joined_clock(dates: Column, times: Column) -> Column:
     """Return a column of dates and one of times as one column of both."""
     return np.array(
         ["" if _blank(a) or _blank(b) else f"{a} {b}" for a, b in zip(dates, times, strict=True)], dtype=object

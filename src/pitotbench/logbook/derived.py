@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pitotbench import air
-from pitotbench.logbook.clock import clock_seconds, joined
+from pitotbench.logbook.clock import clock_seconds, joined_clock
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.quantities import parse_column
 from pitotbench.logbook.table import Table, numbers
@@ -51,7 +51,7 @@ def _time(draft: Draft) -> None:
     clock, date = (draft.channels.pop(name, None) for name in ("clock_time", "date"))
     if clock is None or "time" in draft.channels:
         return
-    seconds = clock_seconds(draft.columns["clock_time"], clock if date is None else joined(date, clock))
+    seconds = clock_seconds(draft.columns["clock_time"], clock if date is None else joined_clock(date, clock))
     _put(draft, "time", seconds, "clock_time", "s")
 
 
@@ -155,7 +155,7 @@ def _heading(draft: Draft) -> None:
 def _variation(draft: Draft, name: str, consequence: str) -> Array:
     variation = draft.channels.get("magnetic_variation")
     if variation is not None:
-        return np.nan_to_num(variation)
+        return np.asarray(np.nan_to_num(variation), dtype=np.float64)
     draft.warnings.append(
         f"column {draft.columns[name]!r} is magnetic and the log holds no magnetic variation: {consequence}"
     )

@@ -104,7 +104,8 @@ def rename(table: Table, entry: MappedFile) -> Table:
     A missing column gives a warning where it is neither essential nor optional. Raises BadInputError where an
     essential column is missing or the mapping names an unknown quantity.
     """
-    names, columns, lost = [], [], []
+    names: list[str] = []
+    columns, lost = [], []
     quantities = {target: _quantity(target) for target in entry.columns}
     present = {quantities[target] for target in entry.columns if target.theirs in table.names}
     for target, quantity in quantities.items():

@@ -12,6 +12,7 @@ _MOST = 0.5  # share of rows that may be dropped for a stuck sensor
 _STUCK_TIME = 10.0  # s
 _STUCK_RUNS = 10.0  # times the median time for which a value repeats
 _DISPLAYED = 30.0  # times longer may the value of a display stand still, which shows steps
+_RETURNS, _ADJACENT = 0.9, 0.95  # of a channel with steps: most values a move, least share of moves by one step
 _MOVING = 2.0  # m/s, above which a velocity cannot stand still
 
 
@@ -56,13 +57,25 @@ def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
     first = np.r_[0, np.flatnonzero(changed) + 1]
     last = np.r_[first[1:] - 1, len(draft.rows) - 1]
     lasting = draft.channels["time"][last] - draft.channels["time"][first]
-    patience = _DISPLAYED if draft.displayed & set(names) else 1.0
+    stepped = bool(draft.displayed & set(names)) or all(_shows_steps(draft.channels[name]) for name in names)
+    patience = _DISPLAYED if stepped else 1.0
     limit = patience * max(_STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first))))
     bad = np.zeros(len(draft.rows), dtype=np.bool_)
     long = (lasting > limit) & (moved[last] > moved[first])
     for a, b in zip(first[long], last[long], strict=True):
         bad[a : b + 1] = True
     return bad
+
+
+def _shows_steps(values: Array) -> bool:
+    """Return whether a channel returns to few values and moves from each to the next above or below only.
+
+    So does a coarse display in calm air, and it may stand still for a whole leg.
+    """
+    levels, place = np.unique(values, return_inverse=True)
+    moves = np.diff(place)
+    moves = np.abs(moves[moves != 0])
+    return len(levels) < _RETURNS * len(moves) and bool(np.mean(moves == 1) > _ADJACENT)
 
 
 def _changes(draft: Draft, names: list[str]) -> Booleans:

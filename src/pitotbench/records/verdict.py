@@ -1,6 +1,7 @@
 """The answer of a reconciliation: where simulation and measurement disagree, the cause, and its significance."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Literal
 
 from pitotbench.records.calibration import Estimate
@@ -44,7 +45,8 @@ class Candidate:
 
     `score` is its significance [σ], relative to null flights of this card. `held_out_ratio` is the reduction of
     the sum of squares on parts of the log that the sizes were not fitted to, over that on the fitted parts:
-    near 1 for a cause, far below 1 for a coincidence. `plausible` says whether its sizes are.
+    near 1 for a cause, far below 1 for a coincidence. `plausible` says whether its sizes are. `probability` is that
+    of its cause, given a gap; 1 for what is counted and not fitted.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Candidate:
     score: float
     held_out_ratio: float
     plausible: bool
+    probability: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +85,10 @@ class Verdict:
     """The answer of one pass over a log.
 
     `effects` are those named. `alternatives` holds, for each of them, the names of the effects that the log cannot
-    distinguish from it. `candidates` are all single explanations, the best first.
+    distinguish from it. `candidates` are all single explanations, the best first. `probabilities` is that of each
+    cause of the table, given a gap; the causes may act together, so they do not sum to 1. `log_bayes_factor` is the
+    logarithm of the Bayes factor of a gap against none. `remains` says whether something significant is left beside
+    the effects.
     """
 
     kind: Kind
@@ -96,3 +102,6 @@ class Verdict:
     advice: tuple[str, ...]
     notes: tuple[str, ...] = ()
     closure_holdout: Closure | None = None
+    probabilities: Mapping[str, float] = field(default_factory=dict)
+    log_bayes_factor: float = 0.0
+    remains: bool = False

@@ -23,6 +23,8 @@ def sentences(account: Account) -> list[str]:
     if verdict.kind != "no_gap" and verdict.located:
         lines.append(f"The gap is largest in {listed([place_words(p) for p in verdict.located[:3]])}.")
     if verdict.kind in SURE:
+        if verdict.remains:
+            lines.append("Something remains beside it that no effect of the table explains.")
         lines.append(_closed(verdict, account.holdout))
         lines += _later_passes(account)
     return lines
@@ -38,8 +40,9 @@ def _answer(verdict: Verdict, null_flights: int) -> str:
     effects = []
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
         rivals = [effect_words(candidates[n]) if n in candidates else words(n) for n in others]
-        effects.append(effect_words(effect) + (f" or, equally well, {listed(rivals, 'or')}" if rivals else ""))
-    lead = "The model lacks " if verdict.kind == "named" else "The model lacks one of these: "
+        effects.append(effect_words(effect) + (f" or, less probably, {listed(rivals, 'or')}" if rivals else ""))
+    sets = any(verdict.alternatives)
+    lead = "The model lacks one of these: " if sets and len(effects) == 1 else "The model lacks "
     return f"{lead}{listed(effects)}; ± is 2σ. {_compared(null_flights)}"
 
 

@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench import air
-from pitotbench.records.inspection import LogInspection
 from pitotbench.records.log import FlightLog
+from pitotbench.records.log_inspection import LogInspection
 from pitotbench.show.columns import html_table
 from pitotbench.show.inspection_text import CHANNEL_COLUMNS, QUESTION_COLUMNS, inspection_sentences
 from pitotbench.show.markup import render

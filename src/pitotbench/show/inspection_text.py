@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from pitotbench.records.inspection import HeldChannel, LogInspection, Question
+from pitotbench.records.log_inspection import HeldChannel, LogInspection, Question
 from pitotbench.show.columns import Column, json_rows, print_table
 from pitotbench.show.quantity_words import words
 from pitotbench.show.terminal import outside

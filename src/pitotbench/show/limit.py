@@ -71,7 +71,7 @@ class Margin:
 
 
 @dataclass(frozen=True, slots=True)
-class Judgment:
+class LimitJudgment:
     """A curve against one limit: the margin of the curve alone and that of the curve with its ±2σ bound."""
 
     rule: str
@@ -125,7 +125,7 @@ def limit_for(result: Calibration, limit: Limit | str | None = AUTO) -> Limit | 
     return _RULES["far25"] if result.curve.indicated_airspeed[-1] >= _SLOWEST_KT * KNOT else None
 
 
-def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[Judgment]:
+def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[LimitJudgment]:
     """The curve against the limit of airspeed, and against that of altitude where the static source errs."""
     chosen = limit_for(result, limit)
     if chosen is None:
@@ -167,9 +167,9 @@ def judgments_json(result: Calibration, limit: Limit | str | None = AUTO) -> lis
 
 def _judged(
     rule: str, allows: str, allowed: tuple[Array, Array], error: tuple[Array, Array], unit: str
-) -> Judgment:
+) -> LimitJudgment:
     (speed, most), (size, bound) = allowed, error
-    return Judgment(rule, allows, _margin(speed, most - size, unit), _margin(speed, most - size - bound, unit))
+    return LimitJudgment(rule, allows, _margin(speed, most - size, unit), _margin(speed, most - size - bound, unit))
 
 
 def _margin(speed_kt: Array, margin: Array, unit: str) -> Margin:

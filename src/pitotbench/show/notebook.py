@@ -47,7 +47,7 @@ def to_frame(record: object) -> pd.DataFrame:
 
 
 @singledispatch
-def draw(record: object, axes: Axes) -> None:
+def draw_record(record: object, axes: Axes) -> None:
     """Draw the record on axes."""
     raise TypeError(f"{type(record).__name__} has no picture")
 
@@ -56,7 +56,7 @@ def plot(record: object, axes: Axes | None = None) -> Figure:
     """Draw the record on the axes given, or in a new figure, and return the figure."""
     if axes is None:
         axes = Figure(figsize=(1.5 * WIDE[0], 1.5 * WIDE[1]), layout="constrained").subplots()
-    draw(record, axes)
+    draw_record(record, axes)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize="small")
     figure = axes.get_figure(root=True)
@@ -84,7 +84,7 @@ def _(record: Calibration) -> pd.DataFrame:
     return pd.DataFrame(json_rows(CURVE_COLUMNS, curve_points(record.curve)))
 
 
-@draw.register
+@draw_record.register
 def _(record: Calibration, axes: Axes) -> None:
     draw_curve(axes, {record.model: record}, None, (), limit_for(record))
 
@@ -109,7 +109,7 @@ def _(record: FlightLog) -> pd.DataFrame:
     return pd.DataFrame({CHANNELS[name].column: values for name, values in record.channels().items()})
 
 
-@draw.register
+@draw_record.register
 def _(record: FlightLog, axes: Axes) -> None:
     speeds = (
         ("indicated airspeed", calibrated_airspeed(record.impact_pressure), BLUE),
@@ -138,6 +138,6 @@ def _(record: Plan) -> pd.DataFrame:
     return pd.DataFrame([{k: v for k, v in row.items() if not isinstance(v, (dict, list))} for row in rows])
 
 
-@draw.register
+@draw_record.register
 def _(record: Plan, axes: Axes) -> None:
     draw_front(axes, record)

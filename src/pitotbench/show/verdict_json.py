@@ -13,6 +13,8 @@ from pitotbench.show.verdict_tables import (
     candidate_columns,
 )
 
+LEAST_PROBABILITY = 0.001  # of a cause that is listed
+
 
 def verdict_json(verdict: Verdict) -> dict[str, Any]:
     """The verdict as plain data; the gap as sums of squares in units of the noise."""
@@ -20,6 +22,9 @@ def verdict_json(verdict: Verdict) -> dict[str, Any]:
         "verdict": verdict.kind,
         "effects": [_effect(effect) for effect in verdict.effects],
         "alternatives": [list(names) for names in verdict.alternatives],
+        "remains": verdict.remains,
+        "probabilities": {name: p for name, p in verdict.probabilities.items() if p > LEAST_PROBABILITY},
+        "log_bayes_factor": verdict.log_bayes_factor,
         "candidates": json_rows(candidate_columns(verdict), verdict.candidates),
         "gap_before": verdict.closure.before,
         "gap_after": verdict.closure.after,
@@ -61,4 +66,4 @@ def _share(verdict: Verdict, closed: Closure | None) -> float | None:
 
 def _effect(effect: Candidate) -> dict[str, Any]:
     sizes = [{"name": s.name, "value": s.value, "two_sigma": s.two_sigma} for s in effect.sizes]
-    return {"name": effect.name, "parameters": sizes, "score": effect.score}
+    return {"name": effect.name, "parameters": sizes, "score": effect.score, "probability": effect.probability}

@@ -10,10 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.effects import Overlay
-from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.atmosphere import Air, set_mean_wind, start_turbulence
+from pitotbench.simulate.attach.record import ELECTRIC, Attached, read_record
+from pitotbench.simulate.fdm import SimulationError, load_fdm
 from pitotbench.simulate.hangar import find_aircraft
-from pitotbench.simulate.properties import PROPERTIES, Property, check_table, parse_catalog
+from pitotbench.simulate.properties import (
+    CHANNELS,
+    COMMON_CONTROLS,
+    OWN_CONTROLS,
+    PROPERTIES,
+    Property,
+    check_table,
+    parse_catalog,
+)
 from pitotbench.simulate.variant import ROOT, write_variant
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
 
@@ -23,6 +32,7 @@ if TYPE_CHECKING:
 LATITUDE = 35.4  # deg: Tullahoma, Tennessee, where the paper's aircraft flew
 LONGITUDE = -86.2  # deg
 STARTER_TIME = 10.0  # s, until both engines must run; 1.3 s is usual
+TRIM_SPOOL_TIME = 12.0  # s, in which any engine comes to its power
 SPOOL_UP_THROTTLE, SPOOL_UP_TIME = 0.5, 5.0  # s: 2 s bring an engine from idle to its governor's speed
 SETTLE_FIRST = 30.0  # s, before the first look whether level flight is held
 SETTLE_LOOK = 5.0  # s
@@ -36,11 +46,8 @@ INTEGRATORS = tuple(
     for what in ("rate", "position")
     for part in ("translational", "rotational")
 )
+RUNNING = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
 EFFECT_SIZE = re.compile(rf"{ROOT}(-\d+)?/[^/]+/[^/]+")  # the branch of an overlay, its effect, the parameter
-
-
-class SimulationError(BadInputError):
-    """The case cannot be flown. The message says what happened, where in the flight, and what JSBSim reported."""
 
 
 class Plant:
@@ -50,7 +57,7 @@ class Plant:
     slash and is in JSBSim's units. Methods raise SimulationError where JSBSim fails.
     """
 
-    def __init__(self, fdm: Any, aircraft: str, transcript: "Transcript") -> None:
+    def __init__(self, fdm: Any, aircraft: str, transcript: "Transcript", record: Attached | None = None) -> None:
         self.aircraft = aircraft
         self.fdm = fdm
         self.time_step = float(fdm.get_delta_t())
@@ -59,7 +66,14 @@ class Plant:
         self._tree = fdm.get_property_manager()
         self._getters: dict[str, tuple[Callable[[], float], float]] = {}
         self._setters: dict[str, tuple[Callable[[float], bool], float]] = {}
-        check_table(aircraft, self._access)
+        self.attached = record is not None  # the bench made the autopilot for this aircraft
+        missing = record.missing if record else ()
+        # An aircraft of the bench serves the whole table; any other what it has.
+        self.channels = tuple(line for line in CHANNELS if line.name not in missing)
+        own = () if self.attached else OWN_CONTROLS
+        check_table(aircraft, self._access, (*self.channels, *COMMON_CONTROLS, *own))
+        self._engines = [path for path in self._access if RUNNING.fullmatch(path)]
+        self._electric = record is not None and record.engine_kind == ELECTRIC
         self._integrators = {path: self.get(path) for path in INTEGRATORS}
         watched = ("position/h-agl-ft", "angle_of_attack", "sideslip", "roll")
         self._watched = [self.getter(name)[0] for name in watched]  # ft, rad
@@ -75,31 +89,14 @@ class Plant:
             folder = find_aircraft(aircraft)
             if overlay is not None and not overlay.is_empty():
                 shelf = stack.enter_context(TemporaryDirectory(prefix="pitotbench-"))
-                folder = write_variant(folder, Path(shelf), aircraft, overlay)
+                folder = write_variant(folder, Path(shelf), folder.name, overlay)
             return cls._load(aircraft, folder, rate)
 
     @classmethod
     def _load(cls, aircraft: str, folder: Path, rate: float) -> "Plant":
-        import jsbsim  # loads with the first aircraft, not with the table of maneuvers
-
-        from pitotbench.simulate.transcript import Transcript
-
-        # The logger comes first: JSBSim reports errors of a file while it loads, and never again.
-        transcript = Transcript()
-        jsbsim.set_logger(transcript)
-        jsbsim.FGJSBBase().debug_lvl = 0  # type: ignore[no-untyped-call]
-        fdm = jsbsim.FGFDMExec(None)
-        fdm.set_debug_level(0)
-        fdm.set_dt(1.0 / rate)
-        paths = (str(folder.parent), str(folder / "Engines"), str(folder / "Systems"))
-        try:
-            loaded = fdm.load_model_with_paths(aircraft, *paths)
-        except jsbsim.BaseError as error:  # what JSBSim throws for a file that it cannot read
-            said = transcript.said() or f" JSBSim says: {' '.join(str(error).split())}"
-            raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{said}") from error
-        if not loaded:
-            raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{transcript.said()}")
-        return cls(fdm, aircraft, transcript)
+        fdm, transcript = load_fdm(aircraft, folder, rate)
+        record = read_record(folder)
+        return cls(fdm, aircraft, transcript, record)
 
     def getter(self, name: str) -> tuple[Callable[[], float], float]:
         """Return the read function of a property and its SI factor, for loops that read at every step."""
@@ -220,9 +217,15 @@ class Plant:
         Raises SimulationError where the engines do not start or level flight is not reached.
         """
         air = air or Air()
-        self._place(altitude, airspeed, heading, air)
+        if self.attached:
+            self._start_in_trim(altitude, airspeed, heading, air)
+        else:
+            self._place(altitude, airspeed, heading, air)
         self._engage(altitude, airspeed, heading)
-        self._start_engines()
+        if self.attached:
+            self.release()
+        else:
+            self._start_engines()
         self._settle(altitude, airspeed, heading, settle_limit)
         start_turbulence(self, air)
         if air.severity:
@@ -249,12 +252,20 @@ class Plant:
         for path, size in sizes.items():
             self.set(path, size)
 
+    def _start_in_trim(self, altitude: float, airspeed: float, heading: float, air: Air) -> None:
+        """Hold an aircraft with an attached autopilot in level flight, with its engines at the power of that."""
+        self.start_held(altitude, airspeed, heading, air)
+        self.set("throttle_command", self.get("ap/model/lever-level"))
+        self.run(TRIM_SPOOL_TIME)
+        self._place(altitude, airspeed, heading, air, self.get("ap/model/alpha-level-rad"))
+        self.run(0.1)
+
     def release(self) -> None:
         """Let the aircraft move again, with the integrators that it was loaded with."""
         for path, integrator in self._integrators.items():
             self.set(path, integrator)
 
-    def _place(self, altitude: float, airspeed: float, heading: float, air: Air) -> None:
+    def _place(self, altitude: float, airspeed: float, heading: float, air: Air, alpha: float = 0.0) -> None:
         """Set the initial conditions: position, airspeed, and the wind on top of the ground velocity."""
         # Position before speed: a latitude set after the airspeed turns 160 KCAS into 172.
         self.set("temperature_offset", air.temperature_offset)
@@ -266,6 +277,8 @@ class Plant:
             ("ic/vc-kts", airspeed / KNOT),
         ):
             self.set(path, value)
+        if alpha:
+            self.set("ic/alpha-rad", alpha)  # after the speed; the pitch follows, so that the path is level
         self.run_initial_conditions()
         # The airplane flies with the air: the ground velocity grows by the wind, so that the airspeed stays.
         ground = [self.get(f"velocity_{axis}") for axis in ("north", "east", "down")]
@@ -289,15 +302,20 @@ class Plant:
         # Gear up and mixture rich: the aircraft starts in the air, and JSBSim's defaults are those of a parked one.
         self.set("gear/gear-cmd-norm", 0.0)
         self.set("gear/gear-pos-norm", 0.0)
-        for path in ("fcs/mixture-cmd-norm", "fcs/mixture-cmd-norm[1]"):
-            self.set(path, 1.0)
-        for path, value in (("active_engine", -1), ("magneto_cmd", 3), ("starter_cmd", 1)):
-            self.set(f"propulsion/{path}", value)
-        engines = ("propulsion/engine/set-running", "propulsion/engine[1]/set-running")
+        for number in range(len(self._engines)):
+            self.set("fcs/mixture-cmd-norm" + (f"[{number}]" if number else ""), 1.0)
+        # A turbine has no magnetos and needs no starter in the air; a piston engine has no fuel cutoff.
+        starters = [("active_engine", -1.0), ("magneto_cmd", 3.0), ("starter_cmd", 1.0)]
+        if self.attached:
+            starters += [("cutoff_cmd", 0.0), ("set-running", -1.0)]
+        for path, value in starters:
+            if self.serves(f"propulsion/{path}") or not self.attached:
+                self.set(f"propulsion/{path}", value)
         for _ in range(round(STARTER_TIME / 0.1)):
             self.run(0.1)
-            if all(self.get(engine) for engine in engines):
-                self.set("propulsion/starter_cmd", 0)
+            if self._electric or all(self.get(engine) for engine in self._engines):
+                if self.serves("propulsion/starter_cmd"):
+                    self.set("propulsion/starter_cmd", 0)
                 return
         raise self.failure("the engines do not start")
 

@@ -80,7 +80,8 @@ CHANNELS = (
     Property("flap", "fcs/flap-pos-norm"),
 )
 
-CONTROLS = (
+# Of every autopilot, and of the air.
+COMMON_CONTROLS = (
     Property("lateral_mode", "ap/lateral-mode", writable=True),
     Property("heading_target", "ap/heading-target-deg", DEGREE, writable=True),
     Property("bank_target", "ap/bank-target-deg", DEGREE, writable=True),
@@ -94,7 +95,6 @@ CONTROLS = (
     Property("throttle_command", "ap/throttle-command-norm", writable=True),
     Property("airspeed_target", "ap/kcas-target-kt", KNOT, writable=True),
     Property("airspeed_rate_limit", "ap/kcas-rate-limit-ktps", KNOT, writable=True),
-    Property("manifold_pressure_target", "ap/map-target-inhg", INCH_OF_MERCURY, writable=True),
     Property("throttle_bias_left", "ap/throttle-bias-left-norm", writable=True),
     Property("throttle_bias_right", "ap/throttle-bias-right-norm", writable=True),
     Property("mean_wind_north", "atmosphere/wind-north-fps", FOOT, writable=True),
@@ -107,7 +107,10 @@ CONTROLS = (
     Property("turbulence_seed", "atmosphere/randomseed", writable=True),
 )
 
-PROPERTIES = Catalog("property", {line.name: line for line in (*CHANNELS, *CONTROLS)})
+# Of the autopilots of the bench's own aircraft. One that is attached to any other sets the throttle lever instead.
+OWN_CONTROLS = (Property("manifold_pressure_target", "ap/map-target-inhg", INCH_OF_MERCURY, writable=True),)
+
+PROPERTIES = Catalog("property", {line.name: line for line in (*CHANNELS, *COMMON_CONTROLS, *OWN_CONTROLS)})
 
 
 def parse_catalog(lines: Iterable[str]) -> dict[str, str]:

@@ -11,8 +11,6 @@ from pitotbench.simulate.properties import CHANNELS, PROPERTIES, Property
 from pitotbench.units import Array
 
 BLOCK = 1000  # rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
-
-
 _ALWAYS = ("time", "mass")  # the mass divides the forces
 
 
@@ -28,14 +26,15 @@ def lines_of(names: Collection[str] | None) -> tuple[Property, ...]:
 
 
 class Recorder:
-    """Run a plant and keep channels of the table, by default all, at every step.
+    """Run a plant and keep channels of the table, by default all that its aircraft serves, at every step.
 
     Rows are packed into one buffer that is used again and again. This costs a quarter of the time of a bare step
     of JSBSim; assigning each row to an array costs a third.
     """
 
-    def __init__(self, plant: Plant, channels: Sequence[Property] = CHANNELS) -> None:
+    def __init__(self, plant: Plant, channels: Sequence[Property] = ()) -> None:
         self._plant = plant
+        channels = channels or plant.channels
         self._channels = channels
         self._factors = np.array([[line.factor] for line in channels])
         self._rows = np.empty((BLOCK, len(channels)))

@@ -11,9 +11,10 @@ from pitotbench.records.flight import Flight
 from pitotbench.simulate.atmosphere import Air
 from pitotbench.simulate.fuel_and_ballast import ballast_overlay, load_fuel
 from pitotbench.simulate.maneuvers import MANEUVERS, Maneuver
-from pitotbench.simulate.maneuvers.card import Card, override
+from pitotbench.simulate.maneuvers.card import Card
 from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit, Targets
 from pitotbench.simulate.maneuvers.pilot import PILOTS
+from pitotbench.simulate.maneuvers.scaled_card import card_of
 from pitotbench.simulate.modified import mark_recording, overlay_of
 from pitotbench.simulate.plant import Plant
 from pitotbench.simulate.recording import Recorder, lines_of
@@ -28,7 +29,7 @@ def fly(case: Case, progress: Progress | None = None, channels: Collection[str] 
     One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's; it jumps where
     a set-up between speeds was flown unrecorded. `progress(seconds, label)` is called as each segment begins.
     `channels` names the channels to record beside the time, by default all: to read one costs 1 % of a step. The
-    flight itself does not depend on them.
+    flight itself does not depend on them. Channels that the aircraft does not serve are left out.
 
     Raises UnknownNameError for an unknown channel, aircraft, maneuver, card entry, turbulence, pilot or effect,
     BadInputError for impossible parameters of an effect, SimulationError where the case cannot be flown.
@@ -37,7 +38,7 @@ def fly(case: Case, progress: Progress | None = None, channels: Collection[str] 
     recorded = lines_of(channels)
     maneuver = MANEUVERS[case.maneuver]
     overlay = overlay_of(case)
-    card = override(maneuver.card, case.card)
+    card = card_of(case)
     air = Air.of(case, overlay.temperature_offset)
     pilot = PILOTS[case.pilot]
     plant = Plant.load(case.aircraft, overlay=overlay + ballast_overlay(case.aircraft, case.ballast))
@@ -46,7 +47,7 @@ def fly(case: Case, progress: Progress | None = None, channels: Collection[str] 
     # Truth seed: the same one drives the pilot and, through the air, the turbulence.
     targets = Targets(card.speeds[0], 0.0, case.altitude)
     cockpit = Cockpit(plant, card, targets, pilot(plant, case.truth_seed))
-    recorder, marks = Recorder(plant, recorded), Marks()
+    recorder, marks = Recorder(plant, [line for line in recorded if line in plant.channels]), Marks()
     _fly_card(maneuver, card, cockpit, recorder, marks, progress)
     return Flight(case, recorder.channels(), marks.segments(), marks.conditions())
 

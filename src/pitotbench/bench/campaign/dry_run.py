@@ -23,7 +23,7 @@ _MINUTES = 6.0  # of a maneuver that the paper does not have
 _LOOKED_AT = 1_000  # flights of the plan
 
 
-def forecast(request: "CampaignRequest") -> Iterator[str]:
+def forecast_of_costs(request: "CampaignRequest") -> Iterator[str]:
     """Give the lines of a dry run: flights, flights stored, CPU minutes, wall minutes, and gigabytes.
 
     The minutes are those of the stored flights of the plan, else of the paper's card of each maneuver.

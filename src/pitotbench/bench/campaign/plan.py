@@ -169,7 +169,7 @@ def _seeds(text: str) -> range:
     except ValueError as error:
         raise BadInputError(f"seeds {text!r}: give a number or a range, such as 30 or 501-1000") from error
     if not found:
-        raise BadInputError("seeds count from 1, and the first of a range is not above the last")
+        raise BadInputError("--seeds: seeds count from 1, and the first of a range is not above the last")
     return found
 
 

@@ -118,7 +118,7 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
             with watch.shown():
                 fly_missing(campaign.tasks(), perform_task, stored, store, fleet, watch, campaign.wanted)
         except KeyboardInterrupt as error:
-            raise StoppedError(f"stopped ({error or 'Ctrl-C'}); {campaign.how_to_go_on(watch)}") from error
+            raise StoppedError(f"stopped ({str(error) or 'Ctrl-C'}); {campaign.how_to_go_on(watch)}") from error
         except FleetLostError as error:
             raise NoAnswerError(f"{error}; {campaign.how_to_go_on(watch)}") from error
         watch.finish()

@@ -11,6 +11,7 @@ from pitotbench.logbook import atomic
 from pitotbench.reconcile.null_flights.distribution_text import read_distribution, text_of
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.records.cache_folder import cache_folder
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import write_case
 from pitotbench.records.errors import BadInputError
@@ -20,14 +21,6 @@ MOST_KEPT = 100  # entries of the cache, about 40 kB each
 # Packages whose code cannot change a null distribution. All other code is part of the key of the cache: a list of
 # the code that counts would miss a module that a later change adds.
 NOT_DECIDING = ("cli", "evidence", "show")
-
-
-def cache_folder() -> Path:
-    """Return the folder of the cache: `$PITOTBENCH_CACHE`, else one in the user's cache folder."""
-    chosen = os.environ.get("PITOTBENCH_CACHE")
-    if chosen:
-        return Path(chosen)
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pitotbench"
 
 
 def cache_entry(card: Case, flights: int, setting: AnalysisSetting) -> Path:

@@ -2,6 +2,11 @@
 
 Where the log contradicts a prior, the estimate is a compromise between the two, and the bound is too small. The
 sensor, its unit or the assumption is wrong; only the user can decide which.
+
+A log that hardly knows a nuisance moves its estimate little, however wrong the prior. So an estimate is held
+against what the prior lets such logs find, its prior predictive distribution: where the prior has standard
+deviation s and the posterior r, estimates scatter by √(s² − r²) (Box, "Sampling and Bayes' inference in scientific
+modelling and robustness", Journal of the Royal Statistical Society A 143, 1980).
 """
 
 from dataclasses import dataclass
@@ -30,7 +35,9 @@ from pitotbench.calibrate.gls.posterior import Posterior
 from pitotbench.calibrate.model.nuisances import Nuisance
 from pitotbench.calibrate.rows.observations import Observations
 
-_FAR = 3.0  # standard deviations of the prior
+_FAR = 3.0  # standard deviations of the prior of a noise parameter
+_SELDOM = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
+_LEAST_KNOWN = 0.04  # share of the prior variance: a log that resolves less says nothing of a nuisance
 
 _ERRORS = {  # name of a nuisance to its words and its unit
     "temperature_k": ("constant error of the temperature", "K"),
@@ -90,7 +97,8 @@ class _Extent:
 def outside_prior(structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior) -> tuple[str, ...]:
     """Write a sentence for each nuisance and each noise parameter far outside its prior.
 
-    Far is more than three standard deviations of the prior from its middle. The sentence states the size.
+    Far is what 1 % of logs find of a nuisance where its prior holds, and for a noise parameter more than three
+    standard deviations of the prior from its middle. The sentence states the size.
     """
     return (*_nuisances_outside(structure, answer), *_noise_outside(structure, obs, fit))
 
@@ -99,18 +107,20 @@ def _nuisances_outside(structure: Structure, answer: Posterior) -> list[str]:
     mean, bounds = answer.mean, answer.two_sigma(np.eye(len(answer.mean)))
     found = []
     for place, nuisance in enumerate(structure.nuisances, start=structure.model.count):
-        departure = abs(float(mean[place])) / nuisance.deviation
-        if departure > _FAR:
-            found.append(_nuisance_sentence(nuisance, float(mean[place]), float(bounds[place]), departure))
+        # The scatter for known noise: the nodes' own differences are no knowledge of the nuisance.
+        left = float(answer.weights @ answer.covariances[:, place, place]) / nuisance.deviation**2
+        scatter = nuisance.deviation * float(np.sqrt(max(1.0 - left, _LEAST_KNOWN)))
+        if abs(float(mean[place])) > _SELDOM * scatter:
+            found.append(_nuisance_sentence(nuisance, float(mean[place]), float(bounds[place]), scatter))
     return found
 
 
-def _nuisance_sentence(nuisance: Nuisance, value: float, bound: float, departure: float) -> str:
+def _nuisance_sentence(nuisance: Nuisance, value: float, bound: float, scatter: float) -> str:
     words, unit = _ERRORS.get(nuisance.name, (nuisance.name.replace("_", " "), ""))
     return (
-        f"the {words} is found to be {_sized(f'{value:+.3g} ± {bound:.2g}', unit)}, {departure:.1f} standard "
-        f"deviations of what was assumed ({_sized(f'±{2.0 * nuisance.deviation:.3g}', unit)}, 2σ): check the "
-        "sensor and its unit, or assume more"
+        f"the {words} is found to be {_sized(f'{value:+.3g} ± {bound:.2g}', unit)}; under what was assumed "
+        f"({_sized(f'±{2.0 * nuisance.deviation:.3g}', unit)}, 2σ) such a log would find "
+        f"{_sized(f'0 ± {2.0 * scatter:.2g}', unit)}: check the sensor and its unit, or assume more"
     )
 
 

@@ -19,13 +19,13 @@ from pitotbench.calibrate.gls.linearized_problem import Linearized, Structure, l
 from pitotbench.calibrate.model.heading_rows import DIRECTION_DEVIATIONS, heading_rows
 from pitotbench.calibrate.rows.blocks import Blocks, block_length, divide
 from pitotbench.calibrate.rows.observations import Observations
-from pitotbench.estimate.column_evidence import ColumnEvidence, Part, column_evidence
+from pitotbench.estimate.column_evidence import ColumnEvidence, EvidencePart, column_evidence
 from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
 from pitotbench.units import Array, MetersPerSecond
 
 STEADY, WAVE, DRIFT, JUMP = "steady", "wave", "drift", "jump"
-# Bayes factor of a change from which on it is named. Below a third the log supports a constant wind; from there to
-# three it says nothing worth more than a mention (Kass and Raftery 1995).
+# Bayes factor of a change from which on it may be named. Below a third the log supports a constant wind; from there
+# to three it says nothing worth more than a mention (Kass and Raftery 1995).
 ASKS = 1.0 / 3.0
 _STEADY_SIZES = (1.0, 3.0)  # m/s (1σ) of each component, over the log
 _SIZES = (0.4, 1.2, 3.6)  # m/s, standard deviation of a component of the wind around its mean over the log
@@ -40,6 +40,7 @@ _JUMP_SECONDS = 20.0  # s that a jump lasts
 _JUMP_TIMES = 30  # that are tried, evenly over the log
 # Of the gust length found for a constant wind, which takes a change for long gusts.
 _SHORTER = (1.0, 0.4, 0.15)
+_DRAWS, _SEED = 1000, 1  # of logs with a constant wind
 _FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 
 
@@ -47,13 +48,16 @@ _FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 class WindChange:
     """The evidence for a wind that changed, and its most likely change.
 
-    `bayes_factor` is that of a change against a constant wind. `kind` is `steady`, `wave`, `drift` or `jump`.
+    `bayes_factor` is that of a change against a constant wind. `chance` is how often a constant wind would give as
+    large a one in the same gusts: where gusts hide every change, the factor is near 1 and says nothing.
+    `kind` is `steady`, `wave`, `drift` or `jump`.
     `size` [m/s] is the greatest difference between two winds of the log, `time` [s after the first row] the middle
     of a jump.
     `moved` (p,) is the change of the estimate of θ if the wind so changed.
     """
 
     bayes_factor: float
+    chance: float
     kind: str
     size: float
     time: float
@@ -92,15 +96,7 @@ def check_wind(structure: Structure, obs: Observations, fit: CoveringFit) -> Win
     noises = [_shorter(best, ratio) for ratio in _SHORTER]
     found = [evidence_at(phi) for phi in noises]
     heights = np.array([each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)])
-    gains = np.array(
-        [
-            [
-                each.log_bayes_factor(change.places, change.deviations) + change.log_share
-                for change in shapes.changes
-            ]
-            for each in found
-        ]
-    )
+    gains = np.array([_gains(each, each.pull[None], shapes)[:, 0] for each in found])
     odds = heights[:, None] + gains
     noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
     change = shapes.changes[int(place)]
@@ -110,8 +106,20 @@ def check_wind(structure: Structure, obs: Observations, fit: CoveringFit) -> Win
     some = shapes.of_time[:: len(shapes.of_time) // _MOMENTS + 1, change.places[: sizes.shape[1]]]
     winds = some @ sizes.T
     apart = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
-    factor = float(np.exp(min(logsumexp(odds) - logsumexp(heights), 700.0)))
-    return WindChange(factor, change.kind, float(np.max(apart)), change.time, moved)
+    log_factor = float(logsumexp(odds) - logsumexp(heights))
+    by_chance = logsumexp(_gains(found[0], found[0].drawn(_DRAWS, _SEED), shapes), axis=0) >= log_factor
+    factor, chance = float(np.exp(min(log_factor, 700.0))), float(np.mean(by_chance))
+    return WindChange(factor, chance, change.kind, float(np.max(apart)), change.time, moved)
+
+
+def _gains(evidence: ColumnEvidence, pulls: Array, shapes: _Shapes) -> Array:
+    """The log Bayes factor of each change with its share, (changes, d), for pulls (d, m)."""
+    return np.array(
+        [
+            evidence.log_bayes_factors(pulls, change.places, change.deviations) + change.log_share
+            for change in shapes.changes
+        ]
+    )
 
 
 def _shorter(noise: Array, ratio: float) -> Array:
@@ -188,13 +196,13 @@ def _evidence(
     def evidence(phi: Array) -> ColumnEvidence:
         noise = _noise(blocks, triangle, along, airspeed, phi)
         wide = np.pad(regression.instruments, ((0, 0), (0, added)))
-        parts = [Part(regression.response, wide, _changing(-along, of_time), noise)]
+        parts = [EvidencePart(regression.response, wide, _changing(-along, of_time), noise)]
         if heading is not None:
             wide = np.zeros((len(heading.response), len(precision)))
             wide[:, winds], wide[:, -added:] = heading.right, heading.directions
             response = heading.response - heading.right @ theta[winds]
             further = _changing(heading.right, of_time[heading.straight])
-            parts.append(Part(response, wide, further, heading.noise))
+            parts.append(EvidencePart(response, wide, further, heading.noise))
         if structure.altitude is not None:
             parts.append(_altitude_part(structure, theta, added, 2 * of_time.shape[1], phi))
         return column_evidence(parts, precision)
@@ -216,9 +224,9 @@ def _noise(
     return MarkovNoise(blocks.intervals, triangle.sensor + white**2 + _FLOOR, [gusts])
 
 
-def _altitude_part(structure: Structure, theta: Array, added: int, changes: int, phi: Array) -> Part:
+def _altitude_part(structure: Structure, theta: Array, added: int, changes: int, phi: Array) -> EvidencePart:
     assert structure.altitude is not None
     rows = altitude_regression(structure.altitude, structure.model, theta, structure.nuisances)
     wide = np.pad(rows.regressors, ((0, 0), (0, added)))
     noise = altitude_noise(structure.altitude, phi[-NOISE_COUNT:])
-    return Part(rows.response, wide, np.zeros((len(wide), changes)), noise)
+    return EvidencePart(rows.response, wide, np.zeros((len(wide), changes)), noise)

@@ -22,6 +22,8 @@ from pitotbench.units import KNOT, Array, MetersPerSecond
 _ANY_WIND = 25.0  # m/s, 1σ of a component of the first wind
 _CONSTANT, _SLOPE = 0.08, 0.08  # 1σ of Δp/q_c and of its change over a factor e of airspeed
 _SCATTER = 0.5  # of the step from leg to leg: what a gust and the pilot leave in each leg alone
+_MOST_WIND = 75.0  # m/s, of a component
+_MOST_CORRECTION = 0.3  # of the indicated airspeed
 _ROUNDS = 4  # of linearization; the equations are nearly linear
 # Steps of the wind from leg to leg and from point to point [m/s], departure of the curve [-]: grids in factors of
 # about two, with the weight that each has before the card is looked at.
@@ -29,8 +31,9 @@ _LEG_STEPS = KNOT * np.array([0.15, 0.3, 0.6, 1.0, 1.6, 2.5, 4.0])
 _LEG_WEIGHTS = np.array([0.5, 1.0, 1.5, 1.5, 1.0, 0.6, 0.3])
 _POINT_STEPS = KNOT * np.array([0.7, 1.7, 4.0, 9.0])
 _POINT_WEIGHTS = np.array([0.7, 1.0, 1.0, 0.6])
-_DEPARTURES = np.array([0.001, 0.004, 0.012, 0.03])
-_DEPARTURE_WEIGHTS = np.array([0.7, 1.0, 1.0, 0.5])
+# No static source follows a straight line within 0.2 % of the airspeed (0.004 of q_c) over a whole envelope.
+_DEPARTURES = np.array([0.004, 0.012, 0.03])
+_DEPARTURE_WEIGHTS = np.array([0.6, 1.0, 0.6])
 _LENGTHS = (0.2, 0.45)  # of ln V, over which the departure changes: factors 1.2 and 1.6 of airspeed
 
 
@@ -59,7 +62,7 @@ USUAL = Sizes(1.0 * KNOT, 4.0 * KNOT, 0.012, 0.45, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Linearized:
+class LinearCard:
     """A card near its answer: observations y (n,) [m/s], unit vectors of the flight paths (n, 2), slopes (n,) of
     the true airspeed by the correction, its change with temperature (n,), variances of the readings (n,)."""
 
@@ -87,7 +90,7 @@ class CardModel:
         self._straight, self._bent = straight * same, {length: each * same for length, each in bent.items()}
         self.linear = self._linearize()
 
-    def _linearize(self) -> Linearized:
+    def _linearize(self) -> LinearCard:
         """Linearize at the answer for the usual sizes, in a few rounds."""
         count = len(self.legs)
         linear = self._at(np.zeros((count, 2)), np.zeros(count))
@@ -98,16 +101,19 @@ class CardModel:
             linear = self._at(wind, curve_prior @ (linear.slope * solved))
         return linear
 
-    def _at(self, wind: Array, correction: Array) -> Linearized:
+    def _at(self, wind: Array, correction: Array) -> LinearCard:
+        # A leg that cannot be must not carry the others away: it is judged where a real one could lie.
+        wind = np.clip(wind, -_MOST_WIND, _MOST_WIND)
+        correction = np.clip(correction, -_MOST_CORRECTION * self.speed, _MOST_CORRECTION * self.speed)
         through = self._arrays.velocity - wind
         size = np.maximum(np.linalg.norm(through, axis=1), 1e-3)
         along = through / size[:, None]
         slope, true = self._arrays.slope(correction), self._arrays.true_airspeed(correction)
         observed = size + np.sum(along * wind, axis=1) - true + slope * correction
         reading = reading_variance(self._arrays, along, self._steps, correction)
-        return Linearized(observed, along, slope, self._arrays.warmth(correction), reading)
+        return LinearCard(observed, along, slope, self._arrays.warmth(correction), reading)
 
-    def _priors(self, linear: Linearized, sizes: Sizes) -> tuple[Array, Array, Array]:
+    def _priors(self, linear: LinearCard, sizes: Sizes) -> tuple[Array, Array, Array]:
         """Return the covariances [(m/s)²], (n, n), of the observations, of a component of the wind between legs,
         and of the correction."""
         wind = _ANY_WIND**2 + sizes.leg_step**2 * self._leg_steps + sizes.point_step**2 * self._point_steps

@@ -3,7 +3,8 @@
 A Student-t residual of four degrees of freedom (Lange, Little and Taylor 1989) gives a row at z standard deviations
 the weight 5/(4 + z²). Rows with a weight below a tenth (|z| > 6.8) are left out. All others have full weight,
 because block means are nearly Gaussian and the bound needs a Gaussian likelihood. There are two kinds of z: of a
-row against its two neighbors (spikes), and of the median of a second against all others (longer faults).
+row against its two neighbors (spikes), and of the median of a second against all others (longer faults). A burst
+of gusts makes all seconds around scatter more, and a fault does not: a longer fault has to stand out of that.
 """
 
 from dataclasses import dataclass
@@ -26,6 +27,8 @@ _FREEDOM, _LEAST_WEIGHT = 4.0, 0.1
 _FARTHEST = float(np.sqrt((_FREEDOM + 1.0) / _LEAST_WEIGHT - _FREEDOM))  # standard deviations, 6.8
 _SECOND = 1.0  # s
 _AROUND = 31  # s: the median over so many around a fault is the usual residual
+_BURST = 11  # s: the median change from second to second over so many is the scatter around a row
+_ROUGHEST = 3.0  # times the usual scatter: no burst of gusts is much rougher, a channel gone mad is
 _LEAST_SHARE = 0.03  # of the airspeed, the least size of a longer fault
 _LEAST_SPIKE = 0.05  # m/s: a smaller error does no harm
 _NOWHERE = 1e3  # m/s, residual of a row that the model cannot predict
@@ -108,18 +111,33 @@ def _long_faults(residual: Array, obs: Observations, good: Booleans, means: bool
     """Rows far from the good ones, and all rows of a second whose median (or mean) residual is far from them.
 
     They must also be far from the usual residual around them. A model that cannot follow the curve gives residuals
-    that change slowly; a fault is sudden.
+    that change slowly; a fault is sudden. Where the seconds around scatter more than usual, far is farther.
     """
     blocks = divide(obs, _SECOND)
     level = blocks.mean(residual) if means else residual[_middle_rows(residual, blocks.index)]
     usual = median_filter(level, _AROUND, mode="nearest")[blocks.index]
     sudden = _LEAST_SHARE * air.calibrated_airspeed(obs.impact_pressure)
-    rows = _far(residual, residual[good]) & (np.abs(residual - usual) > sudden)
-    seconds = _far(level, level[np.unique(blocks.index[good])])[blocks.index]
+    rough = _roughness(level, blocks.mean(good.astype(np.float64)) == 1.0)
+    rows = _far(residual, residual[good], rough[blocks.index]) & (np.abs(residual - usual) > sudden)
+    seconds = _far(level, level[np.unique(blocks.index[good])], rough)[blocks.index]
     return rows | (seconds & (np.abs(level[blocks.index] - usual) > sudden))
 
 
-def _far(values: Array, healthy: Array) -> Booleans:
+def _roughness(level: Array, healthy: Booleans) -> Array:
+    """How many times the usual the healthy seconds around each scatter, at least 1, (seconds,).
+
+    The median of the changes from second to second does not see a fault of one or two.
+    """
+    kept = np.flatnonzero(healthy)
+    changes = np.abs(np.diff(level[kept]))
+    usual = float(np.median(changes)) if len(changes) else 0.0
+    if usual == 0.0:
+        return np.ones(len(level))
+    around = np.clip(median_filter(changes, _BURST, mode="nearest") / usual, 1.0, _ROUGHEST)
+    return np.asarray(around[np.clip(np.searchsorted(kept, np.arange(len(level))), 0, len(around) - 1)])
+
+
+def _far(values: Array, healthy: Array, rough: Array) -> Booleans:
     center = float(np.median(healthy))
     scale = NORMAL * float(np.median(np.abs(healthy - center)))
-    return np.asarray(np.abs(values - center) > max(_FARTHEST * scale, _LEAST_SPIKE))
+    return np.asarray(np.abs(values - center) > np.maximum(_FARTHEST * scale * rough, _LEAST_SPIKE))

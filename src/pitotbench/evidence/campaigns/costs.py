@@ -15,12 +15,12 @@ from pitotbench.bench.campaign.stored_result import stored
 from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import open_fleet
 from pitotbench.evidence.campaigns import stubs
-from pitotbench.evidence.campaigns.drivers import dask_cluster, fly, memory, write_plan
+from pitotbench.evidence.campaigns.drivers import dask_cluster, fly_campaign, memory, write_plan_file
 
 
 def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
     """Compare the CPU time of planning, keeping and finding a result with that of the shortest flight."""
-    plan = read_plan(write_plan(folder, str(flights)))
+    plan = read_plan(write_plan_file(folder, str(flights)))
     store = ResultStore(folder / "store")
     with store:
         begun = time.process_time()
@@ -45,15 +45,15 @@ def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
 
 def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
     """Compare the CPU time inside the flights with that of all processes of a campaign."""
-    plan = write_plan(folder, str(flights))
+    plan = write_plan_file(folder, str(flights))
     if dask:
         before = os.times()
         with dask_cluster() as (address, _):
-            ended = fly(plan, folder / "dask", "--scheduler", address)
+            ended = fly_campaign(plan, folder / "dask", "--scheduler", address)
         after = os.times()
         cpu = after.children_user + after.children_system - before.children_user - before.children_system
     else:
-        ended = fly(plan, folder / "local", "--jobs", "2")
+        ended = fly_campaign(plan, folder / "local", "--jobs", "2")
         cpu = ended.cpu
     parts = (folder / ("dask" if dask else "local")).glob("store/flights/*/*.json")
     inside = [json.loads(path.read_bytes())["made"]["cpu_s"] for path in parts]
@@ -64,7 +64,7 @@ def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
 
 def resume(folder: Path, flights: int) -> Iterator[str]:
     """Measure the time of the command for a plan whose flights are all stored."""
-    path = write_plan(folder, str(flights))
+    path = write_plan_file(folder, str(flights))
     tasks = read_plan(path).tasks(keep_logs="none")
     store = ResultStore(folder / "out" / "store", sync=False)
     with store:
@@ -73,7 +73,7 @@ def resume(folder: Path, flights: int) -> Iterator[str]:
         store.put(first.key, *stored(first, result))
         for task in tasks:  # the numbers of one flight for all: only their storage counts here
             store.put(task.key, *stored(task, result))
-    ended = fly(path, folder / "out", "--jobs", "2")
+    ended = fly_campaign(path, folder / "out", "--jobs", "2")
     times = f"{ended.seconds:.1f} s of wall time, {ended.cpu:.1f} s of CPU"
     yield f"resume with {flights:,} stored: {times}: {ended.said}"
 
@@ -92,7 +92,7 @@ def driver_memory(folder: Path, tasks: int) -> Iterator[str]:
 
     begun, cpu = time.monotonic(), time.process_time()
     with open_fleet(2) as fleet, store:
-        fly_missing(sampled(), stubs.act, stubs.stored, store, fleet, watch)
+        fly_missing(sampled(), stubs.act, stubs.stub_outcome, store, fleet, watch)
     samples.append((tasks, memory(os.getpid())))
     yield f"driver memory, {tasks:,} tasks: " + ", ".join(f"{size:.0f} MB at {n:,}" for n, size in samples)
     seconds, used = time.monotonic() - begun, time.process_time() - cpu

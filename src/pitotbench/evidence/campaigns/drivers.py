@@ -18,7 +18,7 @@ CLOCK = os.sysconf("SC_CLK_TCK")
 _SOURCE = Path(__file__).parents[3]
 
 
-def write_plan(folder: Path, seeds: str, **more: object) -> Path:
+def write_plan_file(folder: Path, seeds: str, **more: object) -> Path:
     """Write the plan of the shortest flight that can be calibrated, at 2/1 Hz, with these seeds."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "short.toml"
@@ -60,7 +60,7 @@ def finish(driver: "subprocess.Popen[str]", begun: float) -> Ended:
     return Ended(driver.returncode, lines[-1], time.monotonic() - begun, cpu)
 
 
-def fly(plan: Path, out: Path, *flags: str) -> Ended:
+def fly_campaign(plan: Path, out: Path, *flags: str) -> Ended:
     """Run a campaign to its end."""
     begun = time.monotonic()
     return finish(start(plan, out, *flags), begun)

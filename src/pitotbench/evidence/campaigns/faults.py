@@ -16,13 +16,13 @@ from pitotbench.evidence.campaigns.drivers import (
     dask_cluster,
     digest,
     finish,
-    fly,
+    fly_campaign,
     parts,
     start,
     wait_for_parts,
-    write_plan,
+    write_plan_file,
 )
-from pitotbench.evidence.campaigns.stubs import Stub, act, stored, stubs
+from pitotbench.evidence.campaigns.stubs import Stub, act, stub_outcome, stubs
 
 LIMITS = Limits(seconds=5.0, memory=2_000_000_000)
 BAD = ("crash", "hang", "eat 6")
@@ -40,7 +40,7 @@ def _bad(kind: str, folder: Path, fleet):  # type: ignore[no-untyped-def]
     good = [*stubs(40)]
     tasks = [*good[:20], *(Stub(f"ff{number}", deed) for number, deed in enumerate(BAD)), *good[20:]]
     with ResultStore(folder) as store:
-        fly_missing(tasks, act, stored, store, fleet, Watch(len(tasks), "none"))
+        fly_missing(tasks, act, stub_outcome, store, fleet, Watch(len(tasks), "none"))
         done = sum((store.find(task.key) or {}).get("state") == "done" for task in good)
         yield f"bad flights, {kind}: {done} of {len(good)} others done"
         for task in tasks:
@@ -52,15 +52,15 @@ def _bad(kind: str, folder: Path, fleet):  # type: ignore[no-untyped-def]
 
 def bad_stores(folder: Path, flights: int = 12) -> Iterator[str]:
     """Cut, fill, lock and age a store, and give the same command again."""
-    plan = write_plan(folder, str(flights))
+    plan = write_plan_file(folder, str(flights))
     out = folder / "out"
-    fly(plan, out, "--jobs", "2")
+    fly_campaign(plan, out, "--jobs", "2")
     whole = digest(out / "results.parquet")
 
     def again(what: str, *flags: str) -> str:
-        begun = time.time_ns()
-        ended = fly(plan, out, "--jobs", "2", *flags)
-        flown = sum(path.stat().st_mtime_ns > begun for path in (out / "store/flights").glob("*/*.json"))
+        before = _stamps(out)
+        ended = fly_campaign(plan, out, "--jobs", "2", *flags)
+        flown = len(set(_stamps(out).items()) - set(before.items()))
         same = digest(out / "results.parquet") == whole
         return f"{what}: exit code {ended.code}, {flown} flown again, {parts(out)} stored, table identical: {same}"
 
@@ -79,12 +79,17 @@ def bad_stores(folder: Path, flights: int = 12) -> Iterator[str]:
     yield again("a part of other code")
 
 
+def _stamps(out: Path) -> dict[Path, int]:
+    """Return when each part was written, by the clock of the disk [ns]."""
+    return {path: path.stat().st_mtime_ns for path in (out / "store/flights").glob("*/*.json")}
+
+
 def second_driver(folder: Path) -> Iterator[str]:
     """Start a second driver on a store that another one writes."""
-    plan = write_plan(folder, "60")
+    plan = write_plan_file(folder, "60")
     driver = start(plan, folder / "out", "--jobs", "1")
     wait_for_parts(folder / "out", 1, driver)
-    second = fly(plan, folder / "out", "--jobs", "1")
+    second = fly_campaign(plan, folder / "out", "--jobs", "1")
     yield f"second driver: exit code {second.code}: {second.said}"
     driver.terminate()
     finish(driver, 0.0)
@@ -92,16 +97,16 @@ def second_driver(folder: Path) -> Iterator[str]:
 
 def full_disks(folder: Path) -> Iterator[str]:
     """Fly into a disk that is full after some flights, then make room; fly into one that cannot be written."""
-    plan = write_plan(folder, "30")
+    plan = write_plan_file(folder, "30")
     with _disk(folder / "disk", "size=300k") as disk:
-        ended = fly(plan, disk / "out", "--jobs", "2")
+        ended = fly_campaign(plan, disk / "out", "--jobs", "2")
         yield f"disk full: exit code {ended.code}, {parts(disk / 'out')} stored: {ended.said[:150]}"
         kept = parts(disk / "out")
         _mount("-o", "remount,size=20m", str(disk))
-        ended = fly(plan, disk / "out", "--jobs", "2")
+        ended = fly_campaign(plan, disk / "out", "--jobs", "2")
         yield f"  after room was made: exit code {ended.code}, {parts(disk / 'out')} stored, {kept} of them before"
         _mount("-o", "remount,ro", str(disk))
-        ended = fly(write_plan(folder, "31"), disk / "out", "--jobs", "2")
+        ended = fly_campaign(write_plan_file(folder, "31"), disk / "out", "--jobs", "2")
         yield f"read-only store: exit code {ended.code}, {parts(disk / 'out')} stored: {ended.said[:150]}"
 
 

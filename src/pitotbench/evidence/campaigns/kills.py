@@ -14,11 +14,11 @@ from pitotbench.evidence.campaigns.drivers import (
     descendants,
     digest,
     finish,
-    fly,
+    fly_campaign,
     parts,
     start,
     wait_for_parts,
-    write_plan,
+    write_plan_file,
 )
 
 TABLE = "results.parquet"
@@ -26,8 +26,8 @@ TABLE = "results.parquet"
 
 def kill_drivers(folder: Path, flights: int, kills: int = 10) -> Iterator[str]:
     """Kill the driver at random moments, go on each time, and compare with a campaign that was left alone."""
-    plan = write_plan(folder, str(flights))
-    fly(plan, folder / "whole", "--jobs", "2")
+    plan = write_plan_file(folder, str(flights))
+    fly_campaign(plan, folder / "whole", "--jobs", "2")
     out, lucky = folder / "killed", random.Random(15)
     moments = sorted(lucky.sample(range(1, flights), kills))
     left = lost = 0
@@ -47,7 +47,7 @@ def kill_drivers(folder: Path, flights: int, kills: int = 10) -> Iterator[str]:
         lost += parts(out) < before
     kept = parts(out)
     times = {path: path.stat().st_mtime_ns for path in (out / "store" / "flights").glob("*/*.json")}
-    last = fly(plan, out, "--jobs", "2")
+    last = fly_campaign(plan, out, "--jobs", "2")
     again = sum(path.stat().st_mtime_ns != stamp for path, stamp in times.items())
     same = digest(out / TABLE) == digest(folder / "whole" / TABLE)
     yield f"driver killed with -9 {kills} times, {flights} flights; {kept} were stored after the last"
@@ -57,8 +57,8 @@ def kill_drivers(folder: Path, flights: int, kills: int = 10) -> Iterator[str]:
 
 def kill_workers(folder: Path, flights: int) -> Iterator[str]:
     """Kill one worker in the middle of a campaign, of the local pool and of a dask cluster."""
-    plan = write_plan(folder, str(flights))
-    fly(plan, folder / "whole", "--jobs", "2")
+    plan = write_plan_file(folder, str(flights))
+    fly_campaign(plan, folder / "whole", "--jobs", "2")
     driver = start(plan, folder / "local", "--jobs", "2")
     begun = time.monotonic()
     wait_for_parts(folder / "local", flights // 3, driver)
@@ -74,7 +74,7 @@ def kill_workers(folder: Path, flights: int) -> Iterator[str]:
 
 def stop_drivers(folder: Path, flights: int) -> Iterator[str]:
     """Send SIGTERM and SIGINT in the middle of a campaign, and measure the time until the prompt is back."""
-    plan = write_plan(folder, str(flights))
+    plan = write_plan_file(folder, str(flights))
     for name in ("SIGTERM", "SIGINT"):
         driver = start(plan, folder / name, "--jobs", "2")
         wait_for_parts(folder / name, 3, driver)

@@ -37,7 +37,7 @@ def stubs(count: int, deed: str = "") -> Iterator[Stub]:
     return (Stub(hashlib.md5(str(number).encode()).hexdigest(), deed) for number in range(count))
 
 
-def stored(task: Stub, result: str | Failure) -> tuple[dict[str, Any], dict[str, bytes]]:
+def stub_outcome(task: Stub, result: str | Failure) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Return the document of a stub: as long as that of a flight."""
     failed = isinstance(result, Failure)
     state = "quarantined" if isinstance(result, Failure) and result.quarantined else "failed" if failed else "done"

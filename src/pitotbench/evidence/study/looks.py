@@ -1,6 +1,7 @@
 """One look at a flight: one way to sense and to fit it."""
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 from pitotbench.calibrate import Accuracies, CalibrationOptions
 from pitotbench.evidence.study.changes import CHANGES
@@ -68,7 +69,8 @@ def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
 def _exact(system: DataSystem) -> DataSystem:
     """Return a data system in which only the impact pressure has noise, and no sensor rounds."""
     names = [f.name for f in fields(system) if f.name.endswith(("_noise", "_resolution"))]
-    return replace(system, **{name: 0.0 for name in names if name != "impact_pressure_noise"})
+    exact: dict[str, Any] = {name: 0.0 for name in names if name != "impact_pressure_noise"}
+    return replace(system, **exact)
 
 
 def _system(das: str) -> DataSystem:

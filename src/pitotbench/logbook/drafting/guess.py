@@ -159,8 +159,8 @@ def _words(name: str, unit: str) -> tuple[list[str], str]:
     bracket = _BRACKETS.search(name)
     written = re.sub(r"\s", "", (unit or (bracket[1] if bracket else "")).lower()).strip("()[]")
     bare = _BRACKETS.sub(" ", name)
-    bare = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", bare)  # GndSpd
-    words = [word for word in re.split(r"[^A-Za-z0-9°]+", bare.lower()) if word]
+    tokens = [token for token in re.split(r"[^A-Za-z0-9°]+", bare) if token]
+    words = [word for token in tokens for word in _parts(token)]
     if not written and len(words) > 1:
         for count in (2, 1):  # ft_min before min
             tail = ("/" if count == 2 else "").join(words[-count:])
@@ -171,6 +171,13 @@ def _words(name: str, unit: str) -> tuple[list[str], str]:
     if not written and _IN_KNOTS & set(words):
         return words, "kt"
     return words, written if _is_unit(written) else ""
+
+
+def _parts(token: str) -> list[str]:
+    """Return the words that capitals separate, in lower case: `GndSpd` has two; `hPa` is one unit."""
+    if _is_unit(token.lower()):
+        return [token.lower()]
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", token).lower().split()
 
 
 def _is_unit(word: str) -> bool:

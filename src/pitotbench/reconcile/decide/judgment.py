@@ -9,9 +9,9 @@ from pitotbench.catalog import Catalog
 from pitotbench.effects import Effect
 from pitotbench.reconcile.decide.advice_for import flights_to_fly
 from pitotbench.reconcile.decide.closure import closure_of
-from pitotbench.reconcile.decide.explanations import SMALLEST_GAIN, estimates
-from pitotbench.reconcile.decide.naming import Naming, name_effects
-from pitotbench.reconcile.decide.normal_equations import NormalEquations
+from pitotbench.reconcile.decide.naming import SMALLEST_GAIN, Naming, name_effects
+from pitotbench.reconcile.decide.normal_equations import Fit, NormalEquations
+from pitotbench.reconcile.decide.sizes import estimates, significant
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.gust_levels import turbulence_candidates
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
@@ -21,16 +21,21 @@ from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.scene import AircraftModel
-from pitotbench.reconcile.signatures.hypotheses import FITTED
+from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of
 from pitotbench.reconcile.signatures.refine import at_sizes, without_sensor_effect
 from pitotbench.reconcile.signatures.signatures import columns_of
 from pitotbench.records.log import FlightLog
-from pitotbench.records.verdict import Candidate, Closure, Detectable, Kind, Verdict
+from pitotbench.records.verdict import SURE, Candidate, Closure, Detectable, Kind, Verdict
 
 
 def judge(layout: Layout, null: NullDistribution) -> tuple[Verdict, Naming]:
     """Return the verdict on a log that is laid out, and the naming from which it follows."""
     naming = name_effects(layout, null)
+    return verdict_of(layout, naming, null), naming
+
+
+def verdict_of(layout: Layout, naming: Naming, null: NullDistribution) -> Verdict:
+    """Return the verdict that follows from a naming: with what was counted, the turbulence, and what remains."""
     explained = _without_named(naming)
     gusts = turbulence_candidates(explained, null.gust_levels)
     # Other turbulence than that of the card makes every channel wander.
@@ -39,36 +44,59 @@ def judge(layout: Layout, null: NullDistribution) -> tuple[Verdict, Naming]:
     counted = layout.checked.effects
     effects = (*counted, *_named_effects(naming), *gusts)
     alternatives = (*((),) * len(counted), *naming.alternatives, *(("turbulence_scale",),) * len(gusts))
-    kind: Kind = "unknown" if unexplained and not counted else naming.kind
-    if kind in ("named", "one_of", "no_gap") and effects:
+    kind: Kind = naming.answer.kind
+    if unexplained and not counted and (not naming.chosen or _outweighs(explained, naming, null)):
+        kind = "unknown"
+    elif kind == "no_gap" and effects:
         kind = "one_of" if any(alternatives) else "named"
+    remains = kind in SURE and (bool(unexplained) or naming.answer.rest > THRESHOLDS.rest_likely)
     groups = [(e.name, *others) for e, others in zip(effects, alternatives, strict=True)]
     equations, fit = naming.equations, naming.fit
-    verdict = Verdict(
+    return Verdict(
         kind=kind,
         effects=effects,
         alternatives=alternatives,
         candidates=naming.candidates,
-        located=(*unexplained, *(naming.remaining if kind == "unknown" and naming.chosen else naming.located)),
+        located=(*unexplained, *(naming.remaining if remains else naming.located)),
         checks=layout.checked.checks,
         closure=closure_of(equations, fit.columns, fit.sizes.tolist(), _cells(naming.layout)),
         smallest_detectable=smallest_detectable(equations, naming.layout, null, fit.columns),
         advice=flights_to_fly(kind, groups),
         notes=_notes(layout, null, naming),
+        probabilities=naming.answer.probabilities,
+        log_bayes_factor=naming.posterior.log_bayes_factor,
+        remains=remains,
     )
-    return verdict, naming
+
+
+def _outweighs(explained: Layout, naming: Naming, null: NullDistribution) -> bool:
+    """Whether a wander or a line that is left is larger than a share of what the effects explain.
+
+    Neither is smooth, so that the posterior has no hypothesis for it, and a cause that takes up a part of it is not
+    its cause.
+    """
+    share = THRESHOLDS.outweighing_share / THRESHOLDS.remaining_share * naming.fit.gain
+    return bool(
+        wandering_channels(explained, naming.layout, null, share) or periodic_channels(explained, null, share)
+    )
 
 
 def _named_effects(naming: Naming) -> tuple[Candidate, ...]:
-    """The chosen effects with their sizes as fitted together."""
-    columns = columns_of(naming.layout.signatures)
+    """The chosen effects with the sizes that are beyond their bounds, as fitted together."""
+    columns, fit = columns_of(naming.layout.signatures), naming.fit
     effects = []
     for effect in naming.chosen:
-        others = [c for n in naming.chosen if n != effect for c in columns[n]]
-        fit = naming.equations.fit(columns[effect], given=others)
-        ratio = naming.equations.held_out_gain(columns[effect], others) / max(fit.gain, SMALLEST_GAIN)
-        sizes = estimates(naming.layout.signatures, fit)
-        effects.append(Candidate(effect, sizes, float(np.sqrt(fit.gain)), ratio, True))
+        own = [c for c in fit.columns if c in columns.get(effect, ())]
+        if not own:
+            continue
+        others = [c for c in fit.columns if c not in own]
+        gain = naming.equations.fit(own, given=others).gain
+        ratio = naming.equations.held_out_gain(own, others) / max(gain, SMALLEST_GAIN)
+        places = [fit.columns.index(c) for c in own]
+        part = Fit(tuple(own), fit.sizes[places], fit.covariance[np.ix_(places, places)], gain)
+        sizes = significant(estimates(naming.layout.signatures, part))
+        probability = naming.answer.probabilities.get(cause_of(effect), 0.0)
+        effects.append(Candidate(effect, sizes, float(np.sqrt(gain)), ratio, True, probability))
     return tuple(effects)
 
 
@@ -112,6 +140,11 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
     hidden = [n for n, effect in FITTED.items() if n not in shown and not effect.variant_of]
     if hidden:
         notes.append("cannot be seen in the channels of this log: " + ", ".join(hidden))
+    notes += [
+        f"{other} is one model with {effect}: it has the same terms in every channel"
+        for other, effect in ONE_MODEL.items()
+        if effect in map(cause_of, naming.chosen)
+    ]
     ratios = scaled_to(null.noise, layout).deviations / null.noise.deviations
     noisy = [
         f"{n} ({r:.1f} times)" for n, r in zip(null.noise.names, ratios, strict=True) if r > THRESHOLDS.noise_noted
@@ -139,5 +172,9 @@ def hold_out(
 
 
 def with_hold_out(verdict: Verdict, held: Closure) -> Verdict:
-    """Return the verdict with the closure on a held-out log."""
+    """Return the verdict with the closure on a held-out log, which takes the name back where it is too small."""
+    if verdict.kind in SURE and held.share < THRESHOLDS.hold_out_lowest:
+        named = ", ".join(effect.name for effect in verdict.effects)
+        note = f"{named} closes only {held.share:.0%} of the gap of the held-out log, so the name is taken back"
+        verdict = replace(verdict, kind="unknown", effects=(), alternatives=(), notes=(*verdict.notes, note))
     return replace(verdict, closure_holdout=held)

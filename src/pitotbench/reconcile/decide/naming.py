@@ -1,38 +1,44 @@
-"""Name the effect: fit every hypothesis, apply the thresholds of null flights, abstain where the log is unclear."""
+"""Name the effects of a log: fit every hypothesis, form the posterior over causes, and read its answer."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench.reconcile.decide.explanations import Explanations
+from pitotbench.reconcile.decide.answer import Answer, answer_of
+from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.decide.normal_equations import Fit, NormalEquations
-from pitotbench.reconcile.decide.scoring import joined, merit, significance
+from pitotbench.reconcile.decide.null_wander import wander_of
+from pitotbench.reconcile.decide.posterior import CausePosterior, posterior_of
+from pitotbench.reconcile.decide.scoring import merit, significance
+from pitotbench.reconcile.decide.sizes import estimates, is_in_range
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.whitening import NoiseModel
-from pitotbench.reconcile.signatures.hypotheses import happens_once
+from pitotbench.reconcile.signatures.hypotheses import cause_of
 from pitotbench.reconcile.signatures.refine import at_sizes, placed_in_time, without_sensor_effect
 from pitotbench.reconcile.signatures.signatures import columns_of
-from pitotbench.records.verdict import Candidate, Kind, Located
+from pitotbench.records.verdict import Candidate, Located
 
 RENEWALS = 3  # times the signatures are renewed; they mostly stay as they are after the first
 RENEWED = 6  # best single explanations whose signatures are renewed: the others have no part in the answer
 LISTED = 10  # candidates in a verdict
+SMALLEST_GAIN = 1e-9  # so that the ratio of two gains is defined for an effect without any
 
 
 @dataclass(frozen=True, slots=True)
 class Naming:
-    """The outcome of the fit.
+    """The outcome of the posterior over causes.
 
     `chosen` are the effects fitted together, by `fit`, with the layout and the normal equations of that fit.
-    `alternatives` holds, for each chosen effect, the other causes that fit equally well. `located` is the gap by
-    channel before, `remaining` the gap after the chosen effects.
+    `alternatives` holds, for each chosen effect, the other causes of the set that holds it. `located` is the gap
+    by channel before, `remaining` the gap after the chosen effects.
     """
 
-    kind: Kind
+    answer: Answer
+    posterior: CausePosterior
     chosen: tuple[str, ...]
     alternatives: tuple[tuple[str, ...], ...]
     candidates: tuple[Candidate, ...]
@@ -44,37 +50,44 @@ class Naming:
 
 
 @dataclass(frozen=True, slots=True)
-class _Renewed:
-    """A layout with renewed signatures, and its normal equations."""
+class Renewed:
+    """A layout with its signatures at the fitted sizes, its normal equations, and the noise model of both."""
 
     layout: Layout
     equations: NormalEquations
+    noise: NoiseModel
+
+    def evidence(self, null: NullDistribution) -> LogEvidence:
+        """Return the evidence of the log."""
+        return LogEvidence(self.layout, self.noise, wander_of(null, self.layout.residuals.names))
 
 
 def name_effects(layout: Layout, null: NullDistribution) -> Naming:
-    """Name the effects that a log shows, given the noise and the thresholds of its null flights."""
-    noise = scaled_to(null.noise, layout)
-    renewed = _with_renewed_signatures(placed_in_time(layout, noise), noise)
-    layout, equations = renewed.layout, renewed.equations
-    explanations = Explanations(equations, layout.signatures, null)
-    chosen = explanations.choose()
-    columns = joined(explanations.columns, chosen)
-    located = _located(renewed, null, ())
-    remaining = _located(renewed, null, columns)
-    alternatives = tuple(explanations.equivalents(chosen, i) for i in range(len(chosen)))
-    kind = _kind(explanations, chosen, located, remaining)
-    if kind == "named" and any(alternatives):
-        kind = "one_of"
-    candidates = tuple(explanations.candidate(n) for n in explanations.ranked()[:LISTED])
-    fit = equations.fit(columns)
-    return Naming(kind, chosen, alternatives, candidates, located, remaining, layout, equations, fit)
+    """Name the effects that a log shows, given the noise and the wander of its null flights."""
+    renewed = renewed_signatures(layout, null)
+    log = renewed.evidence(null)
+    posterior = posterior_of([log])
+    return naming_of(renewed, null, posterior)
 
 
-def _with_renewed_signatures(original: Layout, noise: NoiseModel) -> _Renewed:
+def naming_of(renewed: Renewed, null: NullDistribution, posterior: CausePosterior) -> Naming:
+    """Return what a posterior names on a log: its own, or that of several logs of which it is one."""
+    answer, layout, equations = answer_of(posterior), renewed.layout, renewed.equations
+    chosen = answer.effects
+    fit = _fit(renewed, answer)
+    located, remaining = _located(renewed, null, ()), _located(renewed, null, fit.columns)
+    alternatives = tuple(answer.others(cause_of(name)) for name in chosen)
+    candidates = _candidates(renewed, null, posterior, answer)
+    return Naming(answer, posterior, chosen, alternatives, candidates, located, remaining, layout, equations, fit)
+
+
+def renewed_signatures(original: Layout, null: NullDistribution) -> Renewed:
     """Renew the signatures of the best explanations at their fitted sizes, and form the equations anew.
 
-    A large effect on the sensors is subtracted from the clean track first.
+    Events are placed in time. A large effect on the sensors is subtracted from the clean track first.
     """
+    noise = scaled_to(null.noise, original)
+    original = placed_in_time(original, noise)
     layout, equations = original, whitened_equations(original, noise)
     columns = columns_of(layout.signatures)
     for _ in range(RENEWALS):
@@ -86,7 +99,7 @@ def _with_renewed_signatures(original: Layout, noise: NoiseModel) -> _Renewed:
         if renewed is layout:
             break
         layout, equations = renewed, whitened_equations(renewed, noise)
-    return _Renewed(layout, equations)
+    return Renewed(layout, equations, noise)
 
 
 def _fitted_sizes(
@@ -102,7 +115,49 @@ def _fitted_sizes(
     return sizes
 
 
-def _located(renewed: _Renewed, null: NullDistribution, given: Sequence[int]) -> tuple[Located, ...]:
+def _fit(renewed: Renewed, answer: Answer) -> Fit:
+    """The sizes of the named effects as a fit of this log, with the bounds that their form error leaves.
+
+    Form error widens the bounds and must not shift the sizes: these are a fit without it. A size of another log of
+    the posterior that this log cannot show has no column.
+    """
+    index = {(s.effect, s.parameter): i for i, s in enumerate(renewed.layout.signatures)}
+    weighed = answer.best.explained.weighed
+    places = [i for i, key in enumerate(answer.keys) if key in index]
+    columns = tuple(index[answer.keys[i]] for i in places)
+    plain = renewed.equations.fit(columns)
+    return Fit(columns, plain.sizes, weighed.covariance[np.ix_(places, places)], plain.gain)
+
+
+def _candidates(
+    renewed: Renewed, null: NullDistribution, posterior: CausePosterior, answer: Answer
+) -> tuple[Candidate, ...]:
+    """The causes as single explanations, each in its best form, the most probable first."""
+    equations, columns = renewed.equations, columns_of(renewed.layout.signatures)
+    fits = {name: equations.fit(c) for name, c in columns.items()}
+    forms: dict[str, str] = {cause_of(name): name for name in answer.effects}
+    for name in sorted(fits, key=lambda n: -merit(fits[n])):
+        forms.setdefault(cause_of(name), name)
+    probable = answer.probabilities
+    ranked = sorted(
+        (name for name in forms.values() if name in columns),
+        key=lambda n: (-round(probable.get(cause_of(n), 0.0), 3), -merit(fits[n])),
+    )
+    signatures = renewed.layout.signatures
+    return tuple(
+        Candidate(
+            name,
+            estimates(signatures, fits[name]),
+            null.scores.of_effect(name, significance(fits[name])),
+            equations.held_out_gain(columns[name]) / max(fits[name].gain, SMALLEST_GAIN),
+            is_in_range(signatures, fits[name]),
+            probable.get(cause_of(name), 0.0),
+        )
+        for name in ranked[:LISTED]
+    )
+
+
+def _located(renewed: Renewed, null: NullDistribution, given: Sequence[int]) -> tuple[Located, ...]:
     """The most significant place in every channel, in σ beyond the mean of null flights."""
     places = renewed.layout.places
     values = renewed.equations.scores([i for i, _ in places], given)
@@ -112,20 +167,3 @@ def _located(renewed: _Renewed, null: NullDistribution, given: Sequence[int]) ->
         if cell.channel not in best or abs(score) > abs(best[cell.channel].significance):
             best[cell.channel] = Located(cell.channel, cell.phase, cell.variable, score)
     return tuple(sorted(best.values(), key=lambda place: -abs(place.significance)))
-
-
-def _kind(
-    explanations: Explanations, chosen: tuple[str, ...], located: Sequence[Located], remaining: Sequence[Located]
-) -> Kind:
-    """The kind of verdict, before causes that fit equally well are considered."""
-    threshold = explanations.null.cell_threshold
-    if not chosen:
-        return "unknown" if located and abs(located[0].significance) > threshold else "no_gap"
-    explained = significance(explanations.fit(chosen))
-    allowed = float(np.hypot(threshold, THRESHOLDS.cell_beyond_error * THRESHOLDS.signature_error * explained))
-    lasting = not any(happens_once(name) for name in chosen)  # an event shows in one block only
-    if lasting and explanations.held_out_ratio(chosen) < THRESHOLDS.held_out_lowest:
-        return "unknown"
-    if remaining and abs(remaining[0].significance) > allowed:
-        return "unknown"
-    return "named"

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
 BLOCKS = 8  # of time: each is left out once, and holds a phase of a maneuver
@@ -73,30 +72,6 @@ class NormalEquations:
             product -= across @ inverse @ self.inner[others, -1]
         usable = power > SINGULAR * np.maximum(whole, SMALLEST)
         return np.where(usable, product / np.sqrt(np.where(usable, power, 1.0)), 0.0)
-
-    def gain_along(self, columns: Sequence[int], proportions: Sequence[float], given: Sequence[int] = ()) -> float:
-        """Return the gain of columns in fixed proportions, with one size for all and others `given` in the fit.
-
-        It is 0 where the given ones reproduce the columns.
-        """
-        inner, w, chosen = self.inner, np.asarray(proportions), list(columns)
-        power = w @ inner[np.ix_(chosen, chosen)] @ w
-        product, whole = w @ inner[chosen, -1], power
-        if given:
-            others = list(given)
-            across = w @ inner[np.ix_(chosen, others)]
-            inverse = _solve(inner, others)[1]
-            power = power - across @ inverse @ across
-            product = product - across @ inverse @ inner[others, -1]
-        return float(product**2 / power) if power > SINGULAR * whole else 0.0
-
-    def contains(self, columns: Sequence[int], others: Sequence[int]) -> bool:
-        """Whether some columns, with the free parameters, can reproduce the others."""
-        inner, chosen = self.inner, list(columns)
-        inverse = _solve(inner, chosen)[1]
-        across = inner[np.ix_(list(others), chosen)]
-        reproduced = np.einsum("ij,jk,ik->i", across, inverse, across)
-        return bool(np.all(reproduced > THRESHOLDS.contained * np.diag(inner)[list(others)]))
 
     def remaining(self, columns: Sequence[int]) -> float:
         """Return the sum of squares that remains after a fit of the free parameters and some columns."""

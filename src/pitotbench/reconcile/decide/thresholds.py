@@ -32,24 +32,37 @@ class Thresholds:
     without_null_flights: float = 6.0  # σ; one half above theory, for the noise comes from the log itself
     score_deviation_lowest: float = 1.0  # σ; eight flights can show less spread than the noise itself has
 
-    # Explanations: which effects, and which explain the gap equally well.
+    # Explanations: single fits, and the sizes that are told.
     free_size_penalty: float = 6.0  # fall of the SS a further size must bring: ln n for some 400 free instants
-    equal_fit: float = 9.0  # fall of the SS that separates two explanations: 3σ
-    equal_fit_share: float = 0.1  # of the explained SS: the form of a real effect is never known exactly
-    other_form: float = 6.0  # fall of the SS for which a form other than the plain one is named
-    contained: float = 0.98  # share of a signature that a rival must reproduce to contain it as a special case
-    signature_error: float = 0.03  # of a signature; another effect can seem to explain this error
     size_error: float = 0.05  # 1σ of the method as a share of a size: lags come out 3 to 5 % long
     range_slack: float = 2.0  # σ by which a fitted size may miss its plausible range
     effects_most: int = 3  # effects named at once; each further one multiplies the sets that are tried
     undone_from: float = 8.0  # σ from which an effect on the sensors bends the signatures of the others
-    cell_beyond_error: float = 3.0  # signature errors of the named effects that a remaining cell may show
-    held_out_lowest: float = 0.4  # held-out over in-sample gain; a chance explanation has 0 or less
+
+    # The posterior over causes.
+    prior_of_number: tuple[float, ...] = (0.30, 0.57, 0.10, 0.03)  # of no, one, two and three effects
+    prior_of_rest: float = 0.15  # that something is left which no entry of the table describes
+    size_scales: tuple[float, ...] = (0.0625, 0.25, 1.0, 4.0)  # times typical: the scales of a size's prior
+    rest_sizes: tuple[float, ...] = (4.0, 12.0, 36.0, 108.0, 324.0)  # σ of a smooth discrepancy
+    form_error: float = 0.08  # 1σ of each direction of form error, as a share of the effect
+    smooth_error: float = 0.05  # 1σ of a smooth form error in a channel, as a share of the effect there
+    other_error: float = 0.05  # 1σ of an error of a signature that looks like another effect, as a share of it
+    form_error_from: float = 6.0  # σ from which an effect's form error counts: it is half a σ there
+    search_penalty: float = 2.0  # logarithm of the trials that a searched shape has
+    gap_bayes_factor: float = 3.5  # logarithm; a true null exceeds it with a probability of 0.03 at most (Markov)
+    named_from: float = 0.9  # probability from which a cause is named
+    set_holds: float = 0.95  # probability that the reported set holds the cause
+    outside_likely: float = 0.5  # probability from which a gap is one that the table does not hold
+    rest_likely: float = 0.5  # probability from which something remains beside what is named
+    hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
+    wander_unknown: float = 1.0  # surplus of squared scores without null flights: noise that the log itself gives
+    beam_depth: float = 12.0  # of the logarithm of the weight by which a set that is extended may be behind
 
     # What remains: a gap that no effect of the table explains.
     remaining_wander: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
     remaining_line: float = 6.4  # σ; the same count for the strongest spectral line of each channel
     remaining_share: float = 0.1  # of the explained SS, which an imperfect signature leaves in a channel
+    outweighing_share: float = 0.5  # of the explained SS; an explanation of less than twice the rest names nothing
     wander_share: float = 0.5  # of the channel's surplus before; less is the form error of the named effect
     line_periods: int = 3  # periods in the log; slower errors are drifts, which the cells show
     line_deviation_lowest: float = 0.22  # of a log power: the largest of 300 exponential numbers (Gumbel 1958)

@@ -43,12 +43,18 @@ def whitened_equations(layout: Layout, noise: NoiseModel) -> NormalEquations:
 
     Columns are the free parameters, the signatures in their order, and the cells in theirs.
     """
+    every = whitened_columns(layout, noise)
+    products = inner_products(every[:, :, :-1], every[:, :, -1])
+    return equations_from(products, layout.free.columns.shape[2], layout.free.deviations)
+
+
+def whitened_columns(layout: Layout, noise: NoiseModel) -> Array:
+    """Return the free parameters, the signatures, the cells and, last, the residuals, all whitened, (n, c, m)."""
     place = layout.grid, layout.residuals.slack
     columns = [s.column[:, :, None] for s in layout.signatures]
     dense = noise.whiten(np.concatenate([layout.free.columns, *columns], axis=2), *place)
     cells = noise.whiten_alone(layout.shapes, *place)
-    products = inner_products(np.concatenate([dense, cells], axis=2), noise.whiten(layout.residuals.values, *place))
-    return equations_from(products, layout.free.columns.shape[2], layout.free.deviations)
+    return np.concatenate([dense, cells, noise.whiten(layout.residuals.values, *place)[:, :, None]], axis=2)
 
 
 def _without_cells(layout: Layout) -> Array:

@@ -9,6 +9,9 @@ FITTED: Catalog[Effect] = Catalog(
     "effect", {name: effect for name, effect in EFFECTS.items() if name not in COUNTED}
 )
 
+# Effects that are one model with another: the drag of a gear that is out has no other term than that of a pod.
+ONE_MODEL = {"gear_not_up": "belly_pod"}
+
 
 def searched_shapes(effect: Effect) -> tuple[Parameter, ...]:
     """Return the shapes of an effect that are searched for: times, and all shapes of another form of a cause."""

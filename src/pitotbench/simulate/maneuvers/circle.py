@@ -53,7 +53,7 @@ def fly(cockpit: Cockpit, card: CircleCard) -> Ticks:
         cockpit.begin(f"circle {what}", *JUDGED)
         circle = sweep(cockpit, 2.0 * pi * card.circles, card.bank)
         if card.fixed_power:
-            cockpit.set_manifold_pressure(power.mean)
+            cockpit.set_power(power.mean)
             yield from by_pitch(cockpit, speed, circle)
             cockpit.hold_altitude_by_pitch()
         else:
@@ -61,17 +61,17 @@ def fly(cockpit: Cockpit, card: CircleCard) -> Ticks:
 
 
 class MeanPower:
-    """The manifold pressure [Pa], averaged over the last `POWER_TIME` while ticks pass."""
+    """The power setting, averaged over the last `POWER_TIME` while ticks pass."""
 
     def __init__(self, cockpit: Cockpit) -> None:
         self._cockpit = cockpit
-        self.mean = cockpit.manifold_pressure()
+        self.mean = cockpit.power()
 
     def over(self, ticks: Ticks) -> Iterator[None]:
         """Let the ticks pass, and average."""
         for _ in ticks:
             yield
-            self.mean += (self._cockpit.manifold_pressure() - self.mean) * TICK / POWER_TIME
+            self.mean += (self._cockpit.power() - self.mean) * TICK / POWER_TIME
 
 
 def by_pitch(cockpit: Cockpit, airspeed: float, ticks: Ticks) -> Iterator[None]:

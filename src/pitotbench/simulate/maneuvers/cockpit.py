@@ -6,7 +6,7 @@ from math import atan, degrees, hypot, pi
 from pitotbench.simulate.maneuvers.card import Card
 from pitotbench.simulate.maneuvers.pilot import Hands
 from pitotbench.simulate.plant import Plant
-from pitotbench.units import KNOT, STANDARD_GRAVITY
+from pitotbench.units import INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY
 
 TICK = 0.1  # s between two looks at the instruments
 EYE_TIME = 3.0  # s, over which the eye averages the airspeed needle about the inertial speed
@@ -14,6 +14,9 @@ INSTRUMENTS = (
     *("calibrated_airspeed", "true_airspeed", "heading", "roll", "altitude"),
     *("velocity_north", "velocity_east", "mean_wind_north", "mean_wind_east"),
 )
+
+LOWEST_MANIFOLD_PRESSURE = 8.0 * INCH_OF_MERCURY  # below idle: more steps change nothing
+POWER_SPAN = 25.0 * INCH_OF_MERCURY  # of the bench's own aircraft, from 160 KCAS with power to spare down to idle
 
 HEADING_HOLD, BANK_HOLD = 1, 2  # ap/lateral-mode
 DIRECT, AIRSPEED_HOLD, MANIFOLD_PRESSURE_HOLD = 0, 1, 2  # ap/throttle-mode
@@ -125,19 +128,41 @@ class Cockpit:
         """Hold a sideslip [rad] by rudder, flow from the right positive; bank holds the heading."""
         self._hands.command("sideslip_target", sideslip)
 
-    def set_manifold_pressure(self, pressure: float) -> None:
-        """Hold a manifold pressure [Pa] on both engines."""
-        self._hands.command("manifold_pressure_target", pressure)
-        self._hands.command("throttle_mode", MANIFOLD_PRESSURE_HOLD)
+    def set_power(self, power: float) -> None:
+        """Hold a power setting on all engines, as `power` reads it."""
+        if self.plant.attached:
+            self.set_throttle(min(max(power, 0.0), 1.0))
+        else:
+            self._hands.command("manifold_pressure_target", power)
+            self._hands.command("throttle_mode", MANIFOLD_PRESSURE_HOLD)
 
     def set_throttle(self, position: float) -> None:
         """Set both throttles, 0 (idle) to 1."""
         self._hands.command("throttle_command", position)
         self._hands.command("throttle_mode", DIRECT)
 
-    def manifold_pressure(self) -> float:
-        """Return the manifold pressure [Pa], mean of both engines."""
+    def power(self) -> float:
+        """Return the power setting: the manifold pressure [Pa], mean of both engines.
+
+        It is the throttle lever, 0 to 1, where the autopilot was attached: a lever is what all engines have.
+        """
+        if self.plant.attached:
+            return self.plant.get("ap/lever-norm")
         return 0.5 * (self.plant.get("manifold_pressure_left") + self.plant.get("manifold_pressure_right"))
+
+    def power_step(self, step: float) -> tuple[float, float]:
+        """Return the change of the power setting for a step [Pa] of manifold pressure, and the lowest setting.
+
+        A lever goes from here to idle in as many steps as the manifold pressure of the bench's own aircraft does.
+        """
+        if not self.plant.attached:
+            return step, LOWEST_MANIFOLD_PRESSURE
+        idle = self.plant.get("ap/model/lever-idle")
+        return (self.power() - idle) * step / POWER_SPAN, idle
+
+    def power_words(self, power: float) -> str:
+        """Return a power setting for a label."""
+        return f"{100.0 * power:.0f} %" if self.plant.attached else f"{power / INCH_OF_MERCURY:.1f} inHg"
 
     def turn_bank(self) -> float:
         """Return the bank [rad] of a level, coordinated turn at the card's rate and the present true airspeed.

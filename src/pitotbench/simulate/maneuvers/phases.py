@@ -5,7 +5,7 @@ from math import degrees, pi, tan
 
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.maneuvers.cockpit import TICK, Cockpit
-from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY
+from pitotbench.units import DEGREE, KNOT, STANDARD_GRAVITY
 
 Ticks = Iterator[None]
 
@@ -19,7 +19,6 @@ THERE = 5.0 * DEGREE  # an airplane past its new heading by less does not turn a
 LEVEL = 3.0 * DEGREE  # bank below which a turn is over
 ALL = ("airspeed", "heading", "altitude")
 ACCELERATION_LIMIT = 180.0  # s, for either change of speed
-LOWEST_MANIFOLD_PRESSURE = 8.0 * INCH_OF_MERCURY  # below idle: more steps change nothing
 
 
 def wait(seconds: float) -> Ticks:
@@ -152,17 +151,18 @@ def require_steep_turns(bank: float) -> None:
 
 
 def step_down(cockpit: Cockpit, step: float, step_time: float, floor: float, *judged: str) -> Ticks:
-    """Reduce the manifold pressure in steps [Pa], one each `step_time` [s], until the airspeed is `floor` [m/s].
+    """Reduce the power in steps [Pa of manifold pressure], one each `step_time` [s], to an airspeed of `floor` [m/s].
 
     Raises SimulationError where the power is at idle before that.
     """
-    pressure, number = cockpit.manifold_pressure(), 0
+    power, number = cockpit.power(), 0
+    step, lowest = cockpit.power_step(step)
     while cockpit.airspeed > floor:
-        pressure, number = pressure - step, number + 1
-        if pressure < LOWEST_MANIFOLD_PRESSURE:
+        power, number = power - step, number + 1
+        if power < lowest:
             raise cockpit.plant.failure(f"{floor / KNOT:.0f} KCAS not reached with the power at idle")
-        cockpit.set_manifold_pressure(pressure)
-        cockpit.begin(f"step {number} {pressure / INCH_OF_MERCURY:.1f} inHg", *judged)
+        cockpit.set_power(power)
+        cockpit.begin(f"step {number} {cockpit.power_words(power)}", *judged)
         for _ in range(round(step_time / TICK)):
             yield
             if cockpit.airspeed <= floor:

@@ -1,0 +1,200 @@
+"""The evidence of one log for sets of effects, with their form error, the wander of null flights, and a rest."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pitotbench.reconcile.decide.evidence import Evidence
+from pitotbench.reconcile.decide.form_error import form_directions
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconcile.residuals.layout import Layout
+from pitotbench.reconcile.residuals.layout_noise import whitened_columns
+from pitotbench.reconcile.residuals.whitening import NoiseModel
+from pitotbench.reconcile.signatures.hypotheses import FITTED
+from pitotbench.reconcile.signatures.signatures import columns_of
+from pitotbench.units import Array
+
+ROOMS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
+SMALLEST = 1e-300
+LEAST_POWER = 1e-9  # of a direction that the free parameters take up whole
+SMOOTH_LEAST = 0.2  # σ; a smooth form error below it changes nothing
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """A smooth discrepancy of unknown form: its place, its cells with their prior deviations, and its own prior."""
+
+    place: str
+    columns: tuple[int, ...]
+    deviations: Array
+    log_prior: float
+
+
+class LogEvidence:
+    """What one log says of every set of effects.
+
+    Free parameters are eliminated, and so is the wander that null flights have in the cells. Directions of form
+    error are added when an effect first needs them.
+    """
+
+    def __init__(self, layout: Layout, noise: NoiseModel, wander: Mapping[str, float]) -> None:
+        self.layout, self._noise = layout, noise
+        self.signatures = layout.signatures
+        self.columns = columns_of(layout.signatures)
+        white = whitened_columns(layout, noise)
+        k = layout.free.columns.shape[2]
+        self._rows = white.reshape(-1, white.shape[2])
+        self._products = self._rows.T @ self._rows
+        self._free = range(k)
+        self._free_deviations = layout.free.deviations
+        self._wander = wander
+        self.typical = np.array([abs(FITTED[s.effect].parameter(s.parameter).typical) for s in self.signatures])
+        self._power = self._power_by_channel()
+        self._directions: dict[int, tuple[int, ...]] = {}
+        self._update()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The effects, in all their forms, that this log can show."""
+        return tuple(self.columns)
+
+    def directions(self, columns: Iterable[int]) -> tuple[tuple[int, ...], Array]:
+        """Return the columns of form error of some signatures, and the signature that each belongs to."""
+        wanted = list(columns)
+        new = [c for c in wanted if c not in self._directions]
+        if new:
+            self._add(new)
+        found = [(d, c) for c in wanted for d in self._directions[c]]
+        return tuple(d for d, _ in found), np.array([c for _, c in found], dtype=np.intp)
+
+    def _add(self, new: Sequence[int]) -> None:
+        last = self._products.shape[0] - 1
+        parts = [form_directions(self.layout, self._noise, self.signatures[c].column) for c in new]
+        added = np.concatenate([part.reshape(-1, part.shape[2]) for part in parts], axis=1)
+        across, own = self._rows.T @ added, added.T @ added
+        count = added.shape[1]
+        order = [*range(last), *range(last + 1, last + 1 + count), last]
+        whole = np.block([[self._products, across], [across.T, own]])
+        self._products = whole[np.ix_(order, order)]
+        self._rows = np.concatenate([self._rows[:, :last], added, self._rows[:, last:]], axis=1)
+        place = last - len(self._free)
+        for column, part in zip(new, parts, strict=True):
+            self._directions[column] = tuple(range(place, place + part.shape[2]))
+            place += part.shape[2]
+        self._update()
+
+    def _update(self) -> None:
+        k = len(self._free)
+        kept = range(k, self._products.shape[0] - 1)
+        plain, _ = Evidence(self._products).given(self._free, self._free_deviations, kept)
+        self._cells = self._places()
+        columns, deviations = self._null_wander(plain)
+        self.base, _ = plain.given(columns, deviations)
+
+    def _power_by_channel(self) -> dict[str, Array]:
+        """The sum of squares of one unit of each signature in each channel, (s,)."""
+        grid, slack = self.layout.grid, self.layout.residuals.slack
+        columns = np.stack([s.column for s in self.signatures], axis=2)
+        power = np.sum(self._noise.innovations(columns, grid, slack) ** 2, axis=0)
+        return dict(zip(self.layout.residuals.names, power, strict=True))
+
+    def form_error(self, sizes: Mapping[tuple[str, str], float]) -> tuple[list[int], Array]:
+        """Return the columns of the form error of effects of these sizes, and their prior deviations.
+
+        They are the directions of each effect, and a smooth discrepancy in each channel that it acts on.
+        """
+        index = {(s.effect, s.parameter): i for i, s in enumerate(self.signatures)}
+        own = {index[k]: abs(float(v)) for k, v in sizes.items() if k in index}
+        if not own:
+            return [], np.zeros(0)
+        directions, owner = self.directions(own)
+        columns = list(directions)
+        power = np.diag(self.base.inner)
+        # What the free parameters leave of a direction is at most as long as what they leave of the effect.
+        length = np.sqrt(power[owner] / np.maximum(power[list(directions)], LEAST_POWER))
+        sized = np.array([own[c] for c in owner.tolist()]) * np.minimum(1.0, length)
+        deviations = (THRESHOLDS.form_error * sized).tolist()
+        squared = np.zeros(len(self.signatures))
+        whole = np.sum(list(self._power.values()), axis=0)[list(own)]
+        squared[list(own)] = np.array(list(own.values())) ** 2 * np.minimum(
+            1.0, power[list(own)] / np.maximum(whole, SMALLEST)
+        )
+        for channel, cells in self._cells.items():
+            acting = THRESHOLDS.smooth_error * float(np.sqrt(self._power[channel] @ squared))
+            usable = [c for c in cells if power[c] > SMALLEST]
+            if acting > SMOOTH_LEAST and usable:
+                columns += usable
+                deviations += [acting / float(np.sqrt(len(usable) * power[c])) for c in usable]
+        return columns, np.array(deviations)
+
+    def _places(self) -> dict[str, list[int]]:
+        """The cells of each channel."""
+        found: dict[str, list[int]] = {}
+        for column, cell in self.layout.places:
+            found.setdefault(cell.channel, []).append(column)
+        return found
+
+    def _null_wander(self, plain: Evidence) -> tuple[list[int], Array]:
+        """The cells with the prior deviations that the wander of null flights asks for.
+
+        The surplus of the squared scores of a channel over 1 is shared among its cells, which overlap.
+        """
+        columns, deviations = [], []
+        for channel, cells in self._cells.items():
+            surplus = self._wander.get(channel, 0.0)
+            power = np.diag(plain.inner)[cells]
+            usable = [c for c, p in zip(cells, power, strict=True) if p > SMALLEST]
+            if surplus <= 0.0 or not usable:
+                continue
+            part = plain.inner[np.ix_(usable, usable)]
+            own = np.diag(part)
+            overlap = float(np.mean(np.sum(part**2 / np.outer(own, own), axis=1)))
+            columns += usable
+            deviations += [float(np.sqrt(surplus / overlap / p)) for p in own]
+        return columns, np.array(deviations)
+
+    def beyond(self, sizes: Mapping[tuple[str, str], float]) -> Evidence:
+        """Return the evidence with effects of about these sizes eliminated, and their form error with them."""
+        index = {(s.effect, s.parameter): i for i, s in enumerate(self.signatures)}
+        own = {index[k]: abs(v) for k, v in sizes.items() if k in index}
+        directions, errors = self.form_error(sizes)
+        deviations = [max(value, float(self.typical[column])) for column, value in own.items()]
+        return self.base.given([*own, *directions], np.concatenate([deviations, errors]))[0]
+
+    @cached_property
+    def rests(self) -> list[Rest]:
+        """The smooth discrepancies: of one channel, of a family of channels, and of all, in several sizes."""
+        sizes = THRESHOLDS.rest_sizes
+        families = {room: [c for c in self._cells if _room(c) == room] for room in ROOMS}
+        alone = 0.5 / len(self._cells)
+        groups: list[tuple[tuple[str, ...], float]] = [((channel,), alone) for channel in self._cells]
+        shown = {name: tuple(each) for name, each in families.items() if len(each) > 1}
+        groups += [(each, 0.25 / len(shown)) for each in shown.values()]
+        groups += [(tuple(self._cells), 0.25)]
+        found = []
+        power = np.diag(self.base.inner)
+        for channels, prior in groups:
+            columns = [c for channel in channels for c in self._cells[channel] if power[c] > SMALLEST]
+            if not columns:
+                continue
+            unit = 1.0 / np.sqrt(power[columns] * len(columns))
+            place = (
+                channels[0]
+                if len(channels) == 1
+                else ("all" if len(channels) == len(self._cells) else _room(channels[0]))
+            )
+            found += [Rest(place, tuple(columns), s * unit, float(np.log(prior / len(sizes)))) for s in sizes]
+        return found
+
+
+def _room(channel: str) -> str:
+    for room in ("airspeed", "specific_force"):
+        if channel.startswith(room):
+            return room
+    if channel.startswith("acceleration"):
+        return "acceleration"
+    if channel in ("roll_acceleration", "pitch_acceleration", "yaw_acceleration"):
+        return "turning"
+    return "engine" if channel.split("_")[-1] in ("left", "right", "split") else channel

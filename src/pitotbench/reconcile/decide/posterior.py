@@ -1,0 +1,114 @@
+"""The posterior over causes: how probable each is, what is named, and which set holds the truth."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from pitotbench.reconcile.decide.log_evidence import LogEvidence
+from pitotbench.reconcile.decide.search import Explained, Names, Search
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconcile.signatures.hypotheses import cause_of
+
+RESTED = 10  # best sets with which a rest is weighed
+SMALLEST = 1e-12  # so that the logarithm of a difference is defined
+
+
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """A set of effects with its logarithms of prior times evidence, without a rest and with one."""
+
+    explained: Explained
+    alone: float
+    with_rest: float
+    place: str
+
+    @property
+    def causes(self) -> Names:
+        """The causes of the effects, in alphabetical order."""
+        return tuple(sorted(map(cause_of, self.explained.effects)))
+
+    @property
+    def total(self) -> float:
+        """The logarithm of prior times evidence, with or without a rest."""
+        return float(np.logaddexp(self.alone, self.with_rest))
+
+
+@dataclass(frozen=True, slots=True)
+class CausePosterior:
+    """The posterior over causes of one or several logs; `weights` are normalized, the most probable set first."""
+
+    weights: tuple[Weight, ...]
+    log_bayes_factor: float
+
+    def of_sets(self) -> dict[Names, float]:
+        """Return the probability of each set of causes, in any form, with or without a rest."""
+        found: dict[Names, float] = {}
+        for each in self.weights:
+            found[each.causes] = found.get(each.causes, 0.0) + float(np.exp(each.total))
+        return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+    def of_causes(self) -> dict[str, float]:
+        """Return the probability that each cause acts, alone or with others."""
+        found: dict[str, float] = {}
+        for causes, probability in self.of_sets().items():
+            for cause in causes:
+                found[cause] = found.get(cause, 0.0) + probability
+        return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+    @property
+    def none(self) -> float:
+        """The probability that there is nothing to explain."""
+        return sum(float(np.exp(w.alone)) for w in self.weights if not w.causes)
+
+    @property
+    def outside(self) -> float:
+        """The probability of a gap that no cause of the table has a part in."""
+        return sum(float(np.exp(w.with_rest)) for w in self.weights if not w.causes)
+
+    def rest_with(self, causes: Names) -> float:
+        """Return the probability that something is left beside a set of causes."""
+        of_set = [w for w in self.weights if w.causes == causes]
+        whole = logsumexp([w.total for w in of_set])
+        return float(np.exp(logsumexp([w.with_rest for w in of_set]) - whole))
+
+
+def posterior_of(logs: Sequence[LogEvidence]) -> CausePosterior:
+    """Return the posterior over causes of one or several logs of one airplane."""
+    search = Search(logs)
+    found = search.run()
+    empty = next(each for each in found if not each.effects)
+    best = [*found[:RESTED], *([empty] if empty not in found[:RESTED] else [])]
+    none = len(logs) * float(np.log1p(-THRESHOLDS.prior_of_rest))
+    weights = []
+    for each in found:
+        value, place = _with_rest(search, each) if each in best else (-np.inf, "")
+        weights.append(Weight(each, each.log_weight + none, each.log_weight + value, place))
+    whole = logsumexp([w.total for w in weights])
+    normal = [Weight(w.explained, w.alone - whole, w.with_rest - whole, w.place) for w in weights]
+    normal.sort(key=lambda w: -w.total)
+    nothing = next(w.alone for w in normal if not w.causes)
+    log_odds = float(np.log(max(-np.expm1(min(nothing, -1e-300)), 1e-300)) - nothing)
+    prior = THRESHOLDS.prior_of_number[0] * (1.0 - THRESHOLDS.prior_of_rest)
+    return CausePosterior(tuple(normal), log_odds - float(np.log((1.0 - prior) / prior)))
+
+
+def _with_rest(search: Search, each: Explained) -> tuple[float, str]:
+    """The logarithm of prior times evidence of a rest in at least one log, beyond a set of effects; its best place.
+
+    Each log may have a rest of its own, in one of several places and sizes.
+    """
+    by_key = dict(zip(each.keys, each.weighed.sizes, strict=True))
+    yes, no = np.log(THRESHOLDS.prior_of_rest), np.log1p(-THRESHOLDS.prior_of_rest)
+    every, best = 0.0, (-np.inf, "")
+    for log in search.logs:
+        evidence = log.beyond(by_key)
+        values = [
+            (rest.log_prior + evidence.of(rest.columns, rest.deviations).log_evidence, rest.place)
+            for rest in log.rests
+        ]
+        every += float(np.logaddexp(no, yes + logsumexp([value for value, _ in values])))
+        best = max([best, *values])
+    in_none = len(search.logs) * no - every
+    return every + float(np.log(-np.expm1(min(in_none, -SMALLEST)))), best[1]

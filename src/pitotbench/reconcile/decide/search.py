@@ -1,0 +1,238 @@
+"""Search the sets of effects that can explain one or several logs, and weigh each of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+
+from pitotbench.reconcile.decide.evidence import Evidence
+from pitotbench.reconcile.decide.log_evidence import LogEvidence
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconcile.decide.weighing import Prior, Weighed, weigh
+from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, searched_shapes
+from pitotbench.units import Array
+
+LEADING = 14  # sets of each number of effects whose form error is weighed
+STEMS = 14  # sets from which larger ones are tried
+BEAM = 5  # sets that are extended by a further effect
+EXTENDED = 5  # further effects of each of them whose form error is weighed
+ROUNDS = 3  # of fitting sizes and the form error that is in proportion to them
+SMALLEST = 1e-12  # significance of an effect that this log does not show
+SETTLED = 0.05  # change of a size, as a share, that ends them
+
+Names = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Explained:
+    """A set of effects, weighed: `log_weight` is the logarithm of prior times evidence, without a rest.
+
+    `keys` name the sizes in their order, by effect and parameter.
+    """
+
+    effects: Names
+    keys: tuple[tuple[str, str], ...]
+    log_weight: float
+    weighed: Weighed
+
+
+class Search:
+    """The search over sets of effects for one or several logs of one airplane.
+
+    Sizes of an effect are the same in all logs, those of the air as well: the logs should be of one day. Free
+    parameters, wander and form error are each log's own. Raises ValueError without a log.
+    """
+
+    def __init__(self, logs: Sequence[LogEvidence]) -> None:
+        if not logs:
+            raise ValueError("no log to explain")
+        self.logs = logs
+        shown = dict.fromkeys(name for log in logs for name in log.names if name not in ONE_MODEL)
+        self.names = tuple(shown)
+        self.causes = tuple(dict.fromkeys(map(cause_of, self.names)))
+        self.keys = {n: tuple((n, p.name) for p in _sizes(n, logs)) for n in self.names}
+        self.priors = {n: _prior(n, logs) for n in self.names}
+        self._plain, _ = self.reduced((), np.zeros(0), self._every())
+        self._forms = {c: [n for n in self.names if cause_of(n) == c] for c in self.causes}
+
+    def run(self) -> list[Explained]:
+        """Return the best sets of up to three effects and the empty set, the most probable first."""
+        found: dict[Names, Explained] = {
+            (): Explained((), (), self.log_prior(()), weigh(Evidence(np.zeros((1, 1))), (), ()))
+        }
+        beam: list[Names] = [()]
+        stems: list[Names] = [()]
+        for count in range(1, THRESHOLDS.effects_most + 1):
+            stems, wanted = self._plain_sets(stems)
+            for start in beam if count > 1 else ():
+                sizes = found[start].weighed.sizes
+                wanted += [tuple(sorted((*start, name))) for name in self._extensions(start, sizes)]
+            self._prepare(list(dict.fromkeys(wanted)))
+            for names in dict.fromkeys(wanted):
+                found[names] = self.explained(names)
+            level = sorted((e for e in found.values() if len(e.effects) == count), key=lambda e: -e.log_weight)
+            beam = [e.effects for e in level[:BEAM]]
+            best = max(e.log_weight for e in found.values())
+            if not level or level[0].log_weight < best - THRESHOLDS.beam_depth:
+                break
+        return sorted(found.values(), key=lambda e: -e.log_weight)
+
+    def _prepare(self, wanted: Sequence[Names]) -> None:
+        """Form the directions of form error that some sets will need, all at once."""
+        place = {key: i for i, key in enumerate(self._every())}
+        large: dict[tuple[str, str], None] = {}
+        for names in wanted:
+            keys = self.keys_of(names)
+            wide = THRESHOLDS.size_scales[-1] * np.array(self._typical(names))
+            fit = self._plain.of([place[k] for k in keys], wide)
+            if np.any(np.abs(fit.mean) > THRESHOLDS.form_error_from * np.sqrt(np.diag(fit.covariance))):
+                large |= dict.fromkeys(keys)
+        for log in self.logs:
+            log.directions(i for i, s in enumerate(log.signatures) if (s.effect, s.parameter) in large)
+
+    def explained(self, names: Names) -> Explained:
+        """Weigh one set of effects with its form error."""
+        sizes, weighed = np.zeros(0), Weighed(0.0, np.zeros(0), np.zeros((0, 0)))
+        squares, shares = self._strengths(names)
+        for _ in range(ROUNDS):
+            evidence, log_evidence = self.reduced(names, sizes, self.keys_of(names))
+            weighed = weigh(evidence, self._columns(names), [self.priors[n] for n in names])
+            weighed = Weighed(weighed.log_evidence + log_evidence, weighed.sizes, weighed.covariance)
+            moved = np.abs(weighed.sizes - sizes) if len(sizes) else np.abs(weighed.sizes)
+            if not len(sizes) and not self._is_large(weighed):
+                break
+            sizes = weighed.sizes * shares
+            if np.all(moved < SETTLED * np.abs(sizes)):
+                break
+        weight = self.log_prior(names) + weighed.log_evidence - self._by_error(names, squares)
+        return Explained(names, tuple(self.keys_of(names)), weight, weighed)
+
+    def _strengths(self, names: Names) -> tuple[list[float], Array]:
+        """The square of each effect's significance beside the others, without form error; and its share, by size.
+
+        The share is of the significance that its size has alone. Where two effects nearly cancel it is small, and
+        so is the form error of either.
+        """
+        place = {key: i for i, key in enumerate(self._every())}
+        wide = THRESHOLDS.size_scales[-1] * np.array(self._typical(names))
+        fit = self._plain.of([place[k] for k in self.keys_of(names)], wide)
+        squares, shares = [], np.ones(len(wide))
+        for name, columns in zip(names, self._columns(names), strict=True):
+            size, index = fit.mean[columns], [place[k] for k in self.keys[name]]
+            squares.append(float(size @ np.linalg.solve(fit.covariance[np.ix_(columns, columns)], size)))
+            alone = float(size @ self._plain.inner[np.ix_(index, index)] @ size)
+            shares[columns] = np.sqrt(min(1.0, squares[-1] / max(alone, SMALLEST)))
+        return squares, shares
+
+    def _by_error(self, names: Names, squares: Sequence[float]) -> float:
+        """The logarithm of the evidence that the weaker effects of a set have by errors of the strongest one.
+
+        Where a signature is wrong in a way that no direction of form error holds, another effect seems to explain
+        a share of it. Evidence for a weaker effect counts only beyond that for an error of this share.
+        """
+        strongest = int(np.argmax(squares))
+        error = THRESHOLDS.other_error**2 * squares[strongest]
+        total = 0.0
+        for i, name in enumerate(names):
+            if i != strongest:
+                explained = squares[i] * error / (1.0 + error) - len(self.keys[name]) * float(np.log1p(error))
+                total += max(0.0, 0.5 * explained)
+        return total
+
+    def _is_large(self, weighed: Weighed) -> bool:
+        """Whether a set of effects is so significant that its form error counts."""
+        spread = np.sqrt(np.diag(weighed.covariance))
+        return bool(np.any(np.abs(weighed.sizes) > THRESHOLDS.form_error_from * spread))
+
+    def reduced(self, names: Names, sizes: Array, kept: Sequence[tuple[str, str]]) -> tuple[Evidence, float]:
+        """Return the evidence of all logs over some sizes, with the form error of a set eliminated in each log."""
+        total, log_evidence = Evidence(np.zeros((len(kept) + 1, len(kept) + 1))), 0.0
+        by_key = dict(zip(self.keys_of(names), sizes, strict=True)) if len(sizes) else {}
+        for log in self.logs:
+            index = {(s.effect, s.parameter): i for i, s in enumerate(log.signatures)}
+            directions, deviations = log.form_error(by_key)
+            places = [(row, index[key]) for row, key in enumerate(kept) if key in index]
+            one, part = log.base.given(directions, deviations, [column for _, column in places])
+            rows = [*(row for row, _ in places), len(kept)]
+            inner = np.zeros_like(total.inner)
+            inner[np.ix_(rows, rows)] = one.inner
+            total, log_evidence = total + Evidence(inner), log_evidence + part
+        return total, log_evidence
+
+    def _plain_sets(self, stems: Sequence[Names]) -> tuple[list[Names], list[Names]]:
+        """The best sets with one more effect than some stems, without form error: further stems, and a few."""
+        place = {key: i for i, key in enumerate(self._every())}
+        columns = {n: [place[k] for k in self.keys[n]] for n in self.names}
+        values: dict[Names, float] = {}
+        for stem in stems:
+            causes = set(map(cause_of, stem))
+            for name in self.names:
+                names = tuple(sorted((*stem, name)))
+                if cause_of(name) in causes or names in values:
+                    continue
+                used = [c for n in names for c in columns[n]]
+                wide = THRESHOLDS.size_scales[-1] * np.array(self._typical(names))
+                values[names] = self._plain.of(used, wide).log_evidence + self.log_prior(names)
+        ranked = sorted(values, key=lambda n: -values[n])
+        return ranked[:STEMS], ranked[:LEADING]
+
+    def _every(self) -> list[tuple[str, str]]:
+        return [key for n in self.names for key in self.keys[n]]
+
+    def _extensions(self, start: Names, sizes: Array) -> list[str]:
+        """The effects that add most to a set with its form error."""
+        every = self._every()
+        place = {key: i for i, key in enumerate(every)}
+        evidence, _ = self.reduced(start, sizes, every)
+        held = [place[k] for k in self.keys_of(start)]
+        deviations = [max(abs(s), t) for s, t in zip(sizes, self._typical(start), strict=True)]
+        evidence, _ = evidence.given(held, deviations)
+        causes = set(map(cause_of, start))
+        values = {}
+        for name in self.names:
+            if cause_of(name) not in causes:
+                columns = [place[k] for k in self.keys[name]]
+                values[name] = weigh(evidence, [columns], [self.priors[name]]).log_evidence + self.log_form(name)
+        return sorted(values, key=lambda n: -values[n])[:EXTENDED]
+
+    def keys_of(self, names: Names) -> list[tuple[str, str]]:
+        return [key for n in names for key in self.keys[n]]
+
+    def _columns(self, names: Names) -> list[list[int]]:
+        columns, first = [], 0
+        for name in names:
+            columns.append(list(range(first, first + len(self.keys[name]))))
+            first += len(self.keys[name])
+        return columns
+
+    def _typical(self, names: Names) -> list[float]:
+        return [float(t) for n in names for t in self.priors[n].typical]
+
+    def log_prior(self, names: Names) -> float:
+        """Return the logarithm of the prior probability of a set of effects in these forms."""
+        count, table = len(names), THRESHOLDS.prior_of_number
+        forms = sum(self.log_form(n) for n in names)
+        return float(np.log(table[count]) - np.log(comb(len(self.causes), count)) + forms)
+
+    def log_form(self, name: str) -> float:
+        """Return the logarithm of the prior of a form of its cause, with the search over its shapes."""
+        forms = self._forms[cause_of(name)]
+        plain = name == cause_of(name)
+        share = 1.0 if len(forms) == 1 else (0.5 if plain else 0.5 / max(1, len(forms) - (cause_of(name) in forms)))
+        return float(np.log(share)) - THRESHOLDS.search_penalty * len(searched_shapes(FITTED[name]))
+
+
+def _sizes(name: str, logs: Sequence[LogEvidence]) -> list:  # type: ignore[type-arg]
+    shown = {s.parameter for log in logs for s in log.signatures if s.effect == name}
+    return [p for p in FITTED[name].parameters if p.name in shown]
+
+
+def _prior(name: str, logs: Sequence[LogEvidence]) -> Prior:
+    found = _sizes(name, logs)
+    return Prior(
+        *(
+            np.array([float(v) for v in values])
+            for values in zip(*((abs(p.typical), p.low, p.high) for p in found), strict=True)
+        )
+    )

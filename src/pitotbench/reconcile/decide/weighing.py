@@ -1,0 +1,86 @@
+"""Weigh one set of effects: its evidence over all sizes, each with a prior over scales and a plausible range."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.special import log_ndtr, logsumexp
+
+from pitotbench.reconcile.decide.evidence import Evidence
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.units import Array
+
+LOWEST = 1e-12  # of a deviation, so that it can be divided by
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """The prior of the sizes of one effect: typical values and plausible ranges, (k,) each."""
+
+    typical: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Weighed:
+    """A set of effects weighed: the logarithm of its evidence, and its sizes with their covariance."""
+
+    log_evidence: float
+    sizes: Array
+    covariance: Array
+
+
+def weigh(evidence: Evidence, columns: Sequence[Sequence[int]], priors: Sequence[Prior]) -> Weighed:
+    """Return the evidence of some effects, each with the columns of its sizes, for all their sizes together.
+
+    The prior of an effect's sizes is a mixture of normal distributions, N(0, (λ typical)²), over a ladder of scales
+    λ, cut at the plausible range. So no order of magnitude of a size is preferred to another.
+    """
+    scales, used = THRESHOLDS.size_scales, [c for each in columns for c in each]
+    if not used:
+        return Weighed(0.0, np.zeros(0), np.zeros((0, 0)))
+    low, high = (np.concatenate([getattr(p, end) for p in priors]) for end in ("low", "high"))
+    parts = []
+    for chosen in product(*_ladders(evidence, used, priors)):
+        deviations = np.concatenate([s * p.typical for s, p in zip(chosen, priors, strict=True)])
+        found = evidence.of(used, deviations)
+        spread = np.sqrt(np.maximum(np.diag(found.covariance), LOWEST**2))
+        inside = _log_inside(found.mean, spread, low, high) - _log_inside(
+            np.zeros(len(used)), deviations, low, high
+        )
+        parts.append((found.log_evidence + float(inside.sum()), found))
+    logs = np.array([value for value, _ in parts]) - len(priors) * np.log(len(scales))
+    total = float(logsumexp(logs))
+    weights = np.exp(logs - total)
+    mean = np.sum([w * found.mean for w, (_, found) in zip(weights, parts, strict=True)], axis=0)
+    covariance = np.sum([w * found.covariance for w, (_, found) in zip(weights, parts, strict=True)], axis=0)
+    return Weighed(total, mean, covariance)
+
+
+def _ladders(evidence: Evidence, columns: Sequence[int], priors: Sequence[Prior]) -> list[tuple[float, ...]]:
+    """The scales to be tried for each effect: all for a single one; else the two next to its size.
+
+    With a smaller scale the prior excludes the size, and a larger one costs only its Occam factor.
+    """
+    scales = THRESHOLDS.size_scales
+    if len(priors) == 1:
+        return [scales]
+    widest = np.concatenate([scales[-1] * p.typical for p in priors])
+    sizes, ladders, first = np.abs(evidence.of(columns, widest).mean), [], 0
+    for prior in priors:
+        ratio = float(np.max(sizes[first : first + len(prior.typical)] / prior.typical))
+        nearest = int(np.argmin(np.abs(np.log(np.array(scales)) - np.log(max(ratio, LOWEST)))))
+        ladders.append(scales[nearest : nearest + 2])
+        first += len(prior.typical)
+    return ladders
+
+
+def _log_inside(mean: Array, spread: Array, low: Array, high: Array) -> Array:
+    """Logarithm of the probability that normal numbers lie in their ranges."""
+    upper, lower = (high - mean) / spread, (low - mean) / spread
+    flip = lower > 0.0  # both in the upper tail: take the mirror image, where the logarithms are exact
+    upper, lower = np.where(flip, -lower, upper), np.where(flip, -upper, lower)
+    above, below = log_ndtr(upper), log_ndtr(lower)
+    return np.asarray(above + np.log1p(-np.exp(np.minimum(below - above, -LOWEST))))

@@ -1,0 +1,1 @@
+"""Attach the bench's autopilot to any fixed-wing aircraft of JSBSim."""

@@ -1,0 +1,73 @@
+"""`pitotbench inspect`: what a log holds, what it lacks, and a bound to expect that the calibration then gives."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trajectories as fixture
+
+from pitotbench.bench import calibrate
+from pitotbench.bench.inspection import inspect_log
+from pitotbench.bench.plan.drawn_gusts import gust_deviation
+from pitotbench.cli.app import main
+from pitotbench.logbook import write_log
+from pitotbench.records.case import Case
+from pitotbench.units import KNOT
+
+
+def circles():
+    """A flight in gusts of the level of light turbulence, with fine sensors."""
+    light = gust_deviation(Case(turbulence="light"))
+    return fixture.fly(fixture.circles(2), 2, 2, fixture.Air(gust=light, gps=0.02, pressure=2.0), seed=7)
+
+
+def test_the_account_is_that_of_the_flight():
+    found = inspect_log(circles())
+    assert found.rate == pytest.approx(2.0)
+    assert found.headings == 12
+    assert [speed / KNOT for speed in found.airspeeds] == pytest.approx([102, 132, 162], abs=8)
+    assert np.hypot(found.wind[0] - fixture.WIND[0], found.wind[1] - fixture.WIND[1]) < 1.0
+    answered = {question.name: question.answered for question in found.questions}
+    assert answered["error curve and wind"]
+    assert answered["calibration with attitude and flow angles"]
+    assert not answered["altitude (position) error"]
+    assert not answered["reconciliation with a model"]
+
+
+def test_the_bound_to_expect_is_about_that_of_the_calibration():
+    """For known noise it is the smaller one; the calibration has to estimate the noise."""
+    log = circles()
+    speeds, expected = inspect_log(log).expected
+    curve = calibrate(log).curve
+    given = np.interp(speeds, curve.indicated_airspeed, curve.two_sigma)
+    assert 0.4 < float(np.mean(expected)) / float(np.mean(given)) < 1.5
+
+
+def test_pauses_and_flights_are_counted():
+    log = circles()
+    time = log.time + np.where(log.time > 150.0, 1800.0, 0.0) + np.where(log.time > 60.0, 30.0, 0.0)
+    found = inspect_log(replace(log, time=time))
+    assert len(found.flights) == 2
+    assert [round(length) for _, length in found.pauses] == [30]
+
+
+def test_a_flight_on_one_heading_says_why_there_is_no_curve():
+    found = inspect_log(fixture.fly(fixture.straight(2), 2, 2, fixture.Air(), seed=3))
+    assert found.expected is None
+    assert "heading" in found.refusal
+    assert not found.questions[0].answered
+
+
+def test_the_command_prints_and_draws(tmp_path, capsys):
+    log, page = tmp_path / "flight.csv", tmp_path / "flight.html"
+    write_log(circles(), log)
+    assert main(["inspect", str(log), "--report", str(page), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["track_sectors"] == 12
+    assert len(answer["expected"]) == 7
+    assert page.read_text(encoding="utf-8").count("<svg") == 4
+    assert main(["inspect", str(log)]) == 0
+    assert "In light turbulence, expect" in capsys.readouterr().out
+    assert main(["inspect", str(log), "--report", str(log)]) == 2
+    assert log.read_text(encoding="utf-8").startswith("#")

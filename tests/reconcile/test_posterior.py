@@ -1,0 +1,185 @@
+"""The posterior over causes: its identities, and what it makes of logs whose columns are known exactly."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from pitotbench.effects import EFFECTS
+from pitotbench.reconcile.decide.answer import answer_of
+from pitotbench.reconcile.decide.evidence import Evidence
+from pitotbench.reconcile.decide.log_evidence import LogEvidence, Rest
+from pitotbench.reconcile.decide.posterior import CausePosterior, posterior_of
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconcile.decide.weighing import Prior, weigh
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import Layout, lay_out
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log
+from pitotbench.reconcile.residuals.whitening import NoiseModel
+from pitotbench.reconcile.signatures.signatures import Signature, columns_of
+from pitotbench.units import Array
+
+Along = Mapping[tuple[str, str], Array]
+
+
+@dataclass(frozen=True)
+class PlainLog:
+    """A log without form error: whitened columns of effects, at their typical sizes, and a residual."""
+
+    base: Evidence
+    signatures: tuple[Signature, ...]
+    rests: tuple[Rest, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(columns_of(self.signatures))
+
+    def directions(self, columns: object) -> None:
+        """None are needed."""
+
+    def form_error(self, sizes: object) -> tuple[list[int], Array]:
+        return [], np.zeros(0)
+
+    def beyond(self, sizes: object) -> Evidence:
+        return self.base
+
+
+def log_of(along: Along, residual: Array) -> PlainLog:
+    typical = np.array([EFFECTS[effect].parameter(name).typical for effect, name in along])
+    every = np.vstack([np.array(list(along.values())) / typical[:, None], residual])
+    signatures = tuple(Signature(effect, name, 1.0, np.zeros((1, 1))) for effect, name in along)
+    return PlainLog(Evidence(every @ every.T), signatures)
+
+
+LAG, LATE, POD = ("pitot_lag", "lag_s"), ("gps_latency", "latency_s"), ("belly_pod", "drag_area_m2")
+AXES = np.eye(6) * 20.0  # every effect stands at 20σ at its typical size
+
+
+def explained(along: Along, residual: Array) -> CausePosterior:
+    return posterior_of([log_of(along, residual)])  # type: ignore[list-item]
+
+
+def total(posterior: CausePosterior) -> float:
+    return float(sum(np.exp(w.total) for w in posterior.weights))
+
+
+def test_the_evidence_of_one_size_is_the_integral_over_it() -> None:
+    column, residual, deviation = np.array([1.0, -2.0, 0.5]), np.array([2.0, -3.0, 1.0]), 0.7
+    every = np.stack([column, residual])
+    sizes = np.linspace(-8.0, 8.0, 40_001)
+    fall = -0.5 * ((residual[:, None] - column[:, None] * sizes) ** 2).sum(axis=0) + 0.5 * residual @ residual
+    prior = np.exp(-0.5 * (sizes / deviation) ** 2) / (deviation * np.sqrt(2.0 * np.pi))
+    integral = np.trapezoid(prior * np.exp(fall), sizes)
+    found = Evidence(every @ every.T).of([0], [deviation])
+    assert found.log_evidence == pytest.approx(np.log(integral), abs=1e-6)
+
+
+@pytest.mark.parametrize(("low", "high"), [(-5.0, 5.0), (0.01, 3.0), (-3.0, -0.2)])
+def test_an_effect_alone_weighs_as_much_as_the_integral_over_its_plausible_sizes(low: float, high: float) -> None:
+    column, residual = np.array([1.0, -2.0, 0.5]), np.array([1.0, -1.0, 1.0])
+    every = np.stack([column, residual])
+    sizes = np.linspace(low, high, 60_001)
+    fall = -0.5 * ((residual[:, None] - column[:, None] * sizes) ** 2).sum(axis=0) + 0.5 * residual @ residual
+    integrals = []
+    for scale in THRESHOLDS.size_scales:
+        prior = np.exp(-0.5 * (sizes / scale) ** 2)
+        integrals.append(np.trapezoid(prior * np.exp(fall), sizes) / np.trapezoid(prior, sizes))
+    found = weigh(Evidence(every @ every.T), [[0]], [Prior(*np.array([[1.0], [low], [high]]))])
+    assert found.log_evidence == pytest.approx(np.log(np.mean(integrals)), abs=1e-4)
+
+
+def test_columns_eliminated_first_give_the_same_evidence_as_all_together() -> None:
+    every = np.random.default_rng(3).normal(size=(5, 9))
+    evidence, deviations = Evidence(every @ every.T), np.array([0.5, 2.0, 1.0, 0.3])
+    rest, first = evidence.given([1, 3], deviations[[1, 3]], [0, 2])
+    together = evidence.of(range(4), deviations).log_evidence
+    assert first + rest.of([0, 1], deviations[[0, 2]]).log_evidence == pytest.approx(together, abs=1e-9)
+
+
+def test_the_probabilities_sum_to_one_and_none_is_likely_without_a_gap() -> None:
+    posterior = explained({LAG: AXES[0], LATE: AXES[1]}, np.zeros(6))
+    assert total(posterior) == pytest.approx(1.0)
+    assert posterior.none + sum(p for causes, p in posterior.of_sets().items() if causes) == pytest.approx(1.0)
+    assert posterior.log_bayes_factor < 0.0
+    assert answer_of(posterior).kind == "no_gap"
+
+
+def test_a_cause_is_named_and_two_that_act_together_are() -> None:
+    along = {LAG: AXES[0], LATE: AXES[1], POD: AXES[2]}
+    assert answer_of(explained(along, AXES[1])).groups == (("gps_latency",),)
+    both = answer_of(explained(along, AXES[1] + AXES[2]))
+    assert sorted(both.groups) == [("belly_pod",), ("gps_latency",)]
+    assert both.kind == "named"
+
+
+def test_causes_that_act_alike_are_a_set() -> None:
+    alike = AXES[0] + np.array([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])
+    answer = answer_of(explained({LAG: AXES[0], LATE: alike, POD: AXES[2]}, AXES[0]))
+    assert answer.kind == "one_of"
+    assert [set(group) for group in answer.groups] == [{"pitot_lag", "gps_latency"}]
+    assert answer.others("pitot_lag") == ("gps_latency",)
+
+
+def test_a_size_that_cannot_be_excludes_its_cause() -> None:
+    """A lag is never negative; a latency that fits as badly as the lag fits well is then the answer."""
+    answer = answer_of(explained({LAG: -AXES[0], POD: AXES[0] + AXES[1] / 20.0}, AXES[0]))
+    assert answer.groups == (("belly_pod",),)
+
+
+def test_a_cause_is_named_in_the_form_that_fits() -> None:
+    creep, plain = ("creep", "fraction"), ("hysteresis", "width_pa")
+    for share, form in ((0.5, "creep"), (1.0, "hysteresis")):
+        mixed = AXES[0] * share + AXES[1] * np.sqrt(1.0 - share**2)
+        answer = answer_of(explained({creep: AXES[0], plain: mixed, POD: AXES[2]}, AXES[0]))
+        assert answer.groups == (("hysteresis",),)
+        assert answer.effects == (form,)
+
+
+def test_two_logs_name_what_neither_can_and_one_that_contradicts_takes_it_back() -> None:
+    one = log_of({LAG: AXES[0], LATE: AXES[0] + AXES[3] / 40.0}, AXES[0] / 4.0)
+    other = log_of({LAG: AXES[0], LATE: AXES[1]}, AXES[0] / 4.0)
+    silent = log_of({LAG: AXES[0], LATE: AXES[0]}, np.zeros(6))
+    assert answer_of(posterior_of([one])).kind == "one_of"  # type: ignore[list-item]
+    assert answer_of(posterior_of([one, other])).groups == (("pitot_lag",),)  # type: ignore[list-item]
+    size = posterior_of([one, silent]).weights[0].explained.weighed.sizes  # type: ignore[list-item]
+    assert not len(size) or abs(size[0]) < 0.15 * EFFECTS["pitot_lag"].parameter("lag_s").typical
+
+
+def test_no_log_is_refused() -> None:
+    with pytest.raises(ValueError, match="no log"):
+        posterior_of([])
+
+
+def test_the_order_of_the_channels_does_not_matter(sensed) -> None:
+    few = EFFECTS.__class__("effect", {n: EFFECTS[n] for n in ("pitot_lag", "gps_latency", "wind_drift")})
+    layout = lay_out(sensed("gps_latency", das="50/50"), None, AnalysisSetting(day_known=True), few)
+    noise = noise_of_log(layout)
+    wander = dict.fromkeys(noise.names, 0.5)
+    order = np.argsort(noise.names)[::-1]
+    turned, noise_turned = _turned(layout, noise, order)
+    found = [posterior_of([LogEvidence(*each, wander)]) for each in ((layout, noise), (turned, noise_turned))]
+    first, second = (each.of_sets() for each in found)
+    assert {k: first[k] for k in first if first[k] > 1e-6} == pytest.approx(
+        {k: second[k] for k in first if first[k] > 1e-6}, rel=1e-5
+    )
+    assert found[0].log_bayes_factor == pytest.approx(found[1].log_bayes_factor, rel=1e-7)
+
+
+def _turned(layout: Layout, noise: NoiseModel, order: Array) -> tuple[Layout, NoiseModel]:
+    """The same log and noise with the channels in another order."""
+    names = tuple(noise.names[i] for i in order)
+    residuals = layout.residuals
+    count = layout.shapes.shape[1]
+    cells = tuple(c for i in order for c in layout.cells[count * i : count * (i + 1)])
+    turned = replace(
+        layout,
+        residuals=replace(
+            residuals, names=names, values=residuals.values[:, order], slack=residuals.slack[:, order]
+        ),
+        free=replace(layout.free, columns=layout.free.columns[:, order]),
+        signatures=tuple(replace(s, column=s.column[:, order]) for s in layout.signatures),
+        cells=cells,
+    )
+    correlation = noise.correlation[np.ix_(order, order)]
+    return turned, NoiseModel(names, noise.coefficients[order], noise.deviations[order], correlation)

@@ -40,7 +40,8 @@ def flight_panels(flight: Flight, tolerances: Mapping[str, float]) -> list[Panel
         _History("Power", "manifold pressure, left", "manifold_pressure_left", "inHg", INCH_OF_MERCURY),
     )
     track = panel("Ground track", lambda axes: draw_track(axes, flight), size=NARROW, aside=_ASIDE)
-    return [track, *(_history_panel(flight, each, tolerances.get(each.channel, 0.0)) for each in channels)]
+    served = [each for each in channels if each.channel in flight.channels]  # an electric motor has no manifold
+    return [track, *(_history_panel(flight, each, tolerances.get(each.channel, 0.0)) for each in served)]
 
 
 def _history_panel(flight: Flight, history: _History, tolerance: float) -> Panel:

@@ -45,7 +45,8 @@ def set_margins(figure: Figure, every: Sequence[Axes], legend_rows: int, aside: 
     top = _EDGE + _legend_height(legend_rows) + _GAP
     frame = _Frame((width, height), top, tuple(_below(axes) for axes in every), _POINTS * aside)
     # The ticks of x need no width and those of y no left margin, except where both axes have one scale.
-    left, right = _FIRST_LEFT, _EDGE + 0.5 * max(_widest(axes.xaxis) for axes in every)
+    size = _points(mpl.rcParams["xtick.labelsize"])
+    left, right = _FIRST_LEFT, _EDGE + 0.5 * max(_widest(axes.xaxis, size) for axes in every)
     frame.place(every, left, right)
     for axes in every:
         axes.apply_aspect()
@@ -54,7 +55,7 @@ def set_margins(figure: Figure, every: Sequence[Axes], legend_rows: int, aside: 
 
 def columns_that_fit(names: Sequence[str], width: float, most: int) -> int:
     """Return how many columns of a legend fit into a width [in]: from one to `most`."""
-    rc, size = mpl.rcParams, _size("legend.fontsize")
+    rc, size = mpl.rcParams, _points(mpl.rcParams["legend.fontsize"])
     handle = size * (rc["legend.handlelength"] + rc["legend.handletextpad"])
     widths = np.array([handle + _text_width(name, size) for name in names])
     for columns in range(min(most, len(names)), 1, -1):
@@ -67,33 +68,33 @@ def columns_that_fit(names: Sequence[str], width: float, most: int) -> int:
 
 
 def _legend_height(rows: int) -> float:
-    rc, size = mpl.rcParams, _size("legend.fontsize")
+    rc, size = mpl.rcParams, _points(mpl.rcParams["legend.fontsize"])
     between = rc["legend.labelspacing"] * (rows - 1)
     return size * float(_LINE * rows + between + 2.0 * rc["legend.borderpad"]) if rows else 0.0
 
 
 def _below(axes: Axes) -> float:
     """Return the height of the ticks, their words and the label below axes [pt]."""
+    rc = mpl.rcParams
     lines = max((word.count("\n") + 1 for word in _words(axes.xaxis)), default=0)
-    return _ticks("xtick") + lines * _LINE * _size("xtick.labelsize") + _label(axes.xaxis)
+    words = lines * _LINE * _points(rc["xtick.labelsize"])
+    return float(rc["xtick.major.size"] + rc["xtick.major.pad"]) + words + _label(axes.xaxis)
 
 
 def _beside(axes: Axes) -> float:
     """Return the width of the ticks, their words and the label left of axes [pt]."""
-    return _ticks("ytick") + _widest(axes.yaxis) + _label(axes.yaxis)
-
-
-def _ticks(kind: str) -> float:
-    return float(mpl.rcParams[f"{kind}.major.size"] + mpl.rcParams[f"{kind}.major.pad"])
+    rc = mpl.rcParams
+    words = _widest(axes.yaxis, _points(rc["ytick.labelsize"]))
+    return float(rc["ytick.major.size"] + rc["ytick.major.pad"]) + words + _label(axes.yaxis)
 
 
 def _label(axis: Axis) -> float:
-    lines = axis.get_label_text().count("\n") + 1
-    return lines * _LINE * _size("axes.labelsize") + float(axis.labelpad) if axis.get_label_text() else 0.0
+    text = axis.get_label_text()
+    lines = text.count("\n") + 1
+    return lines * _LINE * _points(mpl.rcParams["axes.labelsize"]) + float(axis.labelpad) if text else 0.0
 
 
-def _widest(axis: Axis) -> float:
-    size = _size(f"{axis.axis_name}tick.labelsize")
+def _widest(axis: Axis, size: float) -> float:
     return max((_text_width(line, size) for word in _words(axis) for line in word.split("\n")), default=0.0)
 
 
@@ -104,8 +105,9 @@ def _words(axis: Axis) -> list[str]:
     return axis.get_major_formatter().format_ticks(ticks)
 
 
-def _size(name: str) -> float:
-    return FontProperties(size=mpl.rcParams[name]).get_size_in_points()
+def _points(size: float | str) -> float:
+    """Return a font size, which may be a word such as `medium`, in points."""
+    return FontProperties(size=size).get_size_in_points()
 
 
 def _text_width(text: str, size: float) -> float:

@@ -106,8 +106,13 @@ def stacked(
         # Texts at data reach beyond the axes by as much as only a drawing tells. A text aside has its room.
         free = any(axes.texts for axes in every) and not aside
         if named:
-            place = "outside upper left" if free else "upper left"
-            figure.legend(list(named.values()), list(named), loc=place, ncols=columns, borderaxespad=0.1)
+            figure.legend(
+                list(named.values()),
+                list(named),
+                loc="outside upper left" if free else "upper left",
+                ncols=columns,
+                borderaxespad=0.1,
+            )
         if free:
             figure.set_layout_engine("constrained")
         else:

@@ -50,7 +50,9 @@ def linearize(aircraft: HeldAircraft, trim: Trim) -> Linear:
         for sign in (1.0, -1.0):
             state = replace(base, **{name: getattr(base, name) + sign * STEPS[name]})
             found = aircraft.accelerations(state)
-            sides.append((found.normal(state.alpha) / trim.speed, found.q, found.v / trim.speed, found.p, found.r))
+            sides.append(
+                (found.normal(state.alpha) / trim.speed, found.q, found.v / trim.speed, found.p, found.r)
+            )
         return (np.array(sides[0]) - np.array(sides[1])) / (2.0 * STEPS[name])
 
     pitch = np.stack([by(name)[:2] for name in ("alpha", "pitch_rate", "elevator")], axis=1)

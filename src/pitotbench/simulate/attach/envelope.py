@@ -137,9 +137,7 @@ def _newton(aircraft: HeldAircraft, state: State, now: Array) -> Array:
         replace(state, alpha=state.alpha + steps[0]),
         replace(state, elevator=state.elevator + steps[1]),
     )
-    slopes = np.stack(
-        [(_residual(aircraft, each)[:2] - now[:2]) / step for each, step in zip(changed, steps)], axis=1
-    )
+    slopes = np.stack([(_residual(aircraft, each)[:2] - now[:2]) / step for each, step in zip(changed, steps)], axis=1)
     if abs(np.linalg.det(slopes)) < 1e-9:
         raise SimulationError(f"{aircraft.name}: the elevator does nothing at {state.speed / KNOT:.0f} kt (true)")
     change = -np.linalg.solve(slopes, now[:2])
@@ -201,7 +199,5 @@ def _fastest(aircraft: HeldAircraft, stall: float) -> tuple[float, bool]:
             step = step**0.5
         speed *= step
     if not best:
-        raise SimulationError(
-            f"{aircraft.name}: full power does not hold level flight at 1.2 times the stall speed"
-        )
+        raise SimulationError(f"{aircraft.name}: full power does not hold level flight at 1.2 times the stall speed")
     return best, False

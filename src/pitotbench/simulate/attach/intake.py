@@ -135,9 +135,7 @@ class _Taking:
     def _find(self, name: str, places: tuple[Path, ...]) -> Path:
         name = name.strip()
         if not NAME.fullmatch(name) or ".." in name:
-            raise BadInputError(
-                f"the aircraft names the file {_short(name)!r}: a plain file name is allowed, no path"
-            )
+            raise BadInputError(f"the aircraft names the file {_short(name)!r}: a plain file name is allowed, no path")
         name = name if name.endswith(".xml") else f"{name}.xml"
         for place in places:
             file = (place / name).resolve()

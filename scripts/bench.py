@@ -1,27 +1,33 @@
 """Print, in one run, how fast the bench is: ratios to what the same work costs without it.
 
     python scripts/bench.py
+    python scripts/bench.py --against ../older/src     # campaigns of an older checkout in turn with this one
 
-CPU seconds of one thread, the least of several tries. The last line is wall time with all processes.
+CPU seconds of one thread, the least of several tries.
 """
 
+import argparse
+from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from time import perf_counter
 
-from pitotbench.cli import main as pitotbench
+from pitotbench.evidence.speed.commands import campaign_lines, start_lines
 from pitotbench.evidence.speed.ratios import ratio_lines
-
-EVERYTHING = ["campaign", "--maneuver", "all", "--das", "all", "--model", "all", "--out"]
 
 
 def main() -> None:
-    for line in ratio_lines():
-        print(line, flush=True)
-    with TemporaryDirectory() as folder:
-        begun = perf_counter()
-        pitotbench([*EVERYTHING, str(Path(folder, "all"))])
-        print(f"--maneuver all --das all --model all, one seed     {perf_counter() - begun:10.1f} s (limit 20 s)")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--against", type=Path, help="the src folder of an older checkout")
+    parser.add_argument("--only", choices=("starts", "ratios", "campaigns"), help="a part of the figures")
+    options = parser.parse_args()
+    parts: dict[str, Iterator[str]] = {
+        "starts": start_lines(),
+        "ratios": ratio_lines(),
+        "campaigns": campaign_lines(options.against and options.against.resolve()),
+    }
+    for name, lines in parts.items():
+        if options.only in (None, name):
+            for line in lines:
+                print(line, flush=True)
 
 
 if __name__ == "__main__":

@@ -43,6 +43,14 @@ def test_folder_holds_logs_cases_and_a_page(small):
     assert "src=" not in page
 
 
+def test_without_a_report_the_results_are_the_same_and_no_page_is_written(small, tmp_path):
+    request, result = small
+    again = run_campaign(replace(request, out=tmp_path / "plain", seeds=1, report=False))
+    first = result.table[result.table["seed"] == 1].reset_index(drop=True)
+    pd.testing.assert_frame_equal(first, again.table, check_exact=True)
+    assert not (again.folder / "report.html").exists()
+
+
 @pytest.mark.parametrize("jobs", [2])
 def test_processes_change_nothing(small, tmp_path, jobs):
     request, result = small

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import trajectories as fixture
 
+from pitotbench.calibrate.model import prediction
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.rows.observations import observe
@@ -59,3 +60,14 @@ def test_static_source_error_moves_the_static_pressure(calm):
     true_static = calm.static_pressure / (1.0 + f * ratio)
     total = true_static * (1.0 + ratio)
     np.testing.assert_allclose(here.indicated, total - calm.static_pressure, rtol=1e-9)
+
+
+@pytest.mark.parametrize("static_error", [False, True])
+def test_the_size_of_a_block_does_not_matter(calm, monkeypatch, static_error):
+    """Blocks that stopped their Newton steps one by one would differ by the last step, some 1e-10."""
+    model = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE, static_error, wind_down=True)
+    whole = model.predict(theta_for(model), calm)
+    monkeypatch.setattr(prediction, "_BLOCK", 64)
+    parts = model.predict(theta_for(model), calm)
+    for name in ("indicated", "jacobian", "impact_pressure", "true_airspeed", "slope"):
+        np.testing.assert_allclose(getattr(parts, name), getattr(whole, name), rtol=1e-13, atol=0.0)

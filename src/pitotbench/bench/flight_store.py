@@ -17,12 +17,10 @@ from pitotbench.records.case import Case
 from pitotbench.records.case_file import case_table
 from pitotbench.records.flight import Flight
 from pitotbench.records.toml_text import write_toml
+from pitotbench.sense import CALIBRATION_CHANNELS
 from pitotbench.simulate import fly
 
-_CHANNELS = (
-    "time", "total_pressure", "static_pressure", "air_temperature", "altitude",
-    "velocity_north", "velocity_east", "velocity_down",
-)  # fmt: skip
+_CHANNELS = ("time", *CALIBRATION_CHANNELS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +34,7 @@ class FlightStore:
         path = self.folder / f"{case.maneuver}-{case.truth_seed}-{_digest(case)}.npz"
         if path.exists():
             return _read(path, case)
-        flight = fly(case)
+        flight = fly(case, channels=CALIBRATION_CHANNELS)
         self._keep(flight, path)
         return flight
 

@@ -70,6 +70,7 @@ def add_running(parser: argparse.ArgumentParser) -> None:
     flag(
         "--keep-logs", default="all", help="none, failed (logs that could not be calibrated) or all (default: all)"
     )
+    flag("--no-report", action="store_true", help="write tables and logs, but no page")
     flag("--retry-failed", action="store_true", help="fly the flights again that are stored as failed")
     flag("--progress", default="auto", help="bar, lines (one a minute), json, none or auto (default: auto)")
     flag("--dry-run", action="store_true", help="print what would be flown, the minutes and the bytes; fly nothing")
@@ -96,7 +97,8 @@ def run(options: argparse.Namespace) -> int:
     if result.found:
         console.print(outside(f"flights: {result.found:,} found in the store, {result.flown:,} flown"))
     console.print(outside(f"results: {result.folder / RESULTS}"))
-    console.print(outside(f"report:  {result.folder / 'report.html'}"))
+    if not options.no_report:
+        console.print(outside(f"report:  {result.folder / 'report.html'}"))
     return NO_ANSWER if result.failures else DONE
 
 
@@ -136,6 +138,7 @@ def request_of(options: argparse.Namespace) -> "CampaignRequest":
         keep_logs=options.keep_logs,
         retry_failed=options.retry_failed,
         progress=options.progress,
+        report=not options.no_report,
     )
 
 

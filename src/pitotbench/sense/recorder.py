@@ -35,6 +35,12 @@ from pitotbench.units import Array
 TRUTH_FIELDS = ("pressure_error", "wind", "effects")  # of a Case: what the calibrator is to find, so not in a log
 # The simulated sensors have noise, resolution and effects, but no constant error beside those: 2σ of each.
 EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}
+# What a flight has to hold: for a calibration, and for a log with every column.
+CALIBRATION_CHANNELS = (
+    "total_pressure", "static_pressure", "air_temperature", "altitude",
+    "velocity_north", "velocity_east", "velocity_down",
+)  # fmt: skip
+LOG_CHANNELS = tuple(dict.fromkeys((*CALIBRATION_CHANNELS, *(channel.name for channel in PLAIN))))
 _FULL_TURN = 2.0 * np.pi
 
 

@@ -1,17 +1,20 @@
 """Cautions about a campaign's results: rules of the domain, applied to its numbers."""
 
 from collections.abc import Iterator, Sequence
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from pitotbench.show.short_answer import ShortAnswer
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _OFTEN_OUTSIDE = 0.7  # share inside ±2σ: a model below it cannot take the shape of the true curve
 
 
-def remarks(results: pd.DataFrame, answers: Sequence[ShortAnswer]) -> list[str]:
-    """Sentences for the top of a page, the most important first."""
-    return [*_warnings(answers), *_ranking(results), *_shapes(results)]
+def remarks(results: "pd.DataFrame | None", answers: Sequence[ShortAnswer]) -> list[str]:
+    """Sentences for the top of a page, the most important first. `results` is None for measured logs."""
+    of_results = [] if results is None else [*_ranking(results), *_shapes(results)]
+    return [*_warnings(answers), *of_results]
 
 
 def _warnings(answers: Sequence[ShortAnswer]) -> Iterator[str]:
@@ -21,7 +24,7 @@ def _warnings(answers: Sequence[ShortAnswer]) -> Iterator[str]:
         yield f"{subjects}: {text}."
 
 
-def _ranking(results: pd.DataFrame) -> Iterator[str]:
+def _ranking(results: "pd.DataFrame") -> Iterator[str]:
     """A small residual does not mean a small bound of the curve."""
     if not len(results):
         return
@@ -38,7 +41,7 @@ def _ranking(results: pd.DataFrame) -> Iterator[str]:
         )
 
 
-def _shapes(results: pd.DataFrame) -> Iterator[str]:
+def _shapes(results: "pd.DataFrame") -> Iterator[str]:
     """A bound holds only where the model can take the shape of the true curve."""
     if not len(results):
         return
@@ -56,5 +59,5 @@ def _words(pair: object) -> str:
     return f"{str(maneuver).replace('_', ' ').capitalize()} at {das} Hz"
 
 
-def _at(table: pd.DataFrame, row: object, column: str) -> str:
+def _at(table: "pd.DataFrame", row: object, column: str) -> str:
     return f"{float(table[column].to_dict()[row]):.2f} kt"

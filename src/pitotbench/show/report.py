@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from pitotbench.show.campaign_table import campaign_html
 from pitotbench.show.columns import Column, html_table
@@ -13,6 +12,9 @@ from pitotbench.show.remarks import remarks
 from pitotbench.show.section import Section
 from pitotbench.show.short_answer import ShortAnswer
 from pitotbench.show.summary import summary_panels
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _MOST_NAMED = 2  # maneuvers that fit into a title
 
@@ -37,7 +39,7 @@ ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
 
 
 def campaign_page(
-    subtitle: str, results: pd.DataFrame, sections: Sequence[Section], failures: Sequence[str], case: str
+    subtitle: str, results: "pd.DataFrame", sections: Sequence[Section], failures: Sequence[str], case: str
 ) -> str:
     """The HTML of a campaign: the short answer, tables, summary pictures, a section a maneuver and data system.
 
@@ -62,7 +64,7 @@ def log_page(title: str, sections: Sequence[Section]) -> str:
     """The HTML of calibrated logs; the line below the title says whether they were measured or simulated."""
     origins = " and ".join(dict.fromkeys(section.group for section in sections))
     subtitle = f"From {origins}" if len(sections) > 1 else f"From a {origins.removesuffix('s')}"
-    notes = remarks(pd.DataFrame(), _several(sections))
+    notes = remarks(None, _several(sections))
     return _page(title=title, subtitle=subtitle, sections=sections, notes=notes)
 
 
@@ -71,7 +73,7 @@ def _several(sections: Sequence[Section]) -> list[ShortAnswer]:
     return [section.answer for section in sections] if len(sections) > 1 else []
 
 
-def _flown(results: pd.DataFrame) -> str:
+def _flown(results: "pd.DataFrame") -> str:
     names = [str(name).replace("_", " ") for name in results["maneuver"].unique()]
     return " and ".join(names) if len(names) <= _MOST_NAMED else f"{len(names)} maneuvers"
 

@@ -13,6 +13,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pitotbench.show.margins import columns_that_fit, set_margins
+from pitotbench.show.reused_figure import reused_figure
 from pitotbench.timeline import pauses
 from pitotbench.units import Array
 
@@ -67,9 +69,13 @@ def panel(
     note: str = "",
     size: tuple[float, float] = WIDE,
     legend_columns: int = 3,
+    aside: float = 0.0,
 ) -> Panel:
-    """A panel of a size [in] with the axes that `draw` fills; labeled artists go to a legend above the data."""
-    with drawn(draw, size, legend_columns) as figure:
+    """A panel of a size [in] with the axes that `draw` fills; labeled artists go to a legend above the data.
+
+    `aside` [in] stays free right of the axes.
+    """
+    with stacked([draw], size, legend_columns, aside) as figure:
         return Panel(title, svg(figure, title), note)
 
 
@@ -82,24 +88,35 @@ def drawn(draw: Callable[[Axes], None], size: tuple[float, float], legend_column
 
 @contextmanager
 def stacked(
-    draws: Sequence[Callable[[Axes], None]], size: tuple[float, float], legend_columns: int
+    draws: Sequence[Callable[[Axes], None]],
+    size: tuple[float, float],
+    legend_columns: int,
+    aside: float = 0.0,
 ) -> Iterator[Figure]:
     """The figure of several axes, one below the other, with one range of x and one legend without repetitions."""
-    with canvas(len(draws), 1, *size) as (figure, every):
+    with mpl.rc_context(_SHEET), reused_figure(len(draws), size) as (figure, every):  # type: ignore[arg-type]
         named: dict[str, Artist] = {}
         for draw, axes in zip(draws, every, strict=True):
             draw(axes)
-            axes.set_xlim(every[0].get_xlim())
+            if axes is not every[0]:
+                axes.set_xlim(every[0].get_xlim())
             handles, labels = axes.get_legend_handles_labels()
             named |= {label: handle for handle, label in zip(handles, labels, strict=True) if label not in named}
+        columns = columns_that_fit(list(named), size[0], legend_columns)
+        # Texts at data reach beyond the axes by as much as only a drawing tells. A text aside has its room.
+        free = any(axes.texts for axes in every) and not aside
         if named:
             figure.legend(
-                handles=list(named.values()),
-                labels=list(named),
-                loc="outside upper left",
-                ncols=legend_columns,
+                list(named.values()),
+                list(named),
+                loc="outside upper left" if free else "upper left",
+                ncols=columns,
                 borderaxespad=0.1,
             )
+        if free:
+            figure.set_layout_engine("constrained")
+        else:
+            set_margins(figure, every, -(-len(named) // columns), aside)
         yield figure
 
 

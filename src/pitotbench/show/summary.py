@@ -1,18 +1,22 @@
 """Pictures of a campaign: its maneuvers compared, by data system and by model."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 
 from pitotbench.show.campaign_table import campaign_table
 from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, Panel, panel
 from pitotbench.units import Array
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 _COLORS = (BLUE, SKY, GREEN, ORANGE, PURPLE, RED, GREY)
 _BARS = 0.8  # share of a maneuver's place that bars fill
 
 
-def summary_panels(results: pd.DataFrame) -> list[Panel]:
+def summary_panels(results: "pd.DataFrame") -> list[Panel]:
     """2σ of the residual, the bound of the curve with the true error, and the models where several were fitted."""
     table = campaign_table(results)
     models = list(table["model"].unique())
@@ -45,7 +49,7 @@ def summary_panels(results: pd.DataFrame) -> list[Panel]:
     return panels
 
 
-def draw_summary_bars(axes: Axes, table: pd.DataFrame, kind: str, column: str, label: str) -> None:
+def draw_summary_bars(axes: Axes, table: "pd.DataFrame", kind: str, column: str, label: str) -> None:
     """Draw one column of the campaign's table: a group of bars a maneuver, a bar a `kind` (das or model)."""
     maneuvers = list(table["maneuver"].unique())
     kinds = list(table[kind].unique())
@@ -59,7 +63,7 @@ def draw_summary_bars(axes: Axes, table: pd.DataFrame, kind: str, column: str, l
     axes.grid(axis="x", visible=False)
 
 
-def draw_knowledge(axes: Axes, table: pd.DataFrame) -> None:
+def draw_knowledge(axes: Axes, table: "pd.DataFrame") -> None:
     """Draw the mean bound of the curve as bars, and twice the true rms error as marks on them."""
     draw_summary_bars(axes, table, "das", "two_sigma_kt", "mean ±2σ of the curve [kt]")
     maneuvers = list(table["maneuver"].unique())

@@ -1,20 +1,32 @@
 """Record every channel at the simulator's rate: one packed row a step, converted to SI block by block."""
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from operator import call
 
 import numpy as np
 
 from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.properties import Property
+from pitotbench.simulate.properties import CHANNELS, PROPERTIES, Property
 from pitotbench.units import Array
 
 BLOCK = 1000  # rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
+_ALWAYS = ("time", "mass")  # the mass divides the forces
+
+
+def lines_of(names: Collection[str] | None) -> tuple[Property, ...]:
+    """Return the lines of the table for some channels, with time and mass; all for None.
+
+    Raises UnknownNameError for a name that is not in the table.
+    """
+    if names is None:
+        return CHANNELS
+    wanted = {PROPERTIES[name].name for name in (*_ALWAYS, *names)}
+    return tuple(line for line in CHANNELS if line.name in wanted)
 
 
 class Recorder:
-    """Run a plant and keep every channel of the table at every step.
+    """Run a plant and keep channels of the table, by default all that its aircraft serves, at every step.
 
     Rows are packed into one buffer that is used again and again. This costs a quarter of the time of a bare step
     of JSBSim; assigning each row to an array costs a third.
@@ -28,6 +40,7 @@ class Recorder:
         self._rows = np.empty((BLOCK, len(channels)))
         self._row_size = self._rows.strides[0]
         self._reads = [plant.getter(line.name)[0] for line in channels]
+        self._read_row = plant.batch_reader([line.name for line in channels])
         self._pack = struct.Struct(f"{len(channels)}d").pack_into
         self._end = 0
         self._blocks: list[Array] = []
@@ -35,6 +48,7 @@ class Recorder:
     def advance(self, steps: int) -> None:
         """Run the plant a number of steps and record after each. Raises SimulationError where JSBSim stops."""
         run, pack, rows, reads = self._plant.fdm.run, self._pack, self._rows.data, self._reads
+        read_row = self._read_row
         for count in _batches(steps, BLOCK):
             if self._end + count > BLOCK:
                 self._flush()
@@ -42,7 +56,10 @@ class Recorder:
             for row in range(first, first + count):
                 if not run():
                     raise self._plant.failure("JSBSim stopped")
-                pack(rows, row * self._row_size, *map(call, reads))
+                if read_row is None:
+                    pack(rows, row * self._row_size, *map(call, reads))
+                else:
+                    read_row(self._rows[row])
             self._end = first + count
 
     def _flush(self) -> None:

@@ -1,6 +1,6 @@
 """Fly one case and return the truth of the flight."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,22 +17,25 @@ from pitotbench.simulate.maneuvers.pilot import PILOTS
 from pitotbench.simulate.maneuvers.scaled_card import card_of
 from pitotbench.simulate.modified import mark_recording, overlay_of
 from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.recording import Recorder
+from pitotbench.simulate.recording import Recorder, lines_of
 from pitotbench.units import Booleans
 
 Progress = Callable[[float, str], None]
 
 
-def fly(case: Case, progress: Progress | None = None) -> Flight:
+def fly(case: Case, progress: Progress | None = None, channels: Collection[str] | None = None) -> Flight:
     """Fly the maneuver of a case and return the truth at 100 Hz.
 
     One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's; it jumps where
     a set-up between speeds was flown unrecorded. `progress(seconds, label)` is called as each segment begins.
+    `channels` names the channels to record beside the time, by default all: to read one costs 1 % of a step. The
+    flight itself does not depend on them. Channels that the aircraft does not serve are left out.
 
-    Raises UnknownNameError for an unknown aircraft, maneuver, card entry, turbulence, pilot or effect,
+    Raises UnknownNameError for an unknown channel, aircraft, maneuver, card entry, turbulence, pilot or effect,
     BadInputError for impossible parameters of an effect, SimulationError where the case cannot be flown.
     """
     # Names are looked up before the aircraft is loaded, so that a spelling mistake costs no time.
+    recorded = lines_of(channels)
     maneuver = MANEUVERS[case.maneuver]
     overlay = overlay_of(case)
     card = card_of(case)
@@ -44,7 +47,7 @@ def fly(case: Case, progress: Progress | None = None) -> Flight:
     # Truth seed: the same one drives the pilot and, through the air, the turbulence.
     targets = Targets(card.speeds[0], 0.0, case.altitude)
     cockpit = Cockpit(plant, card, targets, pilot(plant, case.truth_seed))
-    recorder, marks = Recorder(plant), Marks()
+    recorder, marks = Recorder(plant, [line for line in recorded if line in plant.channels]), Marks()
     _fly_card(maneuver, card, cockpit, recorder, marks, progress)
     return Flight(case, recorder.channels(), marks.segments(), marks.conditions())
 

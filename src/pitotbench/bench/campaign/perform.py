@@ -19,7 +19,10 @@ from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.records.score import Score
+from pitotbench.sense import LOG_CHANNELS
 from pitotbench.show.section import Section
+
+CHANNELS = (*LOG_CHANNELS, "position_north", "position_east", "calibrated_airspeed")  # logged and drawn
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +62,7 @@ class TaskOutcome:
 def perform_task(task: Task) -> TaskOutcome:
     """Fly one task, sense it, calibrate and score. This runs in any process, and writes no file that stays."""
     cpu, begun = time.process_time(), time.perf_counter()
-    flight = bench.fly(task.case)
+    flight = bench.fly(task.case, channels=CHANNELS)
     rows: list[Row] = []
     sections: list[Section] = []
     failures: list[str] = []

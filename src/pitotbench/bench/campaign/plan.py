@@ -57,8 +57,11 @@ class CampaignPlan:
         several = [name for name, values in self.grid.items() if len(values) > 1]
         return tuple(dict.fromkeys(name for name in (*listed, *several, *drawn) if name not in _NAMED))
 
-    def tasks(self, log_format: str = "parquet", keep_logs: str = "all") -> Iterator[Task]:
-        """Give the tasks one by one. Raises BadInputError or UnknownNameError for a case that cannot be."""
+    def tasks(self, log_format: str = "parquet", keep_logs: str = "all", report: bool = True) -> Iterator[Task]:
+        """Give the tasks one by one; for a report, some of them draw their figures.
+
+        Raises BadInputError or UnknownNameError for a case that cannot be.
+        """
         first = self.seeds[0] if self.seeds else None
         distinct = bool(self.varied or self.draws)
         for number, cell in enumerate(self.cells()):
@@ -70,7 +73,7 @@ class CampaignPlan:
                 key = content_key(digest, case)
                 # Names by content, where maneuver and seed alone do not tell the flights apart.
                 name = f"{case.maneuver}-seed{case.truth_seed}" + (f"-{key[:10]}" if distinct else "")
-                drawn = seed == first and number < _MOST_DRAWN
+                drawn = report and seed == first and number < _MOST_DRAWN
                 yield Task(name, key, case, systems, self.calibrations, log_format, keep_logs, draw=drawn)
 
     def cells(self) -> Iterator[Case]:

@@ -36,6 +36,7 @@ from pitotbench.records.errors import NoAnswerError
 
 GIGABYTE = 1_000_000_000
 MEMORY = 2.0  # GB that a flight may use; 0.3 GB are usual
+PAGE = "report.html"
 _LOOKED_AT = 20  # stored flights, of which the code is compared
 SECONDS = 900.0  # s that a flight may take; 1 to 10 s are usual
 
@@ -47,6 +48,7 @@ class CampaignRequest:
     `plan` is a file that says what is flown; without it the names do. `seeds` is a number, or a range such as
     `501-1000`. `shard` (k, n) flies the k-th of n parts. `time_limit` [s] and `memory_limit` [GB] are for a flight.
     `keep_logs` is `none`, `failed` or `all`. `retry_failed` flies failures again. `progress` is a style of `Watch`.
+    Without `report` nothing is drawn and no page is written.
     """
 
     maneuvers: str = ""
@@ -67,6 +69,7 @@ class CampaignRequest:
     keep_logs: str = "all"
     retry_failed: bool = False
     progress: str = "none"
+    report: bool = True
 
     def planned(self) -> CampaignPlan:
         """Return the plan. Raises BadInputError or UnknownNameError for a bad one."""
@@ -137,7 +140,7 @@ class _Campaign:
 
     def tasks(self) -> Iterator[Task]:
         """Give the tasks of this shard one by one."""
-        tasks = self.plan.tasks(self.request.log_format, self.request.keep_logs)
+        tasks = self.plan.tasks(self.request.log_format, self.request.keep_logs, self.request.report)
         return sharded(tasks, self.request.shard) if self.request.shard else tasks
 
     def wanted(self, document: Document, task: Task) -> bool:
@@ -175,7 +178,10 @@ class _Campaign:
         if self.request.keep_logs != "none":
             publish_files(folder, store, self.tasks())
         table = pd.read_parquet(folder / RESULTS)
-        write_text(folder / "report.html", self._page(table, found, failures))
+        if self.request.report:
+            write_text(folder / PAGE, self._page(table, found, failures))
+        else:
+            (folder / PAGE).unlink(missing_ok=True)  # that of an earlier run, which shows another table
         return CampaignResult(table, failures, folder, watch.found, watch.flown)
 
     def _page(self, table: pd.DataFrame, found: Gathered, failures: tuple[str, ...]) -> str:

@@ -16,9 +16,14 @@ from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast
+from pitotbench.sense import CALIBRATION_CHANNELS
 from pitotbench.timeline import gaps
 from pitotbench.units import Array, MetersPerSecond
 
+_CHANNELS = (
+    *CALIBRATION_CHANNELS, "true_airspeed", "wind_north", "wind_east", "wind_down", "roll", "position_north",
+    "position_east",
+)  # fmt: skip
 _KEPT_FLIGHTS = 16
 _FIRST_DRAW = 1
 
@@ -60,7 +65,7 @@ def smooth_flight(case: Case) -> Flight:
 
 @lru_cache(_KEPT_FLIGHTS)
 def _flown(case: str) -> Flight:
-    return bench.fly(read_case(case))
+    return bench.fly(read_case(case), channels=_CHANNELS)
 
 
 def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSecond:

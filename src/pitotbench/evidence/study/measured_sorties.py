@@ -10,10 +10,16 @@ from pitotbench.evidence.study.curve_points import curve_rows, data_rows, fixed_
 from pitotbench.evidence.study.looks import sense_look
 from pitotbench.evidence.study.measures import density_rows, fit, flight_row
 from pitotbench.evidence.study.settings import Sortie
+from pitotbench.evidence.study.workload import TRAVEL
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
+from pitotbench.sense import CALIBRATION_CHANNELS
 from pitotbench.units import NAUTICAL_MILE
 
+_CHANNELS = (
+    *CALIBRATION_CHANNELS, *TRAVEL, "position_north", "position_east", "calibrated_airspeed",
+    "roll", "pitch", "heading", "angle_of_attack", "sideslip",
+)  # fmt: skip
 _TRACK_POINTS = 800
 
 
@@ -32,7 +38,7 @@ class Measured:
 def measure_sortie(sortie: Sortie) -> Measured:
     """Fly, sense, fit and measure a sortie. Raises BadInputError where the case cannot be flown."""
     case = sortie.case
-    flight = bench.fly(case)
+    flight = bench.fly(case, channels=_CHANNELS)
     key: Row = {
         "setting": sortie.setting,
         "variant": sortie.variant,

@@ -1,0 +1,75 @@
+"""Measure the CPU time of whole commands in new processes, relative to JSBSim alone and to an older checkout."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
+from tempfile import TemporaryDirectory
+
+from pitotbench.evidence.speed.flight_overhead import RATE, bare_time
+from pitotbench.logbook import read_log
+from pitotbench.records.case_file import read_case
+
+HERE = Path(__file__).resolve().parents[3]  # the folder on Python's path that holds this package
+DEMO = ("campaign", "--maneuver", "step_decrease", "--das", "20/1")
+EVERYTHING = ("campaign", "--maneuver", "all", "--das", "all", "--model", "all")
+STARTS = {
+    "import numpy": ("-c", "import numpy"),
+    "import pitotbench": ("-c", "import pitotbench"),
+    "pitotbench --help": ("-m", "pitotbench", "--help"),
+    "pitotbench --version": ("-m", "pitotbench", "--version"),
+}
+_TRIES = 5
+
+
+def cpu_seconds(arguments: Sequence[str], source: Path = HERE) -> float:
+    """Return the CPU time [s] of a new Python process with these arguments, on one thread.
+
+    `source` is the folder of the package that it imports. Raises CalledProcessError where the process fails.
+    """
+    before = getrusage(RUSAGE_CHILDREN)
+    environment = {**os.environ, "PYTHONPATH": str(source), "OPENBLAS_NUM_THREADS": "1"}
+    subprocess.run([sys.executable, *arguments], env=environment, check=True, capture_output=True)
+    after = getrusage(RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def start_lines() -> Iterator[str]:
+    """Measure what it costs to start; yield a line for each command."""
+    for name, arguments in STARTS.items():
+        least = min(cpu_seconds(arguments) for _ in range(_TRIES))
+        yield f"{name:<54} {least:6.2f} s{'' if 'numpy' in name else ' (limit 0.30 s)'}"
+
+
+def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[str]:
+    """Measure the two campaigns of the README in one process each; yield a line for each.
+
+    `older` is the folder of the package of an older checkout, flown in turn with this one.
+    """
+    for name, arguments, limit in (("demo", DEMO, 3.5), ("everything, one seed", EVERYTHING, 2.2)):
+        with TemporaryDirectory() as folder:
+            # A folder a run: a campaign does not fly again what its folder holds.
+            command = ("-m", "pitotbench", *arguments, "--jobs", "1", "--out")
+            now, before = [], []
+            for pair in range(pairs):
+                before += [cpu_seconds((*command, f"{folder}/older{pair}"), older)] if older else []
+                now.append(cpu_seconds((*command, f"{folder}/out{pair}")))
+            bare = bare_loops(Path(folder, "out0"))
+        measured = f"{min(now):.1f} s / {bare:.2f} s"
+        yield f"{name + ', CPU / bare loops':<54} {min(now) / bare:6.2f}   (limit {limit:.2f}; {measured})"
+        if before:
+            ratio, then = min(before) / min(now), f"{min(before):.1f} s / {bare:.2f} s"
+            yield f"{name + ', CPU of the older checkout / this':<54} {ratio:6.2f}   ({then})"
+
+
+def bare_loops(results: Path) -> float:
+    """Return the CPU time [s] of bare JSBSim loops as long as the flights of a campaign's folder."""
+    total = 0.0
+    for file in sorted(results.glob("cases/*.toml")):
+        log = read_log(next(results.glob(f"logs/{file.stem}-*.parquet")))
+        case = replace(read_case(file), effects=())
+        total += min(bare_time(case, round(float(log.time[-1]) * RATE)) for _ in range(2))
+    return total

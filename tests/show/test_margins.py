@@ -1,0 +1,140 @@
+"""Pictures laid out without being drawn: nothing is cut or covered, and no picture leaves a trace in the next."""
+
+import numpy as np
+import pytest
+
+from pitotbench.show.margins import columns_that_fit
+from pitotbench.show.style import NARROW, WIDE, panel, stacked
+
+X = np.linspace(0.0, 9.7, 50)
+
+
+def plain(axes):
+    axes.plot(X, np.sin(X), label="curve")
+    axes.fill_between(X, np.sin(X) - 1.0, np.sin(X) + 1.0, label="±2σ")
+    axes.set(xlabel="indicated airspeed [kt]", ylabel="correction [kt]")
+
+
+def large_numbers(axes):
+    axes.plot(1e5 * X, -12345.6 * X, label="a name")
+    axes.set(xlabel="x", ylabel="y")
+
+
+def small_numbers(axes):
+    axes.plot(X, 1e-7 * np.sin(X))
+
+
+def named_bars(axes):
+    axes.bar([0, 1], [1.0, 2.0], label="first")
+    axes.set_xticks([0, 1], ["step\ndecrease", "a maneuver of\nthree\nlines"])
+    axes.grid(axis="x", visible=False)
+    axes.set_ylabel("2σ [kt]")
+
+
+def upside_down(axes):
+    axes.barh([0, 1], [10.0, 100.0])
+    axes.set_yticks([0, 1], ["as measured", "with a lag of the static line and a leak"])
+    axes.invert_yaxis()
+
+
+def logarithmic(axes):
+    axes.plot(X + 0.01, 1e4 * (X + 0.01) ** 3)
+    axes.set(xscale="log", yscale="log", xlabel="x", ylabel="y")
+    axes.set_xlim(0.5, 20.0)
+
+
+def one_scale(axes):
+    axes.plot(300.0 * X, 500.0 * X)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.2)
+    axes.set(xlabel="east", ylabel="north")
+
+
+def with_words(axes):
+    axes.plot(X, X, label="line")
+    axes.text(9.0, 5.0, "words that reach far beyond the axes")
+
+
+def many_names(axes):
+    for number, name in enumerate(
+        ("samples without the wind", "short", "±2σ of the curve", "limit of FAR 25.1323(c)")
+    ):
+        axes.plot(X, number * X, label=name)
+
+
+def errors(axes):
+    axes.errorbar([1.0, 2.0], [1.0, 2.0], yerr=[0.5, 0.5], fmt="o", capsize=2.0, label="points")
+    axes.axhline(0.0)
+    axes.set_ylim(bottom=0.0)
+
+
+DRAWS = [
+    plain,
+    large_numbers,
+    small_numbers,
+    named_bars,
+    upside_down,
+    logarithmic,
+    one_scale,
+    with_words,
+    many_names,
+    errors,
+]
+
+
+@pytest.mark.parametrize("size", [WIDE, NARROW])
+@pytest.mark.parametrize("draw", DRAWS)
+def test_nothing_is_cut_and_the_legend_covers_nothing(draw, size):
+    with stacked([draw], size, 3) as figure:
+        figure.draw_without_rendering()
+        box = figure.get_tightbbox()
+        assert box.x0 >= -0.01
+        assert box.y0 >= -0.01
+        assert box.x1 <= size[0] + 0.01
+        assert box.y1 <= size[1] + 0.01
+        (axes,) = figure.axes
+        for legend in figure.legends:
+            assert legend.get_window_extent().y0 >= axes.get_window_extent().y1
+
+
+def test_two_axes_leave_room_for_the_ticks_between_them():
+    with stacked([plain, large_numbers], (4.6, 4.4), 2) as figure:
+        figure.draw_without_rendering()
+        upper, lower = figure.axes
+        assert upper.get_tightbbox().y0 >= lower.get_window_extent().y1
+        assert upper.get_position().x0 == lower.get_position().x0
+        assert upper.get_xlim() == lower.get_xlim()
+
+
+def test_room_aside_stays_free():
+    with stacked([plain], WIDE, 3, aside=0.8) as figure:
+        assert figure.axes[0].get_window_extent().x1 <= (WIDE[0] - 0.8) * figure.dpi
+
+
+def test_a_picture_is_the_same_whatever_was_drawn_before_it(monkeypatch):
+    alone = []
+    for draw in DRAWS:
+        monkeypatch.setattr("pitotbench.show.reused_figure._kept", {})
+        alone.append(panel("a picture", draw))
+    assert [panel("a picture", draw) for draw in DRAWS] == alone
+    panel("a smaller picture", plain, size=NARROW)
+    assert [panel("a picture", draw) for draw in reversed(DRAWS)] == alone[::-1]
+
+
+def test_a_picture_that_failed_leaves_no_trace():
+    def fails(axes):
+        axes.plot(X, X)
+        raise ValueError("no picture")
+
+    alone = panel("a picture", plain)
+    with pytest.raises(ValueError, match="no picture"):
+        panel("a picture", fails)
+    assert panel("a picture", plain) == alone
+
+
+def test_long_names_take_fewer_columns():
+    names = ["a name of some length", "another name of some length", "one more name of some length"]
+    assert columns_that_fit(names, 20.0, 3) == 3
+    assert columns_that_fit(names, 7.0, 3) == 2
+    assert columns_that_fit(names, 1.0, 3) == 1
+    assert columns_that_fit([], 4.6, 3) == 1

@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
+from pitotbench.records.attached import Attached
 from pitotbench.records.case import Case
-from pitotbench.simulate.attach.record import Attached, read_record
+from pitotbench.simulate.attach.record import read_record
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.maneuvers import MANEUVERS
 from pitotbench.simulate.maneuvers.card import Card, override

@@ -1,4 +1,4 @@
-"""Check what can be flown with an aircraft: its speeds, the autopilot's step responses, every maneuver of the paper."""
+"""Check what can be flown with an aircraft: its speeds, the autopilot's step responses, the paper's maneuvers."""
 
 from collections.abc import Callable, Sequence
 

@@ -13,7 +13,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "aircraft", metavar="NAME|PATH", help="name in the hangar or in JSBSim's library; JSBSim file or its folder"
     )
-    parser.add_argument("--maneuver", default="all", help="maneuvers to fly, with commas (default: the paper's five)")
+    parser.add_argument(
+        "--maneuver", default="all", help="maneuvers to fly, with commas (default: the paper's five)"
+    )
     parser.add_argument("--seed", type=int, default=1, help="truth seed of the turbulence (default: %(default)s)")
     parser.add_argument("--report", type=Path, help="also write a page with pictures (HTML)")
 

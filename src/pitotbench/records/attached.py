@@ -39,8 +39,8 @@ class Attached:
 class StepResponse:
     """One step of the autopilot, flown in smooth air.
 
-    `time` [s] from the step, `change` of the quantity from its value before, in `unit`; `step` is the change asked
-    for. `overshoot` is a share of the step; `settled` [s] is the time after which the change stays within 10 % of it.
+    `time` [s] from the step, `change` of the quantity from its value before, in `unit`; `step` is the change
+    asked for. `overshoot` is a share of the step; `settled` [s] is the time after which it stays within 10 %.
     """
 
     quantity: str

@@ -41,7 +41,9 @@ def _found(found: Attached) -> list[str]:
         f"{found.fastest_kt:.0f} KCAS: both found by flying the model.",
     ]
     if found.missing:
-        sentences.append(f"Not recorded, because the model has no such channel: {', '.join(map(words, found.missing))}.")
+        sentences.append(
+            f"Not recorded, because the model has no such channel: {', '.join(map(words, found.missing))}."
+        )
     return sentences
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from pitotbench.records.attached import StepResponse
 from pitotbench.simulate.plant import Plant
-from pitotbench.units import DEGREE, FOOT, KNOT, Array, Meters
+from pitotbench.units import DEGREE, FOOT, KNOT, Array
 
 INTERVAL = 0.1  # s between samples
 BAND = 0.1  # of the step, within which a response has settled
@@ -14,7 +14,7 @@ BAND = 0.1  # of the step, within which a response has settled
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step of a quantity: the target that is set, the mode it needs, the change [SI], its unit, how long to look [s]."""
+    """A step of a quantity: the target to set, the mode it needs, the change [SI], its unit, how long to look [s]."""
 
     quantity: str
     target: str
@@ -32,7 +32,7 @@ STEPS = (
 )
 
 
-def step_responses(aircraft: str, airspeed: float, altitude: Meters) -> list[StepResponse]:
+def step_responses(aircraft: str, airspeed: float, altitude: float) -> list[StepResponse]:
     """Return the responses of an aircraft at a calibrated airspeed [m/s], each from level flight.
 
     The airspeed step goes down, so that it needs no power to spare.
@@ -41,10 +41,11 @@ def step_responses(aircraft: str, airspeed: float, altitude: Meters) -> list[Ste
     return [_flown(aircraft, airspeed, altitude, step) for step in STEPS]
 
 
-def _flown(aircraft: str, airspeed: float, altitude: Meters, step: Step) -> StepResponse:
+def _flown(aircraft: str, airspeed: float, altitude: float, step: Step) -> StepResponse:
     plant = Plant.load(aircraft)
     plant.start(altitude, airspeed)
-    start = {"altitude": altitude, "calibrated_airspeed": airspeed}.get(step.quantity, 0.0)
+    starts: dict[str, float] = {"altitude": altitude, "calibrated_airspeed": airspeed}
+    start = starts.get(step.quantity, 0.0)
     before = plant.get(step.quantity)
     change = -step.change if step.quantity == "calibrated_airspeed" else step.change
     plant.set(step.target, start + change)
@@ -60,7 +61,7 @@ def _flown(aircraft: str, airspeed: float, altitude: Meters, step: Step) -> Step
         step.unit,
         airspeed / KNOT,
         change / step.factor,
-        np.arange(len(values)) * INTERVAL,
+        np.linspace(0.0, step.seconds, len(values)),
         moved / step.factor,
         max(0.0, float((moved / wanted).max()) - 1.0),
         _settled(moved / wanted),

@@ -16,7 +16,6 @@ from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_of_table, case_table
 from pitotbench.records.errors import BadInputError
 from pitotbench.sense import SYSTEMS, data_system
-from pitotbench.simulate import MANEUVERS
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.maneuvers import maneuvers_named
 from pitotbench.simulate.maneuvers.scaled_card import card_of

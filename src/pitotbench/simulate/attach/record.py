@@ -4,6 +4,7 @@ import tomllib
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from pitotbench.records.attached import Attached
 from pitotbench.records.toml_text import write_toml
@@ -24,4 +25,5 @@ def read_record(folder: Path) -> Attached | None:
     if not file.is_file():
         return None
     table = tomllib.loads(file.read_text(encoding="utf-8"))
-    return Attached(**{k: tuple(v) if isinstance(v, list) else v for k, v in table.items()})
+    entries: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items()}
+    return Attached(**entries)

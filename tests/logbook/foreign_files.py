@@ -77,13 +77,9 @@ def kias(path: Path, flown: dict[str, Array]) -> Path:
 def g1000(path: Path, flown: dict[str, Array]) -> Path:
     """Garmin G1000: a line about the airframe, one of units, padded names and cells, blanks while it starts."""
     d = displayed(flown)
-    names = (
-        "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,    AltB, BaroA,  AltMSL,   OAT,    IAS, GndSpd,    VSpd,  Pitch,"
-    )
+    names = "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,    AltB, BaroA,  AltMSL,   OAT,    IAS, GndSpd,    VSpd,  Pitch,"
     names += "   Roll,   HDG,   TRK, volt1, E1 RPM, MagVar"
-    units = (
-        "#yyy-mm-dd, hh:mm:ss,   hh:mm,  ident, ft Baro,  inch,  ft msl, deg C,     kt,     kt,     fpm,    deg,"
-    )
+    units = "#yyy-mm-dd, hh:mm:ss,   hh:mm,  ident, ft Baro,  inch,  ft msl, deg C,     kt,     kt,     fpm,    deg,"
     units += "    deg,   deg,   deg, volts,    rpm,    deg"
     rows = []
     for i in range(ROWS):
@@ -96,9 +92,7 @@ def g1000(path: Path, flown: dict[str, Array]) -> Path:
             f"{(d['track'][i] - VARIATION) % 360.0:6.1f}", "  28.1", f"{2400 + i % 3:7.1f}", f"{VARIATION:7.1f}",
         ]  # fmt: skip
         rows.append([*cells[:7], *["       "] * 11] if i < 3 else cells)
-    return write_rows(
-        path, ['#airframe_info, log_version="1.00", airframe_name="C172"', units], names.split(","), rows
-    )
+    return write_rows(path, ['#airframe_info, log_version="1.00", airframe_name="C172"', units], names.split(","), rows)
 
 
 def g3x(path: Path, flown: dict[str, Array]) -> Path:
@@ -228,18 +222,7 @@ def dataflash(path: Path, flown: dict[str, Array]) -> Path:
         for sensor in (0, 1):
             parts.append(_message("ARSP", [us, sensor, 60.0, q / (1 + sensor), 31.0, q, 0.0, 1, 1, 0]))
         parts.append(_message("BARO", [us, 0, 0.0, p, 31.0, 0.0]))
-        fix = [
-            3,
-            1000 * i,
-            2300,
-            14,
-            0.7,
-            47.1,
-            8.5,
-            float(flown["altitude"][i]),
-            float(speed[i]),
-            float(course[i]),
-        ]
+        fix = [3, 1000 * i, 2300, 14, 0.7, 47.1, 8.5, float(flown["altitude"][i]), float(speed[i]), float(course[i])]
         parts.append(_message("GPS", [us, 0, *fix, float(flown["velocity_down"][i]), 0.0, 1]))
         parts.append(_message("ATT", [us, 0.0, 15.0, 0.0, 2.0, 0.0, float(flown["heading"][i] / DEGREE)]))
     path.write_bytes(b"".join(parts))

@@ -88,9 +88,7 @@ def test_mat_files_of_version_7_3(tmp_path):
         path = tmp_path / f"{name}.mat"
         with h5py.File(path, "w", userblock_size=512) as file:
             for column, values in canonical().items():
-                file.create_dataset(place + column, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_(
-                    "double"
-                )
+                file.create_dataset(place + column, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_("double")
             text = np.array([[ord(letter)] for letter in "title = 'a flight'"], dtype=np.uint16)
             file.create_dataset(place + "header", data=text).attrs["MATLAB_class"] = np.bytes_("char")
         log = read_log(path)
@@ -195,9 +193,7 @@ def test_a_clock_passes_midnight():
     np.testing.assert_allclose(np.diff(clock_seconds("t", times)), 60.0)
 
 
-@pytest.mark.parametrize(
-    "text", ["25:00:00", "14:61:00", "yesterday", "2026-13-40 10:00:00", "99/99/2026 10:00:00"]
-)
+@pytest.mark.parametrize("text", ["25:00:00", "14:61:00", "yesterday", "2026-13-40 10:00:00", "99/99/2026 10:00:00"])
 def test_no_clock_time(text):
     from pitotbench.logbook.clock import clock_seconds
 

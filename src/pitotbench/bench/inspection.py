@@ -29,10 +29,7 @@ _NEEDS = {  # question: what it needs beyond pressures and ground velocity, and 
         ("roll", "pitch", "heading", "angle_of_attack", "sideslip"),
         "attitude and flow angles",
     ),
-    "reconciliation with a model": (
-        ("roll", "pitch", "heading", *_FORCES, "mass"),
-        "attitude, specific forces and mass",
-    ),
+    "reconciliation with a model": (("roll", "pitch", "heading", *_FORCES, "mass"), "attitude, specific forces and mass"),
 }
 
 
@@ -99,9 +96,7 @@ def _wind(log: FlightLog, flying: Array) -> tuple[float, float]:
         # A weak prior keeps the wind small where one heading cannot tell it from an error of the airspeed.
         design = np.column_stack([through / ground[:, None], np.ones(len(ground))])
         normal = design.T @ design + 1e-3 * len(ground) * np.eye(3)
-        step = np.linalg.solve(
-            normal, design.T @ (ground - airspeed - bias) - 1e-3 * len(ground) * np.r_[wind, bias]
-        )
+        step = np.linalg.solve(normal, design.T @ (ground - airspeed - bias) - 1e-3 * len(ground) * np.r_[wind, bias])
         wind, bias = wind + step[:2], bias + float(step[2])
     return float(wind[0]), float(wind[1])
 
@@ -131,7 +126,5 @@ def _questions(log: FlightLog, determined: bool, refusal: str) -> tuple[Question
         found.append(Question("temperature", False, "no temperature: a standard day within 10 K is assumed"))
     for name, (needed, words) in _NEEDS.items():
         missing = [channel for channel in needed if getattr(log, channel) is None]
-        found.append(
-            Question(name, not missing, f"needs {words}; missing: {', '.join(missing)}" if missing else "")
-        )
+        found.append(Question(name, not missing, f"needs {words}; missing: {', '.join(missing)}" if missing else ""))
     return tuple(found)

@@ -13,9 +13,7 @@ _DAY = 86400.0  # s
 _MIDNIGHT = 0.5 * _DAY  # a clock without a date that runs back by more has passed midnight
 _YEAR_ONE = date(1970, 1, 1).toordinal()
 # An hour above 24 is IRIG's day of the year; the fraction may follow a point, a comma or a third colon.
-_TIME = re.compile(
-    r"(?:(\d{1,3}):)?(\d{1,2}):([0-5]?\d):([0-6]?\d(?:[.,]\d*)?)\s*([AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?"
-)
+_TIME = re.compile(r"(?:(\d{1,3}):)?(\d{1,2}):([0-5]?\d):([0-6]?\d(?:[.,]\d*)?)\s*([AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?")
 _MINUTES = re.compile(r"([0-5]?\d):([0-5]?\d(?:[.,]\d*)?)")
 _ISO_DATE = re.compile(r"(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})")
 _ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
@@ -41,9 +39,7 @@ def clock_seconds(name: str, column: Column) -> Seconds:
     Raises BadInputError that names the first row which is no clock time.
     """
     if column.dtype.kind in "mM":
-        return np.asarray(
-            column.astype("datetime64[ns]" if column.dtype.kind == "M" else "m8[ns]").astype(float) / 1e9
-        )
+        return np.asarray(column.astype("datetime64[ns]" if column.dtype.kind == "M" else "m8[ns]").astype(float) / 1e9)
     found = np.full((len(column), 2), np.nan)  # the day, and the second of it
     for row, cell in enumerate(column):
         if _blank(cell):
@@ -89,9 +85,7 @@ def _day_and_second(cell: object) -> tuple[float, float]:
     text = str(cell).strip()
     day, rest = _day(text)
     if _ISO_DATE.match(text) and _ZONE.search(rest):
-        moment = datetime.fromisoformat(text.replace(",", ".").replace(" ", "T", 1).replace(" ", "")).astimezone(
-            UTC
-        )
+        moment = datetime.fromisoformat(text.replace(",", ".").replace(" ", "T", 1).replace(" ", "")).astimezone(UTC)
         return moment.toordinal() - _YEAR_ONE, moment.timestamp() % _DAY
     return _second(day, rest)
 

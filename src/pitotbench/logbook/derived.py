@@ -173,9 +173,7 @@ def display_step(values: Array, suffix: str) -> float:
     step = float(np.min(np.diff(written)))
     typical = float(np.median(np.abs(written)))
     steps = written / step
-    if step <= _FINE * typical or np.max(np.abs(steps - np.round(steps))) > max(
-        _ON_GRID * np.max(np.abs(steps)), 1e-6
-    ):
+    if step <= _FINE * typical or np.max(np.abs(steps - np.round(steps))) > max(_ON_GRID * np.max(np.abs(steps)), 1e-6):
         return 0.0
     return float(to_si(step, suffix) - to_si(0.0, suffix))
 

@@ -126,9 +126,7 @@ def require(draft: Draft) -> None:
 
     Raises MissingColumnsError that lists every missing quantity, with the columns that may be meant for them.
     """
-    missing = [
-        f"{QUANTITIES[name].column}{_INSTEAD.get(name, '')}" for name in _NEEDED if name not in draft.channels
-    ]
+    missing = [f"{QUANTITIES[name].column}{_INSTEAD.get(name, '')}" for name in _NEEDED if name not in draft.channels]
     if not any(name in draft.channels for name in _EITHER):
         missing.append(" or ".join(QUANTITIES[name].column for name in _EITHER) + _INSTEAD["impact_pressure"])
     if missing:

@@ -12,8 +12,8 @@ import numpy as np
 
 from pitotbench.logbook.drafting.agreement import agreed
 from pitotbench.logbook.drafting.guess import Guess, guesses
-from pitotbench.logbook.joining import rename
 from pitotbench.logbook.mapping import MappedFile, Renamed
+from pitotbench.logbook.joining import rename
 from pitotbench.logbook.reading import log_of
 from pitotbench.logbook.table import Table
 from pitotbench.records.errors import BadInputError
@@ -74,9 +74,7 @@ def draft_mapping(table: Table) -> DraftedMapping:
     chosen = _without_superseded(agreed(table, _one_each(offered)))
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
     others = {guess.theirs: rest for guess in fitted for rest in [_rivals(guess, offered)] if rest}
-    lines = tuple(
-        DraftedLine(guess, guess.units[0], _question(guess, others.get(guess.theirs, []))) for guess in fitted
-    )
+    lines = tuple(DraftedLine(guess, guess.units[0], _question(guess, others.get(guess.theirs, []))) for guess in fitted)
     unused = tuple(name for name in table.names if name not in {guess.theirs for guess in fitted})
     return DraftedMapping(lines, _missing(chosen), unused, refusal)
 
@@ -91,9 +89,7 @@ def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
             chosen[guess.quantity] = guess
             used.add(guess.theirs)
     order = [guess.theirs for options in offered for guess in options[:1]]
-    return sorted(
-        chosen.values(), key=lambda guess: order.index(guess.theirs) if guess.theirs in order else len(order)
-    )
+    return sorted(chosen.values(), key=lambda guess: order.index(guess.theirs) if guess.theirs in order else len(order))
 
 
 def _without_superseded(chosen: list[Guess]) -> list[Guess]:
@@ -122,9 +118,7 @@ def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
     if best[1]:
         return best[0], best[1]
     as_good = [each for each, refusal, doubts in trials if not refusal and doubts == best[2]]
-    possible = [
-        dict.fromkeys(column) for column in zip(*([g.units[0] for g in each] for each in as_good), strict=True)
-    ]
+    possible = [dict.fromkeys(column) for column in zip(*([g.units[0] for g in each] for each in as_good), strict=True)]
     return [replace(g, units=tuple(units)) for g, units in zip(best[0], possible, strict=True)], ""
 
 

@@ -16,9 +16,7 @@ from pitotbench.units import Array, to_si
 
 _BRACKETS = re.compile(r"[\[({]([^\])}]*)[\])}]")
 # Words that say which box measured, or in which axes; without them a name is the quantity's.
-_SYSTEMS = frozenset(
-    ["gps", "gnss", "adc", "dadc", "ins", "imu", "ahrs", "ekf", "egi", "gin", "ned", "air", "data", "sensor", "primary", "true", "efis", "fms", "0", "1", "2"]
-)
+_SYSTEMS = frozenset("gps gnss adc dadc ins imu ahrs ekf egi gin ned air data sensor primary true efis fms 0 1 2".split())
 _IN_KNOTS = frozenset(("kias", "kcas", "ktgs", "kgs"))
 _FASTEST = 2e-3  # s between rows: 500 Hz; a clock that seems faster is in another unit
 _EXACT, _PART, _NEAR = 1.0, 0.8, 0.6
@@ -71,11 +69,7 @@ def _with_units(
         return [Guess(name, quantity.name, (suffix,), score, True, sign * factor)]
     stated = next((s for s in quantity.suffixes if written in UNIT_WORDS.get(s, "").split()), None)
     if stated is not None:
-        return (
-            [Guess(name, quantity.name, (stated,), score, True, sign)]
-            if _plausible(quantity, values, stated)
-            else []
-        )
+        return [Guess(name, quantity.name, (stated,), score, True, sign)] if _plausible(quantity, values, stated) else []
     if written:
         return []  # the unit of another kind of quantity
     usual = USUAL_UNITS.get(quantity.name) or (ANGLES if "rad" in quantity.suffixes else RATES)

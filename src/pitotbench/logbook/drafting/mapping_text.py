@@ -17,9 +17,7 @@ def mapping_text(drafted: DraftedMapping, log: str) -> str:
     if drafted.refusal:
         above.append(f"# With these lines the log is refused: {' '.join(drafted.refusal.split())}")
     body = [_line(line) for line in drafted.lines]
-    unused = [" ".join(name.split()) for name in drafted.unused if name][
-        :_SHOWN
-    ]  # a line break would end the comment
+    unused = [" ".join(name.split()) for name in drafted.unused if name][:_SHOWN]  # a line break would end the comment
     below = [f"# Not used: {', '.join(unused)}"] if unused else []
     title = write_toml({"title": f"drafted from {log}"}).strip()
     return "\n".join([*above, title, "", "[columns]", *body, "", *below]).rstrip() + "\n"

@@ -14,7 +14,7 @@ BAND = 0.1  # of the step, within which a response has settled
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step of a quantity: the target to set, the mode it needs, the change [SI], its unit, how long to look [s]."""
+    """A step of a quantity: the target to set, its mode, the change [SI], its unit, how long to look [s]."""
 
     quantity: str
     target: str

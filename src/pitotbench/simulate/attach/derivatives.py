@@ -29,8 +29,8 @@ class Linear:
     """The linear models of an aircraft at a trim point.
 
     `pitch` is (2, 3): the rates of angle of attack [rad/s] and of pitch rate [rad/s²] by angle of attack, pitch
-    rate and elevator. `lateral` is (3, 5): the rates of sideslip, roll rate and yaw rate by sideslip, roll rate,
-    yaw rate, aileron and rudder. `gravity` [1/s] is the rate of sideslip a radian of bank. Controls go from -1 to 1.
+    rate and elevator. `lateral` is (3, 5): those of sideslip, roll rate and yaw rate by sideslip, roll rate, yaw
+    rate, aileron and rudder. `gravity` [1/s] is the rate of sideslip a radian of bank. Controls go from -1 to 1.
     """
 
     trim: Trim

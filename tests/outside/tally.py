@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from tests.outside.compressible import Array
 
+TOLD = 0.9545  # the share of the curve that ±2σ is meant to contain; a flight with less is outside
 FORMS = ("text", "markdown")
 _SHORT = {
     "step_decrease": "step",
@@ -21,7 +22,8 @@ def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
 
     `/oracle` is the mean of the bound over that of the triangle alone, `/joined` over that of both equations; both
     oracles allow for the usual constant errors of the sensors, as the calibration does. `ft` is the position error,
-    which `ft given` flights have.
+    which `ft given` flights have. `outside` counts
+    the flights with less than 95.45 % of their curve inside the bound.
     """
     cells = list(dict.fromkeys(row["cell"] for row in rows))
     lines = [line_of([row for row in rows if row["cell"] == cell]) for cell in cells]
@@ -42,6 +44,7 @@ def line_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
     answered = [row for row in rows if row["outcome"] == "answered"]
     coverage = 100.0 * _column(answered, "curve_coverage")
     bound, error = _column(answered, "two_sigma_kt"), _column(answered, "rms_error_kt")
+    outside = [row for row in answered if row["curve_coverage"] < TOLD]
     rms = float(np.sqrt(np.mean(error**2))) if len(error) else float("nan")
     return {
         "cell": rows[0]["cell"],
@@ -62,6 +65,8 @@ def line_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         "2σ ft": _text(_mean(_given(answered, "two_sigma_ft")), 1),
         "ft given": str(len(_given(answered, "coverage_ft"))),
         "warned %": _text(100.0 * _mean(_column(answered, "warned")), 0),
+        "outside": str(len(outside)),
+        "warned of these %": _text(100.0 * _mean(_column(outside, "warned")), 0),
         "by maneuver %": _by_maneuver(answered),
     }
 

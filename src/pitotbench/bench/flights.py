@@ -12,8 +12,8 @@ from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sense import data_system, record, write_truth
-from pitotbench.simulate import MANEUVERS, fly
-from pitotbench.simulate.maneuvers.card import override
+from pitotbench.simulate import fly
+from pitotbench.simulate.maneuvers.scaled_card import card_of
 from pitotbench.units import Array, Meters, MetersPerSecond
 
 
@@ -40,7 +40,7 @@ def with_das(case: Case, das: str) -> Case:
 
 def tolerances(case: Case) -> dict[str, float]:
     """Return the half-widths of the tolerances on the case's card [SI], by channel of the flight."""
-    card = override(MANEUVERS[case.maneuver].card, case.card)
+    card = card_of(case)
     return {
         "calibrated_airspeed": card.airspeed_tolerance,
         "heading": card.heading_tolerance,

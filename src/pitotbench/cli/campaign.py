@@ -37,7 +37,11 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")
     add_wind(parser)
     parser.add_argument("--pilot", default="none", help="none, good or busy (default: %(default)s)")
-    parser.add_argument("--aircraft", default="navajo", help="aircraft to fly (default: %(default)s)")
+    parser.add_argument(
+        "--aircraft",
+        default="navajo",
+        help="aircraft: a name, or the path of a JSBSim file or folder (default: %(default)s)",
+    )
     parser.add_argument(
         "--seeds",
         default="1",
@@ -115,10 +119,12 @@ def request_of(options: argparse.Namespace) -> "CampaignRequest":
     from pitotbench.bench.campaign.runner import CampaignRequest
     from pitotbench.calibrate import CalibrationOptions
     from pitotbench.records.case import Case
+    from pitotbench.simulate.maneuvers.scaled_card import scaled_case
 
     _check(options)
     wind = stated_wind(options)
     base = replace(Case(), aircraft=options.aircraft, turbulence=options.turbulence, pilot=options.pilot, wind=wind)
+    base = scaled_case(base)
     return CampaignRequest(
         maneuvers=options.maneuver or "",
         systems=options.das or "",

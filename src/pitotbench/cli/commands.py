@@ -21,6 +21,7 @@ COMMANDS = (
     Command("inspect", "pitotbench.cli.inspect", "what a log holds, and what can be learned from it"),
     Command("map", "pitotbench.cli.map", "draft a mapping for a log with unknown column names"),
     Command("fixed-speed", "pitotbench.cli.fixed_speed", "leg and turn GPS methods: of a log, a card, typed legs"),
+    Command("aircraft", "pitotbench.cli.aircraft", "what can be flown with an aircraft: yours, or one of JSBSim's"),
     Command("campaign", "pitotbench.cli.campaign", "fly maneuvers, sense and calibrate them"),
     Command("results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"),
     Command("reproduce", "pitotbench.cli.reproduce", "fly one stored result again, and compare"),

@@ -24,7 +24,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     flag("--das", default="20/1", help="data system: 20/1, 50/50, 100/100, any A/G in Hz (default: %(default)s)")
     flag("--turbulence", default="light", help="expected: none, light or moderate (default: %(default)s)")
     add_wind(parser)
-    flag("--speeds-kt", default="100,160", help="LOW,HIGH: where the curve is wanted [KIAS] (default: %(default)s)")
+    flag(
+        "--speeds-kt",
+        help="LOW,HIGH: where the curve is wanted [KIAS] (default: the aircraft's, 100,160 for navajo)",
+    )
     flag(
         "--error-location",
         default="impact",
@@ -42,7 +45,11 @@ def add(parser: argparse.ArgumentParser) -> None:
         default="every",
         help="a name, a comma list, all (the paper's five) or every (default: %(default)s)",
     )
-    flag("--aircraft", default="navajo", help="aircraft to fly (default: %(default)s)")
+    flag(
+        "--aircraft",
+        default="navajo",
+        help="aircraft: a name, or the path of a JSBSim file or folder (default: %(default)s)",
+    )
     flag("--draws", type=int, default=16, help="draws of gusts and sensor noise a maneuver (default: %(default)s)")
     flag(
         "--search", type=int, default=40, help="flights to improve the best card, 0 for none (default: %(default)s)"
@@ -114,6 +121,7 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
     from pitotbench.bench.plan.plan_request import PlanRequest
     from pitotbench.records.case import ERROR_LOCATIONS, Case, PressureErrorSpec
     from pitotbench.simulate.maneuvers import maneuvers_named
+    from pitotbench.simulate.maneuvers.scaled_card import scaled_case, speed_range
     from pitotbench.units import KNOT, NAUTICAL_MILE
 
     system = _system(options)
@@ -126,9 +134,9 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
         das=system,
     )
     return PlanRequest(
-        base=base,
+        base=scaled_case(base),
         system=system,
-        speeds=_speeds(options.speeds_kt),
+        speeds=speed_range(options.aircraft) if options.speeds_kt is None else _speeds(options.speeds_kt),
         minutes=options.minutes,
         want=None if options.want_kt is None else options.want_kt * KNOT,
         box=None if options.box_nm is None else options.box_nm * NAUTICAL_MILE,

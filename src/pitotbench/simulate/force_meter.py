@@ -15,8 +15,9 @@ from pitotbench import air
 from pitotbench.axes import flow_direction
 from pitotbench.records.motion import Motion, Reaction
 from pitotbench.simulate.atmosphere import Air
+from pitotbench.simulate.fdm import SimulationError
 from pitotbench.simulate.fuel_and_ballast import TANKS
-from pitotbench.simulate.plant import Plant, SimulationError
+from pitotbench.simulate.plant import Plant
 from pitotbench.simulate.properties import PROPERTIES
 from pitotbench.timeline import gaps
 from pitotbench.units import FOOT, POUND, Array
@@ -184,7 +185,7 @@ class Rig:
         """Start the engines of a plant. Parameters and errors are those of `measure`."""
         fuel = _fuel(plant, motion, loaded_mass)
         heights, sound = _prepare(plant, motion)
-        servos = [_Servo.probe(plant, *control) for control in CONTROLS]
+        servos = [_Servo.probe(plant, *control) for control in _controls(plant)]
         return cls(
             plant,
             states=np.concatenate([_initial_conditions(motion, heights, sound), fuel], axis=1),
@@ -218,6 +219,12 @@ class Rig:
         row = np.array([read() for read in self.reads])
         row[:3] /= self.mass[0]() * self.mass[1]
         return row
+
+
+def _controls(plant: Plant) -> list[tuple[str, str, str]]:
+    """Return each control, the command that moves it, and its position; an attached autopilot has sticks."""
+    sticks = {name: f"ap/stick-{name}-norm" if plant.attached else "" for name in ("elevator", "aileron", "rudder")}
+    return [(name, sticks.get(name) or command, position) for name, command, position in CONTROLS]
 
 
 def _outputs() -> list[tuple[str, float]]:

@@ -37,7 +37,12 @@ def loaded_mass(aircraft: str) -> float:
 def loaded_fuel(aircraft: str) -> float:
     """Return the mass of the fuel in an aircraft's file [kg]."""
     plant = Plant.load(aircraft)
-    return sum(plant.get(tank) for tank in TANKS) * POUND
+    return sum(plant.get(tank) for tank in tanks(plant)) * POUND
+
+
+def tanks(plant: Plant) -> tuple[str, ...]:
+    """Return the properties of the fuel in each tank of an aircraft [lb]; of more than two, the first two."""
+    return tuple(tank for tank in TANKS if plant.serves(tank))
 
 
 def mass_of(aircraft: str, loading: Loading) -> float:
@@ -82,5 +87,5 @@ def ballast_overlay(aircraft: str, ballast: float) -> Overlay:
 
 def load_fuel(plant: Plant, share: float) -> None:
     """Reduce the fuel in the tanks to a share of the load. Call it before the plant starts."""
-    for tank in TANKS if share != 1.0 else ():
+    for tank in tanks(plant) if share != 1.0 else ():
         plant.set(tank, share * plant.get(tank))

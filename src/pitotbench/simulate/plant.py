@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.effects import Overlay
+from pitotbench.records.attached import ELECTRIC, Attached
 from pitotbench.simulate.atmosphere import Air, set_mean_wind, start_turbulence
-from pitotbench.simulate.attach.record import ELECTRIC, Attached, read_record
+from pitotbench.simulate.attach.record import read_record
 from pitotbench.simulate.fdm import SimulationError, load_fdm
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.properties import (

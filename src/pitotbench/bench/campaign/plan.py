@@ -16,10 +16,9 @@ from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_of_table, case_table
 from pitotbench.records.errors import BadInputError
 from pitotbench.sense import SYSTEMS, data_system
-from pitotbench.simulate import MANEUVERS
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.maneuvers import maneuvers_named
-from pitotbench.simulate.maneuvers.card import override
+from pitotbench.simulate.maneuvers.scaled_card import card_of
 
 _MOST_DRAWN = 20  # flights whose figures are in the report
 
@@ -105,8 +104,7 @@ class CampaignPlan:
         trials += [{**trials[0], name: value} for name, values in self.grid.items() for value in values]
         for changes in trials:
             case = self.case(changes)
-            find_aircraft(case.aircraft)
-            override(MANEUVERS[case.maneuver].card, case.card)
+            card_of(case)
 
 
 _NAMED = ("maneuver", "truth_seed", "sensor_seed")

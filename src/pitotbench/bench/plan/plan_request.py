@@ -50,8 +50,8 @@ class PlanRequest:
                 f"turbulence {self.base.turbulence!r}: expect one of {', '.join(TURBULENCE_SEVERITY)}"
             )
         low, high = self.speeds
-        if not (low >= 40.0 * KNOT and high - low >= _NARROWEST):
-            raise BadInputError("--speeds-kt LOW,HIGH: from 40 kt upward, and at least 20 kt apart")
+        if not (low >= 20.0 * KNOT and high - low >= _NARROWEST):
+            raise BadInputError("--speeds-kt LOW,HIGH: from 20 kt upward, and at least 20 kt apart")
         for name, value in (("--minutes", self.minutes), ("--want-kt", self.want), ("--box-nm", self.box)):
             if value is not None and not 0.0 < value < float("inf"):
                 raise BadInputError(f"{name} must be above zero; leave it out where it does not matter")

@@ -6,7 +6,9 @@ import numpy as np
 
 from pitotbench.effects import Overlay
 from pitotbench.reconcile.residuals.scene import AircraftModel
+from pitotbench.records.errors import BadInputError
 from pitotbench.records.motion import Motion, Reaction, UnitForces
+from pitotbench.simulate.attach.record import read_record
 from pitotbench.simulate.baseline import read_baseline
 from pitotbench.simulate.force_meter import FREE, measure
 from pitotbench.simulate.fuel_and_ballast import ballast_for, ballast_overlay, loaded_mass
@@ -19,12 +21,20 @@ COARSE_RATE, FINE_RATE = 25.0, 100.0
 
 
 def aircraft_model(name: str) -> AircraftModel | None:
-    """Return an aircraft of the hangar as the analyst's model; None for `none`. Raises UnknownNameError."""
+    """Return an aircraft of the hangar as the analyst's model; None for `none`. Raises UnknownNameError.
+
+    Raises BadInputError for an aircraft without the channels of a twin with pistons, which the analysis needs.
+    """
     if name == "none":
         return None
-    return AircraftModel(
-        name, partial(_react, name), partial(_unit_forces, name), read_baseline(find_aircraft(name))
-    )
+    folder = find_aircraft(name)
+    record = read_record(folder)
+    if record is not None and record.missing:
+        raise BadInputError(
+            f"{name}: reconcile drives both engines and all surfaces of a model from the log, and this one has no "
+            f"{', '.join(record.missing[:3])}; use --aircraft none to judge the sensors alone"
+        )
+    return AircraftModel(name, partial(_react, name), partial(_unit_forces, name), read_baseline(folder))
 
 
 def _react(name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True) -> Reaction:

@@ -10,6 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
+from pitotbench.records.attached import ELECTRIC, Attached
 from pitotbench.records.cache_folder import cache_folder
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.aircraft_file import parse_xml
@@ -19,7 +20,7 @@ from pitotbench.simulate.attach.envelope import explore
 from pitotbench.simulate.attach.held import HeldAircraft
 from pitotbench.simulate.attach.intake import aircraft_name, take_in
 from pitotbench.simulate.attach.loops import shape
-from pitotbench.simulate.attach.record import ELECTRIC, Attached, write_record
+from pitotbench.simulate.attach.record import write_record
 from pitotbench.simulate.properties import CHANNELS
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
@@ -61,11 +62,11 @@ def _attach(source: Path, stamps: tuple[int, ...]) -> Path:
             with suppress(OSError):
                 os.utime(place)
             return place / name
-        make_flyable(folder, str(source))
+        make_flyable(folder)
         return _keep(folder.parent, place) / name
 
 
-def make_flyable(folder: Path, source: str = "") -> Attached:
+def make_flyable(folder: Path) -> Attached:
     """Add the autopilot to the aircraft in a folder of its own, and write and return its record.
 
     Raises SimulationError, which says why, where the aircraft cannot be flown.
@@ -85,7 +86,6 @@ def make_flyable(folder: Path, source: str = "") -> Attached:
     tree.write(file, encoding="utf-8", xml_declaration=True)
     attached = Attached(
         aircraft=folder.name,
-        source=source,
         altitude_ft=ALTITUDE / FOOT,
         mass_kg=round(aircraft.read("inertia/weight-lbs") * POUND, 2),
         stall_kt=round(envelope.stall / KNOT, 2),

@@ -49,7 +49,11 @@ def write_levers(root: ET.Element, engines: int, taken: str) -> None:
     """
     system = ET.Element("system", name="attached levers")
     channel = ET.SubElement(system, "channel", name="attached levers")
-    ratio = "<product> <value> 0.85 </value> <quotient> <property> atmosphere/P-psf </property> <value> 2116.2 </value> </quotient> </product>"
+    # The ratio of the densities, near enough, and the best power of a rich mixture.
+    ratio = (
+        "<product> <value> 0.85 </value> <quotient> <property> atmosphere/P-psf </property>"
+        " <value> 2116.2 </value> </quotient> </product>"
+    )
     for lever, value in (("mixture", ratio), ("advance", "<sum> <value> 1 </value> <value> 0 </value> </sum>")):
         if any(f"fcs/{lever}-{kind}-norm" in _outputs(taken) for kind in ("cmd", "pos")) and lever == "mixture":
             continue
@@ -110,7 +114,8 @@ def _induced(envelope: Envelope) -> Array:
     drag = np.array([point.drag for point in envelope.points])
     scale = np.array([point.calibrated / point.speed for point in envelope.points])
     (_, induced), *_ = np.linalg.lstsq(np.stack([speed**2, speed**-2], axis=1), drag, rcond=None)
-    return scale * np.clip(induced / speed**2, 0.0, 0.1 * STANDARD_GRAVITY)
+    found: Array = scale * np.clip(induced / speed**2, 0.0, 0.1 * STANDARD_GRAVITY)
+    return found
 
 
 def _table(name: str, speeds: Sequence[float], values: Array) -> str:

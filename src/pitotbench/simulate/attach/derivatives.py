@@ -29,7 +29,7 @@ class Linear:
     """The linear models of an aircraft at a trim point.
 
     `pitch` is (2, 3): the rates of angle of attack [rad/s] and of pitch rate [rad/s²] by angle of attack, pitch
-    rate and elevator. `lateral` is (3, 5): the rates of sideslip, roll rate and yaw rate by sideslip, roll rate, yaw
+    rate and elevator. `lateral` is (3, 5): those of sideslip, roll rate and yaw rate by sideslip, roll rate, yaw
     rate, aileron and rudder. `gravity` [1/s] is the rate of sideslip a radian of bank. Controls go from -1 to 1.
     """
 
@@ -50,10 +50,9 @@ def linearize(aircraft: HeldAircraft, trim: Trim) -> Linear:
         for sign in (1.0, -1.0):
             state = replace(base, **{name: getattr(base, name) + sign * STEPS[name]})
             found = aircraft.accelerations(state)
-            sides.append(
-                (found.normal(state.alpha) / trim.speed, found.q, found.v / trim.speed, found.p, found.r)
-            )
-        return (np.array(sides[0]) - np.array(sides[1])) / (2.0 * STEPS[name])
+            sides.append((found.normal(state.alpha) / trim.speed, found.q, found.v / trim.speed, found.p, found.r))
+        slopes: Array = (np.array(sides[0]) - np.array(sides[1])) / (2.0 * STEPS[name])
+        return slopes
 
     pitch = np.stack([by(name)[:2] for name in ("alpha", "pitch_rate", "elevator")], axis=1)
     names = ("beta", "roll_rate", "yaw_rate", "aileron", "rudder")

@@ -137,7 +137,10 @@ def _newton(aircraft: HeldAircraft, state: State, now: Array) -> Array:
         replace(state, alpha=state.alpha + steps[0]),
         replace(state, elevator=state.elevator + steps[1]),
     )
-    slopes = np.stack([(_residual(aircraft, each)[:2] - now[:2]) / step for each, step in zip(changed, steps)], axis=1)
+    slopes = np.stack(
+        [(_residual(aircraft, each)[:2] - now[:2]) / step for each, step in zip(changed, steps, strict=True)],
+        axis=1,
+    )
     if abs(np.linalg.det(slopes)) < 1e-9:
         raise SimulationError(f"{aircraft.name}: the elevator does nothing at {state.speed / KNOT:.0f} kt (true)")
     change = -np.linalg.solve(slopes, now[:2])
@@ -160,7 +163,7 @@ def _stall(aircraft: HeldAircraft) -> float:
 
 
 def _carries(aircraft: HeldAircraft, speed: float) -> bool:
-    """Return whether the wing carries the weight at a true airspeed [m/s] at any angle of attack held by elevator."""
+    """Return whether the wing carries the weight at a true airspeed [m/s], at any angle that the elevator holds."""
     for alpha in ALPHAS:
         elevator = _held_by(aircraft, speed, float(alpha))
         if elevator is None:
@@ -199,5 +202,7 @@ def _fastest(aircraft: HeldAircraft, stall: float) -> tuple[float, bool]:
             step = step**0.5
         speed *= step
     if not best:
-        raise SimulationError(f"{aircraft.name}: full power does not hold level flight at 1.2 times the stall speed")
+        raise SimulationError(
+            f"{aircraft.name}: full power does not hold level flight at 1.2 times the stall speed"
+        )
     return best, False

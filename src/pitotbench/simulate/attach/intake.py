@@ -103,7 +103,7 @@ class _Taking:
     def _parts(self, root: ET.Element, folder: Path, above: list[str]) -> None:
         for element in list(root.iter()):
             name = element.get("file")
-            if name is None or element is root and above:
+            if name is None or (element is root and above):
                 continue
             if element.tag in WHOLE:
                 self._insert(element, name)
@@ -135,7 +135,9 @@ class _Taking:
     def _find(self, name: str, places: tuple[Path, ...]) -> Path:
         name = name.strip()
         if not NAME.fullmatch(name) or ".." in name:
-            raise BadInputError(f"the aircraft names the file {_short(name)!r}: a plain file name is allowed, no path")
+            raise BadInputError(
+                f"the aircraft names the file {_short(name)!r}: a plain file name is allowed, no path"
+            )
         name = name if name.endswith(".xml") else f"{name}.xml"
         for place in places:
             file = (place / name).resolve()
@@ -159,7 +161,7 @@ class _Builder(ET.TreeBuilder):
         if not self._trusted:  # JSBSim's own parts declare some
             raise BadInputError(f"{self._name}: a DOCTYPE is not allowed; delete it")
 
-    def start(self, tag: str, attrs: dict[str, str]) -> ET.Element:  # type: ignore[override]
+    def start(self, tag: str, attrs: dict[str, str]) -> ET.Element:
         """Begin an element."""
         self._depth += 1
         if self._depth > DEEPEST:

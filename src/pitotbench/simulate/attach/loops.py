@@ -53,8 +53,11 @@ def shape(name: str, models: Sequence[Linear], engine_time: float) -> Gains:
     lateral = np.array([_lateral(name, model) for model in models])
     scale = min(_altitude_scale(name, model, *gains) for model, gains in zip(models, pitch, strict=True))
     return Gains(
-        *pitch.T,
-        *lateral.T,
+        pitch_rate=pitch[:, 0],
+        pitch_integral=pitch[:, 1],
+        bank=lateral[:, 0],
+        roll_rate=lateral[:, 1],
+        yaw_rate=lateral[:, 2],
         climb=scale * CLIMB_GAIN,
         altitude=scale * ALTITUDE_GAIN,
         speed=min(SPEED_GAIN, SPEED_PHASE / (engine_time + SPEED_LAGS)),
@@ -112,7 +115,7 @@ def step_response(a: Array, column: Array, output: int, time: Array) -> Array:
 
 
 def damping(a: Array) -> float:
-    """Return the least damping ratio of the poles faster than 0.05 rad/s; -1 where a pole grows faster than that."""
+    """Return the least damping ratio of the poles above 0.05 rad/s; -1 where a pole grows faster than that."""
     poles = np.linalg.eigvals(a)
     if poles.real.max() > 0.05:  # a slow spiral is held by the outer loops
         return -1.0

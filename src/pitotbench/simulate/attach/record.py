@@ -1,43 +1,15 @@
-"""The record of an attached aircraft: what was found when its autopilot was made. It lies in the aircraft's folder."""
+"""The record of an attached aircraft, which lies in the aircraft's folder."""
 
 import tomllib
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
+from typing import Any
 
+from pitotbench.records.attached import Attached
 from pitotbench.records.toml_text import write_toml
 
 FILE = "attached.toml"
-ELECTRIC = "electric"  # kind of engine: it needs no start
-
-
-@dataclass(frozen=True, slots=True)
-class Attached:
-    """What was found about an aircraft at a height.
-
-    Speeds are calibrated [kt]; `fastest_kt` is the maximum level speed, or that of Mach 0.7 where `mach_limited`.
-    `missing` are channels of a flight that the aircraft does not serve. The lists have one value a trim point;
-    `lever` is the throttle of level flight, `pitch_rate` and `bank` the gains [1/s].
-    """
-
-    aircraft: str
-    source: str
-    altitude_ft: float
-    mass_kg: float
-    stall_kt: float
-    fastest_kt: float
-    mach_limited: bool
-    engines: int
-    engine_kind: str
-    engine_time_s: float
-    missing: tuple[str, ...]
-    speed_kt: tuple[float, ...]
-    alpha_deg: tuple[float, ...]
-    lever: tuple[float, ...]
-    pitch_rate: tuple[float, ...]
-    bank: tuple[float, ...]
-    climb: float
-    speed: float
 
 
 def write_record(folder: Path, attached: Attached) -> None:
@@ -53,4 +25,5 @@ def read_record(folder: Path) -> Attached | None:
     if not file.is_file():
         return None
     table = tomllib.loads(file.read_text(encoding="utf-8"))
-    return Attached(**{k: tuple(v) if isinstance(v, list) else v for k, v in table.items()})
+    entries: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in table.items()}
+    return Attached(**entries)

@@ -151,7 +151,7 @@ def require_steep_turns(bank: float) -> None:
 
 
 def step_down(cockpit: Cockpit, step: float, step_time: float, floor: float, *judged: str) -> Ticks:
-    """Reduce the power in steps [Pa of manifold pressure], one each `step_time` [s], to an airspeed of `floor` [m/s].
+    """Reduce the power in steps [Pa of manifold pressure], one each `step_time` [s], down to `floor` [m/s].
 
     Raises SimulationError where the power is at idle before that.
     """

@@ -2,8 +2,10 @@
 
 from dataclasses import replace
 
+from pitotbench import air
+from pitotbench.records.attached import Attached
 from pitotbench.records.case import Case
-from pitotbench.simulate.attach.record import Attached, read_record
+from pitotbench.simulate.attach.record import read_record
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.maneuvers import MANEUVERS
 from pitotbench.simulate.maneuvers.card import Card, override
@@ -34,6 +36,26 @@ def scaled_card(aircraft: str, maneuver: str) -> Card:
     share = (fast - slow) / (CARD_SPEEDS[1] - CARD_SPEEDS[0])
     speeds = tuple(round(slow + (v / KNOT - CARD_SPEEDS[0]) * share) * KNOT for v in card.speeds)
     return replace(card, speeds=speeds, airspeed_rate_limit=card.airspeed_rate_limit * min(1.0, share))
+
+
+def scaled_case(case: Case) -> Case:
+    """Return a case whose true pressure error is scaled to its aircraft's card as the default is to 100 KCAS.
+
+    The reference pressure becomes the impact pressure at the slowest speed of the cards. A case of the bench's own
+    aircraft is returned as it is.
+    """
+    record = read_record(find_aircraft(case.aircraft))
+    if record is None:
+        return case
+    reference = float(air.impact_pressure(card_speeds(record)[0] * KNOT))
+    return replace(case, pressure_error=replace(case.pressure_error, reference_pressure=reference))
+
+
+def speed_range(aircraft: str) -> tuple[float, float]:
+    """Return the slowest and the fastest speed of the cards for an aircraft [m/s, calibrated]."""
+    record = read_record(find_aircraft(aircraft))
+    low, high = CARD_SPEEDS if record is None else card_speeds(record)
+    return low * KNOT, high * KNOT
 
 
 def card_speeds(record: Attached) -> tuple[float, float]:

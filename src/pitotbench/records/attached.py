@@ -1,0 +1,78 @@
+"""What was found about an aircraft when the bench attached its autopilot to it."""
+
+from dataclasses import dataclass
+
+from pitotbench.units import Array
+
+ELECTRIC = "electric"  # kind of engine: it needs no start
+
+
+@dataclass(frozen=True, slots=True)
+class Attached:
+    """What was found about an aircraft at a height.
+
+    Speeds are calibrated [kt]; `fastest_kt` is the maximum level speed, or that of Mach 0.7 where `mach_limited`.
+    `missing` are channels of a flight that the aircraft does not serve. The lists have one value a trim point;
+    `lever` is the throttle of level flight, `pitch_rate` and `bank` the gains [1/s].
+    """
+
+    aircraft: str
+    altitude_ft: float
+    mass_kg: float
+    stall_kt: float
+    fastest_kt: float
+    mach_limited: bool
+    engines: int
+    engine_kind: str
+    engine_time_s: float
+    missing: tuple[str, ...]
+    speed_kt: tuple[float, ...]
+    alpha_deg: tuple[float, ...]
+    lever: tuple[float, ...]
+    pitch_rate: tuple[float, ...]
+    bank: tuple[float, ...]
+    climb: float
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class StepResponse:
+    """One step of the autopilot, flown in smooth air.
+
+    `time` [s] from the step, `change` of the quantity from its value before, in `unit`; `step` is the change
+    asked for. `overshoot` is a share of the step; `settled` [s] is the time after which it stays within 10 %.
+    """
+
+    quantity: str
+    unit: str
+    speed_kt: float
+    step: float
+    time: Array
+    change: Array
+    overshoot: float
+    settled: float
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverCheck:
+    """One maneuver tried in light turbulence.
+
+    `on_condition` is the share of the samples on its legs, steps or circles that is within the card's tolerances.
+    `failure` says why it was not flown; the numbers are then None.
+    """
+
+    maneuver: str
+    speeds_kt: tuple[float, ...]
+    minutes: float | None = None
+    on_condition: float | None = None
+    failure: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class AircraftCheck:
+    """What can be flown with an aircraft. `attached` is None for one with an autopilot of its own."""
+
+    aircraft: str
+    attached: Attached | None
+    steps: tuple[StepResponse, ...]
+    maneuvers: tuple[ManeuverCheck, ...]

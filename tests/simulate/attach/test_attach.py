@@ -1,0 +1,90 @@
+"""Aircraft that the bench did not write: attached, flown, and refused with the reason."""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from pitotbench.catalog import UnknownNameError
+from pitotbench.records.case import Case
+from pitotbench.records.errors import BadInputError
+from pitotbench.simulate import fly
+from pitotbench.simulate.attach.library import library_aircraft
+from pitotbench.simulate.attach.record import read_record
+from pitotbench.simulate.hangar import find_aircraft
+from pitotbench.simulate.maneuvers.scaled_card import card_of, scaled_card, scaled_case
+from pitotbench.units import FOOT, KNOT
+
+
+@pytest.fixture(autouse=True, scope="module")
+def cache(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PITOTBENCH_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+def test_a_cessna_flies_a_maneuver_on_condition():
+    flight = fly(Case(aircraft="c172x", maneuver="rapid_decel", turbulence="light"))
+    decel = np.char.startswith(flight.segment, "decel")
+    assert flight.on_condition[decel].mean() > 0.95
+    assert np.abs(flight["altitude"] - 6000.0 * FOOT).max() < 50.0 * FOOT
+    assert np.degrees(np.abs(flight["sideslip"])).mean() < 1.0
+    # One engine: what the right one would record is left out.
+    assert "throttle_right" not in flight.channels
+    assert flight["propeller_speed_left"].min() > 0.0
+
+
+def test_what_was_found_of_a_cessna_is_a_cessna():
+    found = read_record(find_aircraft("c172x"))
+    # Clean stall and maximum speed of a 172 by its handbook, 51 and 123 KCAS at 2,300 lb and sea level: the model
+    # is no handbook, so the band is wide.
+    assert 36.0 < found.stall_kt < 56.0
+    assert 100.0 < found.fastest_kt < 135.0
+    assert (found.engines, found.engine_kind) == (1, "piston")
+    assert list(found.speed_kt) == sorted(found.speed_kt)
+    assert list(found.alpha_deg) == sorted(found.alpha_deg, reverse=True)
+
+
+def test_an_electric_airplane_without_fuel_is_attached():
+    found = read_record(find_aircraft("aerosonde"))
+    assert found.engine_kind == "electric"
+    # Level flight at the largest lift of table E.2, without wash or trim: V = sqrt(2 m g / (rho S C_L)).
+    assert found.stall_kt == pytest.approx(np.sqrt(2 * 13.5 * 9.81 / (1.225 * 0.55 * 1.65)) / KNOT, rel=0.12)
+
+
+def test_cards_keep_to_the_speeds_of_the_aircraft():
+    found = read_record(find_aircraft("c172x"))
+    speeds = np.array(scaled_card("c172x", "four_leg").speeds) / KNOT
+    assert speeds.min() >= 1.3 * found.stall_kt - 0.5
+    assert speeds.max() < found.fastest_kt
+    assert card_of(Case(aircraft="c172x", card={"speeds_kt": [90.0, 80.0]})).speeds[0] == 90.0 * KNOT
+    assert scaled_card("navajo", "four_leg").speeds[0] == 160.0 * KNOT
+    assert scaled_case(Case()) == Case()
+    assert scaled_case(Case(aircraft="c172x")).pressure_error.reference_pressure < 1000.0
+
+
+def test_a_path_is_the_same_aircraft_and_is_made_once(tmp_path):
+    shutil.copytree(library_aircraft()["c172x"].parent, tmp_path / "c172x")
+    folder = find_aircraft(str(tmp_path / "c172x"))
+    assert folder == find_aircraft("c172x")
+    assert find_aircraft(str(tmp_path / "c172x" / "c172x.xml")) == folder
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("sgs126", "no engine that holds a level speed"),
+        ("ball", "no engine that holds a level speed"),
+        ("x24b", "no engine that holds a level speed .* it has rocket_engine"),
+    ],
+)
+def test_what_cannot_be_flown_says_why(name, words):
+    with pytest.raises(BadInputError, match=words):
+        find_aircraft(name)
+
+
+def test_an_unknown_name_and_a_missing_path_are_named(tmp_path):
+    with pytest.raises(UnknownNameError, match=r"Did you mean 'navajo'.*JSBSim's library"):
+        find_aircraft("navaho")
+    with pytest.raises(BadInputError, match="no such aircraft"):
+        find_aircraft(str(tmp_path / "none.xml"))

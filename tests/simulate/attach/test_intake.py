@@ -1,0 +1,111 @@
+"""Files of an aircraft from outside: taken in whole, or refused in one line."""
+
+import os
+
+import jsbsim
+import pytest
+
+from pitotbench.records.errors import BadInputError
+from pitotbench.simulate.attach.intake import DEEPEST, LARGEST_FILE, aircraft_name, take_in
+from pitotbench.simulate.attach.library import library_aircraft
+
+BARE = '<?xml version="1.0"?><fdm_config name="x" version="2.0">{}</fdm_config>'
+
+
+def aircraft(folder, inside="", name="kite"):
+    folder.mkdir(exist_ok=True)
+    (folder / f"{name}.xml").write_text(BARE.format(inside))
+    return folder / f"{name}.xml"
+
+
+def taken(tmp_path, file):
+    folder = tmp_path / "taken" / "kite"
+    folder.mkdir(parents=True)
+    return take_in(file, folder)
+
+
+@pytest.mark.parametrize("name", ["c172x", "T38", "p51d"])
+def test_a_library_aircraft_loads_from_its_copy_alone(tmp_path, name):
+    folder = tmp_path / name
+    folder.mkdir()
+    take_in(library_aircraft()[name], folder)
+    jsbsim.FGJSBBase().debug_lvl = 0
+    fdm = jsbsim.FGFDMExec(None)
+    assert fdm.load_model_with_paths(name, str(tmp_path), str(folder / "Engines"), str(folder / "Systems"))
+
+
+@pytest.mark.parametrize(
+    "name", ["../../etc/passwd", "/etc/passwd", "a/../../b", "..", "http://example.org/x", "a\nb", "-rf", ""]
+)
+def test_a_part_cannot_lead_out_of_the_folder(tmp_path, name):
+    (tmp_path / "b.xml").write_text("<system/>")
+    text = name.replace("\n", "&#10;")
+    with pytest.raises(BadInputError, match="plain file name"):
+        taken(tmp_path, aircraft(tmp_path / "mine", f'<system file="{text}"/>'))
+
+
+def test_a_link_cannot_lead_out_of_the_folder(tmp_path):
+    file = aircraft(tmp_path / "mine", '<system file="secret"/>')
+    (tmp_path / "secret.xml").write_text("<system/>")
+    os.symlink(tmp_path / "secret.xml", tmp_path / "mine" / "secret.xml")
+    with pytest.raises(BadInputError, match="neither in its folder"):
+        taken(tmp_path, file)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        '<!DOCTYPE a [<!ENTITY e SYSTEM "file:///etc/passwd">]>',
+        '<!DOCTYPE a [<!ENTITY e SYSTEM "http://example.org/">]>',
+        '<!DOCTYPE a [<!ENTITY e "xxxxxxxxxx"><!ENTITY f "&e;&e;&e;">]>',
+    ],
+)
+def test_entities_are_refused(tmp_path, head):
+    file = tmp_path / "kite.xml"
+    file.write_text(head + "<fdm_config>&e;</fdm_config>")
+    with pytest.raises(BadInputError, match=r"kite\.xml: a DOCTYPE is not allowed"):
+        taken(tmp_path, file)
+
+
+def test_what_writes_files_or_opens_sockets_is_left_out(tmp_path):
+    inside = '<output name="x.csv" type="CSV"/><input type="SOCKET" port="1137"/><output type="SOCKET" port="1"/>'
+    copy = taken(tmp_path, aircraft(tmp_path / "mine", inside))
+    assert "output" not in copy.read_text()
+    assert "SOCKET" not in copy.read_text()
+
+
+def test_sizes_and_depths_are_limited(tmp_path):
+    with pytest.raises(BadInputError, match="larger than 4 MB"):
+        taken(tmp_path, aircraft(tmp_path / "big", " " * LARGEST_FILE))
+    deep = "<a>" * DEEPEST + "</a>" * DEEPEST
+    with pytest.raises(BadInputError, match="nested more than"):
+        take_in(aircraft(tmp_path / "deep", deep), tmp_path / "taken" / "kite")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<fdm_config>", "not valid XML"),
+        ("<html></html>", "not an aircraft of JSBSim: its root is <html>"),
+        ("\x00\x01", "not valid XML"),
+        (BARE.format('<engine file="none-such"/>'), "neither in its folder nor among JSBSim's parts"),
+    ],
+)
+def test_what_is_no_aircraft_is_named_in_one_line(tmp_path, text, words):
+    file = tmp_path / "kite.xml"
+    file.write_text(text)
+    with pytest.raises(BadInputError, match=words) as caught:
+        taken(tmp_path, file)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_part_that_names_itself_is_refused(tmp_path):
+    file = aircraft(tmp_path / "mine", '<system file="loop"/>')
+    (tmp_path / "mine" / "loop.xml").write_text('<system name="l"><system file="loop"/></system>')
+    with pytest.raises(BadInputError, match="names itself"):
+        taken(tmp_path, file)
+
+
+def test_names_become_plain(tmp_path):
+    assert aircraft_name(tmp_path / "my plane (2).xml") == "my_plane_2"
+    assert aircraft_name(tmp_path / "c172x") == "c172x"

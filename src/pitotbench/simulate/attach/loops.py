@@ -18,7 +18,7 @@ from pitotbench.simulate.fdm import SimulationError
 from pitotbench.units import KNOT, Array
 
 ACTUATOR = 0.08  # s: lag of actuator, control system and sampling that every loop must bear
-PITCH_RATES, PITCH_INTEGRALS = (1.0, 2.0, 3.0, 5.0, 8.0, 12.0), (0.5, 1.0, 2.0, 4.0)  # 1/s
+PITCH_RATES, PITCH_INTEGRALS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0), (0.5, 1.0, 2.0, 4.0)  # 1/s
 MOST_ELEVATOR_GAIN = 3.0  # of the travel a rad/s: more would work the elevator hard in turbulence
 DISTURBANCE, UPSET_WEIGHT = 0.05, 20.0  # of the elevator's travel; a radian
 LEAST_DAMPING = 0.35  # of any oscillation in a closed loop

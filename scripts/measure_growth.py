@@ -4,13 +4,18 @@ python scripts/measure_growth.py --flights 10,30,100 --docs docs
 """
 
 import argparse
-import csv
-from dataclasses import asdict, fields
 from itertools import chain
 from pathlib import Path
 
 from pitotbench.evidence.pages.growth_page import draw_growth
-from pitotbench.evidence.speed.growth import FLIGHTS, SAMPLES, Cost, costs_by_flights, costs_by_samples, exponent
+from pitotbench.evidence.speed.growth import (
+    FLIGHTS,
+    SAMPLES,
+    costs_by_flights,
+    costs_by_samples,
+    exponent,
+    write_costs,
+)
 from pitotbench.records.case import Case
 from pitotbench.sense import data_system, record
 from pitotbench.simulate import fly
@@ -29,10 +34,7 @@ def main() -> None:
         costs.append(cost)
     for job in dict.fromkeys(cost.job for cost in costs):
         print(f"{job}: exponent {exponent([cost for cost in costs if cost.job == job]):.2f}")
-    with (options.docs / "speed.csv").open("w", newline="", encoding="utf-8") as file:
-        table = csv.DictWriter(file, [field.name for field in fields(Cost)])
-        table.writeheader()
-        table.writerows(asdict(cost) for cost in costs)
+    write_costs(costs, options.docs / "speed.csv")
     draw_growth(costs, options.docs / "speed.png")
 
 

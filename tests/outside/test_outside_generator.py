@@ -28,6 +28,7 @@ JUDGE_MAY_IMPORT = {
     "pitotbench.calibrate": {"calibrate", "CalibrationOptions"},
     "pitotbench.logbook": {"read_log"},
     "pitotbench.records.calibration": {"Calibration", "ErrorCurve"},
+    "pitotbench.units": {"Booleans"},
     "pitotbench.records.errors": {"BadInputError", "NoAnswerError"},
 }
 

@@ -100,9 +100,10 @@ def _by_hand(options: argparse.Namespace) -> int:
     from pitotbench.show.strict_json import json_text
     from pitotbench.units import KNOT
 
-    low, high = _speeds(options.speeds_kt)
+    wanted = options.speeds_kt or "100,160"
+    low, high = _speeds(wanted)
     if not 20.0 * KNOT <= low < high <= 400.0 * KNOT:
-        raise BadInputError(f"--speeds-kt {options.speeds_kt}: give LOW,HIGH between 20 and 400 kt")
+        raise BadInputError(f"--speeds-kt {wanted}: give LOW,HIGH between 20 and 400 kt")
     if options.want_kt is not None and not options.want_kt > 0.0:
         raise BadInputError(f"--want-kt {options.want_kt:g}: give a bound above zero")
     north, east = (float(part) for part in wind_toward(stated_wind(options))[:2])

@@ -13,7 +13,7 @@ BAND = 0.1  # of the step, within which a response has settled
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class StepCommand:
     """A step of a quantity: the target to set, its mode, the change [SI], its unit, how long to look [s]."""
 
     quantity: str
@@ -26,9 +26,9 @@ class Step:
 
 
 STEPS = (
-    Step("roll", "bank_target", ("lateral_mode", 2.0), 20.0 * DEGREE, "°", DEGREE, 15.0),
-    Step("altitude", "altitude_target", ("pitch_mode", 1.0), 100.0 * FOOT, "ft", FOOT, 60.0),
-    Step("calibrated_airspeed", "airspeed_target", ("throttle_mode", 1.0), 5.0 * KNOT, "kt", KNOT, 60.0),
+    StepCommand("roll", "bank_target", ("lateral_mode", 2.0), 20.0 * DEGREE, "°", DEGREE, 15.0),
+    StepCommand("altitude", "altitude_target", ("pitch_mode", 1.0), 100.0 * FOOT, "ft", FOOT, 60.0),
+    StepCommand("calibrated_airspeed", "airspeed_target", ("throttle_mode", 1.0), 5.0 * KNOT, "kt", KNOT, 60.0),
 )
 
 
@@ -41,7 +41,7 @@ def step_responses(aircraft: str, airspeed: float, altitude: float) -> list[Step
     return [_flown(aircraft, airspeed, altitude, step) for step in STEPS]
 
 
-def _flown(aircraft: str, airspeed: float, altitude: float, step: Step) -> StepResponse:
+def _flown(aircraft: str, airspeed: float, altitude: float, step: StepCommand) -> StepResponse:
     plant = Plant.load(aircraft)
     plant.start(altitude, airspeed)
     starts: dict[str, float] = {"altitude": altitude, "calibrated_airspeed": airspeed}

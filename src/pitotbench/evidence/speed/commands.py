@@ -25,7 +25,7 @@ STARTS = {
 _TRIES = 5
 
 
-def cpu_seconds(arguments: Sequence[str], source: Path = HERE) -> float:
+def cpu_seconds_of_command(arguments: Sequence[str], source: Path = HERE) -> float:
     """Return the CPU time [s] of a new Python process with these arguments, on one thread.
 
     `source` is the folder of the package that it imports. Raises CalledProcessError where the process fails.
@@ -40,7 +40,7 @@ def cpu_seconds(arguments: Sequence[str], source: Path = HERE) -> float:
 def start_lines() -> Iterator[str]:
     """Measure what it costs to start; yield a line for each command."""
     for name, arguments in STARTS.items():
-        least = min(cpu_seconds(arguments) for _ in range(_TRIES))
+        least = min(cpu_seconds_of_command(arguments) for _ in range(_TRIES))
         yield f"{name:<54} {least:6.2f} s{'' if 'numpy' in name else ' (limit 0.30 s)'}"
 
 
@@ -55,8 +55,8 @@ def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[str]:
             command = ("-m", "pitotbench", *arguments, "--jobs", "1", "--out")
             now, before = [], []
             for pair in range(pairs):
-                before += [cpu_seconds((*command, f"{folder}/older{pair}"), older)] if older else []
-                now.append(cpu_seconds((*command, f"{folder}/out{pair}")))
+                before += [cpu_seconds_of_command((*command, f"{folder}/older{pair}"), older)] if older else []
+                now.append(cpu_seconds_of_command((*command, f"{folder}/out{pair}")))
             bare = bare_loops(Path(folder, "out0"))
         measured = f"{min(now):.1f} s / {bare:.2f} s"
         yield f"{name + ', CPU / bare loops':<54} {min(now) / bare:6.2f}   (limit {limit:.2f}; {measured})"

@@ -1,8 +1,9 @@
 """Measure how CPU time and memory grow with the samples of a log and with the flights of a campaign."""
 
+import csv
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from subprocess import run
 from tempfile import TemporaryDirectory
@@ -11,7 +12,7 @@ from time import process_time
 import numpy as np
 
 from pitotbench.calibrate import calibrate
-from pitotbench.evidence.speed.commands import cpu_seconds
+from pitotbench.evidence.speed.commands import cpu_seconds_of_command
 from pitotbench.evidence.speed.scale import tiled
 from pitotbench.logbook import read_log, write_log
 from pitotbench.records.log import FlightLog
@@ -55,7 +56,7 @@ def costs_by_flights(sizes: Sequence[int] = FLIGHTS) -> Iterator[Cost]:
     for size in sizes:
         with TemporaryDirectory() as folder:
             out = str(Path(folder, "out"))
-            seconds = cpu_seconds(("-m", "pitotbench", *flags, "--seeds", str(size), "--out", out))
+            seconds = cpu_seconds_of_command(("-m", "pitotbench", *flags, "--seeds", str(size), "--out", out))
         yield Cost("campaign", size, seconds)
 
 
@@ -75,3 +76,11 @@ def _peak(path: Path, *argument: str) -> float:
     """Return the peak memory [MB] of a new process that reads a log, and with an argument calibrates it."""
     done = run([sys.executable, "-c", _PEAK, str(path), *argument], check=True, capture_output=True, text=True)
     return float(done.stdout) / 1024.0
+
+
+def write_costs(costs: Sequence[Cost], path: Path) -> None:
+    """Write costs as CSV, a row each."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, [field.name for field in fields(Cost)])
+        table.writeheader()
+        table.writerows(asdict(cost) for cost in costs)

@@ -90,7 +90,7 @@ class _Taking:
         except BadInputError:
             raise
         except (ET.ParseError, ValueError, LookupError) as error:
-            raise BadInputError(f"{file.name}: not valid XML: {error}") from error
+            raise BadInputError(f"aircraft file {file.name}: not valid XML: {error}") from error
         root.attrib = {key: value for key, value in root.attrib.items() if not key.startswith("{")}
         return root
 

@@ -21,6 +21,7 @@ from pitotbench.simulate.attach.held import HeldAircraft
 from pitotbench.simulate.attach.intake import aircraft_name, take_in
 from pitotbench.simulate.attach.loops import shape
 from pitotbench.simulate.attach.record import write_record
+from pitotbench.simulate.fdm import SimulationError
 from pitotbench.simulate.properties import CHANNELS
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
@@ -74,7 +75,7 @@ def make_flyable(folder: Path) -> Attached:
     file = folder / f"{folder.name}.xml"
     tree = parse_xml(file)
     kind = _engine_kind(folder, tree.getroot())
-    aircraft = HeldAircraft(folder.name, folder, ALTITUDE, kind == ELECTRIC)
+    aircraft = _held(folder, kind)
     envelope = explore(aircraft)
     models = [linearize(aircraft, point) for point in envelope.points]
     lag = engine_time(aircraft, envelope.points[len(envelope.points) // 2])
@@ -105,6 +106,15 @@ def make_flyable(folder: Path) -> Attached:
     )
     write_record(folder, attached)
     return attached
+
+
+def _held(folder: Path, kind: str) -> HeldAircraft:
+    import jsbsim
+
+    try:
+        return HeldAircraft(folder.name, folder, ALTITUDE, kind == ELECTRIC)
+    except jsbsim.BaseError as error:  # such as a property that only another program defines
+        raise SimulationError(f"{folder.name}: JSBSim stopped: {' '.join(str(error).split())}") from error
 
 
 def _engine_kind(folder: Path, root: ET.Element) -> str:

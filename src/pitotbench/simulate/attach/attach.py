@@ -128,7 +128,8 @@ def _engine_kind(folder: Path, root: ET.Element) -> str:
     if not kinds:
         what = ", ".join(sorted(tag for tag in tags if tag.endswith("engine"))) or "none"
         raise BadInputError(
-            f"aircraft {folder.name}: no engine that holds a level speed (piston, turboprop, electric, jet); it has {what}"
+            f"aircraft {folder.name}: no engine that holds a level speed (piston, turboprop, electric, jet); "
+            f"it has {what}"
         )
     return " and ".join(sorted(kinds))
 

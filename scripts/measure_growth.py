@@ -22,8 +22,7 @@ def main() -> None:
     )
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder to write to (default: docs)")
     options = parser.parse_args()
-    costs = []
-    log = record(fly(Case(maneuver="step_decrease")), data_system("20/1"), 1)
+    costs, log = [], record(fly(Case(maneuver="step_decrease")), data_system("20/1"), 1)
     for cost in chain(growth.costs_by_samples(log, options.samples), growth.costs_by_flights(options.flights)):
         print(cost, flush=True)
         costs.append(cost)

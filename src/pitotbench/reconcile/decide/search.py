@@ -137,7 +137,7 @@ class Search:
         for i, name in enumerate(names):
             if i != strongest:
                 explained = squares[i] * error / (1.0 + error) - len(self.keys[name]) * float(np.log1p(error))
-                total += max(0.0, 0.5 * explained)
+                total += min(max(0.0, 0.5 * explained), 2.0 * error)  # an error of two deviations at most
         return total
 
     def _is_large(self, weighed: Weighed) -> bool:

@@ -10,7 +10,7 @@ from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.decide.answer import answer_of
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.log_evidence import LogEvidence, Rest
-from pitotbench.reconcile.decide.posterior import CausePosterior, posterior_of
+from pitotbench.reconcile.decide.posterior import CausePosterior, cause_posterior
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.decide.weighing import Prior, weigh
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
@@ -57,7 +57,7 @@ AXES = np.eye(6) * 20.0  # every effect stands at 20σ at its typical size
 
 
 def explained(along: Along, residual: Array) -> CausePosterior:
-    return posterior_of([log_of(along, residual)])  # type: ignore[list-item]
+    return cause_posterior([log_of(along, residual)])  # type: ignore[list-item]
 
 
 def total(posterior: CausePosterior) -> float:
@@ -140,15 +140,15 @@ def test_two_logs_name_what_neither_can_and_one_that_contradicts_takes_it_back()
     one = log_of({LAG: AXES[0], LATE: AXES[0] + AXES[3] / 40.0}, AXES[0] / 4.0)
     other = log_of({LAG: AXES[0], LATE: AXES[1]}, AXES[0] / 4.0)
     silent = log_of({LAG: AXES[0], LATE: AXES[0]}, np.zeros(6))
-    assert answer_of(posterior_of([one])).kind == "one_of"  # type: ignore[list-item]
-    assert answer_of(posterior_of([one, other])).groups == (("pitot_lag",),)  # type: ignore[list-item]
-    size = posterior_of([one, silent]).weights[0].explained.weighed.sizes  # type: ignore[list-item]
+    assert answer_of(cause_posterior([one])).kind == "one_of"  # type: ignore[list-item]
+    assert answer_of(cause_posterior([one, other])).groups == (("pitot_lag",),)  # type: ignore[list-item]
+    size = cause_posterior([one, silent]).weights[0].explained.weighed.sizes  # type: ignore[list-item]
     assert not len(size) or abs(size[0]) < 0.15 * EFFECTS["pitot_lag"].parameter("lag_s").typical
 
 
 def test_no_log_is_refused() -> None:
     with pytest.raises(ValueError, match="no log"):
-        posterior_of([])
+        cause_posterior([])
 
 
 def test_the_order_of_the_channels_does_not_matter(sensed) -> None:
@@ -158,7 +158,7 @@ def test_the_order_of_the_channels_does_not_matter(sensed) -> None:
     wander = dict.fromkeys(noise.names, 0.5)
     order = np.argsort(noise.names)[::-1]
     turned, noise_turned = _turned(layout, noise, order)
-    found = [posterior_of([LogEvidence(*each, wander)]) for each in ((layout, noise), (turned, noise_turned))]
+    found = [cause_posterior([LogEvidence(*each, wander)]) for each in ((layout, noise), (turned, noise_turned))]
     first, second = (each.of_sets() for each in found)
     assert {k: first[k] for k in first if first[k] > 1e-6} == pytest.approx(
         {k: second[k] for k in first if first[k] > 1e-6}, rel=1e-5

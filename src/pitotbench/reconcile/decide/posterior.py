@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from pitotbench.reconcile.decide.log_evidence import LogEvidence
-from pitotbench.reconcile.decide.search import Explained, Names, Search
+from pitotbench.reconcile.decide.search import CauseSearch, Explained, Names
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.signatures.hypotheses import cause_of
 
@@ -74,9 +74,9 @@ class CausePosterior:
         return float(np.exp(logsumexp([w.with_rest for w in of_set]) - whole))
 
 
-def posterior_of(logs: Sequence[LogEvidence]) -> CausePosterior:
+def cause_posterior(logs: Sequence[LogEvidence]) -> CausePosterior:
     """Return the posterior over causes of one or several logs of one airplane."""
-    search = Search(logs)
+    search = CauseSearch(logs)
     found = search.run()
     empty = next(each for each in found if not each.effects)
     best = [*found[:RESTED], *([empty] if empty not in found[:RESTED] else [])]
@@ -94,7 +94,7 @@ def posterior_of(logs: Sequence[LogEvidence]) -> CausePosterior:
     return CausePosterior(tuple(normal), log_odds - float(np.log((1.0 - prior) / prior)))
 
 
-def _with_rest(search: Search, each: Explained) -> tuple[float, str]:
+def _with_rest(search: CauseSearch, each: Explained) -> tuple[float, str]:
     """The logarithm of prior times evidence of a rest in at least one log, beyond a set of effects; its best place.
 
     Each log may have a rest of its own, in one of several places and sizes.

@@ -37,7 +37,7 @@ class Explained:
     weighed: Weighed
 
 
-class Search:
+class CauseSearch:
     """The search over sets of effects for one or several logs of one airplane.
 
     Sizes of an effect are the same in all logs, those of the air as well: the logs should be of one day. Free

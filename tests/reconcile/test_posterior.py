@@ -121,6 +121,25 @@ def test_causes_that_act_alike_are_a_set() -> None:
     assert answer.others("pitot_lag") == ("gps_latency",)
 
 
+@pytest.mark.parametrize(("missed", "kind"), [(0.003, "one_of"), (0.1, "named")])
+def test_a_small_share_of_a_gap_does_not_decide_however_strong_it_is(missed: float, kind: str) -> None:
+    """Two causes explain 500σ, one of them all but a share of its sum of squares."""
+    axes = 25.0 * AXES
+    nearly = axes[0] * np.sqrt(1.0 - missed) + axes[1] * np.sqrt(missed)
+    answer = answer_of(explained({LAG: axes[0], LATE: nearly, POD: axes[2]}, axes[0]))
+    assert answer.kind == kind
+    assert answer.groups[0][0] == "pitot_lag"
+
+
+def test_a_gap_is_found_by_the_evidence_as_it_is() -> None:
+    """The chance of no gap is that of the Bayes factor, and what is left of it is shared among the hypotheses."""
+    posterior = explained({LAG: AXES[0], LATE: AXES[1]}, AXES[0] * 0.2)
+    prior = THRESHOLDS.prior_of_number[0] * (1.0 - THRESHOLDS.prior_of_rest)
+    odds = np.exp(posterior.log_bayes_factor) * (1.0 - prior) / prior
+    assert posterior.none == pytest.approx(1.0 / (1.0 + odds))
+    assert total(posterior) == pytest.approx(1.0)
+
+
 def test_a_size_that_cannot_be_excludes_its_cause() -> None:
     """A lag is never negative; a latency that fits as badly as the lag fits well is then the answer."""
     answer = answer_of(explained({LAG: -AXES[0], POD: AXES[0] + AXES[1] / 20.0}, AXES[0]))

@@ -40,7 +40,7 @@ class Thresholds:
     undone_from: float = 8.0  # σ from which an effect on the sensors bends the signatures of the others
 
     # The posterior over causes.
-    prior_of_number: tuple[float, ...] = (0.30, 0.57, 0.10, 0.03)  # of no, one, two and three effects
+    prior_of_number: tuple[float, ...] = (0.30, 0.59, 0.10, 0.01)  # of no to three effects, rare and independent
     prior_of_rest: float = 0.15  # that something is left which no entry of the table describes
     size_scales: tuple[float, ...] = (0.0625, 0.25, 1.0, 4.0)  # times typical: the scales of a size's prior
     rest_sizes: tuple[float, ...] = (4.0, 12.0, 36.0, 108.0, 324.0)  # σ of a smooth discrepancy

@@ -10,7 +10,7 @@ from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.decide.answer import answer_of
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.log_evidence import LogEvidence, Rest
-from pitotbench.reconcile.decide.posterior import CausePosterior, posterior_of
+from pitotbench.reconcile.decide.posterior import CausePosterior, cause_posterior
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.decide.weighing import Prior, weigh
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
@@ -57,7 +57,7 @@ AXES = np.eye(6) * 20.0  # every effect stands at 20σ at its typical size
 
 
 def explained(along: Along, residual: Array) -> CausePosterior:
-    return posterior_of([log_of(along, residual)])  # type: ignore[list-item]
+    return cause_posterior([log_of(along, residual)])  # type: ignore[list-item]
 
 
 def total(posterior: CausePosterior) -> float:
@@ -121,6 +121,25 @@ def test_causes_that_act_alike_are_a_set() -> None:
     assert answer.others("pitot_lag") == ("gps_latency",)
 
 
+@pytest.mark.parametrize(("missed", "kind"), [(0.003, "one_of"), (0.1, "named")])
+def test_a_small_share_of_a_gap_does_not_decide_however_strong_it_is(missed: float, kind: str) -> None:
+    """Two causes explain 500σ, one of them all but a share of its sum of squares."""
+    axes = 25.0 * AXES
+    nearly = axes[0] * np.sqrt(1.0 - missed) + axes[1] * np.sqrt(missed)
+    answer = answer_of(explained({LAG: axes[0], LATE: nearly, POD: axes[2]}, axes[0]))
+    assert answer.kind == kind
+    assert answer.groups[0][0] == "pitot_lag"
+
+
+def test_a_gap_is_found_by_the_evidence_as_it_is() -> None:
+    """The chance of no gap is that of the Bayes factor, and what is left of it is shared among the hypotheses."""
+    posterior = explained({LAG: AXES[0], LATE: AXES[1]}, AXES[0] * 0.2)
+    prior = THRESHOLDS.prior_of_number[0] * (1.0 - THRESHOLDS.prior_of_rest)
+    odds = np.exp(posterior.log_bayes_factor) * (1.0 - prior) / prior
+    assert posterior.none == pytest.approx(1.0 / (1.0 + odds))
+    assert total(posterior) == pytest.approx(1.0)
+
+
 def test_a_size_that_cannot_be_excludes_its_cause() -> None:
     """A lag is never negative; a latency that fits as badly as the lag fits well is then the answer."""
     answer = answer_of(explained({LAG: -AXES[0], POD: AXES[0] + AXES[1] / 20.0}, AXES[0]))
@@ -140,15 +159,15 @@ def test_two_logs_name_what_neither_can_and_one_that_contradicts_takes_it_back()
     one = log_of({LAG: AXES[0], LATE: AXES[0] + AXES[3] / 40.0}, AXES[0] / 4.0)
     other = log_of({LAG: AXES[0], LATE: AXES[1]}, AXES[0] / 4.0)
     silent = log_of({LAG: AXES[0], LATE: AXES[0]}, np.zeros(6))
-    assert answer_of(posterior_of([one])).kind == "one_of"  # type: ignore[list-item]
-    assert answer_of(posterior_of([one, other])).groups == (("pitot_lag",),)  # type: ignore[list-item]
-    size = posterior_of([one, silent]).weights[0].explained.weighed.sizes  # type: ignore[list-item]
+    assert answer_of(cause_posterior([one])).kind == "one_of"  # type: ignore[list-item]
+    assert answer_of(cause_posterior([one, other])).groups == (("pitot_lag",),)  # type: ignore[list-item]
+    size = cause_posterior([one, silent]).weights[0].explained.weighed.sizes  # type: ignore[list-item]
     assert not len(size) or abs(size[0]) < 0.15 * EFFECTS["pitot_lag"].parameter("lag_s").typical
 
 
 def test_no_log_is_refused() -> None:
     with pytest.raises(ValueError, match="no log"):
-        posterior_of([])
+        cause_posterior([])
 
 
 def test_the_order_of_the_channels_does_not_matter(sensed) -> None:
@@ -158,7 +177,7 @@ def test_the_order_of_the_channels_does_not_matter(sensed) -> None:
     wander = dict.fromkeys(noise.names, 0.5)
     order = np.argsort(noise.names)[::-1]
     turned, noise_turned = _turned(layout, noise, order)
-    found = [posterior_of([LogEvidence(*each, wander)]) for each in ((layout, noise), (turned, noise_turned))]
+    found = [cause_posterior([LogEvidence(*each, wander)]) for each in ((layout, noise), (turned, noise_turned))]
     first, second = (each.of_sets() for each in found)
     assert {k: first[k] for k in first if first[k] > 1e-6} == pytest.approx(
         {k: second[k] for k in first if first[k] > 1e-6}, rel=1e-5

@@ -19,7 +19,7 @@ from pitotbench.units import Array
 
 
 @dataclass(frozen=True, slots=True)
-class Posterior:
+class SizePosterior:
     """The posterior of some sizes: mean, (k,), covariance, (k, k), and the logarithm of the evidence."""
 
     mean: Array
@@ -33,11 +33,11 @@ class Evidence:
 
     inner: Array
 
-    def of(self, columns: Sequence[int], deviations: Sequence[float] | Array) -> Posterior:
+    def of(self, columns: Sequence[int], deviations: Sequence[float] | Array) -> SizePosterior:
         """Return the posterior of the sizes of some columns with these prior deviations, (k,)."""
         chosen, scale = list(columns), np.asarray(deviations, dtype=np.float64)
         if not chosen:
-            return Posterior(np.zeros(0), np.zeros((0, 0)), 0.0)
+            return SizePosterior(np.zeros(0), np.zeros((0, 0)), 0.0)
         scaled = self.inner[np.ix_(chosen, chosen)] * np.outer(scale, scale)
         scaled[np.diag_indices_from(scaled)] += 1.0
         right = self.inner[chosen, -1] * scale
@@ -45,7 +45,7 @@ class Evidence:
         solved = cho_solve(factor, right)
         log_evidence = 0.5 * float(right @ solved) - float(np.sum(np.log(np.diag(factor[0]))))
         covariance = cho_solve(factor, np.eye(len(chosen))) * np.outer(scale, scale)
-        return Posterior(solved * scale, covariance, log_evidence)
+        return SizePosterior(solved * scale, covariance, log_evidence)
 
     def given(
         self, columns: Sequence[int], deviations: Sequence[float] | Array, kept: Sequence[int] | None = None

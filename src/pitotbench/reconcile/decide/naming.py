@@ -9,7 +9,7 @@ from pitotbench.reconcile.decide.answer import Answer, answer_of
 from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.decide.normal_equations import Fit, NormalEquations
 from pitotbench.reconcile.decide.null_wander import wander_of
-from pitotbench.reconcile.decide.posterior import CausePosterior, posterior_of
+from pitotbench.reconcile.decide.posterior import CausePosterior, cause_posterior
 from pitotbench.reconcile.decide.scoring import merit, significance
 from pitotbench.reconcile.decide.sizes import estimates, is_in_range
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
@@ -66,7 +66,7 @@ def name_effects(layout: Layout, null: NullDistribution) -> Naming:
     """Name the effects that a log shows, given the noise and the wander of its null flights."""
     renewed = renewed_signatures(layout, null)
     log = renewed.evidence(null)
-    posterior = posterior_of([log])
+    posterior = cause_posterior([log])
     return naming_of(renewed, null, posterior)
 
 

@@ -1,7 +1,5 @@
 """Score an explanation: how well one or several effects explain a gap, for the number of their sizes."""
 
-from collections.abc import Mapping, Sequence
-
 import numpy as np
 
 from pitotbench.reconcile.decide.normal_equations import Fit
@@ -19,8 +17,3 @@ def merit(fit: Fit) -> float:
 def significance(fit: Fit) -> float:
     """Return the merit as a significance [σ]; 0 for a negative merit."""
     return float(np.sqrt(max(0.0, merit(fit))))
-
-
-def joined(columns: Mapping[str, Sequence[int]], names: Sequence[str]) -> tuple[int, ...]:
-    """Return the columns of several effects."""
-    return tuple(c for name in names for c in columns[name])

@@ -37,7 +37,7 @@ class Explained:
     weighed: Weighed
 
 
-class Search:
+class CauseSearch:
     """The search over sets of effects for one or several logs of one airplane.
 
     Sizes of an effect are the same in all logs, those of the air as well: the logs should be of one day. Free
@@ -94,7 +94,7 @@ class Search:
     def explained(self, names: Names) -> Explained:
         """Weigh one set of effects with its form error."""
         sizes, weighed = np.zeros(0), Weighed(0.0, np.zeros(0), np.zeros((0, 0)))
-        squares, shares = self._strengths(names)
+        shares = self._own_shares(names)
         for _ in range(ROUNDS):
             evidence, log_evidence = self.reduced(names, sizes, self.keys_of(names))
             weighed = weigh(evidence, self._columns(names), [self.priors[n] for n in names])
@@ -105,40 +105,24 @@ class Search:
             sizes = weighed.sizes * shares
             if np.all(moved < SETTLED * np.abs(sizes)):
                 break
-        weight = self.log_prior(names) + weighed.log_evidence - self._by_error(names, squares)
+        weight = self.log_prior(names) + weighed.log_evidence
         return Explained(names, tuple(self.keys_of(names)), weight, weighed)
 
-    def _strengths(self, names: Names) -> tuple[list[float], Array]:
-        """The square of each effect's significance beside the others, without form error; and its share, by size.
+    def _own_shares(self, names: Names) -> Array:
+        """What is left of the significance of each size beside the others, as a share, without form error.
 
-        The share is of the significance that its size has alone. Where two effects nearly cancel it is small, and
-        so is the form error of either.
+        Where two effects nearly cancel it is small, and so is the form error of either.
         """
         place = {key: i for i, key in enumerate(self._every())}
         wide = THRESHOLDS.size_scales[-1] * np.array(self._typical(names))
         fit = self._plain.of([place[k] for k in self.keys_of(names)], wide)
-        squares, shares = [], np.ones(len(wide))
+        shares = np.ones(len(wide))
         for name, columns in zip(names, self._columns(names), strict=True):
             size, index = fit.mean[columns], [place[k] for k in self.keys[name]]
-            squares.append(float(size @ np.linalg.solve(fit.covariance[np.ix_(columns, columns)], size)))
+            beside = float(size @ np.linalg.solve(fit.covariance[np.ix_(columns, columns)], size))
             alone = float(size @ self._plain.inner[np.ix_(index, index)] @ size)
-            shares[columns] = np.sqrt(min(1.0, squares[-1] / max(alone, SMALLEST)))
-        return squares, shares
-
-    def _by_error(self, names: Names, squares: Sequence[float]) -> float:
-        """The logarithm of the evidence that the weaker effects of a set have by errors of the strongest one.
-
-        Where a signature is wrong in a way that no direction of form error holds, another effect seems to explain
-        a share of it. Evidence for a weaker effect counts only beyond that for an error of this share.
-        """
-        strongest = int(np.argmax(squares))
-        error = THRESHOLDS.other_error**2 * squares[strongest]
-        total = 0.0
-        for i, name in enumerate(names):
-            if i != strongest:
-                explained = squares[i] * error / (1.0 + error) - len(self.keys[name]) * float(np.log1p(error))
-                total += max(0.0, 0.5 * explained)
-        return total
+            shares[columns] = np.sqrt(min(1.0, beside / max(alone, SMALLEST)))
+        return shares
 
     def _is_large(self, weighed: Weighed) -> bool:
         """Whether a set of effects is so significant that its form error counts."""

@@ -40,13 +40,13 @@ class Thresholds:
     undone_from: float = 8.0  # σ from which an effect on the sensors bends the signatures of the others
 
     # The posterior over causes.
-    prior_of_number: tuple[float, ...] = (0.30, 0.57, 0.10, 0.03)  # of no, one, two and three effects
+    prior_of_number: tuple[float, ...] = (0.30, 0.59, 0.10, 0.01)  # of no to three effects, rare and independent
     prior_of_rest: float = 0.15  # that something is left which no entry of the table describes
     size_scales: tuple[float, ...] = (0.0625, 0.25, 1.0, 4.0)  # times typical: the scales of a size's prior
     rest_sizes: tuple[float, ...] = (4.0, 12.0, 36.0, 108.0, 324.0)  # σ of a smooth discrepancy
     form_error: float = 0.08  # 1σ of each direction of form error, as a share of the effect
     smooth_error: float = 0.05  # 1σ of a smooth form error in a channel, as a share of the effect there
-    other_error: float = 0.05  # 1σ of an error of a signature that looks like another effect, as a share of it
+    table_error: float = 0.04  # τ, error of a signature in an unknown direction, as a share: fitted on 90 logs
     form_error_from: float = 6.0  # σ from which an effect's form error counts: it is half a σ there
     search_penalty: float = 2.0  # logarithm of the trials that a searched shape has
     gap_bayes_factor: float = 3.5  # logarithm; a true null exceeds it with a probability of 0.03 at most (Markov)

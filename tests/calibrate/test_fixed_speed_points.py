@@ -143,7 +143,6 @@ def test_logs_without_three_tracks_or_a_turn_are_refused_with_what_to_fly(path):
     [
         ("total_temperature", "temperature_k", 1.0),
         ("static_pressure", "static_pressure_pa", 40.0),
-        ("impact_pressure", "impact_pressure_zero_pa", 5.0),
     ],
 )
 def test_a_stated_accuracy_widens_the_bound_by_what_such_an_error_does(channel, name, off, location):
@@ -158,6 +157,19 @@ def test_a_stated_accuracy_widens_the_bound_by_what_such_an_error_does(channel, 
         assert abs(moved) > 0.005 * KNOT
         assert wide.two_sigma == pytest.approx(np.hypot(here.two_sigma, moved), rel=0.02)
         assert wide.correction == here.correction
+
+
+@pytest.mark.parametrize("location", ["impact", "static"])
+def test_a_zero_offset_belongs_to_the_correction_and_hardly_widens_it(location):
+    """Raw reading plus correction is the calibrated airspeed, whatever the offset: GPS does not feel it."""
+    log = fixture.fly(legs_path(0, 90, 180, 270), RATE, RATE, fixture.Air())
+    raw = replace(log, impact_pressure=log.impact_pressure + 60.0)
+    options = CalibrationOptions(error_location=location, accuracies=Accuracies(impact_pressure_zero_pa=400.0))
+    plain = fixed_speed_points(log, replace(options, accuracies=Accuracies()))
+    for here, there in zip(plain, fixed_speed_points(raw, options), strict=True):
+        assert there.indicated_airspeed - here.indicated_airspeed > 0.5 * KNOT
+        assert there.calibrated_airspeed == pytest.approx(here.calibrated_airspeed, abs=0.1 * KNOT)
+        assert there.two_sigma < here.two_sigma + 0.5 * KNOT
 
 
 def test_accuracies_of_the_header_and_of_a_standard_day_count():

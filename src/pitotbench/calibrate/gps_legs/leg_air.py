@@ -53,10 +53,11 @@ class LegAir:
         """2σ of the correction [m/s] at a true airspeed [m/s] from the stated accuracies of the air data.
 
         The errors are independent. Those of GPS velocity change the wind alone, and a latency changes nothing at
-        constant airspeed.
+        constant airspeed. A zero offset belongs to the correction, which is added to the raw reading: it only moves
+        the total pressure, from which the true static pressure is found.
         """
-        here = self.correction(true_airspeed)
-        parts = [(moved.correction(true_airspeed) - here) / _PART for moved in self._each_moved(stated)]
+        here = self.calibrated_airspeed(true_airspeed)
+        parts = [(moved.calibrated_airspeed(true_airspeed) - here) / _PART for moved in self._each_moved(stated)]
         return float(np.linalg.norm(parts))
 
     def _each_moved(self, stated: Accuracies) -> Iterator["LegAir"]:

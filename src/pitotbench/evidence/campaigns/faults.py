@@ -11,7 +11,7 @@ from pathlib import Path
 from pitotbench.bench.campaign.engine import fly_missing
 from pitotbench.bench.campaign.result_store import INDEX, ResultStore
 from pitotbench.bench.campaign.watching import Watch
-from pitotbench.bench.fleet import Limits, open_fleet
+from pitotbench.bench.fleet import Fleet, Limits, open_fleet
 from pitotbench.evidence.campaigns.drivers import (
     dask_cluster,
     digest,
@@ -36,7 +36,7 @@ def bad_flights(folder: Path) -> Iterator[str]:
         yield from _bad("dask", folder / "dask", fleet)
 
 
-def _bad(kind: str, folder: Path, fleet):  # type: ignore[no-untyped-def]
+def _bad(kind: str, folder: Path, fleet: Fleet) -> Iterator[str]:
     good = [*stubs(40)]
     tasks = [*good[:20], *(Stub(f"ff{number}", deed) for number, deed in enumerate(BAD)), *good[20:]]
     with ResultStore(folder) as store:

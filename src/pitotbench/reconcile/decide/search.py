@@ -6,6 +6,7 @@ from math import comb
 
 import numpy as np
 
+from pitotbench.effects.effect import Parameter
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
@@ -207,7 +208,7 @@ class CauseSearch:
         return float(np.log(share)) - THRESHOLDS.search_penalty * len(searched_shapes(FITTED[name]))
 
 
-def _sizes(name: str, logs: Sequence[LogEvidence]) -> list:  # type: ignore[type-arg]
+def _sizes(name: str, logs: Sequence[LogEvidence]) -> list[Parameter]:
     shown = {s.parameter for log in logs for s in log.signatures if s.effect == name}
     return [p for p in FITTED[name].parameters if p.name in shown]
 

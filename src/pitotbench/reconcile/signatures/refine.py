@@ -13,7 +13,7 @@ from pitotbench.reconcile.residuals.clean import clean_track
 from pitotbench.reconcile.residuals.free_parameters import free_parameters_of
 from pitotbench.reconcile.residuals.layout import Layout, mean_wind_of, without_error_curve
 from pitotbench.reconcile.residuals.predicted_channels import channel_residuals
-from pitotbench.reconcile.residuals.replay import replay_motion
+from pitotbench.reconcile.residuals.replay import answer, motion_of
 from pitotbench.reconcile.residuals.scene import ForceModel, Scene
 from pitotbench.reconcile.residuals.track import Track
 from pitotbench.reconcile.residuals.whitening import NoiseModel
@@ -107,11 +107,13 @@ def _shift(clean: Track, entries: Entries) -> dict[str, Array]:
 
 
 def _moved_along(track: Track, model: ForceModel | None) -> ForceModel | None:
-    """The force model with the answer along another track."""
+    """The force model with its answer along another track; its slopes are those of the log."""
     if model is None:
         return None
-    react = model.aircraft.react
-    return replace(model, replay=replay_motion(track, lambda motion: react(motion, Overlay(), True)))
+    react, old = model.aircraft.react, model.replay
+    motion = motion_of(track, old.rows)
+    values = answer(lambda states: react(states, Overlay(), True), motion)
+    return replace(model, replay=replace(old, motion=motion, values=values))
 
 
 def _from_scene(scene: Scene, old: Signature) -> Signature:

@@ -60,12 +60,14 @@ class FreeParameters:
 class AnalysisSetting:
     """Facts about a log that its rows do not hold.
 
-    `day_known`: pressure and temperature of the air are those of a weather report, and the instruments are of the
-    usual class. `static_error`: the error curve sits in the static pressure, not in the impact pressure alone.
-    Instants above `mach_max` are not used. `pressure_step` [Pa] is the step of a coarse quantization, 0 for none.
+    `day_known`: pressure and temperature of the air are those of a weather report. `instruments_known`: the
+    instruments are of the usual class, as they are wherever the day is known. `static_error`: the error curve sits
+    in the static pressure, not in the impact pressure alone. Instants above `mach_max` are not used.
+    `pressure_step` [Pa] is the step of a coarse quantization, 0 for none.
     """
 
     day_known: bool = False
+    instruments_known: bool = False
     static_error: bool = False
     mach_max: float = 1.0
     pressure_step: float = 0.0
@@ -130,7 +132,7 @@ def _variations(clean: Track, setting: AnalysisSetting) -> Mapping[str, _Variati
     for i, name in enumerate(MODELS["inverse+"].parameter_names):
         change = _curved(basis[:, i], setting.static_error)
         variations[f"curve {name}"] = _Variation(change, CURVE_STEP, CURVE_DEVIATION)
-    wider = 1.0 if setting.day_known else FOREIGN
+    wider = 1.0 if setting.day_known or setting.instruments_known else FOREIGN
     for name, deviation in ANGLE_BIAS.items():
         if name in clean:
             variations[f"{name} bias"] = _Variation(_shifted(name, BIAS_STEP), BIAS_STEP, wider * deviation)

@@ -12,7 +12,6 @@ from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.signatures.hypotheses import cause_of
 
 RESTED = 10  # best sets with which a rest is weighed
-NEGLIGIBLE = 12.0  # of the tempered logarithm of the weight by which a set may be behind
 SMALLEST = 1e-12  # so that the logarithm of a difference is defined
 TINY = 1e-300  # of a probability, so that it has a logarithm
 
@@ -115,7 +114,8 @@ def _tempered(search: CauseSearch, found: Sequence[Explained], log_bayes_factor:
     """
     square = 2.0 * max(0.0, log_bayes_factor) / len(search.logs)
     power = 1.0 / (1.0 + THRESHOLDS.table_error**2 * square)
-    near = [e for e in found if power * (found[0].log_weight - e.log_weight) < NEGLIGIBLE or not e.effects]
+    depth = THRESHOLDS.beam_depth / power
+    near = [e for e in found if found[0].log_weight - e.log_weight < depth or not e.effects]
     again = sorted((search.tempered(each, power) for each in near), key=lambda e: -e.log_weight)
     return [w if w.causes else replace(w, alone=-np.inf) for w in _weights(search, again, power)]
 

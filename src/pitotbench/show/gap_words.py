@@ -6,8 +6,9 @@ from pitotbench.show.quantity_words import listed, size_words, words
 
 
 def effect_words(effect: Candidate) -> str:
-    """An effect with its sizes."""
-    return f"{words(effect.name)} ({'; '.join(size_words(s.name, s.value, s.two_sigma) for s in effect.sizes)})"
+    """An effect with its sizes, and the times at which it begins and ends."""
+    sizes = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
+    return f"{words(effect.name)} ({'; '.join([*sizes, *(size_words(*time) for time in effect.times)])})"
 
 
 def place_words(place: Located) -> str:

@@ -167,7 +167,7 @@ class _Scan:
             inner = inner + self._own[ends][:, own][:, :, own] - shared - shared.transpose(0, 2, 1)
         normal = inner - free @ self._inverse @ free.transpose(0, 2, 1)
         normal = normal + np.diag(self._widest[own] ** -2.0)
-        return np.einsum("wi,wi->w", right, np.linalg.solve(normal, right[:, :, None])[:, :, 0])
+        return np.asarray(np.sum(right * np.linalg.solve(normal, right[:, :, None])[:, :, 0], axis=1))
 
 
 def _product(one: Array, other: Array) -> Array:

@@ -19,6 +19,7 @@ MARKED = 0.75  # quantile of the size of the gap from which a place is marked
 RESPONSE = 400  # instants after which an autoregression has forgotten an innovation
 FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
 SPEEDS = 25  # airspeeds at which the correction is told
+TINY = 1e-30  # of a noise, so that it can be divided by
 CURVE = "inverse+"  # the error curve of the free parameters
 
 
@@ -31,7 +32,7 @@ def telling_channel(naming: Naming, null: NullDistribution) -> TellingChannel | 
     names = list(null.noise.names)
     instants = max(1, round(AVERAGED / layout.grid.step))
     noise = {n: deviation_of_mean(null.noise, names.index(n), instants) for n in by_name if n in names}
-    shown = {n: _level(by_name[n], instants) / max(d, 1e-30) for n, d in noise.items()}
+    shown = {n: _level(by_name[n], instants, np.hypot(d, _slack(layout, n))) for n, d in noise.items()}
     name = max(shown, key=lambda n: shown[n])
     trace = by_name[name]
     variable, values = _variable(naming, name)
@@ -101,10 +102,15 @@ def calibration_change(naming: Naming) -> CalibrationChange | None:
     return CalibrationChange(airspeed, air.calibrated_airspeed(pressure * (1.0 + share)) - airspeed)
 
 
-def _level(trace: Trace, instants: int) -> float:
-    """Root mean square of what is explained or, without a patch, of the means of the gap."""
+def _slack(layout: Layout, channel: str) -> Array:
+    """The deviation that adds to the noise of a channel where the model changes quickly, (n,)."""
+    return layout.residuals.slack[:, layout.residuals.names.index(channel)]
+
+
+def _level(trace: Trace, instants: int, noise: Array) -> float:
+    """Root mean square, in units of the noise (n,), of what is explained or else of the means of the gap."""
     values = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)
-    return float(np.sqrt(np.mean(values**2)))
+    return float(np.sqrt(np.mean((values / np.maximum(noise, TINY)) ** 2)))
 
 
 def _means(values: Array, instants: int) -> Array:

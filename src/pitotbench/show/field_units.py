@@ -47,7 +47,7 @@ VARIABLES = {
     "airspeed": FieldUnit("true airspeed", "kt", KNOT),
     "bank": FieldUnit("bank", "°", DEGREE),
     "altitude": FieldUnit("altitude", "ft", FOOT),
-    "power": FieldUnit("manifold pressure, left engine", "inHg", INCH_OF_MERCURY),
+    "power": FieldUnit("manifold pressure", "inHg", INCH_OF_MERCURY),
     "time": FieldUnit("time", "min", MINUTE),
 }
 

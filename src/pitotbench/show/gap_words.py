@@ -28,14 +28,16 @@ def calibration_words(change: CalibrationChange) -> str:
         )
     way = "high" if wrong[worst] > 0.0 else "low"
     return (
-        f"A calibration by this flight that ignores it finds a correction up to {abs(wrong[worst]):.1f} kt too {way} "
-        f"(at {change.airspeed[worst] / KNOT:.0f} KIAS; flown {low} to {high} KIAS)."
+        "A calibration by this flight that ignores it finds a correction up to "
+        f"{abs(wrong[worst]):.1f} kt too {way} (at {change.airspeed[worst] / KNOT:.0f} KIAS; "
+        f"flown {low} to {high} KIAS)."
     )
 
 
 def effect_words(effect: Candidate) -> str:
-    """An effect with its sizes."""
-    return f"{words(effect.name)} ({'; '.join(size_words(s.name, s.value, s.two_sigma) for s in effect.sizes)})"
+    """An effect with its sizes; a size within its bound of zero is left out beside one that is not."""
+    clear = [s for s in effect.sizes if s.two_sigma is None or abs(s.value) > s.two_sigma] or effect.sizes
+    return f"{words(effect.name)} ({'; '.join(size_words(s.name, s.value, s.two_sigma) for s in clear)})"
 
 
 def place_words(place: Located) -> str:

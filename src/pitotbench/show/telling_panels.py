@@ -1,4 +1,4 @@
-"""The first picture of a reconciliation: the telling channel over time, over a variable, and on the ground track."""
+"""The first picture of a reconciliation: the telling channel over time, a variable, and the ground track."""
 
 import numpy as np
 from matplotlib.axes import Axes

@@ -97,11 +97,11 @@ def kill_workers(folder: Path, flights: int) -> Iterator[str]:
     wait_for_parts(folder / "local", flights // 3, driver)
     os.kill(_workers(driver.pid)[0], signal.SIGKILL)
     yield _compared("local", folder, finish(driver, begun).code)
-    with dask_cluster() as (address, nannies):
-        driver = start(plan, folder / "dask", "--scheduler", address)
+    with dask_cluster() as cluster:
+        driver = start(plan, folder / "dask", "--scheduler", cluster.address)
         begun = time.monotonic()
         wait_for_parts(folder / "dask", flights // 3, driver)
-        os.kill(_workers(nannies[0])[0], signal.SIGKILL)
+        os.kill(_workers(cluster.workers)[0], signal.SIGKILL)
         yield _compared("dask", folder, finish(driver, begun).code)
 
 

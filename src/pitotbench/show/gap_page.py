@@ -1,6 +1,6 @@
 """The report of a reconciliation: one self-contained page, which opens offline."""
 
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import FORMS
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.verdict import SURE, Candidate
 from pitotbench.show.columns import html_table
@@ -51,7 +51,8 @@ def account_page(account: Account) -> str:
 def _sizes(effect: Candidate) -> tuple[str, str, list[str]]:
     """Name, description and sizes of an effect, in words."""
     sizes = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
-    return words(effect.name), EFFECTS[effect.name].what, sizes
+    sizes += [size_words(*time) for time in effect.times]
+    return words(effect.name), FORMS[effect.name].what, sizes
 
 
 def _closing(account: Account) -> list[Panel]:

@@ -35,9 +35,13 @@ def calibration_words(change: CalibrationChange) -> str:
 
 
 def effect_words(effect: Candidate) -> str:
-    """An effect with its sizes; a size within its bound of zero is left out beside one that is not."""
-    clear = [s for s in effect.sizes if s.two_sigma is None or abs(s.value) > s.two_sigma] or effect.sizes
-    return f"{words(effect.name)} ({'; '.join(size_words(s.name, s.value, s.two_sigma) for s in clear)})"
+    """An effect with its clear sizes, and the times at which it begins and ends.
+
+    A size within its bound of zero is left out beside one that is not.
+    """
+    clear = [s for s in effect.sizes if abs(s.value) > s.two_sigma] or effect.sizes
+    sizes = [size_words(s.name, s.value, s.two_sigma) for s in clear]
+    return f"{words(effect.name)} ({'; '.join([*sizes, *(size_words(*time) for time in effect.times)])})"
 
 
 def place_words(place: Located) -> str:

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pitotbench import air
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.reconcile.residuals.scene import Scene
-from pitotbench.reconcile.residuals.track import Track
+from pitotbench.reconcile.residuals.track import Track, mach_number
 from pitotbench.units import Array
 
 WIND_DEVIATION = (40.0, 40.0, 1.0)  # m/s toward north, east, down
@@ -195,10 +196,12 @@ def residuals_of_wind(wind: Array, scene: Scene) -> Array:
 
 def _offsets(scene: Scene, day_known: bool) -> Columns:
     clean, grid, names = scene.clean, scene.grid, scene.base.names
-    columns = {}
+    ones, columns = np.ones(len(grid)), {}
+    # A warmer day is warmer at the probe by the ram rise as well.
+    units = {"temperature": air.total_temperature(ones, grid.smooth(mach_number(clean)))}
     for name, deviation in (OFFSETS | (REPORTED if day_known else {})).items():
         if name in names:
-            columns[f"{name} offset"] = _Column(_in_channel(scene, name, np.ones(len(grid))), deviation)
+            columns[f"{name} offset"] = _Column(_in_channel(scene, name, units.get(name, ones)), deviation)
     if "altitude" in clean:
         height = grid.smooth(clean["altitude"])
         for name, deviation in WITH_HEIGHT.items():

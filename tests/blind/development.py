@@ -21,12 +21,14 @@ if __name__ == "__main__":
     made.add_argument("--seed", type=int, default=41_000)
     made.add_argument("--settings", default=",".join(DEVELOPMENT))
     made.add_argument("--signatures", type=Path, default=PLACE)
+    made.add_argument("--like", default="", help="settings whose strengths are taken from another: A=B,D=C")
     made.add_argument("--jobs", type=int, default=1)
     options = made.parse_args()
     if not SEEDS[0] <= options.seed < SEEDS[1]:
         raise SystemExit(f"seeds of development sets lie between {SEEDS[0]} and {SEEDS[1]}")
     letters = options.settings.split(",")
-    measured = {letter: read(letter, options.signatures) for letter in letters}
+    like = dict(pair.split("=") for pair in options.like.split(",") if pair)
+    measured = {letter: read(like.get(letter, letter), options.signatures) for letter in letters}
     draw = np.random.default_rng(options.seed)
     kinds = [kind for kind, number in KINDS.items() for _ in range(number)]
     kinds = [kinds[i] for i in draw.permutation(len(kinds))]

@@ -52,12 +52,11 @@ def _leaping_clock(signals: Signals, sizes: Sizes) -> Signals:
     return signals.with_channels(**{n: delayed(signals, signals[n], late) for n in _gps(signals)})
 
 
-def _two_pole_receiver(signals: Signals, sizes: Sizes) -> Signals:
-    """A receiver whose tracking loop has two poles."""
-    half = 0.5 * sizes["lag_s"]
-    return signals.with_channels(
-        **{n: first_order(signals, first_order(signals, signals[n], half), half) for n in _gps(signals)}
-    )
+def _straining_receiver(signals: Signals, sizes: Sizes) -> Signals:
+    """A receiver that opens its tracking loop as the airplane accelerates, and is then less late."""
+    accelerated = np.hypot(*(np.gradient(signals[n], signals.time) for n in GROUND[:2]))
+    late = sizes["lag_s"] * (1.2 - 0.9 * np.tanh(first_order(signals, accelerated, 1.0) / 2.0))
+    return signals.with_channels(**{n: delayed(signals, signals[n], late) for n in _gps(signals)})
 
 
 def _backlash_growing(signals: Signals, sizes: Sizes) -> Signals:
@@ -190,7 +189,7 @@ _ALL: tuple[Effect, ...] = (
     _sensed("two_chamber", _two_chamber, "static_lag", _one("static_lag")),
     _sensed("filling_buffer", _filling_buffer, "air_data_latency", _one("air_data_latency")),
     _sensed("leaping_clock", _leaping_clock, "clock_drift", _one("clock_drift")),
-    _sensed("two_pole_receiver", _two_pole_receiver, "gps_smoothing", _one("gps_smoothing")),
+    _sensed("straining_receiver", _straining_receiver, "gps_smoothing", _one("gps_smoothing")),
     _sensed("rounded_hysteresis", _backlash_growing, "hysteresis", _one("hysteresis")),
     _sensed("logarithmic_drift", _logarithmic_drift, "time_drift", _one("time_drift")),
     _sensed("late_temperature_drift", _bent_temperature_drift, "temperature_drift", _one("temperature_drift")),

@@ -25,11 +25,14 @@ from tests.blind.settings import SETTINGS, Setting
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.catalog import Catalog
-from pitotbench.effects import EFFECTS, Effect, SensorEffect
+from pitotbench.effects import EFFECTS, Effect, Overlay, SensorEffect
 from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.grid import grid_of
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import noise_residuals
+from pitotbench.reconcile.residuals.predicted_channels import Frame, channel_residuals
+from pitotbench.reconcile.residuals.replay import Replay, answer, motion_of, replay_rows
 from pitotbench.reconcile.residuals.track import track_of
 from pitotbench.reconcile.residuals.whitening import NoiseModel, learned
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec
@@ -38,7 +41,8 @@ from pitotbench.units import Array
 
 PLACE = Path("out/blind/signatures")
 NULL_SEED = 49_000
-NULLS = 4
+NULLS = 3
+STEP = 0.2  # s between the states in which the model is asked
 GUSTS = ("turbulence_level", "turbulence_scale")
 EVENTS = {"at_s": 80.0, "from_s": 60.0}
 NO_EFFECTS: Catalog[Effect] = Catalog("effect", {"belly_pod": EFFECTS["belly_pod"]})
@@ -105,24 +109,44 @@ def null_noise(setting: Setting) -> NoiseModel:
     return learned(layouts[0].residuals.names, logs)
 
 
-def matched(layout: Layout, segments: Array, onto: Layout, onto_segments: Array) -> Array:
-    """The residuals of one flight at the instants of another, (n, c): by place in each segment, in order."""
-    out = np.zeros_like(onto.residuals.values)
-    places = list(onto.residuals.names)
-    columns = [layout.residuals.names.index(name) for name in places]
-    runs, wanted = _runs(segments), _runs(onto_segments)
+@dataclass(frozen=True, slots=True)
+class Residuals:
+    """The residual channels of a log alone, (n, c), with the segment of each instant, (n,)."""
+
+    names: tuple[str, ...]
+    values: Array
+    segments: Array
+
+
+def residuals_of(log: FlightLog) -> Residuals:
+    """The residual channels of a noiseless log: without free parameters and hypotheses, at a fifth of the cost."""
+    track, model = track_of(log), aircraft_model("navajo")
+    assert model is not None
+    rows = replay_rows(track, STEP)
+    motion = motion_of(track, rows)
+    replay = Replay(rows, motion, answer(lambda each: model.react(each, Overlay(), True), motion), {})
+    grid = grid_of(track)
+    found = channel_residuals(track, grid, Frame.of(track, grid), replay)
+    return Residuals(found.names, found.values, segments_at(log, track.time[grid.rows]))
+
+
+def matched(values: Array, segments: Array, wanted: Array) -> Array:
+    """Values (n, …) of one flight at the instants of another with segments (m,): by place in each, in order."""
+    out = np.zeros((len(wanted), *values.shape[1:]))
+    runs = _runs(segments)
     names = [name for name, _ in runs]
     used = 0
-    for name, rows in wanted:
+    for name, rows in _runs(wanted):
         if name not in names[used:]:
             continue
         here = names.index(name, used)
         used = here + 1
         source = runs[here][1]
-        share = np.linspace(0.0, 1.0, len(rows)) if len(rows) > 1 else np.array([0.5])
-        from_place = np.linspace(0.0, 1.0, len(source)) if len(source) > 1 else np.array([0.0])
-        for i, column in enumerate(columns):
-            out[rows, i] = np.interp(share, from_place, layout.residuals.values[source, column])
+        place = (len(source) - 1) * np.linspace(0.0, 1.0, len(rows))
+        low = np.minimum(place.astype(np.intp), max(0, len(source) - 2))
+        share = (place - low).reshape(-1, *[1] * (values.ndim - 1))
+        high = np.minimum(low + 1, len(source) - 1)
+        out[rows] = (1.0 - share) * values[source[low]] + share * values[source[high]]
     return out
 
 
@@ -132,10 +156,9 @@ def _runs(segments: Array) -> list[tuple[str, Array]]:
     return [(str(segments[a]), np.arange(a, b)) for a, b in pairwise(edges)]
 
 
-def segments_of(layout: Layout, log: FlightLog) -> Array:
-    """The segment at each instant of a layout."""
+def segments_at(log: FlightLog, time: Array) -> Array:
+    """The segment of a log at some times."""
     assert log.segment is not None
-    time = layout.track.time[layout.grid.rows]
     row = np.clip(np.searchsorted(log.time, time), 0, len(log.time) - 1)
     return np.asarray(log.segment)[row]
 
@@ -151,8 +174,8 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
     flight = flown(case)
     log = _unrounded(lambda: recorded(flight))
     base = layout_of(log)
-    segments = segments_of(base, log)
-    still = base.scene.residuals_of(track_of(log)).values
+    segments = segments_at(log, base.track.time[base.grid.rows])
+    still, alone = base.scene.residuals_of(track_of(log)).values, residuals_of(log)
     values = {}
     wanted = all_effects()
     if only:
@@ -166,9 +189,9 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
                     other = _unrounded(partial(recorded, replace(flight, case=spec)))
                 values[name] = base.scene.residuals_of(track_of(other)).values - still
             else:
-                other = _unrounded(lambda spec=spec: recorded(flown(spec)))
-                layout = layout_of(other)
-                values[name] = matched(layout, segments_of(layout, other), base, segments) - base.residuals.values
+                other = residuals_of(_unrounded(lambda spec=spec: recorded(flown(spec))))
+                columns = [other.names.index(name) for name in alone.names]
+                values[name] = matched(other.values[:, columns], other.segments, segments) - alone.values
         except Exception as error:  # an effect that cannot be flown in a setting has no signature in it
             print(f"{letter} {name}: {error}", flush=True)
     strengths, unit = _strengths(base, noise, values)
@@ -219,6 +242,13 @@ def read(letter: str, place: Path = PLACE) -> SettingSignatures:
             kept["strengths"],
             kept["unit"].astype(np.float64),
         )
+
+
+def noise_of(letter: str, place: Path = PLACE) -> NoiseModel:
+    """Read the noise of a setting."""
+    with np.load(place / f"{letter}.npz") as kept:
+        numbers = [np.array(each) for each in json.loads(str(kept["noise"][0]))]
+        return NoiseModel(tuple(kept["channels"].tolist()), *numbers)
 
 
 if __name__ == "__main__":

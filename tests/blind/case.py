@@ -8,7 +8,7 @@ import numpy as np
 from tests.blind.drawn import cause_of
 
 # Effects that are one model with another: no log can tell them apart.
-ONE_MODEL = {"gear_not_up": "belly_pod"}
+ONE_MODEL = {"gear_not_up": "belly_pod", "impact_pressure_scale": "total_pressure_loss"}
 BANDS = ((7.0, "above 7"), (4.0, "4 to 7"), (2.0, "2 to 4"), (0.0, "below 2"))
 NO_ANSWER = ("crash", "refused", "not scored")
 SURE = ("named", "one_of")

@@ -83,7 +83,7 @@ def _page(truth: dict[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row
             "flight. The strength (SNR) is that of the difference of two flights of the generator, with wind,",
             "curve and sensor biases taken out (`tests/blind/signatures.py`). The ideal observer knows all forms",
             "and the noise (`tests/blind/observer.py`). Intervals are Wilson's, 95 %. A gear that is out and a pod",
-            "are one model and count as one cause. A crash counts as a miss.",
+            "are one model and count as one cause; so do a scale of the impact pressure and a loss of total pressure. A crash counts as a miss.",
             "",
             "| score | found | of | share | 95 % | |",
             "|---|---|---|---|---|---|",

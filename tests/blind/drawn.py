@@ -15,6 +15,7 @@ from tests.blind.signatures import GUSTS, SettingSignatures, typical
 from pitotbench.effects import EFFECTS, Effect, SensorEffect
 
 BANDS = {"above 7": (8.0, 500.0), "4 to 7": (4.3, 6.7), "2 to 4": (2.2, 3.8)}
+WEAK = ("4 to 7", "2 to 4")
 USUAL_FACTORS = (0.5, 1.6)  # of typical sizes
 JITTER = (0.75, 1.25)  # of each size of an effect with several
 FORM_SHARE, WORLD_SHARE, PART_SHARE = 0.3, 0.3, 0.2
@@ -133,7 +134,9 @@ def _effect(
         if not _within(name, factor):
             continue
         sign = -1.0 if _by(draw, 0.5) and _within(name, -factor) else 1.0
-        sizes = _sizes(draw, name, sign * factor, measured[settings[0]])
+        # The observer knows one direction of several sizes: where it is the ceiling, they keep their ratio.
+        varied = kind not in WEAK
+        sizes = _sizes(draw, name, sign * factor, measured[settings[0]], varied)
         return HiddenEffect(name, sizes, tuple(round(factor * t, 2) for t in typicals), part)
 
 
@@ -148,7 +151,7 @@ def _pool(draw: Generator, kind: str) -> list[str]:
 
 def _factor(draw: Generator, kind: str, whole: float) -> float:
     """The factor on typical sizes. Where no band is asked for, sizes are typical, in bounds of strength."""
-    if kind in ("4 to 7", "2 to 4"):
+    if kind in WEAK:
         low, high = BANDS[kind]
         return float(np.exp(draw.uniform(np.log(low), np.log(high)))) / whole
     factor = float(np.exp(draw.uniform(*np.log(USUAL_FACTORS))))
@@ -175,10 +178,12 @@ def _strength(signatures: SettingSignatures, name: str, part: tuple[float, float
     return whole * float(np.sqrt(np.sum(Part(*part)(signatures.time) * unit) / max(1e-12, np.sum(unit))))
 
 
-def _sizes(draw: Generator, name: str, factor: float, signatures: SettingSignatures) -> dict[str, float]:
+def _sizes(
+    draw: Generator, name: str, factor: float, signatures: SettingSignatures, varied: bool
+) -> dict[str, float]:
     effect = _table()[name]
     shapes = {p.name for p in effect.parameters if p.shape}
-    several = len(effect.parameters) - len(shapes) > 1
+    several = varied and len(effect.parameters) - len(shapes) > 1
     sizes = {}
     for key, value in typical(effect).items():
         drawn = value if key in shapes else factor * value

@@ -2,9 +2,10 @@
 
     python -m tests.effects.both_ends [NAME …]
 
-flies one short card for each effect and end, records it, and reconciles the log without null flights. The log is cut
-to two minutes, so that it costs seconds. A log counts as failed where anything raises, where the verdict is none of
-the four, or where the patch cannot be read as a case. A flight that the simulator refuses is counted apart.
+flies one short card for each effect and end, records it, and reconciles the log without null flights.
+The log is cut to two minutes, so that it costs seconds. A log counts as failed where anything raises, where
+the verdict is none of the four, or where the patch cannot be read as a case. A flight that the simulator
+refuses is counted apart.
 """
 
 import sys

@@ -61,7 +61,8 @@ class Renewed:
 
     def evidence(self, null: NullDistribution) -> LogEvidence:
         """Return the evidence of the log."""
-        return LogEvidence(self.layout, self.noise, wander_of(null, self.layout.residuals.names))
+        wander = wander_of(null, self.layout.residuals.names)
+        return LogEvidence(self.layout, self.noise, wander, null.scores.effect_spread)
 
 
 def name_effects(layout: Layout, null: NullDistribution) -> Naming:

@@ -39,6 +39,7 @@ from pitotbench.effects.effect import Effect as Effect
 from pitotbench.effects.effect import Parameter as Parameter
 from pitotbench.effects.effect import SensorEffect as SensorEffect
 from pitotbench.effects.excitation import Excitation as Excitation
+from pitotbench.effects.formula import FORMULAS as FORMULAS
 from pitotbench.effects.overlay import Baseline as Baseline
 from pitotbench.effects.overlay import Overlay as Overlay
 from pitotbench.effects.pneumatic.attitude_static_error import ALPHA_STATIC_ERROR, SIDESLIP_STATIC_ERROR
@@ -132,9 +133,14 @@ _ALL: tuple[Effect, ...] = (
 EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in _ALL})
 
 
+def effect_of(name: str) -> Effect:
+    """Return an effect of the table or a formula by its name. Raises UnknownNameError for an unknown name."""
+    return FORMULAS[name] if name in FORMULAS else EFFECTS[name]
+
+
 def chosen(entries: Iterable[Named]) -> tuple[Choice, ...]:
     """Return the effects that a case names, with their sizes. Effects of size zero are omitted.
 
     Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters.
     """
-    return choose(entries, EFFECTS)
+    return choose(entries, Catalog("effect", {**EFFECTS, **FORMULAS}))

@@ -52,7 +52,7 @@ def _problems(choice: Choice) -> Iterator[str]:
         elif not _plausible(value, known[key]):
             p = known[key]
             yield f"{name}: {key} = {value:g} is not within {p.low:g} to {p.high:g}"
-    sizes = [p for p in known.values() if not p.shape]
+    sizes = [p for p in known.values() if not (p.shape or p.may_be_missing)]
     for p in sizes:
         if p.name not in choice.sizes:
             yield f"{name}: {p.name} is missing (typically {p.typical:g}; 0 for none)"

@@ -2,6 +2,7 @@
 
 from pitotbench.records.gap import Account
 from pitotbench.records.verdict import SURE, Candidate, Closure, Located, Verdict
+from pitotbench.show.formula_words import formula_sentences
 from pitotbench.show.quantity_words import listed, size_words, words
 
 
@@ -27,6 +28,8 @@ def sentences(account: Account) -> list[str]:
             lines.append("Something remains beside it that no effect of the table explains.")
         lines.append(_closed(verdict, account.holdout))
         lines += _later_passes(account)
+    if account.formula is not None:
+        lines += formula_sentences(account.formula, account.holdout)
     return lines
 
 

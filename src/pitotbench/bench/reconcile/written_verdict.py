@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from pitotbench.bench.reconcile.workflow import FullReconciliation, entries
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import effect_of
 from pitotbench.logbook import write_text
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.errors import BadInputError
@@ -59,13 +59,17 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
 
 
 def _of_aircraft(outcome: FullReconciliation) -> list[EffectSpec]:
-    return [e for e in entries(outcome.patch) if EFFECTS[e.name].acts_on == "aircraft"]
+    return [e for e in entries(outcome.patch) if effect_of(e.name).acts_on == "aircraft"]
 
 
 def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
     """Return 2σ of every size of the named effects, by effect and parameter, in the units of the effects table."""
-    effects = (e for r in outcome.account.rounds for e in r.verdict.effects)
-    return {"two_sigma": {e.name: {s.name: float(f"{s.two_sigma:.3g}") for s in e.sizes} for e in effects}}
+    effects = [(e.name, s) for r in outcome.account.rounds for e in r.verdict.effects for s in e.sizes]
+    effects += [(t.effect, t.size) for t in outcome.account.formula.terms] if outcome.account.formula else []
+    bounds: dict[str, dict[str, float]] = {}
+    for name, size in effects:
+        bounds.setdefault(name, {})[size.name] = float(f"{size.two_sigma:.3g}")
+    return {"two_sigma": bounds}
 
 
 def _why_nothing(kind: str) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import effect_of
 from pitotbench.records.verdict import Candidate
 
 DIGITS = 5  # significant ones of a size: more than any bound needs
@@ -54,7 +54,7 @@ def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
 
 
 def _sizes(effect: Candidate) -> dict[str, float]:
-    limits = {p.name: (p.low, p.high) for p in EFFECTS[effect.name].parameters}
+    limits = {p.name: (p.low, p.high) for p in effect_of(effect.name).parameters}
     held = {s.name: min(max(s.value, limits[s.name][0]), limits[s.name][1]) for s in effect.sizes}
     return {name: _rounded(value) for name, value in held.items()}
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pitotbench.effects import Effect, SensorEffect, Signals
+from pitotbench.effects import Effect, SensorEffect, Signals, effect_of
 from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
 from pitotbench.reconcile.decide.scoring import merit
 from pitotbench.reconcile.residuals.clean import clean_track
@@ -50,7 +50,7 @@ def without_sensor_effect(layout: Layout, original: Layout, name: str, sizes: Ma
     `original` is the layout before any effect was subtracted. Signatures of the other effects on the sensors are
     then computed from signals without that effect. A large effect would otherwise bend all of them.
     """
-    effect, old = FITTED[name], original.scene
+    effect, old = effect_of(name), original.scene
     if not isinstance(effect, SensorEffect) or not sizes:
         return layout if layout.scene is old else _in_scene(layout, old, original.free)
     applied = effect.apply(Signals(old.clean.time, old.clean.channels), sizes)

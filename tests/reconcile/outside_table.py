@@ -1,4 +1,4 @@
-"""Causes that the table of effects does not hold, made by hand: edited copies of the airplane, and sensors of their own.
+"""Causes that the table of effects does not hold, made by hand: edited airplanes, and sensors of their own.
 
 Nothing here uses the terms of `effects/formula`, nor any effect of the table: the airplane is edited as text, and a
 sensor error is written on the recorded channels.

@@ -1,4 +1,4 @@
-"""Formulas: effects whose sizes are the coefficients of terms, for causes that the table of effects does not hold."""
+"""Formulas: effects whose sizes are coefficients of terms, for causes that the table does not hold."""
 
 from pitotbench.catalog import Catalog
 from pitotbench.effects.effect import Effect

@@ -21,7 +21,7 @@ FORCE_TERMS = ("constant", *STATES, *CONTROLS, *AROUND, *PRODUCTS)
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """An aerodynamic axis: its coefficient's symbol, its typical change, and its reference length, "" for a force."""
+    """An aerodynamic axis: the symbol of its coefficient, a typical change, and its reference length, if any."""
 
     quantity: str
     symbol: str

@@ -1,4 +1,4 @@
-"""The terms of a formula: what a missing force or a wrong reading may follow, each in JSBSim's and in a log's quantities.
+"""The terms of a formula: what a missing force or a wrong reading may follow.
 
 A term is one expression over JSBSim's properties. Values for a log come from the same expression, with the
 properties computed from its channels, so that a term means the same on the airplane and in a sensor.
@@ -129,11 +129,11 @@ _FROM_LOG: Mapping[str, _Reading] = {
     RECORDING_START: ((), lambda signals: np.zeros(len(signals))),
     **{
         path: _channel(f"manifold_pressure_{s}", INCH_OF_MERCURY)
-        for s, (path, _) in zip(("left", "right"), _SPEEDS)
+        for s, (path, _) in zip(("left", "right"), _SPEEDS, strict=True)
     },
     **{
         path: _channel(f"propeller_speed_{s}", SUFFIXES["rpm"].factor)
-        for s, (_, path) in zip(("left", "right"), _SPEEDS)
+        for s, (_, path) in zip(("left", "right"), _SPEEDS, strict=True)
     },
 }
 

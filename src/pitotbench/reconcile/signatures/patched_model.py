@@ -87,11 +87,16 @@ def patched_aircraft(aircraft: AircraftModel, patch: Overlay) -> AircraftModel:
 def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mapping[str, float]) -> Overlay | None:
     """Return the overlay that an effect puts on the force meter.
 
-    None for effects of the sensors and the air, and for a lever that does not stand where its throttle plate does:
-    the log holds the plates.
+    None for effects of the sensors and the air, for those of a part of the flight, because the force meter knows no
+    time, and for a lever that does not stand where its throttle plate does: the log holds the plates.
     """
     effect = effect_of(name)
-    if aircraft is None or not isinstance(effect, AircraftEffect) or isinstance(effect, AirEffect):
+    if (
+        aircraft is None
+        or not isinstance(effect, AircraftEffect)
+        or isinstance(effect, AirEffect)
+        or effect.part_of
+    ):
         return None
     overlay = effect.overlay(sizes, aircraft.baseline)
     return None if moves_levers(overlay) else overlay

@@ -161,7 +161,7 @@ FORMS: Catalog[Effect] = Catalog(
 
 
 def effect_of(name: str) -> Effect:
-    """Return an effect of the table in any form, or a formula, by its name. Raises UnknownNameError for an unknown name."""
+    """Return an effect of the table in any form, or a formula, by its name. Raises UnknownNameError."""
     return FORMULAS[name] if name in FORMULAS else FORMS[name]
 
 

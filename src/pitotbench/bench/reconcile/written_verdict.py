@@ -47,8 +47,9 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
     verdict, aircraft = outcome.reconciliation.verdict, outcome.account.aircraft
     acting = _of_aircraft(outcome)
     if not acting:
-        raise BadInputError(_why_nothing(verdict.kind))
-    provenance = {"log": outcome.account.log, "verdict": verdict.kind, "closure": round(verdict.closure.share, 3)}
+        raise BadInputError(_why_nothing(verdict.kind, bool(entries(outcome.patch))))
+    closed = outcome.account.formula.closure if outcome.account.formula else verdict.closure
+    provenance = {"log": outcome.account.log, "verdict": verdict.kind, "closure": round(closed.share, 3)}
     folder = install_variant(aircraft, variant, acting, provenance | _bounds(outcome), shelf)
     not_of_aircraft = [e.name for e in entries(outcome.patch) if e not in acting]
     lines = [f"written: {folder}; it flies as --aircraft {folder.name}"]
@@ -72,8 +73,8 @@ def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
     return {"two_sigma": bounds}
 
 
-def _why_nothing(kind: str) -> str:
-    if kind in SURE:
+def _why_nothing(kind: str, patched: bool) -> str:
+    if kind in SURE or patched:
         return "no named effect acts on the aircraft: put the entries of patch.toml into the case file instead"
     why = "there is no significant gap" if kind == "no_gap" else "the cause of the gap is unknown"
     return f"nothing to apply: {why}, so there is no patch"

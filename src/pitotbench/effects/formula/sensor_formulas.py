@@ -21,7 +21,8 @@ SPEED = ("mach", "mach_squared", "pressure", "pressure_squared")
 HEADING = ("heading_north", "heading_east", "heading_north_twice", "heading_east_twice")
 LOADS = ("load_forward", "load_right", "load_down")
 PLACE = ("height", "time")
-FLOW_TERMS = (*AIR_STATE, *TURNING, *CONTROLS, *POWER, *ATTITUDE, *PLACE, "power_alpha", "power_sideslip")
+PRODUCTS = ("power_alpha", "power_sideslip")
+FLOW_TERMS = ("constant", *AIR_STATE, *TURNING, *CONTROLS, *POWER, *ATTITUDE, *PLACE, *PRODUCTS)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import pytest
 from pitotbench.evidence.pages.examples_page import ExampleChapter, example_picture, examples_page
 from pitotbench.reconcile.residuals.predicted_channels import UNITS as RESIDUAL_UNITS
 from pitotbench.records.calibration import Estimate
+from pitotbench.records.formula import FormulaTerm, FoundFormula
 from pitotbench.records.gap import (
     Account,
     CalibrationChange,
@@ -94,6 +95,27 @@ def test_a_verdict_without_a_patch_offers_none(kind, said):
     found = account(verdict, added=())
     assert said in sentences(found)[0]
     assert "The patch" not in account_page(found)
+
+
+def test_a_formula_is_told_with_its_unit_its_rivals_and_its_patch():
+    size = Estimate("bank_squared_deg", 2.04, 0.3)
+    rival = "Δθ (pitch) with sin φ"
+    term = FormulaTerm("pitch_formula", size, "pitch", "Δθ", "deg", "sin²φ", 40.0, (rival,))
+    formula = FoundFormula((term,), NAMED.closure, 1.0, closure_holdout=NAMED.closure_holdout)
+    verdict = replace(NAMED, kind="unknown", effects=(), alternatives=(), closure_holdout=None)
+    found = replace(account(verdict, added=()), formula=formula, patch='name = "pitch_formula"')
+    text = " ".join(sentences(found))
+    assert "The gap follows a formula: pitch: Δθ = (2.04 ± 0.3)° sin²φ; ± is 2σ." in text
+    assert f"In the place of Δθ with sin²φ, the log is explained as well by {rival}." in text
+    assert "The formula closes 99 % of the explainable gap of this log, and 95 % of that of other.csv" in text
+    page = account_page(found)
+    assert "sin²φ" in page
+    assert "pitch_formula" in page
+    told = account_json(found)["formula"]
+    assert (told["terms"][0]["value"], told["closure_holdout"]) == (2.04, formula.closure_holdout.share)
+    refused = replace(found, formula=replace(formula, refused="it closes only 10 %"))
+    assert "It is not put into the model: it closes only 10 %." in sentences(refused)
+    assert "pitch_formula" not in account_page(refused)
 
 
 def test_without_null_flights_the_answer_asks_for_another_flight():

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pitotbench.records.formula import FoundFormula
 from pitotbench.records.verdict import Closure, Verdict
 from pitotbench.units import Array, Booleans
 
@@ -151,7 +152,8 @@ class Account:
 
     `rounds[0].verdict` is the answer. `patch` is the text of the patch, `flown` and `flown_holdout` are the cards
     flown again, and `closures` holds each measured gap by name. `telling` is the channel of the first picture, and
-    `calibration` what the effects do to a calibration; None without a gap or an effect.
+    `calibration` what the effects do to a calibration; None without a gap or an effect. `formula` describes a
+    gap that the table does not explain; None where there is no such gap, or no formula.
     """
 
     log: str
@@ -166,5 +168,6 @@ class Account:
     flown_holdout: FlownAgain = field(default_factory=FlownAgain)
     closures: Mapping[str, Closure] = field(default_factory=dict)
     null_flights: int = 0
+    formula: FoundFormula | None = None
     telling: TellingChannel | None = None
     calibration: CalibrationChange | None = None

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from pitotbench.bench.reconcile import Progress
+from pitotbench.bench.reconcile.beyond_the_table import beyond_the_table
 from pitotbench.bench.reconcile.log_card import card_of, loaded_as
 from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, reconcile_log
 from pitotbench.bench.reconcile.reflight import fly_again
@@ -54,7 +55,10 @@ def reconcile_fully(
     other = holdout.log if holdout else None
     first = reconcile_log(measured.log, aircraft, other, card, progress=progress, setting=setting, keep=keep)
     looks = look_until_quiet(measured.log, aircraft, first, progress)
-    patch = patch_of(first, looks.added, looks.shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
+    beyond = beyond_the_table(aircraft, first, looks, other, progress)
+    first, looks = beyond.first, beyond.looks
+    added = (*looks.added, *beyond.entries)
+    patch = patch_of(first, added, looks.shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
     flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
     if refly:
@@ -78,6 +82,7 @@ def reconcile_fully(
         flown=flown,
         flown_holdout=flown_holdout,
         null_flights=first.null.flights,
+        formula=beyond.formula,
         telling=telling_channel(first.naming, first.null),
         calibration=calibration_change(first.naming),
     )

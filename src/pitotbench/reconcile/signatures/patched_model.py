@@ -6,11 +6,13 @@ from functools import reduce
 from operator import add
 from typing import Any
 
-from pitotbench.effects import FORMS, AircraftEffect, AirEffect, Overlay, SensorEffect
+from pitotbench.catalog import Catalog
+from pitotbench.effects import AircraftEffect, AirEffect, Effect, Overlay, SensorEffect, effect_of
 from pitotbench.reconcile.decide.judgment import judge
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
-from pitotbench.reconcile.residuals.layout import Layout, with_aircraft
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import Layout, lay_out, with_aircraft
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.added_forces import adds_forces
 from pitotbench.reconcile.signatures.hypotheses import COUNTED
@@ -20,6 +22,8 @@ from pitotbench.records.log import FlightLog
 from pitotbench.records.motion import Motion, Reaction, UnitForces
 from pitotbench.records.verdict import Verdict
 from pitotbench.units import Array
+
+NO_EFFECTS: Catalog[Effect] = Catalog("effect", {})
 
 
 def look_again(
@@ -38,6 +42,22 @@ def look_again(
         kept = _unmoved(layout, patch)
         layout = with_aircraft(layout, log, patched_aircraft(aircraft, reduce(add, patch)), kept)
     return judge(without_effects(layout, not_on_model), null)
+
+
+def lay_out_with(
+    log: FlightLog, aircraft: AircraftModel | None, setting: AnalysisSetting, entries: Entries
+) -> Layout:
+    """Return another log laid out with effects in the model, without any hypothesis.
+
+    Raises BadInputError for a log that cannot be compared.
+    """
+    fitted = {n: s for n, s in entries.items() if n not in COUNTED}
+    overlays = {n: force_meter_overlay(aircraft, n, s) for n, s in fitted.items()}
+    patch = [overlay for overlay in overlays.values() if overlay is not None]
+    if aircraft is not None and patch:
+        aircraft = patched_aircraft(aircraft, reduce(add, patch))
+    layout = lay_out(log, aircraft, setting, NO_EFFECTS)
+    return without_effects(layout, {n: s for n, s in fitted.items() if overlays[n] is None})
 
 
 def _unmoved(layout: Layout, patch: Sequence[Overlay]) -> dict[Overlay, Array]:
@@ -67,7 +87,7 @@ def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mappin
     None for effects of the sensors and the air, for those of a part of the flight, because the force meter knows no
     time, and for a lever that does not stand where its throttle plate does: the log holds the plates.
     """
-    effect = FORMS[name]
+    effect = effect_of(name)
     if (
         aircraft is None
         or not isinstance(effect, AircraftEffect)
@@ -84,7 +104,7 @@ def without_effects(layout: Layout, entries: Entries) -> Layout:
     layout = without_sensor_effects(layout, entries)
     changes = sensor_change(layout.scene, entries)
     for name, sizes in entries.items():
-        effect = FORMS[name]
+        effect = effect_of(name)
         if not isinstance(effect, SensorEffect):
             change = residual_change(effect, layout.scene, effect.complete(sizes))
             changes = changes if change is None else changes + change

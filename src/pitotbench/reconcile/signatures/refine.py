@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.channels import CHANNELS
-from pitotbench.effects import Effect, Overlay, SensorEffect, Signals
+from pitotbench.effects import Effect, Overlay, SensorEffect, Signals, effect_of
 from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
 from pitotbench.reconcile.decide.scoring import merit
 from pitotbench.reconcile.residuals.clean import clean_track
@@ -60,7 +60,7 @@ def without_sensor_effects(original: Layout, entries: Entries) -> Layout:
     effects make is added to the residuals again, so that the sizes to be fitted stay whole sizes.
     `original` is the layout before any effect was taken out. Effects that are not on the sensors change nothing.
     """
-    if not any(isinstance(FITTED[name], SensorEffect) and sizes for name, sizes in entries.items()):
+    if not any(isinstance(effect_of(name), SensorEffect) and sizes for name, sizes in entries.items()):
         return original
     old = original.scene
     track, clean = original.track, old.clean
@@ -95,7 +95,7 @@ def _shift(clean: Track, entries: Entries) -> dict[str, Array]:
     """
     signals = Signals(clean.time, clean.channels)
     for name, sizes in entries.items():
-        effect = FITTED[name]
+        effect = effect_of(name)
         if isinstance(effect, SensorEffect) and all(n in signals for n in (*effect.needs, *effect.changes)):
             signals = effect.apply(signals, sizes)
     changed = [name for name in signals if signals[name] is not clean[name]]

@@ -6,7 +6,7 @@ from pitotbench.records.gap import Account
 from pitotbench.records.verdict import Verdict
 from pitotbench.show.columns import print_table
 from pitotbench.show.flight_tables import FLIGHT_COLUMNS
-from pitotbench.show.gap_words import effect_words, sentences
+from pitotbench.show.gap_words import effect_words, evidence_words, sentences
 from pitotbench.show.terminal import outside
 from pitotbench.show.verdict_tables import KIND_WORDS, PLACE_COLUMNS, TOLERANCE_COLUMNS
 
@@ -20,6 +20,8 @@ def print_account(account: Account, console: Console) -> None:
     for sentence in sentences(account):
         console.print(outside(sentence), soft_wrap=True)
     console.print()
+    for sentence in evidence_words(account):
+        console.print(outside(sentence), soft_wrap=True)
     print_table(PLACE_COLUMNS, verdict.located[:_PLACES], console, "where the gap is, in standard deviations")
     if len(account.flights) > 1:
         print_table(FLIGHT_COLUMNS, account.flights, console, "the flights")

@@ -24,7 +24,7 @@ from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import scaled_to
 from pitotbench.reconcile.residuals.whitening import NoiseModel
-from pitotbench.reconcile.signatures.hypotheses import FITTED, happens_once
+from pitotbench.reconcile.signatures.hypotheses import FITTED, returns
 from pitotbench.reconcile.signatures.signatures import Signature, residual_change
 from pitotbench.records.advised_flight import AdvisedFlight, CardForecast
 from pitotbench.records.case import Case
@@ -249,16 +249,20 @@ def evidence_of_card(question: Question, log: FlightLog) -> LogEvidence | None:
 
 
 def _sizes_of(doubt: Doubt) -> dict[tuple[str, str], float]:
-    """The sizes of all explanations, those of the most probable first; none so small that it is rounding."""
+    """The sizes of all explanations, those of the most probable first; none so small that it is rounding.
+
+    Effects that do not return in another flight have none.
+    """
     sizes: dict[tuple[str, str], float] = {}
     for contender in doubt.contenders:
         for key, size in zip(contender.keys, contender.sizes.tolist(), strict=True):
+            if not returns(key[0]):
+                continue
             least = LEAST_SIZE * abs(FITTED[key[0]].parameter(key[1]).typical)
             sizes.setdefault(key, float(np.copysign(max(abs(size), least), size)))
     return sizes
 
 
 def _shapes_of(layout: Layout) -> dict[str, dict[str, float]]:
-    """The fitted shapes of the effects, those that are no time in the flight."""
-    once = {s.effect for s in layout.signatures if happens_once(s.effect)}
-    return {s.effect: dict(s.shapes) for s in layout.signatures if s.shapes and s.effect not in once}
+    """The fitted shapes of the effects that return in another flight."""
+    return {s.effect: dict(s.shapes) for s in layout.signatures if s.shapes and returns(s.effect)}

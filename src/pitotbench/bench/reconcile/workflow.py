@@ -12,10 +12,11 @@ from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconcili
 from pitotbench.bench.reconcile.reconciliation import NamedLog as NamedLog
 from pitotbench.bench.reconcile.reflight import fly_again
 from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of
-from pitotbench.reconcile.decide.patches import Patch
+from pitotbench.reconcile.decide.patches import Patch, name_in_case
 from pitotbench.reconcile.picture_data import gap_map, traces, waterfall
 from pitotbench.records.advised_flight import AdvisedFlight
 from pitotbench.records.calibration import Estimate
+from pitotbench.reconcile.telling_data import calibration_change, telling_channel
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.joined_flight import JoinedFlight
@@ -132,10 +133,12 @@ def reconcile_fully(
         null_flights=first.null.flights,
         flights=first.flights,
         next_flight=advised,
+        telling=telling_channel(first.naming, first.null),
+        calibration=calibration_change(first.naming),
     )
     return FullReconciliation(first, account, patch)
 
 
 def entries(patch: Patch) -> tuple[EffectSpec, ...]:
     """Return a patch as effects of a case."""
-    return tuple(EffectSpec(name, sizes) for name, sizes in patch.entries)
+    return tuple(EffectSpec(name_in_case(name), sizes) for name, sizes in patch.entries)

@@ -19,6 +19,7 @@ from pitotbench.reconcile.decide.search import Names
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.layout import Layout
+from pitotbench.reconcile.signatures.hypotheses import returns
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.joined_flight import JoinedFlight, OwnSize
 from pitotbench.records.verdict import SURE, Candidate, Closure, Detectable, Kind, Located, Verdict
@@ -96,6 +97,7 @@ def _figures(
     effects = naming.chosen
     if not effects and len(together.logs) > 1:  # the flights may disagree: look at what single ones name
         effects = next((a.effects for a in map(answer_of, together.alone) if a.effects), ())
+    effects = tuple(filter(returns, effects))
     time = naming.layout.track.time
     return JoinedFlight(
         log=name,

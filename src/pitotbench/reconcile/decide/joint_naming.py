@@ -21,7 +21,7 @@ from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.residuals.layout_noise import whitened_equations
-from pitotbench.reconcile.signatures.hypotheses import FITTED
+from pitotbench.reconcile.signatures.hypotheses import FITTED, returns
 from pitotbench.reconcile.signatures.refine import at_sizes
 from pitotbench.records.verdict import Closure
 from pitotbench.units import Array
@@ -128,11 +128,18 @@ def _with_sizes(naming: Naming, sizes: Mapping[Key, float]) -> Naming:
 
 
 def left_out_closures(namings: Sequence[Naming]) -> tuple[Closure | None, ...]:
-    """Return for each flight the closure by the sizes that the other flights show; None where they show none."""
+    """Return for each flight the closure by the sizes that the other flights show; None where they show none.
+
+    Effects for a part of one flight, and events, are left out: another flight does not have them.
+    """
     found: list[Closure | None] = []
     for number, naming in enumerate(namings):
         sizes = shared_sizes(namings, left_out=number) if len(namings) > 1 else {}
-        pairs = [(c, sizes[key]) for c, key in zip(naming.fit.columns, _keys(naming), strict=True) if key in sizes]
+        pairs = [
+            (column, sizes[key])
+            for column, key in zip(naming.fit.columns, _keys(naming), strict=True)
+            if key in sizes and returns(key[0])
+        ]
         cells = [i for i, _ in naming.layout.places]
         columns, values = [c for c, _ in pairs], [v for _, v in pairs]
         found.append(closure_of(naming.equations, columns, values, cells) if pairs else None)

@@ -11,8 +11,12 @@ from pitotbench.evidence.next_flight_check import CARDS, CONFUSED, VARIED, cases
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", help="effects to hide, with commas: " + ", ".join(CONFUSED))
-    parser.add_argument("--cards", default=",".join(CARDS), help="maneuvers of the first flight (default: %(default)s)")
-    parser.add_argument("--varied", type=int, default=VARIED, help="cards whose variants are tried (default: %(default)s)")
+    parser.add_argument(
+        "--cards", default=",".join(CARDS), help="maneuvers of the first flight (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--varied", type=int, default=VARIED, help="cards whose variants are tried (default: %(default)s)"
+    )
     options = parser.parse_args()
 
     def say(line: str) -> None:

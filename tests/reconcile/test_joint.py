@@ -1,4 +1,4 @@
-"""Several flights together: the sums against dense algebra on the stacked logs, contradictions, and what is left out."""
+"""Several flights together: the sums against dense algebra on stacked logs, contradictions, flights left out."""
 
 from dataclasses import replace
 
@@ -70,9 +70,7 @@ def test_by_chance_sizes_are_as_far_apart_as_normal_numbers() -> None:
     random, covariance = np.random.default_rng(5), np.array([[1.0, 0.4], [0.4, 2.0]])
     keys = (("a", "x"), ("a", "y"))
     draws = random.multivariate_normal(np.zeros(2), covariance, size=(4000, 2))
-    found = [
-        contradiction(OwnSizes(keys, one, covariance), OwnSizes(keys, two, covariance)) for one, two in draws
-    ]
+    found = [contradiction(OwnSizes(keys, one, covariance), OwnSizes(keys, two, covariance)) for one, two in draws]
     for limit in (0.5, 1.0, 2.0):
         expected = 2.0 * norm.sf(limit)
         assert np.mean(np.array(found) > limit) == pytest.approx(expected, abs=4.0 * np.sqrt(expected / 4000))

@@ -100,7 +100,9 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
 
     cards = [read_case(path) for path in options.card or ()]
     if len(cards) not in (0, 1, len(options.log)):
-        raise BadInputError(f"{len(cards)} cards for {len(options.log)} logs: give --card once, or once for each log")
+        raise BadInputError(
+            f"{len(cards)} cards for {len(options.log)} logs: give --card once, or once for each log"
+        )
     own = cards if len(cards) > 1 else [None] * len(options.log)
     measured = [
         NamedLog(path.name, read_log(path, options.mapping), card)

@@ -1,7 +1,7 @@
 """How often a hidden cause is named: by the measured flight alone, and after the flight that is advised next.
 
-Each development case hides one effect of the table on a card, at a significance drawn between two limits. Its log is
-reconciled. Where a doubt is left, the advised card is flown with the same effect hidden in it, and both logs are
+Each development case hides one effect of the table on a card, at a significance drawn between two limits. Its log
+is reconciled. Where a doubt is left, the advised card is flown with the same effect hidden in it, and both logs are
 reconciled together.
 """
 
@@ -13,8 +13,8 @@ import numpy as np
 
 from pitotbench.bench import fly, sense
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.null_learning import null_distribution_of
 from pitotbench.bench.reconcile.next_flight import VARIED, next_flight_after
+from pitotbench.bench.reconcile.null_learning import null_distribution_of
 from pitotbench.bench.reconcile.reconciliation import NamedLog, reconcile_logs
 from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
@@ -50,7 +50,7 @@ CARDS = ("circle", "rapid_decel")
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """A case: what was hidden, its significance [σ], the answers after each flight, and the card that was advised."""
+    """A case: what was hidden, its significance [σ], the answers, and the card that was advised."""
 
     effect: str
     strength: float
@@ -78,9 +78,7 @@ def strengths(maneuver: str) -> dict[str, float]:
     equations = whitened_equations(layout, null_distribution_of(card).noise)
     found = {}
     for name, columns in columns_of(layout.signatures).items():
-        typical = np.array(
-            [FITTED[name].parameter(layout.signatures[c].parameter).typical for c in columns]
-        )
+        typical = np.array([FITTED[name].parameter(layout.signatures[c].parameter).typical for c in columns])
         found[name] = float(np.sqrt(typical @ equations.inner[np.ix_(columns, columns)] @ typical))
     return found
 

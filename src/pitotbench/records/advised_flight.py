@@ -9,9 +9,9 @@ from typing import Any
 class CardForecast:
     """What a card that has not been flown promises.
 
-    `card` holds its changed numbers, each key with its unit; `altitude` [m]. `name` is the probability that a flight
-    of it, joined with the flights so far, gives the right name; `entropy` [bit] is what is expected to be left of
-    the doubt. `minutes` are recorded.
+    `card` holds its changed numbers, each key with its unit; `altitude` [m]. `name` is the probability that a
+    flight of it, joined with the flights so far, gives the right name; `entropy` [bit] is what is expected to be left
+    of the doubt. `minutes` are recorded.
     """
 
     maneuver: str
@@ -26,9 +26,9 @@ class CardForecast:
 class AdvisedFlight:
     """The next flight.
 
-    `causes` are the sets of causes to be parted, with their probabilities so far, `ranked` the cards, the best first.
-    `parts` says whether the best one can part them. `case` is the text of the case file to fly, empty where no
-    card can. `entropy` [bit] is the doubt so far.
+    `causes` are the sets of causes to be parted, with their probabilities so far, `ranked` the cards, the best
+    first. `parts` says whether the best one can part them. `case` is the text of the case file to fly, empty where
+    no card can. `entropy` [bit] is the doubt so far.
     """
 
     causes: tuple[tuple[tuple[str, ...], float], ...]

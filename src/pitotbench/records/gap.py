@@ -153,13 +153,10 @@ class Account(Shown):
     """The content of a reconciliation's report.
 
     `rounds[0].verdict` is the answer. `patch` is the text of the patch, `flown` and `flown_holdout` are the cards
-<<<<<<< HEAD
     flown again, and `closures` holds each measured gap by name. `flights` says what each log says, `next_flight`
     what to fly to part the causes that are left (None where nothing is to be parted).
-=======
     flown again, and `closures` holds each measured gap by name. `telling` is the channel of the first picture, and
     `calibration` what the effects do to a calibration; None without a gap or an effect.
->>>>>>> main
     """
 
     log: str
@@ -174,10 +171,7 @@ class Account(Shown):
     flown_holdout: FlownAgain = field(default_factory=FlownAgain)
     closures: Mapping[str, Closure] = field(default_factory=dict)
     null_flights: int = 0
-<<<<<<< HEAD
     flights: tuple[JoinedFlight, ...] = ()
     next_flight: AdvisedFlight | None = None
-=======
     telling: TellingChannel | None = None
     calibration: CalibrationChange | None = None
->>>>>>> main

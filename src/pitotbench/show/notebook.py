@@ -26,8 +26,8 @@ from pitotbench.show.limit import judgments, limit_for
 from pitotbench.show.plan_advice import plan_advice
 from pitotbench.show.plan_panels import draw_front
 from pitotbench.show.plan_table import plan_columns, plan_json
-from pitotbench.show.short_answer import short_answer_of
 from pitotbench.show.quantity_words import words
+from pitotbench.show.short_answer import short_answer_of
 from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
 from pitotbench.show.verdict_tables import candidate_columns
 from pitotbench.units import KNOT

@@ -1,4 +1,4 @@
-"""Choose the next flight: fly every card in smooth air by simulation, and rank them by the probability of a name."""
+"""Choose the next flight: fly every card by simulation, and rank them by the probability of a name."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -78,9 +78,7 @@ def next_flight_after(
         return None
     together = found.joint.together
     layout, flights = together.namings[-1].layout, len(found.logs)
-    return choose_next_flight(
-        together.posterior, last.log, last.card, layout, last.null, flights, progress, varied
-    )
+    return choose_next_flight(together.posterior, last.log, last.card, layout, last.null, flights, progress, varied)
 
 
 def choose_next_flight(
@@ -96,8 +94,8 @@ def choose_next_flight(
     """Return the card whose flight most probably ends in a name, given the posterior of the flights so far.
 
     `log`, `card`, `layout` and `null` are those of the last flight: the next one is expected to have its data
-    system, wind, loading and noise. All maneuvers are tried, then variants of the best `varied` ones. Each costs one flight
-    in smooth air and one layout with the signatures of the explanations that are left.
+    system, wind, loading and noise. All maneuvers are tried, then variants of the best `varied` ones. Each costs
+    one flight in smooth air and one layout with the signatures of the explanations that are left.
     None where a single set of causes is left, or where no card can be flown.
     """
     doubt = doubt_of(posterior, flights)
@@ -139,7 +137,7 @@ def question_of(doubt: Doubt, layout: Layout, null: NullDistribution) -> Questio
 
 
 def advice_of(advised: AdvisedFlight) -> tuple[str, ...]:
-    """Return the advice in sentences: the card to fly with the probability of a name after it, or that none parts."""
+    """Return the advice in sentences: the card to fly and the probability of a name, or that none parts."""
     best = advised.best
     causes = ", ".join(dict.fromkeys(cause for causes, _ in advised.causes for cause in causes))
     if not advised.parts:
@@ -199,9 +197,7 @@ def _varied(card: Card, name: str, suffix: str, key: str) -> dict[str, Any]:
     if name == "speeds":  # the fast ones slower, none below the slowest
         slow = min(value)
         value = tuple(v / factor for v in (slow + factor * (v - slow) for v in value))
-    changes: dict[str, Any] = {
-        key: [changed(v) for v in value] if isinstance(value, tuple) else changed(value)
-    }
+    changes: dict[str, Any] = {key: [changed(v) for v in value] if isinstance(value, tuple) else changed(value)}
     if name == "bank":  # room for the pilot above the bank of the card
         changes["bank_limit_deg"] = changes[key] + (card.bank_limit - value) / unit
     return changes

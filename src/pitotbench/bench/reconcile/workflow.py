@@ -14,9 +14,9 @@ from pitotbench.bench.reconcile.reflight import fly_again
 from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of
 from pitotbench.reconcile.decide.patches import Patch, name_in_case
 from pitotbench.reconcile.picture_data import gap_map, traces, waterfall
+from pitotbench.reconcile.telling_data import calibration_change, telling_channel
 from pitotbench.records.advised_flight import AdvisedFlight
 from pitotbench.records.calibration import Estimate
-from pitotbench.reconcile.telling_data import calibration_change, telling_channel
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.joined_flight import JoinedFlight

@@ -14,7 +14,13 @@ from pitotbench.show.gap_page import account_page
 from pitotbench.show.strict_json import json_text
 from pitotbench.simulate.modified import install_variant, overlay_xml
 
-WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml", "next_flight.toml")  # the files that a run writes
+WRITTEN = (
+    "verdict.json",
+    "patch.toml",
+    "report.html",
+    "overlay.xml",
+    "next_flight.toml",
+)  # the files that a run writes
 
 
 def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) -> list[str]:

@@ -46,9 +46,7 @@ def judge_together(
     too little of the gap of a flight that is left out.
     """
     together = name_together(layouts, nulls)
-    each = [
-        verdict_of(naming.layout, naming, null) for naming, null in zip(together.namings, nulls, strict=True)
-    ]
+    each = [verdict_of(naming.layout, naming, null) for naming, null in zip(together.namings, nulls, strict=True)]
     left_out = left_out_closures(together.namings)
     flights = tuple(
         _figures(name, together, number, each[number].closure, left_out[number], null.flights)

@@ -1,7 +1,7 @@
 """Name the effects of several flights of one airplane: causes and sizes shared, free parameters each flight's own.
 
-Each flight is judged by the noise and the wander of the null flights of its own card. Its evidence adds to that of the
-others. A flight that shows another size than the others do contradicts the cause.
+Each flight is judged by the noise and the wander of the null flights of its own card. Its evidence adds to that of
+the others. A flight that shows another size than the others do contradicts the cause.
 """
 
 from collections.abc import Mapping, Sequence

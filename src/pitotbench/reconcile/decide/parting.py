@@ -126,7 +126,7 @@ def parting_of(doubt: Doubt, log: LogEvidence, draws: int = DRAWS) -> Parting:
 def _weights_after(
     doubt: Doubt, predictions: Sequence["_Prediction"], products: Array, noise: "_Noise"
 ) -> tuple[Array, Array]:
-    """The probabilities of the contenders, (d, h), and the Bayes factor of a gap, (d,), after logs of products (d, c)."""
+    """The probabilities of the contenders, (d, h), and the Bayes factor of a gap, (d,), after logs, (d, c)."""
     prior = np.array([c.log_prior for c in doubt.contenders])
     before = np.log([c.probability for c in doubt.contenders])
     evidence = (before - prior) / doubt.power()  # so that nothing new leaves the probabilities as they are
@@ -153,7 +153,7 @@ class _Noise:
 
 @dataclass(frozen=True, slots=True)
 class _Prediction:
-    """The sizes that one explanation expects in the next flight, with their form error: mean and root of covariance."""
+    """The sizes and form error that one explanation expects in the next flight: mean and root of covariance."""
 
     columns: tuple[int, ...]
     mean: Array

@@ -8,14 +8,7 @@ from typing import Any
 
 import numpy as np
 
-<<<<<<< HEAD
-from pitotbench.effects import EFFECTS, AircraftEffect, AirEffect, Overlay, SensorEffect
-=======
 from pitotbench.effects import FORMS, AircraftEffect, AirEffect, Overlay, SensorEffect
-from pitotbench.reconcile.decide.judgment import judge
-from pitotbench.reconcile.decide.naming import Naming
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
->>>>>>> main
 from pitotbench.reconcile.residuals.layout import Layout, with_aircraft
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.added_forces import adds_forces

@@ -1,4 +1,4 @@
-"""The next flight, chosen: the forecast against dense densities, against draws, and against every card flown once."""
+"""The next flight, chosen: the forecast against dense densities and draws, and against every card flown once."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -10,8 +10,8 @@ class CardForecast:
     """What a card that has not been flown promises.
 
     `card` holds its changed numbers, each key with its unit; `altitude` [m]. `name` is the probability that a
-    flight of it, joined with the flights so far, gives the right name; `entropy` [bit] is what is expected to be left
-    of the doubt. `minutes` are recorded.
+    flight of it, joined with the flights so far, gives the right name; `entropy` [bit] is what is expected to
+    be left of the doubt. `minutes` are recorded.
     """
 
     maneuver: str

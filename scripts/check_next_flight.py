@@ -6,7 +6,7 @@ python scripts/check_next_flight.py [--only belly_pod,turn_drag] [--cards circle
 import argparse
 import sys
 
-from pitotbench.evidence.next_flight_check import CARDS, CONFUSED, VARIED, cases, table_of, try_out
+from pitotbench.evidence.next_flight_check import CARDS, CONFUSED, VARIED, cases, case_lines, try_out
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -27,5 +27,5 @@ if __name__ == "__main__":
     for row in cases(CONFUSED, options.cards.split(",")):
         if row[0] in wanted:
             tried.append(try_out(*row, say, options.varied))
-            print(table_of(tried[-1:])[0], flush=True)
-    print("\n".join(table_of(tried)))
+            print(case_lines(tried[-1:])[0], flush=True)
+    print("\n".join(case_lines(tried)))

@@ -96,7 +96,9 @@ def main(names: Sequence[str]) -> int:
         done.append(each)
         print(f"{each.effect} {each.end}: {each.verdict or each.error or 'refused: ' + each.refused}", flush=True)
     failed, refused = sum(bool(o.error) for o in done), sum(bool(o.refused) for o in done)
-    print(f"{failed} of {len(done)} without an answer; {refused} not flown: the simulator refuses them with a reason")
+    print(
+        f"{failed} of {len(done)} without an answer; {refused} not flown: the simulator refuses them with a reason"
+    )
     return int(failed > 0)
 
 

@@ -130,7 +130,7 @@ def _answer(verdict: Verdict, effect: str) -> str:
     return verdict.kind
 
 
-def table_of(tried: Sequence[Tried]) -> list[str]:
+def case_lines(tried: Sequence[Tried]) -> list[str]:
     """The cases and the shares of right names, as lines."""
     lines = [
         f"{t.effect:22s} {t.card:12s} {t.strength:5.1f}σ  alone: {t.alone:14s} next: {t.advised:40s} "

@@ -50,7 +50,7 @@ DIGITS = 4  # of a varied number
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class CardQuestion:
     """What every card is asked: the explanations to part, and what is expected of its log.
 
     `aircraft` is the analyst's model, `noise`, `wander` and `setting` are those of the last log, and `shapes` the
@@ -128,12 +128,12 @@ def choose_next_flight(
     return AdvisedFlight(tuple(doubt.of_causes().items()), best, parts, text, doubt.entropy)
 
 
-def question_of(doubt: Doubt, layout: Layout, null: NullDistribution) -> Question:
+def question_of(doubt: Doubt, layout: Layout, null: NullDistribution) -> CardQuestion:
     """Return what cards are asked after a log that is laid out."""
     model = layout.scene.force_model
     aircraft = "none" if model is None else model.aircraft.name
     wander = wander_of(null, layout.residuals.names)
-    return Question(doubt, aircraft, scaled_to(null.noise, layout), wander, layout.setting, _shapes_of(layout))
+    return CardQuestion(doubt, aircraft, scaled_to(null.noise, layout), wander, layout.setting, _shapes_of(layout))
 
 
 def advice_of(advised: AdvisedFlight) -> tuple[str, ...]:
@@ -142,20 +142,20 @@ def advice_of(advised: AdvisedFlight) -> tuple[str, ...]:
     causes = ", ".join(dict.fromkeys(cause for causes, _ in advised.causes for cause in causes))
     if not advised.parts:
         return (
-            f"no card of this airplane can part {causes}: the best one, {card_words(best)}, gives a name with a "
+            f"no card of this airplane can part {causes}: the best one, {forecast_words(best)}, gives a name with a "
             f"probability of {best.name:.2f}; look at the airplane",
         )
     sentence = (
-        f"to part {causes}: fly {card_words(best)}, {best.minutes:.0f} minutes; "
+        f"to part {causes}: fly {forecast_words(best)}, {best.minutes:.0f} minutes; "
         f"the probability of a name after it is {best.name:.2f}"
     )
     second = next((each for each in advised.ranked if each.maneuver != best.maneuver), None)
     if second is None:
         return (sentence,)
-    return (sentence, f"the second best is {card_words(second)}, with a probability of {second.name:.2f}")
+    return (sentence, f"the second best is {forecast_words(second)}, with a probability of {second.name:.2f}")
 
 
-def card_words(forecast: CardForecast) -> str:
+def forecast_words(forecast: CardForecast) -> str:
     """Return a card in words: its maneuver, its changed numbers and its altitude."""
     changes = ", ".join(f"{key} = {value}" for key, value in forecast.card.items())
     return f"{forecast.maneuver}{f' ({changes})' if changes else ''} at {forecast.altitude / FOOT:.0f} ft"
@@ -213,7 +213,7 @@ def _ranked(found: Sequence[tuple[CardForecast, Case]]) -> list[tuple[CardForeca
     return [first, *(pair for pair in ranked if pair is not first)]
 
 
-def _forecast(question: Question, case: Case) -> CardForecast | None:
+def _forecast(question: CardQuestion, case: Case) -> CardForecast | None:
     """The forecast of a card; None where it cannot be flown, or where its log has other channels."""
     try:
         log = record(fly(case), case.das, case.sensor_seed)
@@ -227,7 +227,7 @@ def _forecast(question: Question, case: Case) -> CardForecast | None:
     return CardForecast(case.maneuver, dict(case.card), case.altitude, minutes, parting.name, parting.entropy)
 
 
-def evidence_of_card(question: Question, log: FlightLog) -> LogEvidence | None:
+def evidence_of_card(question: CardQuestion, log: FlightLog) -> LogEvidence | None:
     """Return the inner products of a log in smooth air with the signatures of the explanations at their sizes.
 
     None where the log has other channels than the noise.

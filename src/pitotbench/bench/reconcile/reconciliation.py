@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.log_card import card_of, loaded_as
+from pitotbench.bench.reconcile.log_card import card_of, loaded_as, tells_the_day
 from pitotbench.bench.reconcile.null_learning import NULL_FLIGHTS, null_distribution_of
 from pitotbench.reconcile.decide.joint_judgment import JointVerdict, judge_together
 from pitotbench.reconcile.decide.judgment import hold_out, with_hold_out
@@ -134,8 +134,7 @@ def reconcile_logs(
     )
     found = Reconciliation(joint.verdict, joint, tuple(judged), flights)
     if holdout is not None and any(map(lasts, found.naming.chosen)):
-        day = replace(setting or AnalysisSetting(), day_known=found.card is not None)
-        held = hold_out(holdout, model, found.null, found.naming, day)
+        held = hold_out(holdout, model, found.null, found.naming, found.layout.setting)
         found = replace(found, verdict=with_hold_out(found.verdict, held))
     return found
 
@@ -152,7 +151,20 @@ def _judged(
     """Lay a log out, and take the null distribution of its card."""
     flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
     flown = loaded_as(flown, named.log) if flown is not None and model is not None else flown
-    setting = replace(setting or AnalysisSetting(), day_known=flown is not None)
+    setting = replace(
+        setting or AnalysisSetting(),
+        day_known=flown is not None and (named.card is not None or tells_the_day(named.log.header)),
+        instruments_known=flown is not None,
+    )
+=======
+    flown = card or (card_of(log.header, aircraft) if model is not None else None)
+    flown = loaded_as(flown, log) if flown is not None and model is not None else flown
+    setting = replace(
+        setting or AnalysisSetting(),
+        day_known=flown is not None and (card is not None or tells_the_day(log.header)),
+        instruments_known=flown is not None,
+    )
+>>>>>>> main
     of_card = null_distribution_of(flown, null_flights, progress, setting, keep) if flown is not None else None
     layout = lay_out(named.log, model, setting)
     return JudgedLog(named.name, named.log, layout, _for_channels(of_card, layout), flown)

@@ -22,7 +22,7 @@ from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, lasts
-from pitotbench.reconcile.signatures.refine import at_sizes, without_sensor_effect
+from pitotbench.reconcile.signatures.refine import at_sizes, without_sensor_effects
 from pitotbench.reconcile.signatures.signatures import columns_of, times_of
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import SURE, Candidate, Closure, Detectable, Kind, Verdict
@@ -166,10 +166,11 @@ def hold_out(
     layout = lay_out(log, aircraft, setting, chosen)
     signatures = [naming.layout.signatures[c] for c in naming.fit.columns]
     sizes = {(s.effect, s.parameter): float(v) for s, v in zip(signatures, naming.fit.sizes, strict=True)}
-    for effect in chosen:
-        of_effect = {p: v for (n, p), v in sizes.items() if n == effect}
-        layout = without_sensor_effect(layout, layout, effect, of_effect)
-    layout = at_sizes(layout, sizes)
+    entries: dict[str, dict[str, float]] = {name: {} for name in chosen}
+    for each, size in zip(signatures, naming.fit.sizes, strict=True):
+        if each.effect in entries:
+            entries[each.effect] |= {**each.shapes, each.parameter: float(size)}
+    layout = at_sizes(without_sensor_effects(layout, entries), sizes)
     equations = whitened_equations(layout, scaled_to(null.noise, layout))
     values = [sizes[s.effect, s.parameter] for s in layout.signatures]
     return closure_of(equations, range(len(values)), values, _cells(layout))

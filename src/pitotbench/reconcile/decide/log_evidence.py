@@ -155,13 +155,16 @@ class LogEvidence:
             deviations += [float(np.sqrt(surplus / overlap / p)) for p in own]
         return columns, np.array(deviations)
 
-    def beyond(self, sizes: Mapping[tuple[str, str], float]) -> Evidence:
-        """Return the evidence with effects of about these sizes eliminated, and their form error with them."""
+    def beyond(self, sizes: Mapping[tuple[str, str], float], power: float = 1.0) -> Evidence:
+        """Return the evidence with effects of about these sizes eliminated, and their form error with them.
+
+        It is that of the likelihood to some power.
+        """
         index = {(s.effect, s.parameter): i for i, s in enumerate(self.signatures)}
         own = {index[k]: abs(v) for k, v in sizes.items() if k in index}
         directions, errors = self.form_error(sizes)
         deviations = [max(value, float(self.typical[column])) for column, value in own.items()]
-        return self.base.given([*own, *directions], np.concatenate([deviations, errors]))[0]
+        return self.base.tempered(power).given([*own, *directions], np.concatenate([deviations, errors]))[0]
 
     @cached_property
     def rests(self) -> list[Rest]:

@@ -103,7 +103,8 @@ class _Scan:
         known = np.concatenate([whiten(free.columns), whiten(layout.residuals.values)[:, :, None]], axis=2)
         columns = whiten(values)
         time = layout.track.time[grid.rows] - layout.track.time[0]
-        count = int(np.clip((time[-1] - time[0]) / APART, 2, MOST_TIMES))
+        apart = max(APART, (ORDER + 2) * grid.step)  # with a fix a second the whitening looks back by 12 s
+        count = int(np.clip((time[-1] - time[0]) / apart, 2, MOST_TIMES))
         starts = np.searchsorted(time, time[0] + (time[-1] - time[0]) * np.arange(1, count) / count)
         self.starts: Indices = starts[np.diff(starts, append=len(time)) > ORDER]
         self.times: Seconds = time[self.starts]
@@ -145,6 +146,8 @@ class _Scan:
 
     def stretches(self, name: str, columns: Sequence[int], whole: float) -> Iterator[_Stretch]:
         """The best form of an effect from a time on and the best between two times, where they are worth it."""
+        if not len(self.starts):
+            return
         penalty = THRESHOLDS.free_size_penalty
         starts = np.arange(1, len(self.starts) + 1)
         on = self._gains(columns, starts, None)

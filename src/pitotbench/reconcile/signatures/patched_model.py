@@ -6,20 +6,16 @@ from functools import reduce
 from operator import add
 from typing import Any
 
-import numpy as np
-
 from pitotbench.effects import FORMS, AircraftEffect, AirEffect, Overlay, SensorEffect
 from pitotbench.reconcile.residuals.layout import Layout, with_aircraft
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.added_forces import adds_forces
 from pitotbench.reconcile.signatures.hypotheses import COUNTED
-from pitotbench.reconcile.signatures.refine import without_sensor_effect
+from pitotbench.reconcile.signatures.refine import Entries, sensor_change, without_sensor_effects
 from pitotbench.reconcile.signatures.signatures import acts_on_engines_alone, moves_levers, residual_change
 from pitotbench.records.log import FlightLog
 from pitotbench.records.motion import Motion, Reaction, UnitForces
 from pitotbench.units import Array
-
-Entries = Mapping[str, Mapping[str, float]]  # effects with their sizes and shapes
 
 
 def with_effects(log: FlightLog, layout: Layout, aircraft: AircraftModel | None, entries: Entries) -> Layout:
@@ -78,12 +74,12 @@ def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mappin
 
 
 def without_effects(layout: Layout, entries: Entries) -> Layout:
-    """Return a layout with the changes by some effects, in the order given, subtracted from its residuals."""
-    original, changes = layout, np.zeros_like(layout.residuals.values)
+    """Return a layout with the changes by some effects subtracted; those on the sensors act together."""
+    layout = without_sensor_effects(layout, entries)
+    changes = sensor_change(layout.scene, entries)
     for name, sizes in entries.items():
         effect = FORMS[name]
-        if isinstance(effect, SensorEffect):
-            layout = without_sensor_effect(layout, original, name, sizes)
-        change = residual_change(effect, layout.scene, effect.complete(sizes))
-        changes = changes if change is None else changes + change
+        if not isinstance(effect, SensorEffect):
+            change = residual_change(effect, layout.scene, effect.complete(sizes))
+            changes = changes if change is None else changes + change
     return replace(layout, residuals=replace(layout.residuals, values=layout.residuals.values - changes))

@@ -156,15 +156,6 @@ def _judged(
         day_known=flown is not None and (named.card is not None or tells_the_day(named.log.header)),
         instruments_known=flown is not None,
     )
-=======
-    flown = card or (card_of(log.header, aircraft) if model is not None else None)
-    flown = loaded_as(flown, log) if flown is not None and model is not None else flown
-    setting = replace(
-        setting or AnalysisSetting(),
-        day_known=flown is not None and (card is not None or tells_the_day(log.header)),
-        instruments_known=flown is not None,
-    )
->>>>>>> main
     of_card = null_distribution_of(flown, null_flights, progress, setting, keep) if flown is not None else None
     layout = lay_out(named.log, model, setting)
     return JudgedLog(named.name, named.log, layout, _for_channels(of_card, layout), flown)

@@ -6,7 +6,7 @@ python scripts/check_next_flight.py [--only belly_pod,turn_drag] [--cards circle
 import argparse
 import sys
 
-from pitotbench.evidence.next_flight_check import CARDS, CONFUSED, VARIED, cases, case_lines, try_out
+from pitotbench.evidence.next_flight_check import CARDS, CONFUSED, VARIED, case_lines, cases, try_out
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

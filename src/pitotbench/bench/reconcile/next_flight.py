@@ -142,8 +142,8 @@ def advice_of(advised: AdvisedFlight) -> tuple[str, ...]:
     causes = ", ".join(dict.fromkeys(cause for causes, _ in advised.causes for cause in causes))
     if not advised.parts:
         return (
-            f"no card of this airplane can part {causes}: the best one, {forecast_words(best)}, gives a name with a "
-            f"probability of {best.name:.2f}; look at the airplane",
+            f"no card of this airplane can part {causes}: the best one, {forecast_words(best)}, gives a name with "
+            f"a probability of {best.name:.2f}; look at the airplane",
         )
     sentence = (
         f"to part {causes}: fly {forecast_words(best)}, {best.minutes:.0f} minutes; "

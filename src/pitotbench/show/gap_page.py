@@ -4,6 +4,7 @@ from pitotbench.effects import effect_of
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.verdict import SURE, Candidate
 from pitotbench.show.columns import html_table
+from pitotbench.show.flight_tables import CARD_COLUMNS, FLIGHT_COLUMNS, LISTED_CARDS
 from pitotbench.show.formula_words import formula_closures
 from pitotbench.show.gap_panels import before_after_panel, history_panels, map_panels, trace_panels, waterfall_panel
 from pitotbench.show.gap_words import evidence_words, sentences
@@ -40,6 +41,9 @@ def account_page(account: Account) -> str:
         traces=trace_panels(account.traces, verdict.located),
         closing=_closing(account),
         rounds=html_table(round_columns(account), range(len(account.rounds))),
+        flights=html_table(FLIGHT_COLUMNS, account.flights) if len(account.flights) > 1 else "",
+        cards=html_table(CARD_COLUMNS, account.next_flight.ranked[:LISTED_CARDS]) if account.next_flight else "",
+        next_case=account.next_flight.case if account.next_flight else "",
         candidates=html_table(candidate_columns(verdict), verdict.candidates),
         flown=[_flown(name, flown) for name, flown in _flights(account)],
         checks=html_table(CHECK_COLUMNS, verdict.checks),

@@ -176,10 +176,25 @@ def hold_out(
     return closure_of(equations, range(len(values)), values, _cells(layout))
 
 
+def closes(held: Closure) -> bool:
+    """Whether effects close enough of the gap of a log that their sizes were not fitted to.
+
+    They do where what is left of the gap is within chance: a log that shows little of an effect says little of it.
+    """
+    return held.share >= THRESHOLDS.hold_out_lowest or held.after - held.noise < THRESHOLDS.gap_cell
+
+
+def taken_back(verdict: Verdict, why: str) -> Verdict:
+    """Return a verdict without the names that it gives, and the reason as a note."""
+    if verdict.kind not in SURE or not verdict.effects:
+        return replace(verdict, notes=(*verdict.notes, why))
+    named = ", ".join(effect.name for effect in verdict.effects)
+    note = f"{why}: the name {named} is taken back"
+    return replace(verdict, kind="unknown", effects=(), alternatives=(), notes=(*verdict.notes, note))
+
+
 def with_hold_out(verdict: Verdict, held: Closure) -> Verdict:
     """Return the verdict with the closure on a held-out log, which takes the name back where it is too small."""
-    if verdict.kind in SURE and held.share < THRESHOLDS.hold_out_lowest:
-        named = ", ".join(effect.name for effect in verdict.effects)
-        note = f"{named} closes only {held.share:.0%} of the gap of the held-out log, so the name is taken back"
-        verdict = replace(verdict, kind="unknown", effects=(), alternatives=(), notes=(*verdict.notes, note))
+    if verdict.kind in SURE and not closes(held):
+        verdict = taken_back(verdict, f"only {max(0.0, held.share):.0%} of the gap of the held-out log is closed")
     return replace(verdict, closure_holdout=held)

@@ -1,4 +1,4 @@
-"""Judge a log again with the named effects in the model."""
+"""Lay a log out again with the named effects in the model."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -8,9 +8,6 @@ from typing import Any
 
 from pitotbench.catalog import Catalog
 from pitotbench.effects import AircraftEffect, AirEffect, Effect, Overlay, SensorEffect, effect_of
-from pitotbench.reconcile.decide.judgment import judge
-from pitotbench.reconcile.decide.naming import Naming
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out, with_aircraft
 from pitotbench.reconcile.residuals.scene import AircraftModel
@@ -20,19 +17,16 @@ from pitotbench.reconcile.signatures.refine import Entries, sensor_change, witho
 from pitotbench.reconcile.signatures.signatures import acts_on_engines_alone, moves_levers, residual_change
 from pitotbench.records.log import FlightLog
 from pitotbench.records.motion import Motion, Reaction, UnitForces
-from pitotbench.records.verdict import Verdict
 from pitotbench.units import Array
 
 NO_EFFECTS: Catalog[Effect] = Catalog("effect", {})
 
 
-def look_again(
-    log: FlightLog, layout: Layout, aircraft: AircraftModel | None, null: NullDistribution, entries: Entries
-) -> tuple[Verdict, Naming]:
-    """Return the verdict on a log once effects are in the model; `layout` is that of the log without them.
+def with_effects(log: FlightLog, layout: Layout, aircraft: AircraftModel | None, entries: Entries) -> Layout:
+    """Return the layout of a log once effects are in the model; `layout` is that of the log without them.
 
     Effects of the aircraft go on the force meter; those of the sensors and the air are subtracted from the
-    residuals. Effects that are counted and not fitted stay in the verdict.
+    residuals. Effects that are counted and not fitted stay in the log.
     """
     fitted = {n: s for n, s in entries.items() if n not in COUNTED}
     overlays = {n: force_meter_overlay(aircraft, n, s) for n, s in fitted.items()}
@@ -41,7 +35,7 @@ def look_again(
     if aircraft is not None and patch:
         kept = _unmoved(layout, patch)
         layout = with_aircraft(layout, log, patched_aircraft(aircraft, reduce(add, patch)), kept)
-    return judge(without_effects(layout, not_on_model), null)
+    return without_effects(layout, not_on_model)
 
 
 def lay_out_with(

@@ -109,11 +109,11 @@ def _told(made: Any) -> dict[str, Any]:
 
 def _formula(made: Any, log: FlightLog, aircraft: str) -> dict[str, Any]:
     """The closure of the gap by a formula, where the table leaves one and the tool looks for one."""
-    if not (made.verdict.kind == "unknown" or made.verdict.remains):
+    if made.verdict.kind != "unknown":
         return {}
     beyond = import_module("pitotbench.bench.reconcile.beyond_the_table").beyond_the_table
     begun = spent()
-    found = beyond(aircraft, made, look_until_quiet(log, aircraft, made), None).formula
+    found = beyond(aircraft, made, look_until_quiet(aircraft, made), None).formula
     cost = {"formula_s": round(spent() - begun, 2)}
     if found is None:
         return {"formula": None, **cost}

@@ -170,8 +170,8 @@ class LogEvidence:
         """The effects on the flow vanes that null flights show, with the prior deviations of their sizes there.
 
         A vane reads gusts, and so do the residuals: on a flight without steady sideslips it seems to have a wrong
-        scale. A size like that of null flights is no evidence; only what exceeds it is. A flight of another day has other
-        gusts, so that twice the size of null flights is usual.
+        scale. A size like that of null flights is no evidence; only what exceeds it is. A flight of another day has
+        other gusts, so that twice the size of null flights is usual.
         """
         columns, deviations = [], []
         for name in filter(_reads_gusts, self.columns):

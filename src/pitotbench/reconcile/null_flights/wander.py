@@ -1,8 +1,8 @@
 """How far a channel wanders, against null flights: a gap that neither an effect nor a cell explains.
 
 A gap that follows no variable, such as an error with a period of its own, does not change any mean. It shows only
-in the sum of squares of its channel. Louder noise does not count: a wander is more than the median of the innovations
-tells.
+in the sum of squares of its channel. Louder noise does not count: a wander is more than the median of the
+innovations tells.
 """
 
 from collections.abc import Mapping, Sequence

@@ -27,8 +27,10 @@ NO_THRESHOLDS = {
         "LEAST_POWER",
         "SMOOTH_LEAST",
         "SEEN",
+        "FARTHEST",
         "SECONDS_A_MINUTE",
     ),
+    *("SEED", "DRAWS", "MOST", "LEAST_PROBABILITY"),  # of the search for the next flight
     *("LEADING", "STEMS", "BEAM", "EXTENDED", "ROUNDS", "SETTLED", "RESTED", "SHIFT", "LEAST_SHARE"),
 }
 DECIDING = [

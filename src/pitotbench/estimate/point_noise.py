@@ -57,11 +57,11 @@ def random_walk(time: Seconds, rate: float | Array, first: Booleans, loading: tu
 
 
 class PointNoise:
-    """The factored covariance of white noise plus recursions at n points, seen by o outputs, or a stack of b of them.
+    """The factored covariance of white noise plus recursions at n points, seen by o outputs, or a stack of b.
 
     Parameters: white variance, (o, n), infinite where an output has no datum, or (b, o, n) for a stack; recursions;
-    unknown columns or None. The noises of a stack have the same data; their numbers are those of each alone, bit for
-    bit. The data are those of the first output, then those of the next; without the missing ones.
+    unknown columns or None. The noises of a stack have the same data, and their numbers are those of each alone,
+    bit for bit. The data are those of the first output, then those of the next; without the missing ones.
     Raises numpy.linalg.LinAlgError where a covariance is not positive definite.
     """
 
@@ -75,7 +75,7 @@ class PointNoise:
         self._places = [slice(None) if own.all() else np.flatnonzero(own) for own in present[0]]
         self._loading = np.array([process.loading for process in processes])  # (m, o)
         self._seen = [np.flatnonzero(own) for own in self._loading.T]  # by each output
-        self._log_determinant = np.log(white[:, present[0]]).sum(axis=1)
+        self._log_determinant = _sums_of_logarithms(white, present[0])
         self._factors = self._posterior_precision(processes)
         self._unknown = unknown
         self._weighed_columns: Array | None = None
@@ -91,7 +91,7 @@ class PointNoise:
             diagonal[:, :-1] += kept[:, 1:] ** 2 * weight[:, 1:]
             bands[:, 0, place::m] = diagonal
             bands[:, m, place : m * (n - 1) : m] = -kept[:, 1:] * weight[:, 1:]
-            self._log_determinant += np.log(innovation[:, np.isfinite(innovation[0])]).sum(axis=1)
+            self._log_determinant += _sums_of_logarithms(innovation, np.isfinite(innovation[0]))
             for other in range(place + 1):
                 known = (self._loading[place] * self._loading[other]) @ self._precision
                 bands[:, place - other, other::m] += known
@@ -166,3 +166,9 @@ class PointNoise:
                 part -= (self._loading[place, output] * precision) * right[:, :, place::m]
             weighed[:, rows] = np.swapaxes(part[..., self._places[output]], 1, 2)
         return weighed
+
+
+def _sums_of_logarithms(values: Array, chosen: Booleans) -> Array:
+    """The sum of the logarithms of the chosen ones of each of b arrays, (b,)."""
+    # In row order: the sums are then those of each array alone, bit for bit.
+    return np.log(np.compress(chosen.ravel(), values.reshape(len(values), -1), axis=1)).sum(axis=1)

@@ -77,7 +77,9 @@ class Together(OneByOne):
 def test_a_search_is_the_same_with_noises_made_together(refused):
     """Also where one noise of a stack is refused: the others of that stack count nevertheless."""
     X = np.column_stack([np.ones(N), np.linspace(-1.0, 1.0, N)])
-    y = np.random.default_rng(11).standard_normal(N) + np.repeat(np.random.default_rng(12).standard_normal(N // 9), 9)
+    y = np.random.default_rng(11).standard_normal(N) + np.repeat(
+        np.random.default_rng(12).standard_normal(N // 9), 9
+    )
     problem = Regression(y, X, X, np.zeros(2))
 
     def prior(phi):

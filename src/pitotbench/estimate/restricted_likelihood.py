@@ -5,7 +5,7 @@ and accounts for the degrees of freedom that they take. The noise parameters φ 
 represented by its mode and a few nodes around it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +97,6 @@ def _log_likelihoods(problem: Regression, products: Array, log_determinants: Arr
 
 def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> Heights:
     """The log-posterior of φ as a function of many φ, (b, d); −∞ where the data do not determine β."""
-    together = max(1, _TOGETHER // len(problem.response))
     data = _instruments_and_response(problem)
 
     def of_all(phis: Array) -> Array:
@@ -118,10 +117,15 @@ def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> 
             return np.concatenate([of_each(phi[None]) for phi in phis])
 
     def heights(phis: Array) -> Array:
-        parts = (phis[first : first + together] for first in range(0, len(phis), together))
-        return np.concatenate([of_each(part) for part in parts]) + [log_prior(phi) for phi in phis]
+        return np.concatenate([of_each(part) for part in _stacks(problem, phis)]) + [log_prior(phi) for phi in phis]
 
     return heights
+
+
+def _stacks(problem: Regression, phis: Array) -> list[Array]:
+    """Divide places (b, d) into stacks."""
+    together = max(1, _TOGETHER // len(problem.response))
+    return [phis[first : first + together] for first in range(0, len(phis), together)]
 
 
 def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
@@ -130,8 +134,13 @@ def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
     With instruments equal to regressors this is ordinary generalized least squares.
     Raises NoAnswerError where the data do not determine β.
     """
-    p = problem.regressors.shape[1]
     weighed = noise.weighed_instruments() if isinstance(noise, JointNoise) else noise.weigh(problem.instruments)
+    return _solved(problem, weighed)
+
+
+def _solved(problem: Regression, weighed: Array) -> tuple[Array, Array]:
+    """`solve` with the weighed instruments, C⁻¹Z, (n, p)."""
+    p = problem.regressors.shape[1]
     prior = np.diag(problem.prior_precision)
     normal = weighed.T @ problem.regressors + prior
     spread = weighed.T @ problem.instruments + prior
@@ -219,10 +228,20 @@ def _nodes(
         raise NoAnswerError(_UNDETERMINED)
     volume = float(np.linalg.slogdet(axes)[1]) + 0.5 * len(mode) * np.log(2.0 * np.pi)
     masses = np.log(base) + heights + volume
+    weighed = _weighed_instruments(problem, noise_of, places)
     return tuple(
-        NoiseNode(phi, float(weight), float(mass), *solve(problem, noise_of(phi)))
-        for phi, weight, mass in zip(places, _weights(base, heights), masses, strict=True)
+        NoiseNode(phi, float(weight), float(mass), *_solved(problem, instruments))
+        for phi, weight, mass, instruments in zip(places, _weights(base, heights), masses, weighed, strict=True)
     )
+
+
+def _weighed_instruments(problem: Regression, noise_of: NoiseOf, phis: Array) -> Iterator[Array]:
+    """C⁻¹Z, (n, p), for one φ of (b, d) after the other."""
+    if isinstance(noise_of, JointNoiseOf):
+        yield from (noise_of(phi).weighed_instruments() for phi in phis)
+        return
+    for part in _stacks(problem, phis):
+        yield from weighed_by_each(noise_of, part, problem.instruments)[1]
 
 
 def _climb(heights: Heights, start: Array, enough: float, count: int | None = None) -> tuple[Array, Array]:
@@ -233,10 +252,9 @@ def _climb(heights: Heights, start: Array, enough: float, count: int | None = No
     needed anyway, and a quasi-Newton search would take twice the evaluations. Raises NoAnswerError where it does
     not converge.
     """
-    place, here = start, float(heights(start[None])[0])
+    place, found = start, _around(heights, start, count)
     for _ in range(_STEPS):
-        with np.errstate(invalid="ignore"):
-            slope, curvature = _derivatives(heights, place, here, count)
+        here, slope, curvature = found
         if not np.all(np.isfinite(curvature)):
             raise NoAnswerError(_UNDETERMINED)
         # Absolute eigenvalues make each step go uphill even where the function is not yet concave.
@@ -245,34 +263,40 @@ def _climb(heights: Heights, start: Array, enough: float, count: int | None = No
         step *= min(1.0, _LONGEST / float(np.linalg.norm(step)))
         if float(slope @ step) < enough:
             return place + step, curvature
-        before = here
-        place, here = _uphill(heights, place, here, step)
-        if here <= before:
+        taken = _uphill(heights, place, here, step, count)
+        if taken is None:
             return place, curvature
+        place, found = taken
     raise NoAnswerError("the noise of this log has no most likely level: look for stuck or constant channels")
 
 
-def _uphill(heights: Heights, place: Array, here: float, step: Array) -> tuple[Array, float]:
-    """Take a step, halved until the function grows; take none where no such step is found."""
-    for _ in range(_HALVINGS):
-        there = float(heights((place + step)[None])[0])
-        if np.isfinite(there) and there > here:
-            return place + step, there
+def _uphill(
+    heights: Heights, place: Array, here: float, step: Array, count: int | None
+) -> tuple[Array, tuple[float, Array, Array]] | None:
+    """Take a step, halved until the function grows, and look around there. None where no such step is found."""
+    there = _around(heights, place + step, count)  # most steps are taken, and all this is one stack
+    if np.isfinite(there[0]) and there[0] > here:
+        return place + step, there
+    for _ in range(1, _HALVINGS):
         step = 0.5 * step
-    return place, here
+        height = float(heights((place + step)[None])[0])
+        if np.isfinite(height) and height > here:
+            return place + step, _around(heights, place + step, count)
+    return None
 
 
-def _derivatives(heights: Heights, place: Array, here: float, count: int | None) -> tuple[Array, Array]:
-    """Return the central first derivatives, (d,), and minus the second derivatives, (d, d)."""
+def _around(heights: Heights, place: Array, count: int | None) -> tuple[float, Array, Array]:
+    """Return the height, the central first derivatives, (d,), and minus the second derivatives, (d, d)."""
     d, h = len(place), _DIFFERENCE
     step = np.eye(d) * h
     pairs = [(i, j) for i in range(d) for j in range(count if count is not None and i >= count else 0, i)]
-    places = [*(place + step), *(place - step), *(place + step[i] + step[j] for i, j in pairs)]
-    ahead, behind, both = np.split(heights(np.array(places)), [d, 2 * d])
-    curvature = np.diag((2.0 * here - ahead - behind) / h**2)
-    for (i, j), value in zip(pairs, both, strict=True):
-        curvature[i, j] = curvature[j, i] = -((value - ahead[i] - ahead[j] + here) / h**2)
-    return (ahead - behind) / (2.0 * h), curvature
+    places = [place, *(place + step), *(place - step), *(place + step[i] + step[j] for i, j in pairs)]
+    (here,), ahead, behind, both = np.split(heights(np.array(places)), [1, d + 1, 2 * d + 1])
+    with np.errstate(invalid="ignore"):
+        curvature = np.diag((2.0 * here - ahead - behind) / h**2)
+        for (i, j), value in zip(pairs, both, strict=True):
+            curvature[i, j] = curvature[j, i] = -((value - ahead[i] - ahead[j] + here) / h**2)
+        return float(here), (ahead - behind) / (2.0 * h), curvature
 
 
 def _first_set(noise_of: NoiseOf) -> int | None:

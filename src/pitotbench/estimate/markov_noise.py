@@ -80,7 +80,7 @@ class MarkovNoise:
         self._width = sum(process.loading.shape[-1] for process in processes)
         self._states = len(intervals.edges) * self._width
         self._loads = self._interval_means(intervals, processes)
-        self._log_determinant = np.log(self._variance).reshape(len(white), -1).sum(axis=1)
+        self._log_determinant: Array = np.log(self._variance).reshape(len(white), -1).sum(axis=1)
         self._factors: list[Array] = []
         if processes:
             self._factors = self._posterior_precision(np.diff(intervals.edges), processes)

@@ -171,4 +171,4 @@ class PointNoise:
 def _sums_of_logarithms(values: Array, chosen: Booleans) -> Array:
     """The sum of the logarithms of the chosen ones of each of b arrays, (b,)."""
     # In row order: the sums are then those of each array alone, bit for bit.
-    return np.log(np.compress(chosen.ravel(), values.reshape(len(values), -1), axis=1)).sum(axis=1)
+    return np.asarray(np.log(np.compress(chosen.ravel(), values.reshape(len(values), -1), axis=1)).sum(axis=1))

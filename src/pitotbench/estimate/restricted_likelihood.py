@@ -86,7 +86,8 @@ def _log_likelihoods(problem: Regression, products: Array, log_determinants: Arr
     """The restricted log-likelihoods, (b,), from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|, (b,)."""
     # A prior is like one more datum for its coefficient: it adds to the diagonal. Scaling to a unit diagonal keeps
     # the factor accurate for coefficients of very different units.
-    products[:, *np.diag_indices(products.shape[1] - 1)] += problem.prior_precision
+    diagonal = np.arange(products.shape[1] - 1)
+    products[:, diagonal, diagonal] += problem.prior_precision
     scale = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
     # The last pivot of the factor is the root of the residual sum of squares of the response.
     factors = np.linalg.cholesky(products / scale[:, :, None] / scale[:, None, :])

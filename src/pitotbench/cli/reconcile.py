@@ -14,7 +14,13 @@ if TYPE_CHECKING:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench reconcile`."""
-    parser.add_argument("log", type=Path, metavar="MEASURED", help="measured log (.csv, .parquet, .mat)")
+    parser.add_argument(
+        "log",
+        type=Path,
+        nargs="+",
+        metavar="MEASURED",
+        help="measured log (.csv, .parquet, .mat), or several of one airplane: causes and sizes are shared",
+    )
     parser.add_argument(
         "--aircraft", default="navajo", help="aircraft model, or none: sensors alone (default: %(default)s)"
     )
@@ -23,7 +29,14 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
     parser.add_argument(
-        "--card", type=Path, metavar="CASE", help="case file that says what was flown (default: the log's header)"
+        "--card",
+        type=Path,
+        metavar="CASE",
+        action="append",
+        help="case file that says what was flown (default: the log's header); give it once, or once for each log",
+    )
+    parser.add_argument(
+        "--no-next-flight", action="store_true", help="do not choose the next flight where a doubt is left"
     )
     parser.add_argument("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME")
     parser.add_argument(
@@ -76,7 +89,7 @@ def _check_folder(options: argparse.Namespace) -> None:
 
     if options.out is not None:
         mapping = Path(options.mapping) if options.mapping else None
-        inputs = [options.log, options.holdout, options.card, mapping]
+        inputs = [*options.log, options.holdout, *(options.card or ()), mapping]
         require_folder(options.out, WRITTEN, [path for path in inputs if path is not None])
 
 
@@ -85,12 +98,29 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     from pitotbench.logbook import read_log
     from pitotbench.records.case_file import read_case
 
-    measured = NamedLog(options.log.name, read_log(options.log, options.mapping))
+    cards = [read_case(path) for path in options.card or ()]
+    if len(cards) not in (0, 1, len(options.log)):
+        raise BadInputError(
+            f"{len(cards)} cards for {len(options.log)} logs: give --card once, or once for each log"
+        )
+    own = cards if len(cards) > 1 else [None] * len(options.log)
+    measured = [
+        NamedLog(path.name, read_log(path, options.mapping), card)
+        for path, card in zip(options.log, own, strict=True)
+    ]
     other = NamedLog(options.holdout.name, read_log(options.holdout, options.mapping)) if options.holdout else None
-    card = read_case(options.card) if options.card else None
     refly = options.out is not None or options.json  # only these two show the card flown again
-    setting, keep = _setting(options.mapping), not options.no_cache
-    return reconcile_fully(measured, options.aircraft, other, card, _say, setting, refly, keep=keep)
+    return reconcile_fully(
+        measured,
+        options.aircraft,
+        other,
+        cards[0] if len(cards) == 1 else None,
+        _say,
+        _setting(options.mapping),
+        refly,
+        keep=not options.no_cache,
+        next_flight=not options.no_next_flight,
+    )
 
 
 def _say(line: str) -> None:

@@ -26,6 +26,8 @@ NO_THRESHOLDS = {
         "LOWEST",
         "LEAST_POWER",
         "SMOOTH_LEAST",
+        "SEEN",
+        "SECONDS_A_MINUTE",
     ),
     *("LEADING", "STEMS", "BEAM", "EXTENDED", "ROUNDS", "SETTLED", "RESTED", "SHIFT", "LEAST_SHARE"),
 }

@@ -25,7 +25,7 @@ from pitotbench.records.joined_flight import JoinedFlight, OwnSize
 from pitotbench.records.verdict import SURE, Candidate, Closure, Detectable, Kind, Located, Verdict
 
 SECONDS_A_MINUTE = 60.0
-LEAST_GAIN = 1e-9
+SMALLEST_GAIN = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,7 +188,7 @@ def _joined_effects(
             found[effect.name] = (replace(better, score=score), others)
     shared = sum(verdict.closure.before - verdict.closure.after for verdict in each)
     held = sum(closed.before - closed.after for closed in left_out if closed is not None)
-    ratio = held / max(shared, LEAST_GAIN)
+    ratio = held / max(shared, SMALLEST_GAIN)
     effects = tuple(replace(effect, held_out_ratio=ratio) for effect, _ in found.values())
     return effects, tuple(others for _, others in found.values())
 

@@ -21,7 +21,7 @@ ROOMS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
 SMALLEST = 1e-300
 LEAST_POWER = 1e-9  # of a direction that the free parameters take up whole
 VANES = {"angle_of_attack", "sideslip"}
-SEEN = 1.0  # squared significance of a typical size from which it can have a score
+SEEN = 1e-3  # squared significance of a typical size below which free parameters take it up whole
 SMOOTH_LEAST = 0.2  # σ; a smooth form error below it changes nothing
 
 

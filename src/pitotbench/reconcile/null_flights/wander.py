@@ -9,11 +9,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pitotbench.estimate.robust_scale import robust_deviation
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.null_flights.null_measure import Measure, measures_over
 from pitotbench.reconcile.residuals.layout import Layout
-from pitotbench.reconcile.residuals.layout_noise import noise_residuals, scaled_to
+from pitotbench.reconcile.residuals.layout_noise import noise_residuals
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.records.verdict import Located
 
@@ -22,10 +23,13 @@ SMALLEST = 1e-12  # of a mean square whose logarithm is taken
 
 
 def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
-    """Return the logarithm of the mean square innovation of each channel, without free parameters."""
+    """Return the logarithm of the mean square innovation of each channel over the square of their usual size.
+
+    The usual size is the robust deviation: louder sensors, or an airplane that answers gusts more, raise both.
+    """
     innovations = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
     used = innovations[np.any(innovations != 0.0, axis=1)]
-    powers = np.log(np.mean(used**2, axis=0) + SMALLEST)
+    powers = np.log(np.mean(used**2, axis=0) + SMALLEST) - np.log(robust_deviation(used) ** 2 + SMALLEST)
     return dict(zip(layout.residuals.names, powers.tolist(), strict=True))
 
 
@@ -51,9 +55,7 @@ def wandering_channels(
     `explained` that an imperfect signature may leave, and is more than half of its surplus before. With the last
     rule a late velocity counts as explained, although its gusts, which no signature contains, are late as well.
     """
-    # Louder sensors, or an airplane that answers gusts more, are noise of this log and no gap.
-    noise = scaled_to(null.noise, layout)
-    powers, powers_before = channel_powers(layout, noise), channel_powers(before, noise)
+    powers, powers_before = channel_powers(layout, null.noise), channel_powers(before, null.noise)
     located = []
     for name, on_null in null.channel_powers.items():
         score = on_null.standardized(powers[name])

@@ -84,10 +84,13 @@ def impact_pressure(calibrated_airspeed: MetersPerSecond | float) -> Pascal:
     )
 
 
-def calibrated_airspeed_slope(impact_pressure: Pascal | float) -> Array:
-    """Return dV_c/dq_c [m/s per Pa], which turns a small pressure error into an airspeed error."""
+def calibrated_airspeed_slope(impact_pressure: Pascal | float, speed: MetersPerSecond | None = None) -> Array:
+    """Return dV_c/dq_c [m/s per Pa], which turns a small pressure error into an airspeed error.
+
+    `speed` is the calibrated airspeed at this impact pressure [m/s], where it is known already.
+    """
     q = np.asarray(impact_pressure, dtype=np.float64)
-    speed = calibrated_airspeed(q)
+    speed = calibrated_airspeed(q) if speed is None else speed
     ratio = 1.0 + q / SEA_LEVEL_PRESSURE
     return np.asarray(SEA_LEVEL_SOUND_SPEED**2 * 5.0 / 7.0 * ratio ** (-5.0 / 7.0) / (SEA_LEVEL_PRESSURE * speed))
 

@@ -87,7 +87,7 @@ def _joint() -> tuple[Regression, JointNoiseOf, np.ndarray]:
         return _noise(*np.exp(phi))
 
     data = np.column_stack([problem.instruments, y])
-    return problem, JointNoiseOf(data, problem.instruments, gusts, heights, 2, N), gusts
+    return problem, JointNoiseOf(data, gusts, heights, 2, N), gusts
 
 
 PHI = np.log([0.5, 6.0, 0.05, 2.0, 60.0])
@@ -129,7 +129,7 @@ def test_what_is_remembered_is_what_is_computed():
     noise_of(PHI).products()
     mixed = np.concatenate([PHI[:2], OTHER[2:]])
     again = restricted_log_likelihood(problem, noise_of(mixed))
-    fresh = JointNoiseOf(noise_of.data, noise_of.instruments, noise_of.first, noise_of.second, 2, N)
+    fresh = JointNoiseOf(noise_of.data, noise_of.first, noise_of.second, 2, N)
     assert again == restricted_log_likelihood(problem, fresh(mixed))
     assert again != restricted_log_likelihood(problem, fresh(PHI))
 

@@ -32,9 +32,9 @@ def airspeed_outputs(model: PredictionModel, obs: Observations) -> Outputs:
 
     def outputs(theta: Array) -> tuple[Array, Array]:
         prediction = model.predict(theta, obs)
-        slope = air.calibrated_airspeed_slope(prediction.indicated)
-        residual = measured - air.calibrated_airspeed(prediction.indicated)
-        return residual[None, :], (prediction.jacobian * slope[:, None])[None, :, :]
+        predicted = air.calibrated_airspeed(prediction.indicated)
+        slope = air.calibrated_airspeed_slope(prediction.indicated, predicted)
+        return (measured - predicted)[None, :], (prediction.jacobian * slope[:, None])[None, :, :]
 
     return outputs
 

@@ -5,12 +5,12 @@ and accounts for the degrees of freedom that they take. The noise parameters φ 
 represented by its mode and a few nodes around it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench.estimate.joint_noise import JointNoise, JointNoiseOf, Noise
+from pitotbench.estimate.joint_noise import JointNoise, JointNoiseOf, Noise, NoiseOf, weighed_by_each
 from pitotbench.estimate.mixture import composite_design
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
@@ -27,8 +27,10 @@ _UNDETERMINED = (
     "or choose a model with fewer parameters"
 )
 
-NoiseOf = Callable[[Array], Noise]
+_TOGETHER = 1 << 13  # rows whose noises are made together: their arrays stay in a processor's cache
+
 LogPrior = Callable[[Array], float]
+Heights = Callable[[Array], Array]  # of a log-posterior, (b,), at places (b, d)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,16 +73,60 @@ def restricted_log_likelihood(problem: Regression, noise: Noise) -> float:
     if isinstance(noise, JointNoise):
         products = noise.products()
     else:
-        data = np.concatenate([problem.instruments, problem.response[:, None]], axis=1)
+        data = _instruments_and_response(problem)
         products = data.T @ noise.weigh(data)
+    return float(_log_likelihoods(problem, products[None], np.array([noise.log_determinant]))[0])
+
+
+def _instruments_and_response(problem: Regression) -> Array:
+    return np.concatenate([problem.instruments, problem.response[:, None]], axis=1)
+
+
+def _log_likelihoods(problem: Regression, products: Array, log_determinants: Array) -> Array:
+    """The restricted log-likelihoods, (b,), from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|, (b,)."""
     # A prior is like one more datum for its coefficient: it adds to the diagonal. Scaling to a unit diagonal keeps
     # the factor accurate for coefficients of very different units.
-    products.flat[: -1 : len(products) + 1] += problem.prior_precision
-    scale = np.sqrt(np.diag(products))
+    diagonal = np.arange(products.shape[1] - 1)
+    products[:, diagonal, diagonal] += problem.prior_precision
+    scale = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
     # The last pivot of the factor is the root of the residual sum of squares of the response.
-    pivots = np.diag(np.linalg.cholesky(products / scale[:, None] / scale)) * scale
-    log_normal = 2.0 * np.sum(np.log(pivots[:-1]))
-    return float(-0.5 * (noise.log_determinant + log_normal + pivots[-1] ** 2))
+    factors = np.linalg.cholesky(products / scale[:, :, None] / scale[:, None, :])
+    pivots = np.diagonal(factors, axis1=1, axis2=2) * scale
+    log_normal = 2.0 * np.sum(np.log(pivots[:, :-1]), axis=1)
+    return np.asarray(-0.5 * (log_determinants + log_normal + pivots[:, -1] ** 2))
+
+
+def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> Heights:
+    """The log-posterior of φ as a function of many φ, (b, d); −∞ where the data do not determine β."""
+    data = _instruments_and_response(problem)
+
+    def of_all(phis: Array) -> Array:
+        if isinstance(noise_of, JointNoiseOf):
+            noise_of.learn(phis)
+            noises = [noise_of(phi) for phi in phis]
+            products = np.stack([noise.products() for noise in noises])
+            return _log_likelihoods(problem, products, np.array([noise.log_determinant for noise in noises]))
+        log_determinants, weighed = weighed_by_each(noise_of, phis, data)
+        return _log_likelihoods(problem, data.T @ weighed, log_determinants)
+
+    def of_each(phis: Array) -> Array:
+        try:
+            return of_all(phis)
+        except np.linalg.LinAlgError:
+            if len(phis) == 1:
+                return np.array([-np.inf])  # the search then tries a shorter step
+            return np.concatenate([of_each(phi[None]) for phi in phis])
+
+    def heights(phis: Array) -> Array:
+        return np.concatenate([of_each(part) for part in _stacks(problem, phis)]) + [log_prior(phi) for phi in phis]
+
+    return heights
+
+
+def _stacks(problem: Regression, phis: Array) -> list[Array]:
+    """Divide places (b, d) into stacks."""
+    together = max(1, _TOGETHER // len(problem.response))
+    return [phis[first : first + together] for first in range(0, len(phis), together)]
 
 
 def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
@@ -89,8 +135,13 @@ def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
     With instruments equal to regressors this is ordinary generalized least squares.
     Raises NoAnswerError where the data do not determine β.
     """
-    p = problem.regressors.shape[1]
     weighed = noise.weighed_instruments() if isinstance(noise, JointNoise) else noise.weigh(problem.instruments)
+    return _solved(problem, weighed)
+
+
+def _solved(problem: Regression, weighed: Array) -> tuple[Array, Array]:
+    """`solve` with the weighed instruments, C⁻¹Z, (n, p)."""
+    p = problem.regressors.shape[1]
     prior = np.diag(problem.prior_precision)
     normal = weighed.T @ problem.regressors + prior
     spread = weighed.T @ problem.instruments + prior
@@ -109,7 +160,7 @@ def most_likely_noise(problem: Regression, noise_of: NoiseOf, log_prior: LogPrio
 
     Raises NoAnswerError where none is found.
     """
-    return _climb(_log_posterior(problem, noise_of, log_prior), start, _ROUGHLY)[0]
+    return _climb(_heights_of(problem, noise_of, log_prior), start, _ROUGHLY)[0]
 
 
 def mode_and_evidence(
@@ -119,8 +170,9 @@ def mode_and_evidence(
 
     The integral is Laplace's (Tierney and Kadane 1986), up to a constant that problems of the same rows share.
     """
-    mode, curvature = _climb(_log_posterior(problem, noise_of, log_prior), start, _ROUGHLY, _first_set(noise_of))
-    height = restricted_log_likelihood(problem, noise_of(mode)) + log_prior(mode)
+    heights = _heights_of(problem, noise_of, log_prior)
+    mode, curvature = _climb(heights, start, _ROUGHLY, _first_set(noise_of))
+    height = heights(mode[None])[0]
     values = np.clip(np.linalg.eigvalsh(curvature), _WIDEST**-2, _NARROWEST**-2)
     return mode, float(height - 0.5 * np.sum(np.log(values)) + 0.5 * len(mode) * np.log(2.0 * np.pi))
 
@@ -132,11 +184,9 @@ def noise_posterior(
 
     Raises NoAnswerError where no mode is found, or where the data do not determine β.
     """
-    mode, curvature = _climb(_log_posterior(problem, noise_of, log_prior), start, _SETTLED, _first_set(noise_of))
-    try:
-        return _nodes(problem, noise_of, log_prior, mode, curvature)
-    except np.linalg.LinAlgError as error:
-        raise NoAnswerError(_UNDETERMINED) from error
+    heights = _heights_of(problem, noise_of, log_prior)
+    mode, curvature = _climb(heights, start, _SETTLED, _first_set(noise_of))
+    return _nodes(problem, noise_of, heights, mode, curvature)
 
 
 def weighted_noises(log_posterior: LogPrior, start: Array) -> tuple[Array, Array]:
@@ -145,9 +195,12 @@ def weighted_noises(log_posterior: LogPrior, start: Array) -> tuple[Array, Array
     `log_posterior` returns −inf where the data determine nothing; `start` is a first guess of the mode. Raises
     NoAnswerError where no mode is found.
     """
-    places, base, _ = _places(*_climb(log_posterior, start, _SETTLED))
-    heights = np.array([log_posterior(phi) for phi in places])
-    return places, _weights(base, heights)
+
+    def heights(phis: Array) -> Array:
+        return np.array([log_posterior(phi) for phi in phis])
+
+    places, base, _ = _places(*_climb(heights, start, _SETTLED))
+    return places, _weights(base, heights(places))
 
 
 def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Array, Array, Array]:
@@ -167,36 +220,32 @@ def _weights(base: Array, heights: Array) -> Array:
 
 
 def _nodes(
-    problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, mode: Array, curvature: Array
+    problem: Regression, noise_of: NoiseOf, heights_of: Heights, mode: Array, curvature: Array
 ) -> tuple[NoiseNode, ...]:
     """Return the nodes around a mode; `curvature` is minus the second derivatives there, (d, d)."""
     places, base, axes = _places(mode, curvature, _first_set(noise_of))
-    noises = [noise_of(phi) for phi in places]
-    heights = np.array(
-        [
-            restricted_log_likelihood(problem, noise) + log_prior(phi)
-            for noise, phi in zip(noises, places, strict=True)
-        ]
-    )
+    heights = heights_of(places)
+    if np.any(np.isneginf(heights)):
+        raise NoAnswerError(_UNDETERMINED)
     volume = float(np.linalg.slogdet(axes)[1]) + 0.5 * len(mode) * np.log(2.0 * np.pi)
     masses = np.log(base) + heights + volume
+    weighed = _weighed_instruments(problem, noise_of, places)
     return tuple(
-        NoiseNode(phi, float(weight), float(mass), *solve(problem, noise))
-        for phi, weight, mass, noise in zip(places, _weights(base, heights), masses, noises, strict=True)
+        NoiseNode(phi, float(weight), float(mass), *_solved(problem, instruments))
+        for phi, weight, mass, instruments in zip(places, _weights(base, heights), masses, weighed, strict=True)
     )
 
 
-def _log_posterior(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> LogPrior:
-    def log_posterior(phi: Array) -> float:
-        try:
-            return restricted_log_likelihood(problem, noise_of(phi)) + log_prior(phi)
-        except np.linalg.LinAlgError:
-            return -np.inf  # the search then tries a shorter step
+def _weighed_instruments(problem: Regression, noise_of: NoiseOf, phis: Array) -> Iterator[Array]:
+    """C⁻¹Z, (n, p), for one φ of (b, d) after the other."""
+    if isinstance(noise_of, JointNoiseOf):
+        yield from (noise_of(phi).weighed_instruments() for phi in phis)
+        return
+    for part in _stacks(problem, phis):
+        yield from weighed_by_each(noise_of, part, problem.instruments)[1]
 
-    return log_posterior
 
-
-def _climb(function: LogPrior, start: Array, enough: float, count: int | None = None) -> tuple[Array, Array]:
+def _climb(heights: Heights, start: Array, enough: float, count: int | None = None) -> tuple[Array, Array]:
     """Return the maximum of a smooth function of few variables, and minus its second derivatives there.
 
     Newton's method with numerical derivatives; it ends with a step that gains less than `enough`. Second
@@ -204,10 +253,9 @@ def _climb(function: LogPrior, start: Array, enough: float, count: int | None = 
     needed anyway, and a quasi-Newton search would take twice the evaluations. Raises NoAnswerError where it does
     not converge.
     """
-    place, here = start, function(start)
+    place, found = start, _around(heights, start, count)
     for _ in range(_STEPS):
-        with np.errstate(invalid="ignore"):
-            slope, curvature = _derivatives(function, place, here, count)
+        here, slope, curvature = found
         if not np.all(np.isfinite(curvature)):
             raise NoAnswerError(_UNDETERMINED)
         # Absolute eigenvalues make each step go uphill even where the function is not yet concave.
@@ -216,36 +264,40 @@ def _climb(function: LogPrior, start: Array, enough: float, count: int | None = 
         step *= min(1.0, _LONGEST / float(np.linalg.norm(step)))
         if float(slope @ step) < enough:
             return place + step, curvature
-        before = here
-        place, here = _uphill(function, place, here, step)
-        if here <= before:
+        taken = _uphill(heights, place, here, step, count)
+        if taken is None:
             return place, curvature
+        place, found = taken
     raise NoAnswerError("the noise of this log has no most likely level: look for stuck or constant channels")
 
 
-def _uphill(function: LogPrior, place: Array, here: float, step: Array) -> tuple[Array, float]:
-    """Take a step, halved until the function grows; take none where no such step is found."""
-    for _ in range(_HALVINGS):
-        there = function(place + step)
-        if np.isfinite(there) and there > here:
-            return place + step, there
+def _uphill(
+    heights: Heights, place: Array, here: float, step: Array, count: int | None
+) -> tuple[Array, tuple[float, Array, Array]] | None:
+    """Take a step, halved until the function grows, and look around there. None where no such step is found."""
+    there = _around(heights, place + step, count)  # most steps are taken, and all this is one stack
+    if np.isfinite(there[0]) and there[0] > here:
+        return place + step, there
+    for _ in range(1, _HALVINGS):
         step = 0.5 * step
-    return place, here
+        height = float(heights((place + step)[None])[0])
+        if np.isfinite(height) and height > here:
+            return place + step, _around(heights, place + step, count)
+    return None
 
 
-def _derivatives(function: LogPrior, place: Array, here: float, count: int | None) -> tuple[Array, Array]:
-    """Return the central first derivatives, (d,), and minus the second derivatives, (d, d)."""
+def _around(heights: Heights, place: Array, count: int | None) -> tuple[float, Array, Array]:
+    """Return the height, the central first derivatives, (d,), and minus the second derivatives, (d, d)."""
     d, h = len(place), _DIFFERENCE
     step = np.eye(d) * h
-    ahead = np.array([function(place + step[i]) for i in range(d)])
-    behind = np.array([function(place - step[i]) for i in range(d)])
-    curvature = np.diag((2.0 * here - ahead - behind) / h**2)
-    for i in range(d):
-        for j in range(count if count is not None and i >= count else 0, i):
-            both = function(place + step[i] + step[j])
-            mixed = (both - ahead[i] - ahead[j] + here) / h**2
-            curvature[i, j] = curvature[j, i] = -mixed
-    return (ahead - behind) / (2.0 * h), curvature
+    pairs = [(i, j) for i in range(d) for j in range(count if count is not None and i >= count else 0, i)]
+    places = [place, *(place + step), *(place - step), *(place + step[i] + step[j] for i, j in pairs)]
+    (here,), ahead, behind, both = np.split(heights(np.array(places)), [1, d + 1, 2 * d + 1])
+    with np.errstate(invalid="ignore"):
+        curvature = np.diag((2.0 * here - ahead - behind) / h**2)
+        for (i, j), value in zip(pairs, both, strict=True):
+            curvature[i, j] = curvature[j, i] = -((value - ahead[i] - ahead[j] + here) / h**2)
+        return float(here), (ahead - behind) / (2.0 * h), curvature
 
 
 def _first_set(noise_of: NoiseOf) -> int | None:

@@ -23,7 +23,6 @@ from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE
 from pitotbench.calibrate.model.nuisances import ZERO, Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.rows.observations import Observations
-from pitotbench.estimate.joint_noise import Noise
 from pitotbench.estimate.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
 from pitotbench.estimate.restricted_likelihood import Regression
 from pitotbench.estimate.robust_scale import NORMAL, deviation_of_sizes, spikes_among
@@ -145,19 +144,30 @@ def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) 
     return np.where(q > 0.0, -rows.gain * ((1.0 / rest - 1.0) + q * bend / rest**2), 0.0)
 
 
-def altitude_noise(rows: AltitudeRows, phi: Array) -> Noise:
-    """The covariance of the rows for parameters φ.
+@dataclass(frozen=True, slots=True)
+class AltitudeNoise:
+    """The map from φ to the covariance of the rows.
 
     φ = ln(slow height error [m], its correlation time [s], third). The third is the random walk of the integrated
     velocity [m/√s] or, without vertical velocity, the white height error [m].
     """
-    deviation, memory, third = np.exp(phi)
-    if rows.tie is None:
-        white = (rows.sensor + third**2 * rows.fix)[None]
-        return PointNoise(white, [ornstein_uhlenbeck(rows.time, deviation, memory, (1.0,))], rows.unknown)
-    walk = random_walk(rows.time, third, rows.first, (1.0, -1.0))
-    slow = ornstein_uhlenbeck(rows.time, deviation, memory, (0.0, 1.0))
-    return PointNoise(np.stack([rows.sensor, rows.fix]), [walk, slow], rows.unknown)
+
+    rows: AltitudeRows
+
+    def __call__(self, phi: Array, /) -> PointNoise:
+        """Return the covariance for φ (3,)."""
+        return self.stack(phi)
+
+    def stack(self, phis: Array) -> PointNoise:
+        """Return the covariances for many φ, (b, 3)."""
+        rows, (deviation, memory, third) = self.rows, np.moveaxis(np.exp(phis), -1, 0)
+        if rows.tie is None:
+            white = (rows.sensor + third[..., None] ** 2 * rows.fix)[..., None, :]
+            return PointNoise(white, [ornstein_uhlenbeck(rows.time, deviation, memory, (1.0,))], rows.unknown)
+        walk = random_walk(rows.time, third, rows.first, (1.0, -1.0))
+        slow = ornstein_uhlenbeck(rows.time, deviation, memory, (0.0, 1.0))
+        white = np.broadcast_to(np.stack([rows.sensor, rows.fix]), (*phis.shape[:-1], 2, len(rows)))
+        return PointNoise(white, [walk, slow], rows.unknown)
 
 
 def altitude_log_prior(rows: AltitudeRows, phi: Array) -> float:

@@ -21,10 +21,9 @@ from pitotbench.calibrate.model.mean_wind import MeanWind, mean_wind
 from pitotbench.calibrate.model.nuisances import Nuisance
 from pitotbench.calibrate.rows.blocks import Blocks, block_length, divide
 from pitotbench.calibrate.rows.observations import Observations
-from pitotbench.estimate.joint_noise import Noise
+from pitotbench.estimate.joint_noise import Noise, NoiseOf
 from pitotbench.estimate.restricted_likelihood import (
     NoiseNode,
-    NoiseOf,
     Regression,
     most_likely_noise,
     noise_posterior,

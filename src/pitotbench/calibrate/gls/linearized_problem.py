@@ -14,10 +14,10 @@ from scipy.ndimage import gaussian_filter1d
 
 from pitotbench.calibrate.gls.altitude_rows import (
     NOISE_COUNT,
+    AltitudeNoise,
     AltitudeRows,
     altitude_guess,
     altitude_log_prior,
-    altitude_noise,
     altitude_regression,
 )
 from pitotbench.calibrate.model.crosswind import crosswind
@@ -26,9 +26,9 @@ from pitotbench.calibrate.model.nuisances import Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.rows.blocks import Blocks
 from pitotbench.calibrate.rows.observations import Observations
-from pitotbench.estimate.joint_noise import JointNoiseOf
-from pitotbench.estimate.markov_noise import MarkovNoise, MarkovProcess
-from pitotbench.estimate.restricted_likelihood import LogPrior, NoiseOf, Regression
+from pitotbench.estimate.joint_noise import JointNoiseOf, NoiseOf
+from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
+from pitotbench.estimate.restricted_likelihood import LogPrior, Regression
 from pitotbench.estimate.robust_scale import NORMAL
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import Array
@@ -114,7 +114,9 @@ def linearize(
     first = structure.model.error_count
     seen = np.stack([-x[:, first : first + 2] for _, x in outputs])
     kernel = np.tile(kernel_means(blocks, WIND_TIME), len(outputs)) if structure.drifting else None
-    problem = Linearized(regression, _noise_family(structure, blocks, airspeed, seen, sensor), sensor, kernel)
+    at_edges = blocks.at_edges(airspeed)
+    noise_of = WindNoise(blocks.intervals, at_edges, seen, sensor, structure.drifting, structure.crosswind)
+    problem = Linearized(regression, noise_of, sensor, kernel)
     return problem if structure.altitude is None else _with_altitude(problem, structure, structure.altitude, theta)
 
 
@@ -129,9 +131,8 @@ def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRow
     )
     noise_of = JointNoiseOf(
         data=np.column_stack([both.instruments, both.response]),
-        instruments=both.instruments,
         first=triangle.noise_of,
-        second=lambda phi: altitude_noise(rows, phi),
+        second=AltitudeNoise(rows),
         count=noise_count(structure) - NOISE_COUNT,
         size=len(first.response),
     )
@@ -153,26 +154,37 @@ def _sensor_noise(obs: Observations) -> float:
     return float(NORMAL * np.median(np.abs(second)) / np.sqrt(6.0))
 
 
-def _noise_family(structure: Structure, blocks: Blocks, airspeed: Array, seen: Array, sensor: Array) -> NoiseOf:
+@dataclass(frozen=True, slots=True)
+class WindNoise:
     """The map from φ to the covariance.
 
     φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation [m/s]) (, white
-    deviation across the path [m/s])). `seen` (outputs, blocks, 2) are direction cosines.
+    deviation across the path [m/s])). `at_edges` are airspeeds at the edges of the intervals [m/s], `seen`
+    (outputs, blocks, 2) direction cosines, and `sensor` (blocks,) the pressure sensor's part of the noise along the
+    path [(m/s)²]. `drifting` and `crosswind` are those of the structure.
     """
-    at_edges = blocks.at_edges(airspeed)
-    slow = np.full(len(at_edges), WIND_TIME)
 
-    def noise_of(phi: Array) -> MarkovNoise:
-        deviation, length, white = np.exp(phi[:3])
-        winds = [MarkovProcess(deviation, length / at_edges, seen)]
-        if structure.drifting:
-            winds.append(MarkovProcess(float(np.exp(phi[3])), slow, seen))
-        variance = [sensor + white**2 + _WHITE_FLOOR]
-        if structure.crosswind:
-            variance.append(np.full_like(sensor, np.exp(2.0 * phi[-1]) + _WHITE_FLOOR))
-        return MarkovNoise(blocks.intervals, np.stack(variance), winds)
+    intervals: Intervals
+    at_edges: Array
+    seen: Array
+    sensor: Array
+    drifting: bool
+    crosswind: bool
 
-    return noise_of
+    def __call__(self, phi: Array, /) -> MarkovNoise:
+        """Return the covariance for φ (d,)."""
+        return self.stack(phi)
+
+    def stack(self, phis: Array) -> MarkovNoise:
+        """Return the covariances for many φ, (b, d)."""
+        levels = np.exp(phis)
+        winds = [MarkovProcess(levels[..., 0], levels[..., 1, None] / self.at_edges, self.seen)]
+        if self.drifting:
+            winds.append(MarkovProcess(levels[..., 3], np.full(len(self.at_edges), WIND_TIME), self.seen))
+        variance = [self.sensor + levels[..., 2, None] ** 2 + _WHITE_FLOOR]
+        if self.crosswind:
+            variance.append(np.exp(2.0 * phis[..., -1, None]) + _WHITE_FLOOR + np.zeros_like(self.sensor))
+        return MarkovNoise(self.intervals, np.stack(variance, axis=-2), winds)
 
 
 def length_factor(obs: Observations) -> float:

@@ -14,10 +14,10 @@ from scipy.special import chdtrc
 
 from pitotbench.calibrate.gls.altitude_rows import (
     NOISE_COUNT,
+    AltitudeNoise,
     AltitudeRows,
     altitude_guess,
     altitude_log_prior,
-    altitude_noise,
     altitude_regression,
     altitude_rows,
 )
@@ -26,9 +26,9 @@ from pitotbench.calibrate.gls.linearized_problem import Structure
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.rows.observations import Observations
+from pitotbench.estimate.joint_noise import NoiseOf
 from pitotbench.estimate.restricted_likelihood import (
     LogPrior,
-    NoiseOf,
     Regression,
     mode_and_evidence,
     restricted_log_likelihood,
@@ -138,7 +138,7 @@ def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[App
     seen = plain.regressors[:, :free] @ root
     problem = Regression(plain.response, seen, seen, np.ones(free))
     noise, log_evidence = _tried(problem, rows)
-    z, left = solve(problem, altitude_noise(rows, noise))
+    z, left = solve(problem, AltitudeNoise(rows)(noise))
     # Without vertical velocity the simple noise makes the probability too small, and the warning would be false.
     chance = None if rows.tie is None else _chance(z, left)
     count = bare.model.count
@@ -166,8 +166,7 @@ def _evidence_without_curve(rows: AltitudeRows, noise: Array, gain: float) -> fl
     problem = altitude_regression(rows, None, np.zeros(0), ())
     near = [noise + np.log(factors) for factors in _NOISIER]
     best = max(
-        restricted_log_likelihood(problem, altitude_noise(rows, phi)) + altitude_log_prior(rows, phi)
-        for phi in near
+        restricted_log_likelihood(problem, AltitudeNoise(rows)(phi)) + altitude_log_prior(rows, phi) for phi in near
     )
     return best if gain - best > _FAR_OFF else _tried(problem, rows)[1]
 
@@ -179,7 +178,7 @@ def _tried(problem: Regression, rows: AltitudeRows) -> tuple[Array, float]:
 
 def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
     """The family of the altitude rows' noise, and the prior of its parameters."""
-    return lambda phi: altitude_noise(rows, phi), lambda phi: altitude_log_prior(rows, phi)
+    return AltitudeNoise(rows), lambda phi: altitude_log_prior(rows, phi)
 
 
 def mixed(answers: list[tuple[float, Posterior]]) -> Posterior:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from pitotbench.calibrate.gls.altitude_rows import NOISE_COUNT, altitude_noise, altitude_regression
+from pitotbench.calibrate.gls.altitude_rows import NOISE_COUNT, AltitudeNoise, altitude_regression
 from pitotbench.calibrate.gls.covering_fit import CoveringFit
 from pitotbench.calibrate.gls.linearized_problem import Linearized, Structure, linearize, log_prior_of
 from pitotbench.calibrate.model.heading_rows import DIRECTION_DEVIATIONS, heading_rows
@@ -228,5 +228,5 @@ def _altitude_part(structure: Structure, theta: Array, added: int, changes: int,
     assert structure.altitude is not None
     rows = altitude_regression(structure.altitude, structure.model, theta, structure.nuisances)
     wide = np.pad(rows.regressors, ((0, 0), (0, added)))
-    noise = altitude_noise(structure.altitude, phi[-NOISE_COUNT:])
+    noise = AltitudeNoise(structure.altitude)(phi[-NOISE_COUNT:])
     return EvidencePart(rows.response, wide, np.zeros((len(wide), changes)), noise)

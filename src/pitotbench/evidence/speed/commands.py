@@ -22,6 +22,7 @@ STARTS = {
     "pitotbench --help": ("-m", "pitotbench", "--help"),
     "pitotbench --version": ("-m", "pitotbench", "--version"),
 }
+_START = "import sys; from pitotbench.cli import main; sys.exit(main())"  # older code has no `python -m pitotbench`
 _TRIES = 5
 
 
@@ -52,7 +53,7 @@ def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[str]:
     for name, arguments, limit in (("demo", DEMO, 3.5), ("everything, one seed", EVERYTHING, 2.2)):
         with TemporaryDirectory() as folder:
             # A folder a run: a campaign does not fly again what its folder holds.
-            command = ("-m", "pitotbench", *arguments, "--jobs", "1", "--out")
+            command = ("-c", _START, *arguments, "--jobs", "1", "--out")
             now, before = [], []
             for pair in range(pairs):
                 before += [cpu_seconds_of_command((*command, f"{folder}/older{pair}"), older)] if older else []

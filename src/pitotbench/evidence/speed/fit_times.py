@@ -14,6 +14,7 @@ from pitotbench.calibrate.paper import velocity_outputs_of
 from pitotbench.calibrate.rows.observations import observe
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.log import FlightLog
+from pitotbench.show.draw_section import log_section
 from pitotbench.units import Array
 
 _REPEATS = 5
@@ -21,13 +22,20 @@ _REPEATS = 5
 
 @dataclass(frozen=True, slots=True)
 class FitTimes:
-    """CPU times [s], each the least of several: SciPy's fit, ours by method, one residual with its Jacobian."""
+    """CPU times [s], each the least of several: SciPy's fit, ours by method, one residual with its Jacobian.
+
+    `covering` asks the heights where the error is. `static` is told that it is at the static source, and fits the
+    altitude equation with the wind triangle. `triangle` uses no heights. `panel` draws one panel of the log's page.
+    """
 
     rows: int
     scipy: float
     vector: float
     covering: float
+    static: float
+    triangle: float
     evaluation: float
+    panel: float
 
 
 def fit_times(log: FlightLog) -> FitTimes:
@@ -55,8 +63,18 @@ def fit_times(log: FlightLog) -> FitTimes:
             ),
             vector=_least(lambda: calibrate(log, paper)),
             covering=_least(lambda: calibrate(log)),
+            static=_least(lambda: calibrate(log, CalibrationOptions(error_location="static"))),
+            triangle=_least(lambda: calibrate(log, CalibrationOptions(error_location="impact"))),
             evaluation=_least(lambda: outputs(start)),
+            panel=_panel_time(log),
         )
+
+
+def _panel_time(log: FlightLog) -> float:
+    """Return the CPU time of one panel of the page of a log, a mean over its panels."""
+    found = calibrate(log)
+    panels = log_section("log", log, found).html.count("<svg")
+    return _least(lambda: log_section("log", log, found)) / panels
 
 
 def _least(work: Callable[[], object]) -> float:

@@ -45,5 +45,8 @@ def _fit_lines(log: FlightLog) -> Iterator[str]:
     yield f"rows fitted: {fit.rows:,} x 3 outputs, 5 parameters; SciPy alone {fit.scipy:.3f} s"
     yield f"fit with covering bound / SciPy least_squares alone    {fit.covering / fit.scipy:6.2f}   (limit 1.00)"
     yield f"vector output error / SciPy least_squares alone        {fit.vector / fit.scipy:6.2f}   (limit 1.00)"
+    yield f"fit with the altitude equation / SciPy alone           {fit.static / fit.scipy:6.2f}   (limit 1.00)"
+    yield f"fit without heights / SciPy alone                      {fit.triangle / fit.scipy:6.2f}"
+    yield f"one panel of a page / one fit with covering bound      {fit.panel / fit.covering:6.2f}"
     evaluations = fit.covering / fit.evaluation
     yield f"fit with covering bound / one residual and Jacobian    {evaluations:6.1f}   (limit 40)"

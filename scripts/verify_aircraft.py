@@ -1,4 +1,4 @@
-"""Fly airplanes of JSBSim's library: how well they fly, how often the bound holds the truth, how soon the first flies.
+"""Fly airplanes of JSBSim's library: how well they fly, how often the bound holds the truth, how soon they start.
 
     python scripts/verify_aircraft.py --seeds 20 --jobs 2 --rows out/aircraft.parquet
 

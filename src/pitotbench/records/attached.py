@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from pitotbench.units import Array
 
-# Kinds of engines: an electric one needs no start; the gas generator of a turboprop falls to idle with each restart.
+# Kinds of engines: an electric one needs no start; a turboprop's gas generator goes to idle with each restart.
 ELECTRIC, TURBOPROP = "electric", "turboprop"
 
 

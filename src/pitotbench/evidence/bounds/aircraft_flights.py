@@ -1,4 +1,4 @@
-"""Fly airplanes that the bench did not write, and measure how well they fly and how often the bound holds the truth."""
+"""Fly airplanes that the bench did not write: how well they fly, and how often the bound holds the truth."""
 
 import os
 import shutil
@@ -43,7 +43,7 @@ class FirstFlight:
 
 
 def fly_foreign(seeds: range, aircraft: tuple[str, ...] = FOREIGN, budget: Budget = NO_LIMIT) -> pd.DataFrame:
-    """Fly every airplane through the paper's five maneuvers in light turbulence, one flight a seed; return the rows.
+    """Fly airplanes through the paper's five maneuvers in light turbulence, one flight a seed; return the rows.
 
     Wind and pressure error are drawn from the seed as for the coverage campaign, the error scaled to the card of
     the airplane. A flight that fails is a row with the reason.
@@ -85,7 +85,7 @@ def _flown(trial: Trial, aircraft: str) -> Row:
 
 
 def summarize_foreign(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return one line an airplane and maneuver, and one an airplane for all of them: shares [%], times, errors [kt].
+    """Return one line an airplane and maneuver, and one for all maneuvers: shares [%], minutes, errors [kt].
 
     The standard error of the coverage takes flights as independent.
     """

@@ -26,6 +26,7 @@ from pitotbench.simulate.fdm import SimulationError
 from pitotbench.simulate.properties import CHANNELS
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
+Shaped = tuple[Envelope, list[Linear], Gains]
 ALTITUDE = 6000.0 * FOOT  # for which the loops are shaped: that of the cards
 MOST_KEPT = 50  # attached aircraft in the cache
 SURFACES = {"elevator": "elevator", "aileron": "left-aileron", "rudder": "rudder"}

@@ -70,7 +70,7 @@ def write_levers(root: ET.Element, engines: int, taken: str) -> None:
 
 
 def open_all_tanks(root: ET.Element) -> None:
-    """Let the engines of an aircraft draw from the tanks that no engine names, as a pilot selects them in flight."""
+    """Let the engines of an aircraft draw from tanks that no engine names, as a pilot selects them in flight."""
     engines = list(root.iter("engine"))
     named = {(feed.text or "").strip() for engine in engines for feed in engine.findall("feed")}
     for number, tank in enumerate(root.iter("tank")):

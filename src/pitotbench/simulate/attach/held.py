@@ -67,7 +67,7 @@ class Accelerations:
 
 @dataclass(frozen=True, slots=True)
 class Engines:
-    """What an aircraft's files say of its engines: their kinds, and the idle speed [rpm] of pistons, 0 without one."""
+    """What an aircraft's files say of its engines: their kinds; the idle speed [rpm] of pistons, 0 without one."""
 
     kind: str
     idle_speed: float = 0.0

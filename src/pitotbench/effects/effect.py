@@ -36,8 +36,9 @@ class Effect:
 
     `what` says in a sentence what happens, `source` where form and sizes come from. `shows_in` says what to fly so
     that the effect shows best. `variant_of` names the plain effect of the same cause: a second-order line is a
-    variant of a lag. An effect on the sensors changes the channels `changes`, and of the channels `also` those that
-    the log has; it changes no others.
+    variant of a lag. `part_of` names the effect that this one is for a part of the flight; only the forms of
+    `part_of_flight` have it. An effect on the sensors changes the channels `changes`, and of the channels `also`
+    those that the log has; it changes no others.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Effect:
     what: str
     shows_in: Excitation
     variant_of: str = ""
+    part_of: str = ""
     changes: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
 

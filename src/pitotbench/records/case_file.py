@@ -118,6 +118,8 @@ def _validated(tree: dict[str, Any], reading: "_Reading", problems: list[str]) -
         return _adapter().validate_json(json.dumps(tree), strict=True)
     except ValidationError as error:
         for item in error.errors():
+            if item["type"] == "dataclass_type":  # `reading` has said which fields the table would have
+                continue
             place = tuple(str(part) for part in item["loc"])
             problems.append(f"{reading.written(place)}: {item['msg'].lower()}, not {item['input']!r}")
     except TypeError as error:  # a date, which TOML knows and JSON does not
@@ -144,8 +146,10 @@ class _Reading:
         return ".".join(self._spelled.get(place[: i + 1], part) for i, part in enumerate(place))
 
     def record(self, kind: type, table: object, place: Place) -> Any:
-        """Return the fields of a record from a table. Other values are returned as they are, for the type check."""
+        """Return the fields of a record from a table. Another value is noted as a problem and returned."""
         if not isinstance(table, Mapping):
+            example = ", ".join(f"{_canonical_key(f)} = …" for f in fields(kind)[:2])
+            self.problems.append(f"{self.written(place)}: give a table of fields, {{ {example} }}, not {table!r}")
             return table
         found: dict[str, Any] = {}
         hints = get_type_hints(kind)

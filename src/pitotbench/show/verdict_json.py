@@ -66,4 +66,10 @@ def _share(verdict: Verdict, closed: Closure | None) -> float | None:
 
 def _effect(effect: Candidate) -> dict[str, Any]:
     sizes = [{"name": s.name, "value": s.value, "two_sigma": s.two_sigma} for s in effect.sizes]
-    return {"name": effect.name, "parameters": sizes, "score": effect.score, "probability": effect.probability}
+    return {
+        "name": effect.name,
+        "parameters": sizes,
+        "times": dict(effect.times),
+        "score": effect.score,
+        "probability": effect.probability,
+    }

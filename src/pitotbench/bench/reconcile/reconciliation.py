@@ -12,6 +12,7 @@ from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting as AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import noise_of_log
+from pitotbench.reconcile.signatures.hypotheses import lasts
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Verdict
@@ -58,7 +59,7 @@ def reconcile_log(
     layout = lay_out(log, model, setting)
     null = _for_channels(of_card, layout)
     verdict, naming = judge(layout, null)
-    if holdout is not None and naming.chosen:
+    if holdout is not None and any(map(lasts, naming.chosen)):
         verdict = with_hold_out(verdict, hold_out(holdout, model, null, naming, setting))
     return Reconciliation(verdict, naming, layout, null, flown)
 

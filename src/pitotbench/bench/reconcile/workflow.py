@@ -8,8 +8,9 @@ from pitotbench.bench.reconcile.log_card import card_of, loaded_as
 from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, reconcile_log
 from pitotbench.bench.reconcile.reflight import fly_again
 from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of
-from pitotbench.reconcile.decide.patches import Patch
+from pitotbench.reconcile.decide.patches import Patch, name_in_case
 from pitotbench.reconcile.picture_data import gap_map, traces, waterfall
+from pitotbench.reconcile.telling_data import calibration_change, telling_channel
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.log import FlightLog
@@ -77,10 +78,12 @@ def reconcile_fully(
         flown=flown,
         flown_holdout=flown_holdout,
         null_flights=first.null.flights,
+        telling=telling_channel(first.naming, first.null),
+        calibration=calibration_change(first.naming),
     )
     return FullReconciliation(first, account, patch)
 
 
 def entries(patch: Patch) -> tuple[EffectSpec, ...]:
     """Return a patch as effects of a case."""
-    return tuple(EffectSpec(name, sizes) for name, sizes in patch.entries)
+    return tuple(EffectSpec(name_in_case(name), sizes) for name, sizes in patch.entries)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pitotbench.evidence.campaigns.costs import driver_memory, efficiency, overhead, resume
 from pitotbench.evidence.campaigns.faults import bad_flights, bad_stores, full_disks, second_driver
-from pitotbench.evidence.campaigns.kills import kill_drivers, kill_workers, stop_drivers
+from pitotbench.evidence.campaigns.kills import fly_long, kill_drivers, kill_workers, stop_drivers
 from pitotbench.evidence.campaigns.scheduler import schedules
 
 Measurement = Callable[[Path, int], Iterator[str]]
@@ -21,6 +21,7 @@ def _faults(folder: Path, _: int) -> Iterator[str]:
 # Each measurement with its usual number of flights or tasks.
 MEASUREMENTS: dict[str, tuple[Measurement, int]] = {
     "kills": (kill_drivers, 60),
+    "long": (fly_long, 10_000),
     "workers": (kill_workers, 30),
     "faults": (_faults, 0),
     "resume": (resume, 10_000),

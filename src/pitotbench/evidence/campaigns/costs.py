@@ -15,7 +15,14 @@ from pitotbench.bench.campaign.stored_result import stored
 from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import open_fleet
 from pitotbench.evidence.campaigns import stubs
-from pitotbench.evidence.campaigns.drivers import dask_cluster, fly_campaign, memory, write_plan_file
+from pitotbench.evidence.campaigns.drivers import (
+    cpu_seconds,
+    dask_cluster,
+    descendants,
+    fly_campaign,
+    memory,
+    write_plan_file,
+)
 
 
 def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
@@ -46,10 +53,16 @@ def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
 def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
     """Compare the CPU time inside the flights with that of all processes of a campaign."""
     plan = write_plan_file(folder, str(flights))
+    where = ""
     if dask:
         before = os.times()
-        with dask_cluster() as (address, _):
-            ended = fly_campaign(plan, folder / "dask", "--scheduler", address)
+        with dask_cluster() as cluster:
+            ended = fly_campaign(plan, folder / "dask", "--scheduler", cluster.address)
+            scheduler = cpu_seconds(cluster.scheduler)
+            workers = sum(map(cpu_seconds, [cluster.workers, *descendants(cluster.workers)]))
+            where = (
+                f"driver {ended.cpu:.1f} s, scheduler {scheduler:.1f} s, workers with their nannies {workers:.1f} s"
+            )
         after = os.times()
         cpu = after.children_user + after.children_system - before.children_user - before.children_system
     else:
@@ -60,6 +73,8 @@ def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
     kind, flown = "dask" if dask else "local", sum(inside)
     yield f"{kind}, 2 workers, {len(inside)} flights: {flown:.1f} CPU s in flights, {cpu:.1f} in all processes"
     yield f"  CPU efficiency {flown / cpu:.3f}; {mean(inside) * 1e3:.0f} ms a flight; wall {ended.seconds:.0f} s"
+    if where:
+        yield f"  {where}"
 
 
 def resume(folder: Path, flights: int) -> Iterator[str]:

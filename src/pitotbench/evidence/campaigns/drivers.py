@@ -117,9 +117,24 @@ def digest(path: Path) -> str:
     return sha256(path.read_bytes()).hexdigest()[:16]
 
 
+def cpu_seconds(pid: int) -> float:
+    """Return the CPU seconds of a process that runs, without its children."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / CLOCK
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """A dask cluster: the address of its scheduler, and the processes of the scheduler and of all workers."""
+
+    address: str
+    scheduler: int
+    workers: int
+
+
 @contextmanager
-def dask_cluster(workers: int = 2, threads: int = 1) -> Iterator[tuple[str, list[int]]]:
-    """Start a scheduler and workers as the README says; give the address and the processes of the workers."""
+def dask_cluster(workers: int = 2, threads: int = 1) -> Iterator[Cluster]:
+    """Start a scheduler and workers as docs/scale.md says."""
     port = 20000 + os.getpid() % 20000
     address = f"tcp://127.0.0.1:{port}"
     settings = os.environ | {"PYTHONPATH": str(_SOURCE), "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1"}
@@ -127,7 +142,7 @@ def dask_cluster(workers: int = 2, threads: int = 1) -> Iterator[tuple[str, list
     worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard"]
     started = [_dask(command, settings) for command in (scheduler, worker)]
     try:
-        yield address, [started[1].pid]
+        yield Cluster(address, *(process.pid for process in started))
     finally:
         for process in reversed(started):
             process.send_signal(signal.SIGINT)

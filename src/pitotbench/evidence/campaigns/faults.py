@@ -32,7 +32,7 @@ def bad_flights(folder: Path) -> Iterator[str]:
     """Perform good tasks around one that crashes, one that hangs and one that eats memory."""
     with open_fleet(2, limits=LIMITS) as fleet:
         yield from _bad("local", folder / "local", fleet)
-    with dask_cluster() as (address, _), open_fleet(scheduler=address, limits=LIMITS) as fleet:
+    with dask_cluster() as cluster, open_fleet(scheduler=cluster.address, limits=LIMITS) as fleet:
         yield from _bad("dask", folder / "dask", fleet)
 
 

@@ -5,6 +5,7 @@ import os
 import random
 import signal
 import time
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from pitotbench.evidence.campaigns.drivers import (
     digest,
     finish,
     fly_campaign,
+    memory,
     parts,
     start,
     wait_for_parts,
@@ -55,6 +57,37 @@ def kill_drivers(folder: Path, flights: int, kills: int = 10) -> Iterator[str]:
     yield f"  stored flights flown again: {again}; stored flights lost: {lost}; processes left after 5 s: {left}"
 
 
+def fly_long(folder: Path, flights: int, kills: int = 3) -> Iterator[str]:
+    """Fly a long campaign with one worker, kill its driver on the way, and say what was lost or flown twice."""
+    plan = write_plan_file(folder, str(flights))
+    out, highest = folder / "long", 0.0
+    for number in range(1, kills + 1):
+        driver = start(plan, out, "--jobs", "1")
+        while driver.poll() is None and parts(out) < number * flights // (kills + 1):
+            highest = max(highest, memory(driver.pid))
+            time.sleep(2.0)
+        started, before = descendants(driver.pid), parts(out)
+        driver.kill()
+        driver.communicate()
+        time.sleep(5.0)
+        left, lost = sum(map(alive, started)), max(before - parts(out), 0)
+        yield f"kill {number} at {before:,} flights: {left} processes left after 5 s, {lost} stored flights lost"
+    kept = {path: path.stat().st_mtime_ns for path in _parts_of(out)}
+    last = fly_campaign(plan, out, "--jobs", "1")
+    again = sum(path.stat().st_mtime_ns != stamp for path, stamp in kept.items())
+    documents = [json.loads(path.read_bytes()) for path in _parts_of(out)]
+    states = Counter(document["state"] for document in documents)
+    reasons = Counter(text.partition(": ")[2] for document in documents for text in document["failures"])
+    yield f"{flights:,} flights: exit code {last.code}; {dict(states)}; stored flights flown again: {again}"
+    yield from (f"  {count:,} × {reason}" for reason, count in reasons.most_common(5))
+    spent = sum(document["made"]["cpu_s"] for document in documents)
+    yield f"  {spent / 60.0:.0f} CPU min in flights; the driver's memory at most {highest:.0f} MB"
+
+
+def _parts_of(out: Path) -> Iterator[Path]:
+    return (out / "store" / "flights").glob("*/*.json")
+
+
 def kill_workers(folder: Path, flights: int) -> Iterator[str]:
     """Kill one worker in the middle of a campaign, of the local pool and of a dask cluster."""
     plan = write_plan_file(folder, str(flights))
@@ -64,11 +97,11 @@ def kill_workers(folder: Path, flights: int) -> Iterator[str]:
     wait_for_parts(folder / "local", flights // 3, driver)
     os.kill(_workers(driver.pid)[0], signal.SIGKILL)
     yield _compared("local", folder, finish(driver, begun).code)
-    with dask_cluster() as (address, nannies):
-        driver = start(plan, folder / "dask", "--scheduler", address)
+    with dask_cluster() as cluster:
+        driver = start(plan, folder / "dask", "--scheduler", cluster.address)
         begun = time.monotonic()
         wait_for_parts(folder / "dask", flights // 3, driver)
-        os.kill(_workers(nannies[0])[0], signal.SIGKILL)
+        os.kill(_workers(cluster.workers)[0], signal.SIGKILL)
         yield _compared("dask", folder, finish(driver, begun).code)
 
 

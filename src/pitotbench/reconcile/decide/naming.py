@@ -17,9 +17,10 @@ from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.whitening import NoiseModel
+from pitotbench.reconcile.signatures.change_points import with_parts_of_flight
 from pitotbench.reconcile.signatures.hypotheses import cause_of
 from pitotbench.reconcile.signatures.refine import at_sizes, placed_in_time, without_sensor_effect
-from pitotbench.reconcile.signatures.signatures import columns_of
+from pitotbench.reconcile.signatures.signatures import columns_of, times_of
 from pitotbench.records.verdict import Candidate, Located
 
 RENEWALS = 3  # times the signatures are renewed; they mostly stay as they are after the first
@@ -87,7 +88,7 @@ def renewed_signatures(original: Layout, null: NullDistribution) -> Renewed:
     Events are placed in time. A large effect on the sensors is subtracted from the clean track first.
     """
     noise = scaled_to(null.noise, original)
-    original = placed_in_time(original, noise)
+    original = with_parts_of_flight(placed_in_time(original, noise), noise)
     layout, equations = original, whitened_equations(original, noise)
     columns = columns_of(layout.signatures)
     for _ in range(RENEWALS):
@@ -95,6 +96,8 @@ def renewed_signatures(original: Layout, null: NullDistribution) -> Renewed:
         best = max(columns, key=lambda n: merit(equations.fit(columns[n])))
         is_large = significance(equations.fit(columns[best])) > THRESHOLDS.undone_from
         undone = {parameter: v for (n, parameter), v in sizes.items() if n == best} if is_large else {}
+        if undone:
+            undone |= layout.signatures[columns[best][0]].shapes
         renewed = at_sizes(without_sensor_effect(layout, original, best, undone), sizes)
         if renewed is layout:
             break
@@ -152,6 +155,7 @@ def _candidates(
             equations.held_out_gain(columns[name]) / max(fits[name].gain, SMALLEST_GAIN),
             is_in_range(signatures, fits[name]),
             probable.get(cause_of(name), 0.0),
+            times_of(signatures[columns[name][0]]),
         )
         for name in ranked[:LISTED]
     )

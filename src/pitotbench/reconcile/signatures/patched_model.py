@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.effects import EFFECTS, AircraftEffect, AirEffect, Overlay, SensorEffect
+from pitotbench.effects import FORMS, AircraftEffect, AirEffect, Overlay, SensorEffect
 from pitotbench.reconcile.decide.judgment import judge
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
@@ -68,11 +68,16 @@ def patched_aircraft(aircraft: AircraftModel, patch: Overlay) -> AircraftModel:
 def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mapping[str, float]) -> Overlay | None:
     """Return the overlay that an effect puts on the force meter.
 
-    None for effects of the sensors and the air, and for a lever that does not stand where its throttle plate does:
-    the log holds the plates.
+    None for effects of the sensors and the air, for those of a part of the flight, because the force meter knows no
+    time, and for a lever that does not stand where its throttle plate does: the log holds the plates.
     """
-    effect = EFFECTS[name]
-    if aircraft is None or not isinstance(effect, AircraftEffect) or isinstance(effect, AirEffect):
+    effect = FORMS[name]
+    if (
+        aircraft is None
+        or not isinstance(effect, AircraftEffect)
+        or isinstance(effect, AirEffect)
+        or effect.part_of
+    ):
         return None
     overlay = effect.overlay(sizes, aircraft.baseline)
     return None if moves_levers(overlay) else overlay
@@ -82,7 +87,7 @@ def without_effects(layout: Layout, entries: Entries) -> Layout:
     """Return a layout with the changes by some effects, in the order given, subtracted from its residuals."""
     original, changes = layout, np.zeros_like(layout.residuals.values)
     for name, sizes in entries.items():
-        effect = EFFECTS[name]
+        effect = FORMS[name]
         if isinstance(effect, SensorEffect):
             layout = without_sensor_effect(layout, original, name, sizes)
         change = residual_change(effect, layout.scene, effect.complete(sizes))

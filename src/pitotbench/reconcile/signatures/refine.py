@@ -92,7 +92,7 @@ def _renewed(scene: Scene, old: Signature, size: float) -> Signature:
 
 def placed_in_time(layout: Layout, noise: NoiseModel) -> Layout:
     """Return the layout with every effect that has shapes (a time, a damping) at the best-fitting ones."""
-    signatures, trials = list(layout.signatures), _Trials(layout, noise)
+    signatures, trials = list(layout.signatures), Trials(layout, noise)
     for effect in FITTED.values():
         columns = [i for i, s in enumerate(signatures) if s.effect == effect.name]
         if columns and searched_shapes(effect):
@@ -103,7 +103,7 @@ def placed_in_time(layout: Layout, noise: NoiseModel) -> Layout:
 
 
 @dataclass(frozen=True, slots=True)
-class _Trial:
+class Trial:
     """An effect at some shapes: its signatures and their merit."""
 
     shapes: Shapes
@@ -111,7 +111,7 @@ class _Trial:
     merit: float
 
 
-def _search(trials: "_Trials", effect: Effect, start: Sequence[Signature]) -> list[Signature]:
+def _search(trials: "Trials", effect: Effect, start: Sequence[Signature]) -> list[Signature]:
     """Search the shapes of an effect: the first one in coarse steps, then all in halved steps around the best.
 
     A first shape that is a time is tried over the whole log.
@@ -146,8 +146,8 @@ def _with_shapes(scene: Scene, effect: Effect, old: Signature, shapes: Shapes) -
     return replace(old, column=column, shapes=dict(shapes))
 
 
-class _Trials:
-    """Compute the merit of signatures that are not in the layout; whiten and fit the layout once."""
+class Trials:
+    """The merit of signatures that are not in the layout, which is whitened and fitted once."""
 
     def __init__(self, layout: Layout, noise: NoiseModel) -> None:
         self._layout = layout
@@ -161,10 +161,10 @@ class _Trials:
         """Time of the instants from the start of the log [s], (n,)."""
         return np.asarray(self._layout.track.time[self._layout.grid.rows] - self._layout.track.time[0])
 
-    def at(self, effect: Effect, start: Sequence[Signature], shapes: Shapes) -> _Trial:
+    def at(self, effect: Effect, start: Sequence[Signature], shapes: Shapes) -> Trial:
         """Return an effect at some shapes."""
         signatures = [_with_shapes(self._layout.scene, effect, s, shapes) for s in start]
-        return _Trial(shapes, signatures, self._merit([s.column for s in signatures]))
+        return Trial(shapes, signatures, self._merit([s.column for s in signatures]))
 
     def _merit(self, columns: Sequence[Array]) -> float:
         new = self._whiten(np.stack(columns, axis=2)).reshape(-1, len(columns))

@@ -107,9 +107,9 @@ class Plant:
         return self._getters[name]
 
     def batch_reader(self, names: Sequence[str]) -> Callable[[Array], None] | None:
-        """Return a function that writes the properties, in JSBSim's units, to an array; None where JSBSim has none.
+        """Return a function that writes the properties, in JSBSim's units, to an array (names,).
 
-        No release of JSBSim has it yet: docs/speed.md holds the patch.
+        None where JSBSim has no such function. No release has it yet: docs/speed.md holds the patch.
         """
         import jsbsim
 

@@ -108,7 +108,7 @@ def trim(aircraft: HeldAircraft, speed: float) -> Trim:
 
 
 def strict(gains: Array, levers: Array) -> tuple[Array, Array]:
-    """Return gains that rise everywhere, with their levers: the highest lever of each run of equal gains."""
+    """Return gains (k,) that rise everywhere, with their levers (k,): the highest of each run of equal gains."""
     keep = np.append(np.diff(gains) > 1e-6, True)
     return gains[keep], levers[keep]
 

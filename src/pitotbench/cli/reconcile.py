@@ -3,8 +3,9 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from pitotbench.cli.shared_flags import add_mapping, mapping_advice, read_logs
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--holdout", type=Path, metavar="LOG", help="another log, on which the gap is to shrink too"
     )
-    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    add_mapping(parser)
     parser.add_argument(
         "--card", type=Path, metavar="CASE", help="case file that says what was flown (default: the log's header)"
     )
@@ -82,14 +83,15 @@ def _check_folder(options: argparse.Namespace) -> None:
 
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
-    from pitotbench.logbook import read_log
     from pitotbench.records.case_file import read_case
 
-    measured = NamedLog(options.log.name, read_log(options.log, options.mapping))
-    other = NamedLog(options.holdout.name, read_log(options.holdout, options.mapping)) if options.holdout else None
+    paths = [path for path in (options.log, options.holdout) if path is not None]
+    logs = read_logs(paths, options.mapping)
+    named = [NamedLog(path.name, log) for path, log in zip(paths, logs, strict=True)]
+    measured, other = named[0], named[1] if len(named) > 1 else None
     card = read_case(options.card) if options.card else None
     refly = options.out is not None or options.json  # only these two show the card flown again
-    setting, keep = _setting(options.mapping), not options.no_cache
+    setting, keep = _setting(mapping_advice(options, logs)), not options.no_cache
     return reconcile_fully(measured, options.aircraft, other, card, _say, setting, refly, keep=keep)
 
 
@@ -99,12 +101,10 @@ def _say(line: str) -> None:
     print(printable(line), file=sys.stderr, flush=True)
 
 
-def _setting(mapping: str | None) -> "AnalysisSetting":
-    """Return the setting that the mapping of a foreign log advises."""
+def _setting(advised: dict[str, Any]) -> "AnalysisSetting":
+    """Return the setting that the mapping of a foreign log advises, the one given or the one that recognized it."""
     from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
-    from pitotbench.logbook import find_mapping
 
-    advised = find_mapping(mapping).calibrate if mapping else {}
     static = advised.get("error_location") == "static"
     mach = advised.get("mach_max")
     return AnalysisSetting(static_error=static, mach_max=mach if isinstance(mach, float) else 1.0)

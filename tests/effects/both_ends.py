@@ -2,10 +2,10 @@
 
     python -m tests.effects.both_ends [NAME …]
 
-flies one short card for each effect and end, records it, and reconciles the log without null flights (two minutes of
-flight, so that a log costs seconds). A log counts as failed where anything raises, where the verdict is none of the
-four, or where the patch cannot be read as a case. A flight that cannot be flown, such as one with half of the power
-missing, is refused by the simulator; these are counted apart.
+flies one short card for each effect and end, records it, and reconciles the log without null flights.
+The log is cut to two minutes, so that it costs seconds. A log counts as failed where anything raises, where
+the verdict is none of the four, or where the patch cannot be read as a case. A flight that the simulator
+refuses is counted apart.
 """
 
 import sys
@@ -96,7 +96,7 @@ def main(names: Sequence[str]) -> int:
         done.append(each)
         print(f"{each.effect} {each.end}: {each.verdict or each.error or 'refused: ' + each.refused}", flush=True)
     failed, refused = sum(bool(o.error) for o in done), sum(bool(o.refused) for o in done)
-    print(f"{failed} of {len(done)} without an answer; {refused} not flown: the simulator refuses them with a reason")
+    print(f"{failed} of {len(done)} without an answer; {refused} not flown, refused with a reason")
     return int(failed > 0)
 
 

@@ -8,7 +8,9 @@ import pytest
 
 from pitotbench.evidence.pages.examples_page import ExampleChapter, example_picture, examples_page
 from pitotbench.reconcile.residuals.predicted_channels import UNITS as RESIDUAL_UNITS
+from pitotbench.records.advised_flight import AdvisedFlight, CardForecast
 from pitotbench.records.calibration import Estimate
+from pitotbench.records.formula import FormulaTerm, FoundFormula
 from pitotbench.records.gap import (
     Account,
     CalibrationChange,
@@ -22,6 +24,7 @@ from pitotbench.records.gap import (
     Tolerance,
     Trace,
 )
+from pitotbench.records.joined_flight import JoinedFlight, OwnSize
 from pitotbench.records.verdict import Candidate, Check, Closure, Detectable, Located, Verdict
 from pitotbench.show.field_units import CHANNELS
 from pitotbench.show.gap_page import account_page
@@ -94,6 +97,27 @@ def test_a_verdict_without_a_patch_offers_none(kind, said):
     found = account(verdict, added=())
     assert said in sentences(found)[0]
     assert "The patch" not in account_page(found)
+
+
+def test_a_formula_is_told_with_its_unit_its_rivals_and_its_patch():
+    size = Estimate("bank_squared_deg", 2.04, 0.3)
+    rival = "Δθ (pitch) with sin φ"
+    term = FormulaTerm("pitch_formula", size, "pitch", "Δθ", "deg", "sin²φ", 40.0, (rival,))
+    formula = FoundFormula((term,), NAMED.closure, 1.0, closure_holdout=NAMED.closure_holdout)
+    verdict = replace(NAMED, kind="unknown", effects=(), alternatives=(), closure_holdout=None)
+    found = replace(account(verdict, added=()), formula=formula, patch='name = "pitch_formula"')
+    text = " ".join(sentences(found))
+    assert "The gap follows a formula: pitch: Δθ = (2.04 ± 0.3)° sin²φ; ± is 2σ." in text
+    assert f"In the place of Δθ with sin²φ, the log is explained as well by {rival}." in text
+    assert "The formula closes 99 % of the explainable gap of this log, and 95 % of that of other.csv" in text
+    page = account_page(found)
+    assert "sin²φ" in page
+    assert "pitch_formula" in page
+    told = account_json(found)["formula"]
+    assert (told["terms"][0]["value"], told["closure_holdout"]) == (2.04, formula.closure_holdout.share)
+    refused = replace(found, formula=replace(formula, refused="it closes only 10 %"))
+    assert "It is not put into the model: it closes only 10 %." in sentences(refused)
+    assert "pitch_formula" not in account_page(refused)
 
 
 def test_without_null_flights_the_answer_asks_for_another_flight():
@@ -173,3 +197,50 @@ def test_the_page_begins_with_the_answer_and_its_picture():
 )
 def test_what_a_calibration_suffers_is_said_with_its_sign(change, said):
     assert said in calibration_words(CalibrationChange(np.array([50.0, 60.0]), np.array([0.0, change])))
+
+
+CARD = CardForecast("diagnostic", {"sideslip_deg": 6.0}, 1828.8, 5.7, 0.93, 0.21)
+NEXT = AdvisedFlight(
+    ((("belly_pod",), 0.6), (("turn_drag",), 0.4)), (CARD,), True, 'maneuver = "diagnostic"\n', 0.97
+)
+
+
+def joined() -> Account:
+    def flight(log: str, apart: float, left_out: float) -> JoinedFlight:
+        own = OwnSize("belly_pod", Estimate("drag_area_m2", 0.11, 0.02), apart)
+        closure, held = Closure(2000.0, 1010.0, 1000.0), Closure(2000.0, 2000.0 - 1000.0 * left_out, 1000.0)
+        return JoinedFlight(
+            log, "circle", 8.1, "one_of", (("belly_pod", "turn_drag"),), 80.0, closure, held, (own,), 8
+        )
+
+    return replace(account(), flights=(flight("a.csv", 1.4, 0.97), flight("b.csv", 6.3, 0.31)), next_flight=NEXT)
+
+
+def test_several_flights_and_the_next_one_are_told_on_the_page_and_in_json():
+    page, document = account_page(joined()), account_json(joined())
+    for part in ("a.csv", "b.csv", "belly pod or turn drag", "6.3", "0.31", "0.93", "sideslip_deg = 6.0"):
+        assert part in page, part
+    assert [flight["log"] for flight in document["flights"]] == ["a.csv", "b.csv"]
+    assert document["flights"][1]["closure_left_out"] == pytest.approx(0.31)
+    assert document["flights"][1]["own_sizes"][0]["apart"] == pytest.approx(6.3)
+    assert document["flights"][0]["causes_alone"] == [["belly_pod", "turn_drag"]]
+    assert document["next_flight"]["maneuver"] == "diagnostic"
+    assert document["next_flight"]["card"] == {"sideslip_deg": 6.0}
+    assert document["next_flight"]["probability"] == pytest.approx(0.93)
+    assert document["next_flight"]["altitude_ft"] == pytest.approx(6000.0)
+    assert account_json(account())["next_flight"] is None
+
+
+def test_a_single_flight_has_no_table_of_flights():
+    assert "The flights" not in account_page(account())
+
+
+def test_a_notebook_shows_the_sentences_the_probabilities_and_the_sizes():
+    found = replace(joined(), rounds=(Round(replace(NAMED, probabilities={"belly_pod": 0.91}), ("belly_pod",)),))
+    assert "The model lacks belly pod" in repr(found)
+    assert "b.csv" in found._repr_html_()
+    frame = found.to_frame()
+    row = frame[frame["named"]].iloc[0]
+    assert (row["effect"], row["parameter"], row["value"]) == ("belly_pod", "drag_area_m2", 0.12)
+    (bar,) = found.plot().axes[0].patches
+    assert bar.get_width() == pytest.approx(0.91)

@@ -3,7 +3,7 @@
 `calibrate` answers the other two: the error curve, and the bound of its error.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from pitotbench.records.case import Case
@@ -29,24 +29,30 @@ def plan(request: "PlanRequest", search_flights: int = 0) -> Plan:
 
 
 def reconcile(
-    log: FlightLog,
+    logs: FlightLog | Sequence[FlightLog],
     aircraft: str = "navajo",
     holdout: FlightLog | None = None,
     card: Case | None = None,
     setting: "AnalysisSetting | None" = None,
     refly: bool = True,
     progress: Callable[[str], None] | None = None,
+    next_flight: bool = True,
 ) -> "FullReconciliation":
-    """Find where a simulation and a measured log disagree, and name the effect that the simulation lacks.
+    """Find where a simulation and measured logs disagree, and name the effect that the simulation lacks.
 
-    Parameters: log, the measured one; aircraft, a model of the hangar, or `none` to judge the sensors alone;
-    holdout, another log of the same airplane on which the gap has to shrink too; card, what was flown (default: the
-    card in the log's header); setting, what is known of the log beyond its rows; refly, whether the card is flown
-    again with the named effects; progress, called with a line of text at each step.
-    Returns the verdict (`reconciliation.verdict`), the account that a report shows, and the patch of the aircraft.
+    Parameters: logs, a measured one, or several of one airplane whose causes and sizes are the same; aircraft,
+    a model of the hangar, or `none` to judge the sensors alone; holdout, another log of the same airplane on which
+    the gap has to shrink too; card, what was flown (default: the card in the header of each log); setting, what is
+    known of the logs beyond their rows; refly, whether the card is flown again with the named effects; progress,
+    called with a line of text at each step; next_flight, whether a card is chosen where a doubt is left.
+    Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch`, the figures of
+    each of the `flights` and the `next_flight`. It shows itself in a notebook.
     Raises BadInputError for a log that cannot be used, UnknownNameError for an aircraft that is not known.
     """
     from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
 
     other = None if holdout is None else NamedLog("held-out log", holdout)
-    return reconcile_fully(NamedLog("measured log", log), aircraft, other, card, progress, setting, refly)
+    several = [logs] if isinstance(logs, FlightLog) else list(logs)
+    names = ["measured log"] if len(several) == 1 else [f"flight {i}" for i in range(1, len(several) + 1)]
+    measured = [NamedLog(name, log) for name, log in zip(names, several, strict=True)]
+    return reconcile_fully(measured, aircraft, other, card, progress, setting, refly, next_flight=next_flight)

@@ -15,7 +15,13 @@ if TYPE_CHECKING:
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench reconcile`."""
-    parser.add_argument("log", type=Path, metavar="MEASURED", help="measured log (.csv, .parquet, .mat)")
+    parser.add_argument(
+        "log",
+        type=Path,
+        nargs="+",
+        metavar="MEASURED",
+        help="measured log (.csv, .parquet, .mat), or several of one airplane: causes and sizes are shared",
+    )
     parser.add_argument(
         "--aircraft", default="navajo", help="aircraft model, or none: sensors alone (default: %(default)s)"
     )
@@ -24,7 +30,14 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     add_mapping(parser)
     parser.add_argument(
-        "--card", type=Path, metavar="CASE", help="case file that says what was flown (default: the log's header)"
+        "--card",
+        type=Path,
+        metavar="CASE",
+        action="append",
+        help="case file that says what was flown (default: the log's header); give it once, or once for each log",
+    )
+    parser.add_argument(
+        "--no-next-flight", action="store_true", help="do not choose the next flight where a doubt is left"
     )
     parser.add_argument("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME")
     parser.add_argument(
@@ -77,7 +90,7 @@ def _check_folder(options: argparse.Namespace) -> None:
 
     if options.out is not None:
         mapping = Path(options.mapping) if options.mapping else None
-        inputs = [options.log, options.holdout, options.card, mapping]
+        inputs = [*options.log, options.holdout, *(options.card or ()), mapping]
         require_folder(options.out, WRITTEN, [path for path in inputs if path is not None])
 
 
@@ -85,14 +98,30 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
     from pitotbench.records.case_file import read_case
 
-    paths = [path for path in (options.log, options.holdout) if path is not None]
-    logs = read_logs(paths, options.mapping)
-    named = [NamedLog(path.name, log) for path, log in zip(paths, logs, strict=True)]
-    measured, other = named[0], named[1] if len(named) > 1 else None
-    card = read_case(options.card) if options.card else None
+    cards = [read_case(path) for path in options.card or ()]
+    if len(cards) not in (0, 1, len(options.log)):
+        raise BadInputError(
+            f"{len(cards)} cards for {len(options.log)} logs: give --card once, or once for each log"
+        )
+    own = cards if len(cards) > 1 else [None] * len(options.log)
+    held = [options.holdout] if options.holdout else []
+    paths, logs = [*options.log, *held], read_logs([*options.log, *held], options.mapping)
+    named = [
+        NamedLog(path.name, log, card)
+        for path, log, card in zip(paths, logs, [*own, *(None for _ in held)], strict=True)
+    ]
     refly = options.out is not None or options.json  # only these two show the card flown again
-    setting, keep = _setting(mapping_advice(options, logs)), not options.no_cache
-    return reconcile_fully(measured, options.aircraft, other, card, _say, setting, refly, keep=keep)
+    return reconcile_fully(
+        named[: len(options.log)],
+        options.aircraft,
+        named[-1] if held else None,
+        cards[0] if len(cards) == 1 else None,
+        _say,
+        _setting(mapping_advice(options, logs)),
+        refly,
+        keep=not options.no_cache,
+        next_flight=not options.no_next_flight,
+    )
 
 
 def _say(line: str) -> None:

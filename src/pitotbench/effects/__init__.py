@@ -45,6 +45,7 @@ from pitotbench.effects.effect import Effect as Effect
 from pitotbench.effects.effect import Parameter as Parameter
 from pitotbench.effects.effect import SensorEffect as SensorEffect
 from pitotbench.effects.excitation import Excitation as Excitation
+from pitotbench.effects.formula import FORMULAS as FORMULAS
 from pitotbench.effects.overlay import Baseline as Baseline
 from pitotbench.effects.overlay import Overlay as Overlay
 from pitotbench.effects.part_of_flight import forms_in_time
@@ -159,9 +160,14 @@ FORMS: Catalog[Effect] = Catalog(
 )
 
 
+def effect_of(name: str) -> Effect:
+    """Return an effect of the table in any form, or a formula, by its name. Raises UnknownNameError."""
+    return FORMULAS[name] if name in FORMULAS else FORMS[name]
+
+
 def chosen(entries: Iterable[Named]) -> tuple[Choice, ...]:
     """Return the effects that a case names, with their sizes. Effects of size zero are omitted.
 
     Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters.
     """
-    return choose(entries, EFFECTS)
+    return choose(entries, Catalog("effect", {**EFFECTS, **FORMULAS}))

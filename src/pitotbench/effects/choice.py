@@ -65,7 +65,7 @@ def _problems(choice: Choice) -> Iterator[str]:
             yield f"{name}: {key} = {value:g} is not within {p.low:g} to {p.high:g}"
     if choice.effect.part_of and choice.sizes.get(TO.name, inf) <= choice.sizes[FROM.name]:
         yield f"{name}: {TO.name} is not later than {FROM.name}"
-    sizes = [p for p in known.values() if not p.shape]
+    sizes = [p for p in known.values() if not (p.shape or p.may_be_missing)]
     for p in sizes:
         if p.name not in choice.sizes:
             yield f"{name}: {p.name} is missing (typically {p.typical:g}; 0 for none)"

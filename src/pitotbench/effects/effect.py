@@ -19,7 +19,8 @@ class Parameter:
     """One number of an effect. Its name ends in its unit; a number without dimension has no unit.
 
     A size lies between `low` and `high`; zero means no effect and is always allowed. A `shape`, such as a time or a
-    damping, says how the effect looks, not how large it is: a case may omit it, and then it is `typical`.
+    damping, says how the effect looks, not how large it is: a case may omit it, and then it is `typical`. A size
+    that `may_be_missing` is 0 where a case omits it.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Parameter:
     high: float
     what: str
     shape: bool = False
+    may_be_missing: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,6 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pitotbench.records.advised_flight import AdvisedFlight
+from pitotbench.records.formula import FoundFormula
+from pitotbench.records.joined_flight import JoinedFlight
+from pitotbench.records.shown import Shown
 from pitotbench.records.verdict import Closure, Verdict
 from pitotbench.units import Array, Booleans
 
@@ -145,13 +149,15 @@ class Round:
     added: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Account:
+@dataclass(frozen=True, slots=True, repr=False)
+class Account(Shown):
     """The content of a reconciliation's report.
 
     `rounds[0].verdict` is the answer. `patch` is the text of the patch, `flown` and `flown_holdout` are the cards
-    flown again, and `closures` holds each measured gap by name. `telling` is the channel of the first picture, and
-    `calibration` what the effects do to a calibration; None without a gap or an effect.
+    flown again, and `closures` holds each measured gap by name. `flights` says what each log says, `next_flight`
+    what to fly to part the causes that are left (None where nothing is to be parted). `telling` is the channel of
+    the first picture, and `calibration` what the effects do to a calibration; None without a gap or an effect.
+    `formula` describes a gap that the table does not explain; None where there is no such gap, or no formula.
     """
 
     log: str
@@ -166,5 +172,8 @@ class Account:
     flown_holdout: FlownAgain = field(default_factory=FlownAgain)
     closures: Mapping[str, Closure] = field(default_factory=dict)
     null_flights: int = 0
+    formula: FoundFormula | None = None
+    flights: tuple[JoinedFlight, ...] = ()
+    next_flight: AdvisedFlight | None = None
     telling: TellingChannel | None = None
     calibration: CalibrationChange | None = None

@@ -1,9 +1,11 @@
 """The report of a reconciliation: one self-contained page, which opens offline."""
 
-from pitotbench.effects import FORMS
+from pitotbench.effects import effect_of
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.verdict import SURE, Candidate
 from pitotbench.show.columns import html_table
+from pitotbench.show.flight_tables import CARD_COLUMNS, FLIGHT_COLUMNS, LISTED_CARDS
+from pitotbench.show.formula_words import formula_closures
 from pitotbench.show.gap_panels import before_after_panel, history_panels, map_panels, trace_panels, waterfall_panel
 from pitotbench.show.gap_words import evidence_words, sentences
 from pitotbench.show.markup import render
@@ -39,24 +41,33 @@ def account_page(account: Account) -> str:
         traces=trace_panels(account.traces, verdict.located),
         closing=_closing(account),
         rounds=html_table(round_columns(account), range(len(account.rounds))),
+        flights=html_table(FLIGHT_COLUMNS, account.flights) if len(account.flights) > 1 else "",
+        cards=html_table(CARD_COLUMNS, account.next_flight.ranked[:LISTED_CARDS]) if account.next_flight else "",
+        next_case=account.next_flight.case if account.next_flight else "",
         candidates=html_table(candidate_columns(verdict), verdict.candidates),
         flown=[_flown(name, flown) for name, flown in _flights(account)],
         checks=html_table(CHECK_COLUMNS, verdict.checks),
         detectable=html_table(DETECTABLE_COLUMNS, verdict.smallest_detectable),
-        patch=account.patch if verdict.effects and verdict.kind in SURE else "",
+        patch=account.patch if (verdict.effects and verdict.kind in SURE) or _has_formula(account) else "",
         version=page_version(),
     )
+
+
+def _has_formula(account: Account) -> bool:
+    return account.formula is not None and not account.formula.refused
 
 
 def _sizes(effect: Candidate) -> tuple[str, str, list[str]]:
     """Name, description and sizes of an effect, in words."""
     sizes = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
     sizes += [size_words(*time) for time in effect.times]
-    return words(effect.name), FORMS[effect.name].what, sizes
+    return words(effect.name), effect_of(effect.name).what, sizes
 
 
 def _closing(account: Account) -> list[Panel]:
     verdict = account.rounds[0].verdict
+    if account.formula is not None and not verdict.effects:
+        return [before_after_panel(formula_closures(account.formula))]
     if not account.waterfall:
         return []
     closures = [("fitted log", verdict.closure)]

@@ -4,6 +4,7 @@ import numpy as np
 
 from pitotbench.records.gap import Account, CalibrationChange
 from pitotbench.records.verdict import SURE, Candidate, Closure, Located, Verdict
+from pitotbench.show.formula_words import formula_sentences
 from pitotbench.show.quantity_words import listed, size_words, words
 from pitotbench.units import KNOT
 
@@ -61,6 +62,8 @@ def sentences(account: Account) -> list[str]:
             lines.append("Something remains beside it that no effect of the table explains.")
         lines.append(_closed(verdict, account.holdout))
         lines += _later_passes(account)
+    if account.formula is not None:
+        lines += formula_sentences(account.formula, account.holdout)
     if not account.null_flights:
         lines.append(_WITHOUT_NULL_FLIGHTS)
     return lines

@@ -13,19 +13,26 @@ from pitotbench.air import calibrated_airspeed
 from pitotbench.channels import CHANNELS
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.forecast import Plan
+from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog
 from pitotbench.show.airspeed_card import GLANCE_COLUMNS, glance_points
 from pitotbench.show.assumptions import assumption_lines
 from pitotbench.show.columns import html_table, json_rows
 from pitotbench.show.curve_table import CURVE_COLUMNS, curve_points
 from pitotbench.show.error_curves import draw_curve
+from pitotbench.show.flight_tables import FLIGHT_COLUMNS
+from pitotbench.show.gap_words import sentences
 from pitotbench.show.limit import judgments, limit_for
 from pitotbench.show.plan_advice import plan_advice
 from pitotbench.show.plan_panels import draw_front
 from pitotbench.show.plan_table import plan_columns, plan_json
+from pitotbench.show.quantity_words import words
 from pitotbench.show.short_answer import short_answer_of
 from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
+from pitotbench.show.verdict_tables import candidate_columns
 from pitotbench.units import KNOT
+
+_CAUSES = 8  # bars of a picture of causes
 
 
 @singledispatch
@@ -141,3 +148,47 @@ def _(record: Plan) -> pd.DataFrame:
 @draw_record.register
 def _(record: Plan, axes: Axes) -> None:
     draw_front(axes, record)
+
+
+@in_one_line.register
+def _(record: Account) -> str:
+    return sentences(record)[0]
+
+
+@to_html.register
+def _(record: Account) -> str:
+    verdict = record.rounds[0].verdict
+    lines = [*sentences(record), *(f"Next: {line}." for line in verdict.advice)]
+    told = "".join(f"<p>{escape(line)}</p>" for line in lines)
+    several = html_table(FLIGHT_COLUMNS, record.flights) if len(record.flights) > 1 else ""
+    return told + several + html_table(candidate_columns(verdict), verdict.candidates)
+
+
+@to_frame.register
+def _(record: Account) -> pd.DataFrame:
+    """A row for each size of each cause, the most probable first. Sizes are in the units of their names."""
+    verdict = record.rounds[0].verdict
+    named = {effect.name: effect for effect in verdict.effects}
+    rows = [
+        {
+            "effect": each.name,
+            "probability": each.probability,
+            "named": each.name in named,
+            "parameter": size.name,
+            "value": size.value,
+            "two_sigma": size.two_sigma,
+            "score": each.score,
+        }
+        for each in (named.get(candidate.name, candidate) for candidate in verdict.candidates)
+        for size in each.sizes
+    ]
+    return pd.DataFrame(rows)
+
+
+@draw_record.register
+def _(record: Account, axes: Axes) -> None:
+    """The probability of each cause."""
+    causes = sorted(record.rounds[0].verdict.probabilities.items(), key=lambda item: -item[1])[:_CAUSES]
+    axes.barh([words(name) for name, _ in causes], [p for _, p in causes], color=BLUE)
+    axes.invert_yaxis()
+    axes.set(xlim=(0.0, 1.0), xlabel="probability, given a gap")

@@ -5,6 +5,8 @@ from typing import Any
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.verdict import Candidate, Closure, Verdict
 from pitotbench.show.columns import json_rows
+from pitotbench.show.flight_tables import advised_json, flight_json
+from pitotbench.show.formula_words import formula_json
 from pitotbench.show.verdict_tables import (
     CHECK_COLUMNS,
     DETECTABLE_COLUMNS,
@@ -50,6 +52,9 @@ def account_json(account: Account) -> dict[str, Any]:
         "flown_again": _flown(account.flown),
         "flown_again_holdout": _flown(account.flown_holdout),
         "null_flights": account.null_flights,
+        "formula": formula_json(account.formula),
+        "flights": [flight_json(flight) for flight in account.flights],
+        "next_flight": advised_json(account.next_flight),
     }
 
 

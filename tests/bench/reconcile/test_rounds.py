@@ -38,7 +38,7 @@ def test_a_wrong_patch_is_not_quiet(late):
     size = found.verdict.effects[0].sizes[0]
     wrong = replace(found.verdict.effects[0], sizes=(replace(size, value=-size.value),))
     wrong_way = replace(found, verdict=replace(found.verdict, effects=(wrong,)))
-    rounds = look_until_quiet(late, "none", wrong_way).rounds
+    rounds = look_until_quiet("none", wrong_way).rounds
     assert rounds[1].verdict.kind != "no_gap"
 
 

@@ -23,7 +23,9 @@ LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.4, 0.02),), 40.0, 1.0, True)
 def outcome(*effects: Candidate, kind: str = "named"):
     """As much of an outcome as adding needs."""
     verdict = SimpleNamespace(kind=kind, effects=effects, closure=Closure(100.0, 11.0, 10.0))
-    account = SimpleNamespace(log="flight.csv", aircraft="navajo", rounds=(SimpleNamespace(verdict=verdict),))
+    account = SimpleNamespace(
+        log="flight.csv", aircraft="navajo", next_flight=None, rounds=(SimpleNamespace(verdict=verdict),)
+    )
     made = patch_of_effects(effects, "flight.csv", "2026-01-01")
     return SimpleNamespace(reconciliation=SimpleNamespace(verdict=verdict), account=account, patch=made)
 

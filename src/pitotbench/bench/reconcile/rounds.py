@@ -6,22 +6,26 @@ from dataclasses import dataclass, replace
 from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.reconciliation import Reconciliation
+from pitotbench.reconcile.decide.joint_judgment import judge_together
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.decide.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
-from pitotbench.reconcile.signatures.patched_model import look_again
+from pitotbench.reconcile.signatures.patched_model import with_effects
 from pitotbench.records.gap import Round
-from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import SURE, Candidate, Verdict
 
 
 @dataclass(frozen=True, slots=True)
 class Looks:
-    """The rounds of a reconciliation, the effects that later rounds added, and the fitted shapes of all effects."""
+    """The rounds of a reconciliation, the effects that later rounds added, and the fitted shapes of all effects.
+
+    `last` is the fit behind the verdict of the last round.
+    """
 
     rounds: tuple[Round, ...]
     added: tuple[Candidate, ...]
     shapes: Shapes
+    last: Naming
 
 
 def fitted_shapes(naming: Naming) -> Shapes:
@@ -45,27 +49,28 @@ def patch_of(first: Reconciliation, added: Sequence[Candidate], shapes: Shapes, 
 
 
 def look_until_quiet(
-    log: FlightLog,
     aircraft: str,
     first: Reconciliation,
     progress: Progress | None = None,
 ) -> Looks:
-    """Judge a log again with all effects named so far in the model, and return the rounds.
+    """Judge the logs again with all effects named so far in the model, and return the rounds.
 
     Ends with a verdict of no gap or of an unknown cause, or after the third round.
     """
     rounds = [_round(first.verdict)]
     shapes, added = dict(fitted_shapes(first.naming)), list[Candidate]()
-    model = aircraft_model(aircraft)
+    model, naming = aircraft_model(aircraft), first.naming
     while rounds[-1].added and len(rounds) < THRESHOLDS.looks_most:
         if progress is not None:
             progress(f"looking again with {', '.join(rounds[-1].added)} in the model")
         entries = dict(patch_of(first, added, shapes, "", "").entries)
-        verdict, naming = look_again(log, first.layout, model, first.null, entries)
+        layouts = [with_effects(each.log, each.layout, model, entries) for each in first.logs]
+        joint = judge_together([each.name for each in first.logs], layouts, [each.null for each in first.logs])
+        verdict, naming = joint.verdict, joint.together.namings[first.shown]
         rounds.append(_round(_news(verdict, naming, set(entries))))
         added += [e for e in rounds[-1].verdict.effects if rounds[-1].added]
         shapes |= fitted_shapes(naming)
-    return Looks(tuple(rounds), tuple(added), shapes)
+    return Looks(tuple(rounds), tuple(added), shapes, naming)
 
 
 def _round(verdict: Verdict) -> Round:

@@ -1,40 +1,85 @@
-"""Run one reconciliation, from the log to the content of its report."""
+"""Run one reconciliation, from the logs to the content of its report."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
 
 from pitotbench.bench.reconcile import Progress
+from pitotbench.bench.reconcile.beyond_the_table import beyond_the_table
 from pitotbench.bench.reconcile.log_card import card_of, loaded_as
-from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, reconcile_log
+from pitotbench.bench.reconcile.next_flight import advice_of, next_flight_after
+from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, reconcile_logs
+from pitotbench.bench.reconcile.reconciliation import NamedLog as NamedLog
 from pitotbench.bench.reconcile.reflight import fly_again
 from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of
 from pitotbench.reconcile.decide.patches import Patch, name_in_case
 from pitotbench.reconcile.picture_data import gap_map, traces, waterfall
 from pitotbench.reconcile.telling_data import calibration_change, telling_channel
+from pitotbench.records.advised_flight import AdvisedFlight
+from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.gap import Account, FlownAgain
-from pitotbench.records.log import FlightLog
+from pitotbench.records.joined_flight import JoinedFlight
+from pitotbench.records.verdict import Verdict
 
-
-@dataclass(frozen=True, slots=True)
-class NamedLog:
-    """A log with its name in reports."""
-
-    name: str
-    log: FlightLog
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 @dataclass(frozen=True, slots=True)
 class FullReconciliation:
-    """The reconciliation of a log, its account for a report, and its patch."""
+    """The reconciliation of one or several logs, its account for a report, and its patch.
+
+    It shows itself in a notebook as its account does: in words, as a picture and as a table of the causes.
+    """
 
     reconciliation: Reconciliation
     account: Account
     patch: Patch
 
+    @property
+    def verdict(self) -> Verdict:
+        """The answer."""
+        return self.account.rounds[0].verdict
+
+    @property
+    def probabilities(self) -> Mapping[str, float]:
+        """The probability of each cause, given a gap."""
+        return self.verdict.probabilities
+
+    @property
+    def sizes(self) -> Mapping[str, tuple[Estimate, ...]]:
+        """The sizes of the named effects, each with its 2σ, in the units of the effects table."""
+        return {effect.name: effect.sizes for effect in self.verdict.effects}
+
+    @property
+    def flights(self) -> tuple[JoinedFlight, ...]:
+        """What each flight says."""
+        return self.account.flights
+
+    @property
+    def next_flight(self) -> AdvisedFlight | None:
+        """The flight that would part the causes that are left; None where none is needed, or none was asked for."""
+        return self.account.next_flight
+
+    def to_frame(self) -> "DataFrame":
+        """Return the causes as a table, the most probable first."""
+        return self.account.to_frame()
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the probabilities of the causes on matplotlib's axes, or in a new figure; return the figure."""
+        return self.account.plot(axes)
+
+    def _repr_html_(self) -> str:
+        return self.account._repr_html_()
+
+    def __repr__(self) -> str:
+        return repr(self.account).replace(type(self.account).__name__, type(self).__name__, 1)
+
 
 def reconcile_fully(
-    measured: NamedLog,
+    measured: NamedLog | Sequence[NamedLog],
     aircraft: str = "navajo",
     holdout: NamedLog | None = None,
     card: Case | None = None,
@@ -43,31 +88,43 @@ def reconcile_fully(
     refly: bool = True,
     refly_holdout: bool = True,
     keep: bool = True,
+    next_flight: bool = True,
 ) -> FullReconciliation:
-    """Reconcile a log, judge it again until nothing significant remains, and fly its card again.
+    """Reconcile logs, judge them again until nothing significant remains, and fly a card again.
 
-    With `refly` the card of the log is flown again, with `refly_holdout` that of the held-out log as well. Without
-    `keep` the cache of null flights is neither read nor written.
+    `card` is that of all logs that state none of their own. With `refly` the card of the log with the largest gap
+    is flown again, with `refly_holdout` that of the held-out log as well. With `next_flight` a card is chosen that
+    parts the causes between which the logs leave a doubt. Without `keep` the cache of null flights is neither read
+    nor written.
     Raises BadInputError for a log that cannot be used.
     """
     say = progress or (lambda text: None)
+    several = [measured] if isinstance(measured, NamedLog) else measured
+    logs = [replace(each, card=each.card or card) for each in several]
     other = holdout.log if holdout else None
-    first = reconcile_log(measured.log, aircraft, other, card, progress=progress, setting=setting, keep=keep)
-    looks = look_until_quiet(measured.log, aircraft, first, progress)
-    patch = patch_of(first, looks.added, looks.shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
+    first = reconcile_logs(logs, aircraft, other, progress=progress, setting=setting, keep=keep)
+    advised = next_flight_after(first, progress) if next_flight else None
+    if advised is not None:
+        first = replace(first, verdict=replace(first.verdict, advice=advice_of(advised)))
+    looks = look_until_quiet(aircraft, first, progress)
+    source = ", ".join(each.name for each in logs)
+    beyond = beyond_the_table(aircraft, first, looks, other, progress)
+    first, looks = beyond.first, beyond.looks
+    added = (*looks.added, *beyond.entries)
+    patch = patch_of(first, added, looks.shapes, source, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
     flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
     if refly:
         say("flying the card again")
-        flown = fly_again(measured.log, first.card, effects)
+        flown = fly_again(first.logs[first.shown].log, first.card, effects)
     if refly and refly_holdout and holdout is not None:
         say("flying the card of the held-out log again")
-        again = card or card_of(holdout.log.header, aircraft)
+        again = holdout.card or card or card_of(holdout.log.header, aircraft)
         if again is not None and aircraft != "none":
             again = loaded_as(again, holdout.log)
         flown_holdout = fly_again(holdout.log, again, effects)
     account = Account(
-        log=measured.name,
+        log=source,
         aircraft=aircraft,
         holdout=holdout.name if holdout else "",
         rounds=looks.rounds,
@@ -78,6 +135,9 @@ def reconcile_fully(
         flown=flown,
         flown_holdout=flown_holdout,
         null_flights=first.null.flights,
+        formula=beyond.formula,
+        flights=first.flights,
+        next_flight=advised,
         telling=telling_channel(first.naming, first.null),
         calibration=calibration_change(first.naming),
     )

@@ -22,7 +22,7 @@ from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, lasts
-from pitotbench.reconcile.signatures.refine import at_sizes, without_sensor_effect
+from pitotbench.reconcile.signatures.refine import at_sizes, without_sensor_effects
 from pitotbench.reconcile.signatures.signatures import columns_of, times_of
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import SURE, Candidate, Closure, Detectable, Kind, Verdict
@@ -166,19 +166,35 @@ def hold_out(
     layout = lay_out(log, aircraft, setting, chosen)
     signatures = [naming.layout.signatures[c] for c in naming.fit.columns]
     sizes = {(s.effect, s.parameter): float(v) for s, v in zip(signatures, naming.fit.sizes, strict=True)}
-    for effect in chosen:
-        of_effect = {p: v for (n, p), v in sizes.items() if n == effect}
-        layout = without_sensor_effect(layout, layout, effect, of_effect)
-    layout = at_sizes(layout, sizes)
+    entries: dict[str, dict[str, float]] = {name: {} for name in chosen}
+    for each, size in zip(signatures, naming.fit.sizes, strict=True):
+        if each.effect in entries:
+            entries[each.effect] |= {**each.shapes, each.parameter: float(size)}
+    layout = at_sizes(without_sensor_effects(layout, entries), sizes)
     equations = whitened_equations(layout, scaled_to(null.noise, layout))
     values = [sizes[s.effect, s.parameter] for s in layout.signatures]
     return closure_of(equations, range(len(values)), values, _cells(layout))
 
 
+def closes(held: Closure) -> bool:
+    """Whether effects close enough of the gap of a log that their sizes were not fitted to.
+
+    They do where what is left of the gap is within chance: a log that shows little of an effect says little of it.
+    """
+    return held.share >= THRESHOLDS.hold_out_lowest or held.after - held.noise < THRESHOLDS.gap_cell
+
+
+def taken_back(verdict: Verdict, why: str) -> Verdict:
+    """Return a verdict without the names that it gives, and the reason as a note."""
+    if verdict.kind not in SURE or not verdict.effects:
+        return replace(verdict, notes=(*verdict.notes, why))
+    named = ", ".join(effect.name for effect in verdict.effects)
+    note = f"{why}: the name {named} is taken back"
+    return replace(verdict, kind="unknown", effects=(), alternatives=(), notes=(*verdict.notes, note))
+
+
 def with_hold_out(verdict: Verdict, held: Closure) -> Verdict:
     """Return the verdict with the closure on a held-out log, which takes the name back where it is too small."""
-    if verdict.kind in SURE and held.share < THRESHOLDS.hold_out_lowest:
-        named = ", ".join(effect.name for effect in verdict.effects)
-        note = f"{named} closes only {held.share:.0%} of the gap of the held-out log, so the name is taken back"
-        verdict = replace(verdict, kind="unknown", effects=(), alternatives=(), notes=(*verdict.notes, note))
+    if verdict.kind in SURE and not closes(held):
+        verdict = taken_back(verdict, f"only {max(0.0, held.share):.0%} of the gap of the held-out log is closed")
     return replace(verdict, closure_holdout=held)

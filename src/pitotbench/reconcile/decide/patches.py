@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from pitotbench.effects import FORMS
+from pitotbench.effects import effect_of
 from pitotbench.records.verdict import Candidate
 
 DIGITS = 5  # significant ones of a size: more than any bound needs
@@ -47,7 +47,7 @@ def patch_of_effects(
 
 def name_in_case(name: str) -> str:
     """Return the name of an effect in a case file; a form for a part of the flight goes by that of its effect."""
-    return FORMS[name].part_of or name
+    return effect_of(name).part_of or name
 
 
 def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
@@ -59,7 +59,7 @@ def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
 
 
 def _sizes(effect: Candidate) -> dict[str, float]:
-    limits = {p.name: (p.low, p.high) for p in FORMS[effect.name].parameters}
+    limits = {p.name: (p.low, p.high) for p in effect_of(effect.name).parameters}
     held = {s.name: min(max(s.value, limits[s.name][0]), limits[s.name][1]) for s in effect.sizes}
     return {name: _rounded(value) for name, value in held.items()}
 

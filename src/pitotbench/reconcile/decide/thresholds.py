@@ -55,8 +55,9 @@ class Thresholds:
     outside_likely: float = 0.5  # probability from which a gap is one that the table does not hold
     rest_likely: float = 0.5  # probability from which something remains beside what is named
     hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
+    contradicted_from: float = 4.0  # σ between the sizes of one flight and the others; false in one set of 3,000
     wander_unknown: float = 1.0  # surplus of squared scores without null flights: noise that the log itself gives
-    beam_depth: float = 12.0  # of the logarithm of the weight by which a set that is extended may be behind
+    beam_depth: float = 12.0  # of the logarithm of the weight by which a set that is still weighed may be behind
 
     # What remains: a gap that no effect of the table explains.
     remaining_wander: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels

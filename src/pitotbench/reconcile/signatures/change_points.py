@@ -24,7 +24,10 @@ APART = 10.0  # s between the times that are tried; the whitening looks back by 
 MOST_TIMES = 30  # of them: pairs grow with the square
 WIDEST = 4.0  # typical sizes: the widest prior deviation of a size
 PROMISING = 3  # effects that become hypotheses
-LEAST_GAIN = 30.0  # fall of the SS; with less, the prior of the times alone keeps an effect from being named
+LEAST_GAIN = 100.0  # fall of the SS; the wander of null flights gives the best of all times up to 60
+
+# They have a law of time of their own: a drift for a part of the flight jumps at its ends, as no drift does.
+DRIFTS = ("clock_drift", "time_drift", "temperature_drift", "wind_drift")
 
 Indices = NDArray[np.intp]
 
@@ -82,7 +85,7 @@ def _promising(layout: Layout, noise: NoiseModel) -> list[_Stretch]:
 
 def _may_be_timed(name: str) -> bool:
     """Whether an effect is looked for in parts of the flight: the plain form of a cause without own times."""
-    plain = not FITTED[name].variant_of and name not in ONE_MODEL
+    plain = not FITTED[name].variant_of and name not in (*ONE_MODEL, *DRIFTS)
     return plain and not happens_once(name) and f"{name}_for_a_time" in FITTED
 
 
@@ -100,7 +103,8 @@ class _Scan:
         known = np.concatenate([whiten(free.columns), whiten(layout.residuals.values)[:, :, None]], axis=2)
         columns = whiten(values)
         time = layout.track.time[grid.rows] - layout.track.time[0]
-        count = int(np.clip((time[-1] - time[0]) / APART, 2, MOST_TIMES))
+        apart = max(APART, (ORDER + 2) * grid.step)  # with a fix a second the whitening looks back by 12 s
+        count = int(np.clip((time[-1] - time[0]) / apart, 2, MOST_TIMES))
         starts = np.searchsorted(time, time[0] + (time[-1] - time[0]) * np.arange(1, count) / count)
         self.starts: Indices = starts[np.diff(starts, append=len(time)) > ORDER]
         self.times: Seconds = time[self.starts]
@@ -142,6 +146,8 @@ class _Scan:
 
     def stretches(self, name: str, columns: Sequence[int], whole: float) -> Iterator[_Stretch]:
         """The best form of an effect from a time on and the best between two times, where they are worth it."""
+        if not len(self.starts):
+            return
         penalty = THRESHOLDS.free_size_penalty
         starts = np.arange(1, len(self.starts) + 1)
         on = self._gains(columns, starts, None)

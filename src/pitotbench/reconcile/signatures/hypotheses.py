@@ -16,6 +16,8 @@ WHOLE_FLIGHT: Catalog[Effect] = Catalog("effect", {n: form for n, form in FITTED
 # a share of the impact pressure is lost in the tube or in the transducer.
 ONE_MODEL = {"gear_not_up": "belly_pod", "impact_pressure_scale": "total_pressure_loss"}
 
+EVENT = "at_s"  # the shape of an effect that is an event: its time in the flight
+
 
 def searched_shapes(effect: Effect) -> tuple[Parameter, ...]:
     """Return the shapes of an effect that are searched for: times, and all shapes of another form of a cause.
@@ -44,3 +46,8 @@ def lasts(name: str) -> bool:
 def happens_once(name: str) -> bool:
     """Whether an effect is an event, with a time at which it happens."""
     return any(p.shape and p.name.endswith("_s") for p in FITTED[name].parameters)
+
+
+def returns(name: str) -> bool:
+    """Whether an effect is to be seen in another flight of the airplane: it lasts, and is no event at a time."""
+    return lasts(name) and not any(p.shape and p.name == EVENT for p in FITTED[name].parameters)

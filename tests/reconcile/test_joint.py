@@ -1,0 +1,147 @@
+"""Several flights together: the sums against dense algebra on stacked logs, contradictions, flights left out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+from pitotbench import Case, fly, sense
+from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS
+from pitotbench.reconcile.decide.evidence import Evidence
+from pitotbench.reconcile.decide.joint_judgment import judge_together
+from pitotbench.reconcile.decide.joint_naming import OwnSizes, contradiction
+from pitotbench.reconcile.decide.judgment import closes, taken_back
+from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import lay_out
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log
+from pitotbench.records.case import EffectSpec
+from pitotbench.records.verdict import Closure
+
+FEW = Catalog("effect", {n: EFFECTS[n] for n in ("pitot_lag", "gps_latency", "wind_drift", "static_lag")})
+HIDDEN = EffectSpec("gps_latency", {"latency_s": 0.3})
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_evidence_of_several_logs_is_that_of_one_stacked_log(seed: int) -> None:
+    """Dense covariances of the stacked residuals, with the free columns of each log its own."""
+    random = np.random.default_rng(seed)
+    rows, free, sizes = (11, 17, 8), 3, 2
+    deviations, own = np.array([0.6, 1.7]), np.array([2.0, 0.5, 1.0])
+    total, log_evidence = Evidence(np.zeros((sizes + 1, sizes + 1))), 0.0
+    shared, nuisance, residuals = [], [], []
+    for n in rows:
+        x, f, r = random.normal(size=(n, sizes)), random.normal(size=(n, free)), random.normal(size=n)
+        every = np.concatenate([f, x, r[:, None]], axis=1)
+        one, part = Evidence(every.T @ every).given(range(free), own, range(free, free + sizes))
+        total, log_evidence = total + one, log_evidence + part
+        shared.append(x)
+        nuisance.append(f)
+        residuals.append(r)
+    found = total.of(range(sizes), deviations)
+    x, r = np.concatenate(shared), np.concatenate(residuals)
+    plain = np.eye(sum(rows))
+    start = 0
+    for f in nuisance:
+        end = start + len(f)
+        plain[start:end, start:end] += f @ np.diag(own**2) @ f.T
+        start = end
+    whole = plain + x @ np.diag(deviations**2) @ x.T
+    nothing = multivariate_normal(np.zeros(len(r)), np.eye(len(r))).logpdf(r)
+    expected = multivariate_normal(np.zeros(len(r)), whole).logpdf(r) - nothing
+    assert found.log_evidence + log_evidence == pytest.approx(expected, abs=1e-8)
+    gain = np.diag(deviations**2) @ x.T @ np.linalg.inv(whole)
+    assert found.mean == pytest.approx(gain @ r, abs=1e-9)
+
+
+def own(value: float, deviation: float) -> OwnSizes:
+    return OwnSizes((("gps_latency", "latency_s"),), np.array([value]), np.array([[deviation**2]]))
+
+
+def test_a_contradiction_is_the_distance_of_two_sizes_in_their_deviations() -> None:
+    assert contradiction(own(0.3, 0.03), own(0.0, 0.04)) == pytest.approx(6.0)
+    other = OwnSizes((("pitot_lag", "lag_s"),), np.array([1.0]), np.eye(1))
+    assert contradiction(own(0.3, 0.03), other) == 0.0
+
+
+def test_by_chance_sizes_are_as_far_apart_as_normal_numbers() -> None:
+    random, covariance = np.random.default_rng(5), np.array([[1.0, 0.4], [0.4, 2.0]])
+    keys = (("a", "x"), ("a", "y"))
+    draws = random.multivariate_normal(np.zeros(2), covariance, size=(4000, 2))
+    found = [contradiction(OwnSizes(keys, one, covariance), OwnSizes(keys, two, covariance)) for one, two in draws]
+    for limit in (0.5, 1.0, 2.0):
+        expected = 2.0 * norm.sf(limit)
+        assert np.mean(np.array(found) > limit) == pytest.approx(expected, abs=4.0 * np.sqrt(expected / 4000))
+
+
+@pytest.mark.parametrize(
+    ("closure", "closed"),
+    [
+        (Closure(1400.0, 1010.0, 1000.0), True),
+        (Closure(1400.0, 1200.0, 1000.0), False),
+        (Closure(1010.0, 1900.0, 1005.0), False),  # the effect is not there
+        (Closure(1012.0, 1011.0, 1000.0), True),  # the log shows nothing of it
+    ],
+)
+def test_a_log_takes_a_name_back_where_more_than_chance_is_left(closure: Closure, closed: bool) -> None:
+    assert closes(closure) == closed
+
+
+def laid(maneuver: str, seed: int, *effects: EffectSpec):
+    case = Case(maneuver=maneuver, turbulence="light", truth_seed=seed, sensor_seed=seed, effects=effects)
+    layout = lay_out(sense(fly(case), "20/20"), None, AnalysisSetting(day_known=True), FEW)
+    return layout, theoretical_distribution(noise_of_log(layout))
+
+
+@pytest.fixture(scope="module")
+def flights():
+    return (
+        laid("rapid_decel", 2301, HIDDEN),
+        laid("step_decrease", 2302, HIDDEN),
+        laid("rapid_decel", 2303),
+    )
+
+
+def judged(*flights):
+    names = [f"flight {i}" for i in range(1, len(flights) + 1)]
+    return judge_together(names, [layout for layout, _ in flights], [null for _, null in flights])
+
+
+def test_two_flights_share_a_cause_and_its_size(flights) -> None:
+    joint = judged(*flights[:2])
+    assert joint.verdict.kind == "named"
+    (effect,) = joint.verdict.effects
+    assert effect.name == "gps_latency"
+    assert effect.sizes[0].value == pytest.approx(0.3, abs=effect.sizes[0].two_sigma)
+    alone = [judged(flight).verdict.effects[0].sizes[0].value for flight in flights[:2]]
+    assert min(alone) - 1e-3 <= effect.sizes[0].value <= max(alone) + 1e-3
+    for flight in joint.flights:
+        assert flight.left_out is not None
+        assert flight.left_out.share > 0.85
+        assert all(own.apart is not None and own.apart < 3.0 for own in flight.own_sizes)
+
+
+def test_a_cause_that_a_flight_does_not_show_is_not_named_and_the_flight_is(flights) -> None:
+    joint = judged(flights[0], flights[2])
+    assert joint.verdict.kind == "unknown"
+    assert joint.verdict.effects == ()
+    told = " ".join(joint.verdict.notes)
+    assert "flight 2 contradicts gps_latency" in told
+    assert "σ from the other flights" in told
+
+
+def test_the_order_of_the_flights_does_not_matter(flights) -> None:
+    one, other = judged(*flights[:2]), judged(*flights[1::-1])
+    assert one.verdict.effects[0].sizes[0].value == pytest.approx(other.verdict.effects[0].sizes[0].value, rel=1e-6)
+    assert one.verdict.log_bayes_factor == pytest.approx(other.verdict.log_bayes_factor, rel=1e-6)
+
+
+def test_a_name_is_taken_back_with_its_reason(flights) -> None:
+    verdict = judged(flights[0]).verdict
+    back = taken_back(verdict, "flight 2 contradicts it")
+    assert (back.kind, back.effects) == ("unknown", ())
+    assert back.notes[-1].startswith("flight 2 contradicts it: the name gps_latency")
+    quiet = replace(verdict, kind="no_gap", effects=())
+    assert taken_back(quiet, "why").kind == "no_gap"

@@ -12,7 +12,7 @@ from tests.blind.schedule import Part
 from tests.blind.settings import SETTINGS
 from tests.blind.signatures import GUSTS, SettingSignatures, typical
 
-from pitotbench.effects import EFFECTS, Effect, SensorEffect
+from pitotbench.effects import EFFECTS, FORMS, Effect, SensorEffect
 
 BANDS = {"above 7": (8.0, 500.0), "4 to 7": (4.3, 6.7), "2 to 4": (2.2, 3.8)}
 WEAK = ("4 to 7", "2 to 4")
@@ -82,7 +82,7 @@ def cause_of(name: str) -> str:
 
 
 def _table() -> dict[str, Effect]:
-    return {**EFFECTS, **HIDDEN_EFFECTS}
+    return {**FORMS, **HIDDEN_EFFECTS}
 
 
 def _by(draw: Generator, share: float) -> bool:

@@ -60,7 +60,7 @@ SETTINGS: Mapping[str, Setting] = {
     "I": _setting("circle", SHORT_CIRCLE, "50/10", "light", 4500, 6000, temperature_offset=11.0),
     "J": _setting("rapid_decel", RAPID, "100/20", "none", 9000, pilot="busy", fuel=0.42),
     "K": _setting("decel_circle", SHORT_TURN, "20/1", "none", 5000, ballast=-100.0, temperature_offset=-5.0),
-    "L": _setting("figure_eight", {"speeds_kt": [150.0, 110.0]}, "50/10", "light", 6000),
+    "L": _setting("figure_eight", {"speeds_kt": [150.0, 110.0], "turns": [1.0, 1.0]}, "50/10", "light", 6000),
     "M": _setting("race_track", {"speeds_kt": [150.0, 110.0], "dwell_s": 25.0}, "50/50", "light", 6000, fuel=0.55),
     "N": _setting("four_leg", {"speeds_kt": [140.0, 105.0]}, "20/5", "light", 5500, 5000, pilot="good"),
     "O": _setting("diagnostic", {}, "50/10", "light", 6000, temperature_offset=-10.0, fuel=0.75),

@@ -13,7 +13,7 @@ from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.residuals.layout_noise import whitened_columns
 from pitotbench.reconcile.residuals.whitening import NoiseModel
-from pitotbench.reconcile.signatures.hypotheses import FITTED
+from pitotbench.reconcile.signatures.hypotheses import FITTED, cause_of
 from pitotbench.reconcile.signatures.signatures import columns_of
 from pitotbench.units import Array
 
@@ -170,14 +170,15 @@ class LogEvidence:
         """The effects on the flow vanes that null flights show, with the prior deviations of their sizes there.
 
         A vane reads gusts, and so do the residuals: on a flight without steady sideslips it seems to have a wrong
-        scale. A size like that of null flights is no evidence; only what exceeds it is.
+        scale. A size like that of null flights is no evidence; only what exceeds it is. A flight of another day has
+        other gusts, so that twice the size of null flights is usual.
         """
         columns, deviations = [], []
-        for name, score in self._null_scores.items():
-            own = [c for c in self.columns.get(name, ()) if plain.inner[c, c] * self.typical[c] ** 2 > SEEN]
-            if own and score > 1.0 and _reads_gusts(name):
-                columns += own
-                deviations += [score / float(np.sqrt(len(own) * plain.inner[c, c])) for c in own]
+        for name in filter(_reads_gusts, self.columns):
+            largest = THRESHOLDS.null_size_margin * self._null_scores.get(cause_of(name), 0.0)
+            own = [c for c in self.columns[name] if plain.inner[c, c] * self.typical[c] ** 2 > SEEN]
+            columns += own
+            deviations += [largest / float(np.sqrt(plain.inner[c, c])) for c in own]
         return columns, np.array(deviations)
 
     def beyond(self, sizes: Mapping[tuple[str, str], float], power: float = 1.0) -> Evidence:

@@ -56,6 +56,7 @@ class Thresholds:
     rest_likely: float = 0.5  # probability from which something remains beside what is named
     hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
     contradicted_from: float = 4.0  # σ between the sizes of one flight and the others; false in one set of 3,000
+    null_size_margin: float = 2.0  # sizes of vane effects on null flights of this card, for one of another day
     wander_unknown: float = 1.0  # surplus of squared scores without null flights: noise that the log itself gives
     beam_depth: float = 12.0  # of the logarithm of the weight by which a set that is still weighed may be behind
 

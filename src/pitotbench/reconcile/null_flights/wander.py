@@ -1,7 +1,8 @@
 """How far a channel wanders, against null flights: a gap that neither an effect nor a cell explains.
 
 A gap that follows no variable, such as an error with a period of its own, does not change any mean. It shows only
-in the sum of squares of its channel.
+in the sum of squares of its channel. Louder noise does not count: a wander is more than the median of the
+innovations tells.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +13,7 @@ from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.null_flights.null_measure import Measure, measures_over
 from pitotbench.reconcile.residuals.layout import Layout
-from pitotbench.reconcile.residuals.layout_noise import noise_residuals
+from pitotbench.reconcile.residuals.layout_noise import noise_residuals, scaled_to
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.records.verdict import Located
 
@@ -50,7 +51,9 @@ def wandering_channels(
     `explained` that an imperfect signature may leave, and is more than half of its surplus before. With the last
     rule a late velocity counts as explained, although its gusts, which no signature contains, are late as well.
     """
-    powers, powers_before = channel_powers(layout, null.noise), channel_powers(before, null.noise)
+    # Louder sensors, or an airplane that answers gusts more, are noise of this log and no gap.
+    noise = scaled_to(null.noise, layout)
+    powers, powers_before = channel_powers(layout, noise), channel_powers(before, noise)
     located = []
     for name, on_null in null.channel_powers.items():
         score = on_null.standardized(powers[name])

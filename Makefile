@@ -43,7 +43,7 @@ verify: $(STAMP)
 
 # The wheel in a fresh environment outside the checkout, used as a user does.
 wheel-check: $(STAMP)
-	$(BIN)/python scripts/check_wheel.py
+	$(BIN)/python -m tests.wheel
 
 BLIND := out/blind
 SEED ?= 900000

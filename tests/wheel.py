@@ -1,7 +1,7 @@
 """Install the wheel in a fresh environment outside the checkout, and use it there as a user does. Prints the times.
 
-    python scripts/check_wheel.py               # build, install, fly, calibrate, plan, reconcile
-    python scripts/check_wheel.py --clone       # instead: a fresh clone of this checkout, and `make demo` in it
+    python -m tests.wheel               # build, install, fly, calibrate, plan, reconcile
+    python -m tests.wheel --clone       # instead: a fresh clone of this checkout, and `make demo` in it
 
 It needs the network or pip's cache. With --all also the plan that flies and `reconcile` with null flights: minutes.
 """

@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-processors bench verify blind docs lint clean
+.PHONY: demo test test-processors bench verify wheel-check blind docs lint clean
 
 demo: $(STAMP)
 	$(BIN)/python scripts/run_campaign.py --maneuver step_decrease --das 20/1
@@ -40,6 +40,10 @@ bench: $(STAMP)
 
 verify: $(STAMP)
 	$(BIN)/python scripts/verify_coverage.py
+
+# The wheel in a fresh environment outside the checkout, used as a user does.
+wheel-check: $(STAMP)
+	$(BIN)/python -m tests.wheel
 
 BLIND := out/blind
 SEED ?= 900000

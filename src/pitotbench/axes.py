@@ -1,5 +1,6 @@
 """Turn vectors between body axes (forward, right, down) and earth axes (north, east, down).
 
+A vector keeps its unit; angles are radians. Source:
 Stevens and Lewis, Aircraft Control and Simulation, 2003, §1.3 (attitude) and §2.3 (flow angles).
 """
 

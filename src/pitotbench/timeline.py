@@ -52,7 +52,7 @@ def stretch_numbers(time: Seconds, breaks: Indices) -> Indices:
 
 
 def fresh_fixes(marked: Booleans | None, velocity_north: Array, velocity_east: Array) -> Booleans:
-    """Return whether the GPS velocity is new in each row, (n,).
+    """Return whether the GPS velocity is new in each row, (n,); velocities [m/s], (n,).
 
     `marked` is the log's column `gps_fresh`. Without it, a fix is new where the velocity differs from that of the
     row before: the recorder repeats the fixes of a slower receiver.

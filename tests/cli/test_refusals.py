@@ -253,3 +253,34 @@ def test_a_clock_that_cannot_be_used_is_refused_in_one_line(name, log, tmp_path,
     change, says = CLOCKS[name]
     path = spoiled(log, tmp_path / "clock.csv", change)
     assert says in refused(["calibrate", path], capsys)
+
+
+@pytest.mark.parametrize(
+    ("flags", "says"),
+    [
+        (["--mach-max", "nan"], "the Mach limit is nan: it must be above zero"),
+        (["--mach-max", "-1"], "the Mach limit is -1: it must be above zero"),
+        (["--latency", "1000"], "a latency of 1000 s: give at most 10 s"),
+        (["--latency", "nan"], "a latency of nan s"),
+        (["--ground-speed-min-kt", "-3"], "not negative"),
+    ],
+)
+def test_a_limit_that_no_log_can_have_is_named(flags, says, log, capsys):
+    assert says in refused(["calibrate", log, *flags], capsys)
+
+
+def test_a_value_that_begins_with_a_minus_sign_says_how_to_write_it(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["fixed-speed", "--ground-speed-kt", "-178,185,188", "--track-deg", "178,82,355"])
+    assert stop.value.code == 2
+    assert "a value that begins with a minus sign is written FLAG=VALUE" in capsys.readouterr().err
+    assert "ground speed" in refused(
+        ["fixed-speed", "--ground-speed-kt=-178,185,188", "--track-deg", "178,82,355"], capsys
+    )
+
+
+def test_a_decimal_comma_is_read(log, tmp_path):
+    path = tmp_path / "comma.csv"
+    lines = [line for line in log.read_text().splitlines() if not line.startswith("#")]
+    path.write_text("\n".join(line.replace(",", ";").replace(".", ",") for line in lines))
+    np.testing.assert_array_equal(read_log(path).impact_pressure, read_log(log).impact_pressure)

@@ -58,7 +58,10 @@ class Comparison:
 
 
 def rms(values: Union[Array, "Series[float]"]) -> float:
-    """Root mean square. NaN in an array gives NaN; NaN in a pandas Series is a missing number and is skipped."""
+    """Root mean square of an array of any shape, in its units.
+
+    NaN in an array gives NaN; NaN in a pandas Series is a missing number and is skipped.
+    """
     return float(np.sqrt(np.mean(np.square(values))))
 
 

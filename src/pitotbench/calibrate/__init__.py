@@ -1,6 +1,7 @@
 """Calibration of a FlightLog. Nothing in this package can read the truth of a simulated flight.
 
 The estimators load with the first calibration, so that options and the arithmetic of legs do not wait for SciPy.
+All arrays are SI and radians; parameters of the error curve are without units.
 """
 
 from collections.abc import Sequence

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from math import inf
 from typing import Any
 
 from pitotbench.calibrate.accuracy import Stated, accuracies_of
@@ -15,6 +16,7 @@ FORMS = ("scalar", "vector")
 ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
 WINDS = ("constant", "checked", "linear", "drifting")
 LATENCIES = ("given", "checked", "estimated")
+LONGEST_LATENCY = 10.0  # s: receivers are late by tenths of a second; more is another unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,8 @@ class CalibrationOptions:
     robust: leave out faulty rows and list them.
     accuracies: 2σ of constant errors that the residual does not show, as a whole record or by name. A name that is
     not given comes from the log's header, else it has the usual accuracy (`accuracy.USUAL`).
-    Raises BadInputError or UnknownNameError for a choice that does not exist.
+    Raises BadInputError or UnknownNameError for a choice that does not exist, and for a limit or latency that no
+    log can have.
     """
 
     model: str = "inverse+"
@@ -76,6 +79,15 @@ class CalibrationOptions:
         ):
             if value not in known:
                 raise BadInputError(explain(kind, value, list(known)))
+        if self.mach_max is not None and not self.mach_max > 0.0:
+            raise BadInputError(f"the Mach limit is {self.mach_max:g}: it must be above zero")
+        if not 0.0 <= self.ground_speed_min < inf:
+            raise BadInputError("the lowest ground speed must be a number that is not negative")
+        if not abs(self.gps_latency) <= LONGEST_LATENCY:
+            raise BadInputError(
+                f"a latency of {self.gps_latency:g} s: give at most {LONGEST_LATENCY:g} s, in seconds, "
+                "by which the GPS velocity trails the air data"
+            )
         if self.form == "vector" and self.model == AUTO:
             raise BadInputError("models are weighed in the scalar form; name one with --model for the vector form")
         if self.model == AUTO and self.method != "covering":

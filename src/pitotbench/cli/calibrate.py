@@ -81,7 +81,10 @@ class _Reduced:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Calibrate the logs and print the answers; return exit code 0."""
+    """Calibrate the logs and print the answers; return exit code 0.
+
+    Raises BadInputError for options that do not go together, and as the steps that it joins do.
+    """
     from pitotbench.logbook.outputs import PAGES, require_file
     from pitotbench.show.limit import limit_named
 

@@ -28,4 +28,5 @@ COMMANDS = (
     Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
     Command("study", "pitotbench.evidence.study.command", "the paper's simulator study, claim by claim"),
     Command("plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"),
+    Command("completion", "pitotbench.cli.completion", "print the script with which bash, zsh or fish completes"),
 )

@@ -19,6 +19,8 @@ class OneLineParser(argparse.ArgumentParser):
         self.add_argument("--version", action=_ShowVersions, help="show the versions of pitotbench and JSBSim")
 
     def error(self, message: str) -> NoReturn:
+        if message.endswith("expected one argument"):  # argparse takes a value such as -178,185 for a flag
+            message += " (a value that begins with a minus sign is written FLAG=VALUE)"
         self.exit(BAD_INPUT, printable(f"{self.prog}: {message}; see {self.prog} --help") + "\n")
 
 

@@ -3,8 +3,9 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from pitotbench.cli.shared_flags import add_mapping, mapping_advice, read_logs
 from pitotbench.records.errors import BadInputError
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--holdout", type=Path, metavar="LOG", help="another log, on which the gap is to shrink too"
     )
-    parser.add_argument("--mapping", help="how to read a foreign log: a shipped name or a TOML file")
+    add_mapping(parser)
     parser.add_argument(
         "--card",
         type=Path,
@@ -95,7 +96,6 @@ def _check_folder(options: argparse.Namespace) -> None:
 
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
     from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
-    from pitotbench.logbook import read_log
     from pitotbench.records.case_file import read_case
 
     cards = [read_case(path) for path in options.card or ()]
@@ -104,19 +104,20 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
             f"{len(cards)} cards for {len(options.log)} logs: give --card once, or once for each log"
         )
     own = cards if len(cards) > 1 else [None] * len(options.log)
-    measured = [
-        NamedLog(path.name, read_log(path, options.mapping), card)
-        for path, card in zip(options.log, own, strict=True)
+    held = [options.holdout] if options.holdout else []
+    paths, logs = [*options.log, *held], read_logs([*options.log, *held], options.mapping)
+    named = [
+        NamedLog(path.name, log, card)
+        for path, log, card in zip(paths, logs, [*own, *(None for _ in held)], strict=True)
     ]
-    other = NamedLog(options.holdout.name, read_log(options.holdout, options.mapping)) if options.holdout else None
     refly = options.out is not None or options.json  # only these two show the card flown again
     return reconcile_fully(
-        measured,
+        named[: len(options.log)],
         options.aircraft,
-        other,
+        named[-1] if held else None,
         cards[0] if len(cards) == 1 else None,
         _say,
-        _setting(options.mapping),
+        _setting(mapping_advice(options, logs)),
         refly,
         keep=not options.no_cache,
         next_flight=not options.no_next_flight,
@@ -129,12 +130,10 @@ def _say(line: str) -> None:
     print(printable(line), file=sys.stderr, flush=True)
 
 
-def _setting(mapping: str | None) -> "AnalysisSetting":
-    """Return the setting that the mapping of a foreign log advises."""
+def _setting(advised: dict[str, Any]) -> "AnalysisSetting":
+    """Return the setting that the mapping of a foreign log advises, the one given or the one that recognized it."""
     from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
-    from pitotbench.logbook import find_mapping
 
-    advised = find_mapping(mapping).calibrate if mapping else {}
     static = advised.get("error_location") == "static"
     mach = advised.get("mach_max")
     return AnalysisSetting(static_error=static, mach_max=mach if isinstance(mach, float) else 1.0)

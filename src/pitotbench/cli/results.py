@@ -28,7 +28,10 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the rows, or their means, or write them; return exit code 0."""
+    """Print the rows, or their means, or write them; return exit code 0.
+
+    Raises BadInputError for options that do not go together.
+    """
     from pitotbench.bench.campaign.result_table import chosen_rows, means, result_table, write_table
 
     if options.draw and (options.out is None or options.out.suffix != ".svg"):

@@ -75,7 +75,7 @@ def properties_in(expression: Expression) -> frozenset[str]:
 
 
 def evaluate(expression: Expression, properties: Mapping[str, Array | float]) -> Array:
-    """Return the values of an expression for values of its properties, numbers or arrays (n,).
+    """Return the values of an expression for values of its properties, numbers or arrays (n,) in JSBSim's units.
 
     Raises KeyError for an operation that is not listed here, and for a property without values.
     """

@@ -2,8 +2,8 @@
 
 The columns' coefficients have a normal prior around zero. With the other coefficients integrated out, the ratio of
 the evidences with and without them needs only products of the columns with the whitened rows (the Schur complement
-of the normal equations), so that many sets of columns and many sizes of a prior cost one solution with the
-covariance.
+of the normal equations; the evidence of a linear model: Bishop, Pattern Recognition and Machine Learning, 2006,
+§3.5), so that many sets of columns and many sizes of a prior cost one solution with the covariance.
 """
 
 from collections.abc import Sequence

@@ -166,7 +166,7 @@ def most_likely_noise(problem: Regression, noise_of: NoiseOf, log_prior: LogPrio
 def mode_and_evidence(
     problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
 ) -> tuple[Array, float]:
-    """Return the approximate mode of φ, and the logarithm of the restricted likelihood integrated over φ.
+    """Return the approximate mode of φ, (d,), and the logarithm of the restricted likelihood integrated over φ.
 
     The integral is Laplace's (Tierney and Kadane 1986), up to a constant that problems of the same rows share.
     """

@@ -163,7 +163,7 @@ def _variation(draft: Draft, name: str, consequence: str) -> Array:
 
 
 def display_step(values: Array, suffix: str) -> float:
-    """Return the step of a display [SI] whose numbers, in the unit of `suffix`, are whole multiples of it.
+    """Return the step of a display [SI] whose numbers (n,), in the unit of `suffix`, are whole multiples of it.
 
     0 where no step is seen, or where it is finer than a thousandth of the values.
     """

@@ -1,4 +1,7 @@
-"""The table of pressure-error models Δp/q_c = f(q_ci/q_ref), each linear in its parameters."""
+"""The table of pressure-error models Δp/q_c = f(q_ci/q_ref), each linear in its parameters.
+
+Arguments, terms, slopes and values are ratios without units.
+"""
 
 from pitotbench.catalog import Catalog
 from pitotbench.pressure_error.curve import PressureErrorCurve as PressureErrorCurve

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from pitotbench.units import Array
 
-ELECTRIC = "electric"  # kind of engine: it needs no start
+# Kinds of engines: an electric one needs no start; a turboprop's gas generator goes to idle with each restart.
+ELECTRIC, TURBOPROP = "electric", "turboprop"
 
 
 @dataclass(frozen=True, slots=True)

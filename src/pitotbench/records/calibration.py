@@ -68,27 +68,27 @@ class ErrorCurve:
 
     @property
     def indicated_airspeed_kt(self) -> Array:
-        """The indicated airspeeds [kt]."""
+        """The indicated airspeeds [kt], (n,)."""
         return self.indicated_airspeed / KNOT
 
     @property
     def calibrated_airspeed_kt(self) -> Array:
-        """The calibrated airspeeds [kt]: indicated airspeed plus correction."""
+        """The calibrated airspeeds [kt], (n,): indicated airspeed plus correction."""
         return (self.indicated_airspeed + self.correction) / KNOT
 
     @property
     def correction_kt(self) -> Array:
-        """The correction to add to the indicated airspeed [kt]."""
+        """The correction to add to the indicated airspeed [kt], (n,)."""
         return self.correction / KNOT
 
     @property
     def two_sigma_kt(self) -> Array:
-        """The ±2σ bound of the correction at each airspeed [kt]."""
+        """The ±2σ bound of the correction at each airspeed [kt], (n,)."""
         return self.two_sigma / KNOT
 
     @property
     def altitude_correction_ft(self) -> Array | None:
-        """True minus indicated pressure altitude [ft]; None where the static source is taken to be right."""
+        """True minus indicated pressure altitude [ft], (n,); None where the static source is taken to be right."""
         return None if self.altitude_correction is None else self.altitude_correction / FOOT
 
 

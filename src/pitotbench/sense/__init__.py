@@ -1,4 +1,4 @@
-"""Turn a Flight (the truth) into a FlightLog (the recording of a data system)."""
+"""Turn a Flight (the truth) into a FlightLog (the recording of a data system). Channels, (n,), are SI."""
 
 from pitotbench.sense.das import SYSTEMS as SYSTEMS
 from pitotbench.sense.das import data_system as data_system

@@ -20,7 +20,7 @@ _FELT = "felt_"  # prefix of the channels that hold the values at the probes wit
 
 
 def values_at_probes(flight: Flight, das: DataSystem, at: Callable[[Array], Array]) -> dict[str, Array]:
-    """Return static pressure, indicated impact pressure and total temperature at the probes [SI].
+    """Return static pressure, indicated impact pressure and total temperature at the probes [SI], (n,) each.
 
     Parameters: flight; das; at, a function that takes a channel of the flight to the instants wanted.
     Raises BadInputError where the case's pressure error cannot be applied.

@@ -63,7 +63,7 @@ def noise_stream(seed: int, channel: str, das: DataSystem) -> np.random.Generato
 
 
 def add_noise(values: Array, deviation: float, stream: np.random.Generator) -> Array:
-    """Return the values with white noise of a standard deviation added; 0 adds nothing."""
+    """Return the values, (n,), with white noise of a standard deviation added; 0 adds nothing."""
     if deviation == 0.0:
         return values
     # In place: three temporary arrays a channel would cost more than the noise itself.
@@ -74,12 +74,12 @@ def add_noise(values: Array, deviation: float, stream: np.random.Generator) -> A
 
 
 def saturate(values: Array, low: float, high: float) -> Array:
-    """Return the values limited to the sensor's range."""
+    """Return the values, (n,), limited to the sensor's range."""
     return np.clip(values, low, high)
 
 
 def quantize(values: Array, resolution: float) -> Array:
-    """Return the values rounded to multiples of a resolution; 0 means no rounding."""
+    """Return the values, (n,), rounded to multiples of a resolution; 0 means no rounding."""
     if resolution == 0.0:
         return values
     # 1/resolution is often a whole number. Dividing by it gives the double nearest to the decimal number, which a

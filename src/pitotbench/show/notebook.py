@@ -49,13 +49,13 @@ def to_html(record: object) -> str:
 
 @singledispatch
 def to_frame(record: object) -> pd.DataFrame:
-    """The record as a table; each column ends in its unit."""
+    """The record as a table; each column ends in its unit. Raises TypeError for a record without one."""
     raise TypeError(f"{type(record).__name__} has no table")
 
 
 @singledispatch
 def draw_record(record: object, axes: Axes) -> None:
-    """Draw the record on axes."""
+    """Draw the record on axes. Raises TypeError for a record without a picture."""
     raise TypeError(f"{type(record).__name__} has no picture")
 
 

@@ -215,7 +215,7 @@ class Rig:
             self.plant.advance(round(TENTH / self.plant.time_step))
 
     def row(self) -> Array:
-        """Return the present reaction, (12,), in the order of the fields of a Reaction."""
+        """Return the present reaction, (12,), in the order and the units of the fields of a Reaction."""
         row = np.array([read() for read in self.reads])
         row[:3] /= self.mass[0]() * self.mass[1]
         return row

@@ -25,7 +25,7 @@ from pitotbench.simulate.properties import (
     parse_catalog,
 )
 from pitotbench.simulate.variant import ROOT, write_variant
-from pitotbench.units import DEGREE, FOOT, KNOT, Array
+from pitotbench.units import DEGREE, FOOT, KNOT, POUND, Array
 
 if TYPE_CHECKING:
     from pitotbench.simulate.transcript import Transcript
@@ -107,9 +107,9 @@ class Plant:
         return self._getters[name]
 
     def batch_reader(self, names: Sequence[str]) -> Callable[[Array], None] | None:
-        """Return a function that writes the properties, in JSBSim's units, to an array; None where JSBSim has none.
+        """Return a function that writes the properties, in JSBSim's units, to an array (names,).
 
-        No release of JSBSim has it yet: docs/speed.md holds the patch.
+        None where JSBSim has no such function. No release has it yet: docs/speed.md holds the patch.
         """
         import jsbsim
 
@@ -198,7 +198,13 @@ class Plant:
             f"{self.get('altitude') / FOOT:.0f} ft, roll {degrees(self.get('roll')):.1f}°, "
             f"angle of attack {degrees(self.get('angle_of_attack')):.1f}°"
         )
-        return SimulationError(f"{self.aircraft}: {what} (at {state}).{self._transcript.said()}")
+        return SimulationError(f"{self.aircraft}: {what} (at {state}{self._stopped()}).{self._transcript.said()}")
+
+    def _stopped(self) -> str:
+        """Return that an engine does not run, and the fuel left; nothing where all run."""
+        if self._electric or all(self.fdm[path] for path in self._engines):
+            return ""
+        return f"; an engine does not run, fuel on board {self.fdm['propulsion/total-fuel-lbs'] * POUND:.0f} kg"
 
     def start(
         self,

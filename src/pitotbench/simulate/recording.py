@@ -89,7 +89,7 @@ class Recorder:
 
 
 def record_channels(plant: Plant, seconds: float) -> dict[str, Array]:
-    """Run a plant for a time [s] and return its channels by name [SI], one value a step."""
+    """Run a plant for a time [s] and return its channels by name [SI], each (n,) with one value a step."""
     recorder = Recorder(plant)
     for count in _batches(round(seconds / plant.time_step), max(1, round(0.1 / plant.time_step))):
         recorder.advance(count)

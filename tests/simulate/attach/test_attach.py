@@ -1,6 +1,7 @@
 """Aircraft that the bench did not write: attached, flown, and refused with the reason."""
 
 import shutil
+import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ from pitotbench.catalog import UnknownNameError
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate import fly
+from pitotbench.simulate.attach.autopilot_file import open_all_tanks
 from pitotbench.simulate.attach.library import library_aircraft
 from pitotbench.simulate.attach.record import read_record
 from pitotbench.simulate.hangar import find_aircraft
-from pitotbench.simulate.maneuvers.scaled_card import card_of, scaled_card, scaled_case
+from pitotbench.simulate.maneuvers.scaled_card import card_of, card_speeds, scaled_card, scaled_case
 from pitotbench.units import FOOT, KNOT
 
 
@@ -52,6 +54,46 @@ def test_an_electric_airplane_without_fuel_is_attached():
     assert found.stall_kt == pytest.approx(np.sqrt(2 * 13.5 * 9.81 / (1.225 * 0.55 * 1.65)) / KNOT, rel=0.12)
 
 
+def test_a_turboprop_has_its_power_in_held_flight():
+    """JSBSim puts its gas generator to idle with every initial condition; a Twin Otter needs its 400 hp a side."""
+    found = read_record(find_aircraft("DHC6"))
+    assert (found.engines, found.engine_kind) == (2, "turboprop")
+    flight = fly(Case(aircraft="DHC6", maneuver="rapid_decel"))
+    decel = np.char.startswith(flight.segment, "decel")
+    assert flight.on_condition[decel].mean() == 1.0
+    # The fastest speed found is one that the flight holds: the card begins at 76 % of the way to it.
+    assert flight["calibrated_airspeed"].max() > (found.stall_kt + 0.7 * (found.fastest_kt - found.stall_kt)) * KNOT
+
+
+def test_an_engine_at_idle_does_not_stop():
+    """The engine of a J3 stops below 560 rpm, where its propeller drags it at closed throttle."""
+    flight = fly(Case(aircraft="J3Cub", maneuver="rapid_decel", turbulence="light"))
+    assert flight["propeller_speed_left"].min() > 600.0 * 2.0 * np.pi / 60.0
+
+
+def test_engines_draw_from_every_tank():
+    """A PC-7 feeds its engine from one of two tanks: 17 minutes. Tanks that an engine names stay as they are."""
+    root = ET.fromstring(
+        "<fdm_config><propulsion><engine file='a'><feed>0</feed></engine><engine file='a'><feed> 1 </feed></engine>"
+        "<tank type='FUEL'/><tank type='FUEL'/><tank type='FUEL'/><tank type='OXIDIZER'/></propulsion></fdm_config>"
+    )
+    open_all_tanks(root)
+    assert [[f.text.strip() for f in engine.findall("feed")] for engine in root.iter("engine")] == [
+        ["0", "2"],
+        ["1", "2"],
+    ]
+    folder = find_aircraft("pc7")
+    feeds = ET.parse(folder / "pc7.xml").getroot().findall("propulsion/engine/feed")
+    assert {feed.text.strip() for feed in feeds} == {"0", "1"}
+
+
+def test_the_slowest_speed_of_the_cards_leaves_room_where_the_loops_do_not_hold():
+    """At 1.12 times its stall speed the model of the PC-7 drops a wing: the cards begin above the next point."""
+    found = read_record(find_aircraft("pc7"))
+    assert found.speed_kt[0] > 1.2 * found.stall_kt
+    assert card_speeds(found)[0] >= 1.16 * found.speed_kt[0]
+
+
 def test_cards_keep_to_the_speeds_of_the_aircraft():
     found = read_record(find_aircraft("c172x"))
     speeds = np.array(scaled_card("c172x", "four_leg").speeds) / KNOT
@@ -76,6 +118,7 @@ def test_a_path_is_the_same_aircraft_and_is_made_once(tmp_path):
         ("sgs126", "no engine that holds a level speed"),
         ("ball", "no engine that holds a level speed"),
         ("L17", "JSBSim stopped: .*flaps-pos-deg does not exist"),
+        ("p51d", "the throttle does nothing"),
         ("x24b", "no engine that holds a level speed .* it has rocket_engine"),
     ],
 )

@@ -65,7 +65,7 @@ class PlanRequest:
 
     @property
     def airspeeds(self) -> Array:
-        """The airspeeds [m/s] at which the bound is averaged: every 5 kt of the wanted range."""
+        """The airspeeds [m/s], (n,), at which the bound is averaged: every 5 kt of the wanted range."""
         low, high = self.speeds
         steps = np.arange(int((high - low) / _CURVE_STEP + 1e-6) + 1, dtype=np.float64)
         return np.asarray(low + _CURVE_STEP * steps, dtype=np.float64)

@@ -109,7 +109,7 @@ def altitude_rows(log: FlightLog, obs: Observations, latency: float, wind: Array
 def altitude_regression(
     rows: AltitudeRows, model: PredictionModel | None, theta: Array, nuisances: Sequence[Nuisance]
 ) -> Regression:
-    """Linearize the rows at θ, in the unknowns of the wind triangle [m].
+    """Linearize the rows at θ (p,), in the unknowns of the wind triangle [m].
 
     There are no unknowns where `model` is None: the error is then not the static source's.
     """
@@ -146,7 +146,7 @@ def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) 
 
 @dataclass(frozen=True, slots=True)
 class AltitudeNoise:
-    """The map from φ to the covariance of the rows.
+    """The map from φ, (3,), to the covariance of the rows.
 
     φ = ln(slow height error [m], its correlation time [s], third). The third is the random walk of the integrated
     velocity [m/√s] or, without vertical velocity, the white height error [m].
@@ -171,7 +171,7 @@ class AltitudeNoise:
 
 
 def altitude_log_prior(rows: AltitudeRows, phi: Array) -> float:
-    """The prior of φ: half-normal levels and a log-normal correlation time.
+    """The prior of φ (3,): half-normal levels and a log-normal correlation time.
 
     The φ terms convert the density of a level to that of its logarithm.
     """
@@ -182,7 +182,7 @@ def altitude_log_prior(rows: AltitudeRows, phi: Array) -> float:
 
 
 def altitude_guess(rows: AltitudeRows) -> Array:
-    """A start for φ."""
+    """A start for φ, (3,)."""
     third = 0.3 if rows.tie is None else 0.03
     return np.log([rows.slow_guess, SLOW_TIME, third])
 

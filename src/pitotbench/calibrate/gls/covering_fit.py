@@ -109,7 +109,7 @@ def _of_mean_wind(
 
 
 def mean_wind_under(problem: Linearized, structure: Structure, noise: Noise, phi: Array) -> MeanWind | None:
-    """The mean of a drifting wind under the noise of parameters φ; None for a wind that does not drift."""
+    """The mean of a drifting wind under the noise of parameters φ (d,); None for a wind that does not drift."""
     if problem.kernel is None:
         return None
     deviation, first = float(np.exp(phi[3])), structure.model.error_count
@@ -117,13 +117,13 @@ def mean_wind_under(problem: Linearized, structure: Structure, noise: Noise, phi
 
 
 def linearized(structure: Structure, obs: Observations, theta: Array, gust_deviation: float) -> Linearized:
-    """Linearize the problem of a structure at θ, on the blocks of `fit_covering`; gust deviation [m/s]."""
+    """Linearize the problem of a structure at θ (p,), on the blocks of `fit_covering`; gust deviation [m/s]."""
     blocks = divide(obs, block_length(obs))
     return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2)
 
 
 def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
-    """Run the first pass of `fit_covering`, repeated from a start that is far away.
+    """Run the first pass of `fit_covering`, repeated from a start (p,) that is far away.
 
     Raises NoAnswerError where the log is too short for its unknowns or the steps do not settle.
     """

@@ -225,7 +225,7 @@ def noise_count(structure: Structure) -> int:
 
 
 def first_guess(problem: Linearized, structure: Structure) -> Array:
-    """A start for φ from the least-squares residual of the airspeed.
+    """A start for φ (d,) from the least-squares residual of the airspeed.
 
     The covariance of neighboring blocks is attributed to gusts. The rest, without the sensor's noise, is white.
     """

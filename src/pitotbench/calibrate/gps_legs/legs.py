@@ -38,6 +38,7 @@ class SteadyGroup:
 
     @property
     def legs(self) -> int:
+        """The number of legs."""
         return int(self.leg.max()) + 1
 
     def leg_means(self, data: Array) -> Array:

@@ -1,1 +1,4 @@
-"""What a curve and a wind predict for each row, together with the systematic errors."""
+"""What a curve and a wind predict for each row, together with the systematic errors.
+
+All arrays are SI and radians; parameters of the error curve are without units.
+"""

@@ -55,10 +55,12 @@ class PredictionModel:
 
     @property
     def error_count(self) -> int:
+        """The number of parameters of the error curve, K."""
         return len(self.error.parameter_names)
 
     @property
     def count(self) -> int:
+        """The number of parameters in all: those of the curve and the components of the wind."""
         return self.error_count + (3 if self.wind_down else 2)
 
     def predict(self, theta: Array, obs: Observations) -> Prediction:

@@ -144,6 +144,6 @@ def channels_of(term: Term) -> tuple[str, ...]:
 
 
 def values_of(term: Term, signals: Signals) -> Array:
-    """Return the values of a term over a log, (n,)."""
+    """Return the values of a term over a log, (n,), in the unit of the term."""
     properties = {path: _FROM_LOG[path][1](signals) for path in properties_in(term.value)}
     return np.asarray(np.broadcast_to(evaluate(term.value, properties), signals.time.shape))

@@ -62,7 +62,10 @@ def as_sensed(log: FlightLog, seed: int) -> FlightLog:
 
 
 def systematic(log: FlightLog, seed: int) -> FlightLog:
-    """Return the log with constant errors drawn from the stated accuracies."""
+    """Return the log with constant errors drawn from the stated accuracies.
+
+    Raises ValueError for a log without a temperature.
+    """
     draw = 0.5 * np.random.default_rng([seed, 78]).standard_normal(5)
     if log.total_temperature is None:
         raise ValueError("a synthetic log has a total temperature")

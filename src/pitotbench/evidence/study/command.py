@@ -24,7 +24,10 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fly the study, print the verdicts and the pages' paths. Raises NoAnswerError where flights were lost."""
+    """Fly the study, print the verdicts and the pages' paths.
+
+    Raises BadInputError for numbers below 1, NoAnswerError where flights were lost.
+    """
     if options.seeds < 1 or (options.jobs is not None and options.jobs < 1):
         raise BadInputError("--seeds and --jobs count from 1")
     from pitotbench.evidence.study.conduct import StudyRequest, run_study  # loads the simulator

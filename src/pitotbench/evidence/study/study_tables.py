@@ -87,7 +87,10 @@ class StudyTables:
         return tuple(sorted(int(seed) for seed in self.flights["seed"].unique()))
 
     def fit(self, column: str, maneuver: str, **how: object) -> pd.Series:
-        """Return a column of the fits of a maneuver by seed; `how` has the settings that differ from `USUAL`."""
+        """Return a column of the fits of a maneuver by seed; `how` has the settings that differ from `USUAL`.
+
+        Raises KeyError for a setting that is not in `USUAL`.
+        """
         unknown = set(how) - set(USUAL)
         if unknown:
             raise KeyError(f"fits are chosen by {', '.join(USUAL)}; not by {', '.join(sorted(unknown))}")

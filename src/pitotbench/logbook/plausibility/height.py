@@ -16,6 +16,7 @@ def check_height(draft: Draft) -> None:
     """Refuse a static pressure that another unit, or a pressure reduced to sea level, would bring to the height.
 
     A static pressure that nothing explains is warned of; a height in another unit is not used.
+    Raises BadInputError, which names the column to write.
     """
     if "altitude" not in draft.channels:
         return

@@ -79,7 +79,7 @@ _ROWS = 20_000  # that medians and slopes are taken over: more would only take t
 
 
 def some(draft: Draft, name: str) -> Array:
-    """Evenly spaced values of a channel, at most about `_ROWS`; of all channels the same rows."""
+    """Evenly spaced values of a channel, (k,), at most about `_ROWS`; of all channels the same rows."""
     return draft.channels[name][:: max(1, len(draft.rows) // _ROWS)]
 
 

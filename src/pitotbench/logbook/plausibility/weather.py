@@ -30,7 +30,7 @@ def check_rise(draft: Draft) -> None:
 
 
 def warmth(draft: Draft, static_pressure: Array) -> float:
-    """The air's temperature over that of the standard day, at a static pressure [Pa] of `some` rows.
+    """The air's temperature over that of the standard day, (k,), at a static pressure [Pa] of `some` rows, (k,).
 
     1 without a temperature, or with one that no day has.
     """

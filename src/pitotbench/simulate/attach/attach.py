@@ -4,34 +4,36 @@ import os
 import shutil
 import xml.etree.ElementTree as ET
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
-from pitotbench.records.attached import ELECTRIC, Attached
+from pitotbench.records.attached import ELECTRIC, TURBOPROP, Attached
 from pitotbench.records.cache_folder import cache_folder
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.aircraft_file import parse_xml
-from pitotbench.simulate.attach.autopilot_file import write_autopilot, write_levers
-from pitotbench.simulate.attach.derivatives import engine_time, linearize
-from pitotbench.simulate.attach.envelope import explore
-from pitotbench.simulate.attach.held import HeldAircraft
+from pitotbench.simulate.attach.autopilot_file import open_all_tanks, write_autopilot, write_levers
+from pitotbench.simulate.attach.derivatives import Linear, engine_time, linearize
+from pitotbench.simulate.attach.envelope import Envelope, explore
+from pitotbench.simulate.attach.held import Engines, HeldAircraft
 from pitotbench.simulate.attach.intake import aircraft_name, take_in
-from pitotbench.simulate.attach.loops import shape
+from pitotbench.simulate.attach.loops import Gains, shape
 from pitotbench.simulate.attach.record import write_record
 from pitotbench.simulate.fdm import SimulationError
 from pitotbench.simulate.properties import CHANNELS
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
+Shaped = tuple[Envelope, list[Linear], Gains]
 ALTITUDE = 6000.0 * FOOT  # for which the loops are shaped: that of the cards
 MOST_KEPT = 50  # attached aircraft in the cache
 SURFACES = {"elevator": "elevator", "aileron": "left-aileron", "rudder": "rudder"}
 ENGINE_KINDS = {
     "piston_engine": "piston",
     "turbine_engine": "jet",
-    "turboprop_engine": "turboprop",
+    "turboprop_engine": TURBOPROP,
     "electric_engine": ELECTRIC,
     "brushless_dc_motor": ELECTRIC,
 }
@@ -74,16 +76,17 @@ def make_flyable(folder: Path) -> Attached:
     """
     file = folder / f"{folder.name}.xml"
     tree = parse_xml(file)
-    kind = _engine_kind(folder, tree.getroot())
+    kind = _engines(folder, tree.getroot())
     aircraft = _held(folder, kind)
     envelope = explore(aircraft)
-    models = [linearize(aircraft, point) for point in envelope.points]
     lag = engine_time(aircraft, envelope.points[len(envelope.points) // 2])
-    gains = shape(folder.name, models, lag)
+    models = [linearize(aircraft, point) for point in envelope.points]
+    envelope, models, gains = _shaped(folder.name, envelope, models, lag)
     missing = _missing(aircraft)
     texts = "".join(f.read_text(encoding="utf-8") for f in sorted(folder.rglob("*.xml")))
-    write_autopilot(folder / "Systems" / "attached-autopilot.xml", envelope, models, gains, aircraft.engines)
+    write_autopilot(folder / "Systems" / "attached-autopilot.xml", envelope, models, gains, aircraft)
     write_levers(tree.getroot(), aircraft.engines, texts)
+    open_all_tanks(tree.getroot())
     tree.write(file, encoding="utf-8", xml_declaration=True)
     attached = Attached(
         aircraft=folder.name,
@@ -93,7 +96,7 @@ def make_flyable(folder: Path) -> Attached:
         fastest_kt=round(envelope.fastest / KNOT, 2),
         mach_limited=envelope.limited,
         engines=aircraft.engines,
-        engine_kind=kind,
+        engine_kind=kind.kind,
         engine_time_s=lag,
         missing=missing,
         speed_kt=tuple(round(p.calibrated / KNOT, 2) for p in envelope.points),
@@ -108,21 +111,38 @@ def make_flyable(folder: Path) -> Attached:
     return attached
 
 
-def _held(folder: Path, kind: str) -> HeldAircraft:
+def _shaped(
+    name: str, envelope: Envelope, models: list[Linear], lag: float
+) -> tuple[Envelope, list[Linear], Gains]:
+    """Return envelope, models and gains, without the slowest point where no loop is stable there.
+
+    Near the stall the slopes of some models have kinks. Cards begin at the slowest point that is left, or above.
+    """
+    try:
+        return envelope, models, shape(name, models, lag)
+    except SimulationError:
+        return replace(envelope, points=envelope.points[1:]), models[1:], shape(name, models[1:], lag)
+
+
+def _held(folder: Path, kind: Engines) -> HeldAircraft:
     import jsbsim
 
     try:
-        return HeldAircraft(folder.name, folder, ALTITUDE, kind == ELECTRIC)
+        return HeldAircraft(folder.name, folder, ALTITUDE, kind)
     except jsbsim.BaseError as error:  # such as a property that only another program defines
         raise SimulationError(f"{folder.name}: JSBSim stopped: {' '.join(str(error).split())}") from error
 
 
-def _engine_kind(folder: Path, root: ET.Element) -> str:
-    """Return the kind of the engines. Raises BadInputError for an aircraft without one that the bench can use."""
-    tags = set()
+def _engines(folder: Path, root: ET.Element) -> Engines:
+    """Return what the files say of the engines.
+
+    Raises BadInputError for an aircraft without one that the bench can use.
+    """
+    tags, idle = set(), 0.0
     for element in root.iter("engine"):
         part = folder / "Engines" / f"{element.get('file')}.xml"
         inner = parse_xml(part).getroot() if part.is_file() else element
+        idle = max(idle, float(inner.findtext(".//idlerpm") or 0.0))
         tags |= {inner.tag} if part.is_file() else {child.tag for child in inner}
     kinds = {ENGINE_KINDS[tag] for tag in tags if tag in ENGINE_KINDS}
     if not kinds:
@@ -131,7 +151,7 @@ def _engine_kind(folder: Path, root: ET.Element) -> str:
             f"aircraft {folder.name}: no engine that holds a level speed (piston, turboprop, electric, jet); "
             f"it has {what}"
         )
-    return " and ".join(sorted(kinds))
+    return Engines(" and ".join(sorted(kinds)), idle)
 
 
 def _missing(aircraft: HeldAircraft) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pitotbench.simulate.attach.derivatives import Linear
 from pitotbench.simulate.attach.envelope import Envelope, strict
+from pitotbench.simulate.attach.held import HeldAircraft
 from pitotbench.simulate.attach.loops import Gains, has_effect, pull
 from pitotbench.units import FOOT, KNOT, STANDARD_GRAVITY, Array
 
@@ -20,7 +21,9 @@ CLIMB_ANGLE = 0.08  # rad at the stall speed: the fastest climb asked for
 LEAD = 0.1  # of the speed range: how far the speed command may run ahead
 
 
-def write_autopilot(file: Path, envelope: Envelope, models: Sequence[Linear], gains: Gains, engines: int) -> None:
+def write_autopilot(
+    file: Path, envelope: Envelope, models: Sequence[Linear], gains: Gains, aircraft: HeldAircraft
+) -> None:
     """Write the autopilot as a JSBSim system file of its own."""
     speeds = [point.calibrated / KNOT for point in envelope.points]
     accelerations = np.concatenate([point.gains for point in envelope.points]) / KNOT
@@ -39,7 +42,7 @@ def write_autopilot(file: Path, envelope: Envelope, models: Sequence[Linear], ga
         text = text.replace("{{" + key + "}}", f"{value:.6g}")
     tables = "\n".join(_table(name, speeds, values) for name, values in _model(envelope, models, gains).items())
     text = text.replace("{{tables}}", tables).replace("{{levers}}", _levers(envelope, accelerations))
-    file.write_text(text.replace("{{engines}}", "\n".join(_engine(i, engines) for i in range(engines))), "utf-8")
+    file.write_text(text.replace("{{engines}}", _throttles(aircraft)), "utf-8")
 
 
 def write_levers(root: ET.Element, engines: int, taken: str) -> None:
@@ -64,6 +67,16 @@ def write_levers(root: ET.Element, engines: int, taken: str) -> None:
     place = max((i for i, e in enumerate(root) if e.tag in ("system", "propulsion")), default=-1) + 1
     root.insert(place, system)
     root.insert(place + 1, ET.Element("system", file="attached-autopilot"))
+
+
+def open_all_tanks(root: ET.Element) -> None:
+    """Let the engines of an aircraft draw from tanks that no engine names, as a pilot selects them in flight."""
+    engines = list(root.iter("engine"))
+    named = {(feed.text or "").strip() for engine in engines for feed in engine.findall("feed")}
+    for number, tank in enumerate(root.iter("tank")):
+        if tank.get("type") == "FUEL" and str(number) not in named:
+            for engine in engines:
+                ET.SubElement(engine, "feed").text = str(number)
 
 
 def _outputs(text: str) -> set[str]:
@@ -137,13 +150,17 @@ def _levers(envelope: Envelope, accelerations: Array) -> str:
     return "\n".join(f"            {line}" for line in lines)
 
 
-def _engine(number: int, engines: int) -> str:
+def _throttles(aircraft: HeldAircraft) -> str:
+    return "\n".join(_engine(i, aircraft.engines, aircraft.idle) for i in range(aircraft.engines))
+
+
+def _engine(number: int, engines: int, idle: float) -> str:
     side = "left" if 2 * number < engines else "right"
     return (
         f'    <fcs_function name="ap/throttle-{number}-norm">\n'
         f"      <function> <sum> <property> ap/lever-norm </property> <property> ap/throttle-bias-{side}-norm "
         "</property> </sum> </function>\n"
-        "      <clipto> <min> 0 </min> <max> 1 </max> </clipto>\n"
+        f"      <clipto> <min> {idle:g} </min> <max> 1 </max> </clipto>\n"
         f"      <output> fcs/throttle-cmd-norm[{number}] </output>\n"
         "    </fcs_function>"
     )

@@ -18,7 +18,9 @@ HIGHEST_MACH = 0.7  # above it the drag rise begins, and position errors are ano
 ALPHAS = np.arange(-2.0, 25.0, 1.5) * DEGREE
 MOST_ELEVATOR = 0.95  # of its travel: the rest is left for control
 LEVERS = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0])
+LEAST_THROTTLE = 0.02  # m/s² from idle to full: below it the throttle does nothing
 SPEEDS = 7  # trim points
+SLOWEST_TRIM, START, IDLE_UP_TO = 1.12, 1.5, 2.0  # times the stall speed
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +58,17 @@ def explore(aircraft: HeldAircraft) -> Envelope:
     """Return the envelope of an aircraft. Raises SimulationError where it does not fly level at any speed."""
     aircraft.set_lever(0.0)
     stall = _stall(aircraft)
+    # At idle below the stall speed an engine may have stopped.
+    aircraft.place(State(START * stall))
+    aircraft.start_engines()
+    aircraft.find_idle(np.geomspace(SLOWEST_TRIM * stall, IDLE_UP_TO * stall, 4))
     fastest, limited = _fastest(aircraft, stall)
     if fastest < 1.35 * stall:
         raise SimulationError(
             f"{aircraft.name}: level flight reaches from {stall / KNOT:.0f} to {fastest / KNOT:.0f} kt (true): "
             "too little for a calibration"
         )
-    speeds = np.geomspace(1.12 * stall, fastest, SPEEDS)
+    speeds = np.geomspace(SLOWEST_TRIM * stall, fastest, SPEEDS)
     points = tuple(trim(aircraft, float(speed)) for speed in speeds)
     return Envelope(aircraft.calibrated(stall), points[-1].calibrated, limited, points)
 
@@ -84,6 +90,8 @@ def trim(aircraft: HeldAircraft, speed: float) -> Trim:
     levers, gains, alphas, elevators, drags = np.array(rows).T
     # Where more throttle gives less thrust, as some engines near idle, the higher position serves no purpose.
     rising = np.maximum.accumulate(gains)
+    if rising[-1] - rising[0] < LEAST_THROTTLE:
+        raise SimulationError(f"{aircraft.name}: the throttle does nothing: its systems move it themselves")
     if rising[-1] < -0.05 * abs(rising[0]) or rising[0] > 0.0:
         raise SimulationError(f"{aircraft.name}: no throttle holds {speed / KNOT:.0f} kt (true) in level flight")
     lever = float(np.interp(0.0, *strict(rising, levers)))
@@ -100,7 +108,7 @@ def trim(aircraft: HeldAircraft, speed: float) -> Trim:
 
 
 def strict(gains: Array, levers: Array) -> tuple[Array, Array]:
-    """Return gains that rise everywhere, with their levers: the highest lever of each run of equal gains."""
+    """Return gains (k,) that rise everywhere, with their levers (k,): the highest of each run of equal gains."""
     keep = np.append(np.diff(gains) > 1e-6, True)
     return gains[keep], levers[keep]
 

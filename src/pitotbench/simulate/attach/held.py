@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import cos, isfinite, sin
 from pathlib import Path
 
+from pitotbench.records.attached import ELECTRIC, TURBOPROP
 from pitotbench.simulate.fdm import SimulationError, load_fdm
 from pitotbench.simulate.properties import parse_catalog
 from pitotbench.units import FOOT, KNOT
@@ -19,10 +20,12 @@ SLOP = 0.3  # of a control's travel, from which its position is approached
 CONTROL_STEPS = 15  # after which the flight control system follows a new command
 START_SPEED = 60.0 * KNOT  # true, at which engines are started
 STARTER_TIME = 12.0  # s
+IDLE_STEP, MOST_IDLE, IDLE_TIME = 0.05, 0.3, 5.0  # of the lever's travel; s
 STEADY, SPOOL_LIMIT = 0.002, 25.0  # share of the thrust a look of 0.5 s; s until an engine is steady
 LATITUDE = 35.4  # deg
 CONTROLS = ("elevator", "aileron", "rudder")
 ENGINE = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
+SPOOL = re.compile(r"propulsion/engine(\[\d+\])?/n1")
 BEST_POWER = 0.85  # of a rich mixture at the density of the air
 
 
@@ -62,22 +65,36 @@ class Accelerations:
         return self.w * cos(alpha) - self.u * sin(alpha)
 
 
+@dataclass(frozen=True, slots=True)
+class Engines:
+    """What an aircraft's files say of its engines: their kinds; the idle speed [rpm] of pistons, 0 without one."""
+
+    kind: str
+    idle_speed: float = 0.0
+
+
 class HeldAircraft:
     """One aircraft, held in the air at a height [m] with its engines running.
+
+    `idle` is the lowest position of the throttles, 0 to 1; a lever below it is set to it.
 
     Raises SimulationError where JSBSim refuses the files or an engine does not start.
     """
 
-    def __init__(self, name: str, folder: Path, altitude: float, electric: bool = False) -> None:
+    def __init__(self, name: str, folder: Path, altitude: float, kind: Engines) -> None:
         self.name = name
-        self._electric = electric
+        self.idle = 0.0
+        self._kind = kind
         self._fdm, self._transcript = load_fdm(name, folder, RATE)
         self.properties = parse_catalog(self._fdm.get_property_catalog())
         self.engines = sum(bool(ENGINE.fullmatch(path)) for path in self.properties)
         self._altitude = altitude
+        self._spools: list[str] = []
         self._hold()
         self.place(State(START_SPEED))
-        self._start_engines()
+        self.start_engines()
+        if TURBOPROP in kind.kind:
+            self._spools = [path for path in self.properties if SPOOL.fullmatch(path)]
 
     def read(self, path: str) -> float:
         """Return a property of JSBSim, in its unit."""
@@ -105,7 +122,11 @@ class HeldAircraft:
                 self._fdm[f"simulation/integrator/{what}/{part}"] = 0
         self._write(("gear/gear-cmd-norm", "gear/gear-pos-norm"), 0.0)
 
-    def _start_engines(self) -> None:
+    def start_engines(self) -> None:
+        """Start the engines in the present state, or again where they have stopped.
+
+        Raises SimulationError for an engine that does not start.
+        """
         ratio = self.read("atmosphere/P-psf") / 2116.2
         self._write(self._each("fcs/mixture-cmd-norm"), BEST_POWER * ratio)
         self._write(self._each("fcs/advance-cmd-norm"), 1.0)
@@ -115,7 +136,7 @@ class HeldAircraft:
         self._write(self._each("fcs/throttle-cmd-norm"), 0.5)
         self._fdm["propulsion/set-running"] = -1
         # An electric motor needs no start, and JSBSim never says that it runs.
-        running = [path for path in self.properties if ENGINE.fullmatch(path) and not self._electric]
+        running = [path for path in self.properties if ENGINE.fullmatch(path) and ELECTRIC not in self._kind.kind]
         for _ in range(round(STARTER_TIME)):
             self.run(RATE)
             if all(self.read(path) for path in running):
@@ -142,8 +163,26 @@ class HeldAircraft:
         return self.thrust()
 
     def move_lever(self, lever: float) -> None:
-        """Set all throttles, 0 to 1."""
-        self._write(self._each("fcs/throttle-cmd-norm"), lever)
+        """Set all throttles, 0 to 1, at least to idle."""
+        self._write(self._each("fcs/throttle-cmd-norm"), max(lever, self.idle))
+
+    def find_idle(self, speeds: Iterable[float]) -> None:
+        """Raise `idle` until a piston engine turns at its stated idle speed at all airspeeds [m/s, true].
+
+        In the air a fixed-pitch propeller can drag an engine at closed throttle so far below it that it stops.
+        """
+        for speed in speeds if self._kind.idle_speed else ():
+            self.place(State(speed))
+            self.start_engines()
+            while self.idle < MOST_IDLE and self._turning() < self._kind.idle_speed:
+                self.idle += IDLE_STEP
+
+    def _turning(self) -> float:
+        """Return the speed [rpm] of the slowest engine at idle."""
+        self.set_lever(self.idle)
+        self.run(IDLE_TIME * RATE)
+        paths = [path.replace("set-running", "engine-rpm") for path in self.properties if ENGINE.fullmatch(path)]
+        return min(self.read(path) for path in paths)
 
     def thrust(self) -> float:
         """Return the thrust of all engines [lb]."""
@@ -168,7 +207,13 @@ class HeldAircraft:
             self._fdm[path] = value
         for control in CONTROLS:
             self._write((f"fcs/{control}-cmd-norm",), getattr(state, control))
+        # JSBSim puts the gas generator of a turboprop back to idle with every initial condition.
+        spools = {path: self.read(path) for path in self._spools}
         self._run_ic()
+        if spools:
+            self.run(1)
+            for path, turning in spools.items():
+                self._fdm[path] = turning
 
     def _run_ic(self) -> None:
         if not self._fdm.run_ic():

@@ -13,6 +13,7 @@ from pitotbench.units import KNOT
 
 CARD_SPEEDS = (100.0, 160.0)  # KCAS: the slowest and the fastest of the cards, which are the paper's
 ABOVE_STALL = 1.3  # times the stall speed: room for a bank of 45°
+ABOVE_SLOWEST = 1.16  # times the slowest speed at which the autopilot's loops hold: the same room
 SHARE = 0.76  # of the way from stall to maximum level speed: where 160 KCAS lies for the bench's own aircraft
 READABLE = 280.0  # KCAS: the impact pressure of 288 is the end of the usual data system's range
 SPREAD = 1.8  # largest ratio of the two speeds: more takes a jet minutes, and the paper's is 1.6
@@ -63,6 +64,6 @@ def card_speeds(record: Attached) -> tuple[float, float]:
 
     They lie between the stall and the maximum level speed as 100 and 160 KCAS do for the bench's own aircraft.
     """
-    slow = max(ABOVE_STALL * record.stall_kt, record.speed_kt[0])
+    slow = max(ABOVE_STALL * record.stall_kt, ABOVE_SLOWEST * record.speed_kt[0])
     fast = record.stall_kt + SHARE * (record.fastest_kt - record.stall_kt)
     return slow, min(fast, SPREAD * slow, READABLE)

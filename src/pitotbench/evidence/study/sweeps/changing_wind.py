@@ -35,6 +35,7 @@ class Trouble:
 
     @property
     def name(self) -> str:
+        """The name of its picture."""
         return f"sweep-{self.change}-{self.wind}".replace(" ", "-")
 
 

@@ -82,7 +82,8 @@ def open_cluster(address: str, limits: Limits, security: Path | None = None) -> 
         _require_one_thread(workers)
         for note in check_hosts(describe_host(), client.run(describe_host, on_error="return")):
             say(note)
-        yield Fleet(client.get_executor(pure=False), limits, window=max(_AHEAD * len(workers), 8))
+        window = max(_AHEAD * len(workers), 8)
+        yield Fleet(client.get_executor(pure=False), limits, window, apart=True)
 
 
 def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> list[str]:

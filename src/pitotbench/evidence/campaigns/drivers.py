@@ -15,6 +15,12 @@ from pitotbench.bench.fleet.canonical_flight import SHORTEST_CARD
 from pitotbench.records.toml_text import write_toml
 
 CLOCK = os.sysconf("SC_CLK_TCK")
+# As docs/scale.md recommends: no repetition of a task that kills its worker, no sampling of what workers do.
+DASK_SETTINGS = {
+    "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+}
 _SOURCE = Path(__file__).parents[3]
 
 
@@ -137,7 +143,7 @@ def dask_cluster(workers: int = 2, threads: int = 1) -> Iterator[Cluster]:
     """Start a scheduler and workers as docs/scale.md says."""
     port = 20000 + os.getpid() % 20000
     address = f"tcp://127.0.0.1:{port}"
-    settings = os.environ | {"PYTHONPATH": str(_SOURCE), "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1"}
+    settings = os.environ | {"PYTHONPATH": str(_SOURCE), **DASK_SETTINGS}
     scheduler = ["scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
     worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard"]
     started = [_dask(command, settings) for command in (scheduler, worker)]

@@ -203,6 +203,24 @@ def test_the_index_is_made_again_where_it_is_cut(campaign):
     assert len(result_table([campaign.out, campaign.out])) == 2  # each flight once
 
 
+def test_shards_become_one_table_that_readers_of_parquet_open(campaign, tmp_path):
+    from pyarrow import dataset
+
+    parts = []
+    for k in (1, 2):
+        parts.append(tmp_path / f"part-{k}")
+        run_campaign(replace(campaign, seeds="1-2", shard=(k, 2), out=parts[-1], report=False))
+    whole = tmp_path / "all.parquet"
+    assert main(["results", *map(str, parts), "--out", str(whole)]) == 0
+    table = pd.read_parquet(whole)
+    assert sorted(table.seed) == [1, 2]
+    opened = dataset.dataset(whole).to_table(filter=dataset.field("seed") == 2, columns=["seed", "two_sigma_kt"])
+    assert opened.to_pandas().two_sigma_kt.tolist() == table[table.seed == 2].two_sigma_kt.tolist()
+    numbers = ("two_sigma_kt", "curve_rms_error_kt", "wind_error_kt", "minutes")
+    alone = result_table([campaign.out]).set_index("flight")
+    pd.testing.assert_frame_equal(table.set_index("flight")[[*numbers]], alone.loc[table.flight, [*numbers]])
+
+
 def test_rows_are_chosen_and_averaged(campaign):
     table = result_table([campaign.out])
     assert list(chosen_rows(table, "seed == 2", "done").seed) == [2]

@@ -120,6 +120,10 @@ def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:
 def _security(distributed: Any, address: str, file: Path | None) -> Any:
     """Return the certificates of a `tls://` scheduler, from a TOML file with `ca`, `cert` and `key`."""
     if file is None:
+        if address.startswith("tls"):
+            raise BadInputError(
+                f"{address} asks for certificates: give --security FILE with the paths ca, cert and key"
+            )
         return None
     try:
         stated = tomllib.loads(file.read_text(encoding="utf-8"))

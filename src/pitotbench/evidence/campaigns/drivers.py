@@ -139,13 +139,13 @@ class Cluster:
 
 
 @contextmanager
-def dask_cluster(workers: int = 2, threads: int = 1) -> Iterator[Cluster]:
-    """Start a scheduler and workers as docs/scale.md says."""
+def dask_cluster(workers: int = 2, threads: int = 1, flags: Sequence[str] = ()) -> Iterator[Cluster]:
+    """Start a scheduler and workers as docs/scale.md says. With `flags`, of certificates, its address is tls://."""
     port = 20000 + os.getpid() % 20000
-    address = f"tcp://127.0.0.1:{port}"
+    address = f"{'tls' if flags else 'tcp'}://127.0.0.1:{port}"
     settings = os.environ | {"PYTHONPATH": str(_SOURCE), **DASK_SETTINGS}
-    scheduler = ["scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
-    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard"]
+    scheduler = ["scheduler", "--host", address.rpartition(":")[0], "--port", str(port), "--no-dashboard", *flags]
+    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard", *flags]
     started = [_dask(command, settings) for command in (scheduler, worker)]
     try:
         yield Cluster(address, *(process.pid for process in started))

@@ -38,9 +38,9 @@ def test_a_worker_that_differs_is_refused_by_name(worker, says):
 
 def test_a_scheduler_with_certificates_asks_for_the_security_file():
     pytest.importorskip("distributed", reason="dask.distributed is an extra")
-    with pytest.raises(BadInputError, match="asks for certificates: give --security FILE"):
-        with open_cluster("tls://127.0.0.1:1", Limits()):
-            pass
+    says = "asks for certificates: give --security FILE"
+    with pytest.raises(BadInputError, match=says), open_cluster("tls://127.0.0.1:1", Limits()):
+        pass
 
 
 def test_a_wrong_security_file_is_refused_by_name(tmp_path):

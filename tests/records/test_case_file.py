@@ -120,7 +120,7 @@ BAD = {
     "altitude_ft = 6000\naltitude_m = 1800": r"altitude_ft and altitude_m: one quantity, given twice",
     "altitude_ft = 'high'": r"altitude_ft: input should be a valid number, not 'high'",
     "das = '20/1'": r"1 problem\n  das: give a table of fields, \{ air_rate_hz = …, gps_rate_hz = … \}, not '20/1'",
-    "effects = ['pod']": r"1 problem\n  effects.0: give a table of fields, \{ name = …, parameters = … \}, not 'pod'",
+    "effects = ['pod']": r"1 problem\n  effects.0: give a table of fields, \{ name = …, param.* \}, not 'pod'",
     "altitude_ft = true": r"altitude_ft: input should be a valid number",
     "altitude_ft = nan": r"altitude_ft: must be a finite number",
     "[wind]\nspeed_kt = -5": r"wind\.speed_kt: must not be negative",

@@ -16,7 +16,7 @@ from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import open_fleet
 from pitotbench.evidence.campaigns import stubs
 from pitotbench.evidence.campaigns.drivers import (
-    cpu_seconds,
+    cpu_used,
     dask_cluster,
     descendants,
     fly_campaign,
@@ -58,8 +58,8 @@ def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
         before = os.times()
         with dask_cluster() as cluster:
             ended = fly_campaign(plan, folder / "dask", "--scheduler", cluster.address)
-            scheduler = cpu_seconds(cluster.scheduler)
-            workers = sum(map(cpu_seconds, [cluster.workers, *descendants(cluster.workers)]))
+            scheduler = cpu_used(cluster.scheduler)
+            workers = sum(map(cpu_used, [cluster.workers, *descendants(cluster.workers)]))
             where = (
                 f"driver {ended.cpu:.1f} s, scheduler {scheduler:.1f} s, workers with their nannies {workers:.1f} s"
             )

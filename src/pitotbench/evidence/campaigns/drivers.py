@@ -123,7 +123,7 @@ def digest(path: Path) -> str:
     return sha256(path.read_bytes()).hexdigest()[:16]
 
 
-def cpu_seconds(pid: int) -> float:
+def cpu_used(pid: int) -> float:
     """Return the CPU seconds of a process that runs, without its children."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / CLOCK

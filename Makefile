@@ -42,14 +42,15 @@ verify: $(STAMP)
 	$(BIN)/python scripts/verify_coverage.py
 
 BLIND := out/blind
-CASES ?= 300
-SEED ?= 700000
+SEED ?= 900000
 JOBS ?= 2
 
 blind: $(STAMP)
-	$(BIN)/python -m tests.blind.generate --cases $(CASES) --seed $(SEED) --jobs $(JOBS) --logs $(BLIND)/logs --seal $(BLIND)/seal
+	$(BIN)/python -m tests.blind.signatures --jobs $(JOBS) --place $(BLIND)/signatures
+	$(BIN)/python -m tests.blind.generate --seed $(SEED) --jobs $(JOBS) --logs $(BLIND)/logs --seal $(BLIND)/seal --place $(BLIND)/signatures
 	$(BIN)/python -m tests.blind.analyze --jobs $(JOBS) --logs $(BLIND)/logs --results $(BLIND)/results.jsonl
-	$(BIN)/python -m tests.blind.score --results $(BLIND)/results.jsonl --seal $(BLIND)/seal --out docs
+	$(BIN)/python -m tests.blind.observer --jobs $(JOBS) --logs $(BLIND)/logs --seal $(BLIND)/seal --results $(BLIND)/observed.jsonl --place $(BLIND)/signatures
+	$(BIN)/python -m tests.blind.score --results $(BLIND)/results.jsonl --observed $(BLIND)/observed.jsonl --advised $(BLIND)/advised.jsonl --seal $(BLIND)/seal --out docs
 
 $(STAMP): pyproject.toml requirements.lock
 	@$(PYTHON) -c 'import sys; sys.exit("pitotbench needs Python 3.11 or newer; set PYTHON=...") if sys.version_info < (3, 11) else None'

@@ -41,8 +41,8 @@ class PlainLog:
     def form_error(self, sizes: object) -> tuple[list[int], Array]:
         return [], np.zeros(0)
 
-    def beyond(self, sizes: object) -> Evidence:
-        return self.base
+    def beyond(self, sizes: object, power: float = 1.0) -> Evidence:
+        return self.base.tempered(power)
 
 
 def log_of(along: Along, residual: Array) -> PlainLog:

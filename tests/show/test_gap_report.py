@@ -7,16 +7,32 @@ import numpy as np
 import pytest
 
 from pitotbench.evidence.pages.examples_page import ExampleChapter, example_picture, examples_page
+from pitotbench.reconcile.residuals.predicted_channels import UNITS as RESIDUAL_UNITS
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.gap import Account, Feature, FlownAgain, GapMap, History, Round, Step, Tolerance, Trace
+from pitotbench.records.formula import FormulaTerm, FoundFormula
+from pitotbench.records.gap import (
+    Account,
+    CalibrationChange,
+    Feature,
+    FlownAgain,
+    GapMap,
+    History,
+    Round,
+    Step,
+    TellingChannel,
+    Tolerance,
+    Trace,
+)
 from pitotbench.records.verdict import Candidate, Check, Closure, Detectable, Located, Verdict
+from pitotbench.show.field_units import CHANNELS
 from pitotbench.show.gap_page import account_page
-from pitotbench.show.gap_words import sentences
+from pitotbench.show.gap_words import calibration_words, evidence_words, sentences
 from pitotbench.show.quantity_words import size_words
+from pitotbench.show.telling_panels import telling_panels
 from pitotbench.show.verdict_json import account_json
 
 TIME = np.arange(200) / 2.0
-POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.12, 0.01),), 50.0, 1.0, True)
+POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.12, 0.01),), 50.0, 1.0, True, 0.91)
 GEAR = Candidate("gear_not_up", (Estimate("extension", 0.26, 0.02),), 49.9, 1.0, True)
 NAMED = Verdict(
     kind="named",
@@ -60,7 +76,8 @@ def account(verdict: Verdict = NAMED, added: tuple[str, ...] = ("belly_pod",)) -
 def test_the_answer_is_in_sentences():
     text = " ".join(sentences(account()))
     assert "The model lacks belly pod (drag area 0.12 ± 0.01 m²)" in text
-    assert "specific force x over airspeed (-68σ)" in text
+    assert "with a probability of 91 %" in text
+    assert "specific force x over airspeed (-68σ)" in " ".join(evidence_words(account()))
     assert "closes 99 % of the explainable gap of this log, and 95 % of that of other.csv" in text
     assert "no significant gap remains" in text
 
@@ -80,8 +97,29 @@ def test_a_verdict_without_a_patch_offers_none(kind, said):
     assert "The patch" not in account_page(found)
 
 
+def test_a_formula_is_told_with_its_unit_its_rivals_and_its_patch():
+    size = Estimate("bank_squared_deg", 2.04, 0.3)
+    rival = "Δθ (pitch) with sin φ"
+    term = FormulaTerm("pitch_formula", size, "pitch", "Δθ", "deg", "sin²φ", 40.0, (rival,))
+    formula = FoundFormula((term,), NAMED.closure, 1.0, closure_holdout=NAMED.closure_holdout)
+    verdict = replace(NAMED, kind="unknown", effects=(), alternatives=(), closure_holdout=None)
+    found = replace(account(verdict, added=()), formula=formula, patch='name = "pitch_formula"')
+    text = " ".join(sentences(found))
+    assert "The gap follows a formula: pitch: Δθ = (2.04 ± 0.3)° sin²φ; ± is 2σ." in text
+    assert f"In the place of Δθ with sin²φ, the log is explained as well by {rival}." in text
+    assert "The formula closes 99 % of the explainable gap of this log, and 95 % of that of other.csv" in text
+    page = account_page(found)
+    assert "sin²φ" in page
+    assert "pitch_formula" in page
+    told = account_json(found)["formula"]
+    assert (told["terms"][0]["value"], told["closure_holdout"]) == (2.04, formula.closure_holdout.share)
+    refused = replace(found, formula=replace(formula, refused="it closes only 10 %"))
+    assert "It is not put into the model: it closes only 10 %." in sentences(refused)
+    assert "pitch_formula" not in account_page(refused)
+
+
 def test_without_null_flights_the_answer_asks_for_another_flight():
-    assert "before you believe" in sentences(replace(account(), null_flights=0))[0]
+    assert any("before you believe" in text for text in sentences(replace(account(), null_flights=0)))
 
 
 def test_the_page_stands_alone_and_holds_every_part():
@@ -115,3 +153,45 @@ def test_an_example_gives_answer_and_truth_in_one_row(tmp_path):
     assert "for 25% of the time before and 97% with the patch" in page
     example_picture(account(), tmp_path / "pod.png")
     assert (tmp_path / "pod.png").stat().st_size > 10_000
+
+
+def telling(channel: str = "specific_force_x", mass: float | None = 2500.0) -> TellingChannel:
+    n = len(TIME)
+    gap = np.full(n, -0.2)
+    held = None if mass is None else np.full(n, mass)
+    speed = np.linspace(50.0, 80.0, n)
+    return TellingChannel(
+        channel, "m/s²", TIME, gap, gap * 0.0, 0.01, 4.0, "airspeed", speed, TIME * 50.0, TIME, TIME > 75.0, held
+    )
+
+
+def test_the_first_picture_is_in_the_units_of_the_field():
+    # 0.2 m/s² of 2,500 kg are 500 N: 112.4 lb.
+    drawn = telling_panels(telling())
+    assert len(drawn) == 3
+    assert "measured − simulated [lb]" in drawn[0].drawing
+    assert "true airspeed [kt]" in drawn[1].drawing
+    assert "−112" in drawn[0].drawing or "−100" in drawn[0].drawing
+    assert "[g]" in telling_panels(telling(mass=None))[0].drawing
+
+
+def test_every_channel_and_variable_has_a_unit_of_the_field():
+    assert set(CHANNELS) == set(RESIDUAL_UNITS)
+    for channel in CHANNELS:
+        assert telling_panels(telling(channel))[0].title[0].isupper()
+
+
+def test_the_page_begins_with_the_answer_and_its_picture():
+    found = replace(account(), telling=telling(), calibration=CalibrationChange(np.array([50.0]), np.array([0.5])))
+    page = account_page(found)
+    first = page[: page.index("What is added")]
+    assert "up to 1.0 kt too high (at 97 KIAS" in first
+    assert first.count("<svg") == 3
+    assert "σ over" not in first
+
+
+@pytest.mark.parametrize(
+    ("change", "said"), [(0.0, "not touched"), (-1.0, "1.9 kt too low"), (0.3, "0.6 kt too high")]
+)
+def test_what_a_calibration_suffers_is_said_with_its_sign(change, said):
+    assert said in calibration_words(CalibrationChange(np.array([50.0, 60.0]), np.array([0.0, change])))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.effects import EFFECTS, AircraftEffect, AirEffect, Baseline, Overlay, Signals
+from pitotbench.effects import EFFECTS, FORMS, AircraftEffect, AirEffect, Baseline, Overlay, Signals
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.flight import Flight
@@ -83,6 +83,16 @@ def test_a_typical_effect_moves_its_channel(name, plain):
     assert change.any()
     assert side == 0 or np.sign(np.mean(change)) == side
     assert np.abs(np.mean(flight["calibrated_airspeed"]) - 140.0 * KNOT) < 1.5 * KNOT  # still the same card
+
+
+@pytest.mark.parametrize("name", [name for name in SIMULATED if f"{name}_from_a_time" in FORMS])
+def test_an_effect_from_a_time_on_leaves_the_flight_before_it_bit_for_bit(name, plain):
+    flight = fly(Case(effects=(EffectSpec(name, {**EFFECTS[name].typical(), "from_s": 8.0}),), **SHORT))
+    since = plain["time"] - plain["time"][0]
+    before, (channel, _) = int(np.searchsorted(since, 8.0)), ANSWERS[name]
+    assert all(np.array_equal(flight[c][:before], plain[c][:before]) for c in plain.channels)
+    n = min(len(flight), len(plain))
+    assert np.any(flight[channel][before:n] != plain[channel][before:n])
 
 
 def test_all_effects_of_zero_size_together_are_none(plain, monkeypatch):

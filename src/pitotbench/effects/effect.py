@@ -19,7 +19,8 @@ class Parameter:
     """One number of an effect. Its name ends in its unit; a number without dimension has no unit.
 
     A size lies between `low` and `high`; zero means no effect and is always allowed. A `shape`, such as a time or a
-    damping, says how the effect looks, not how large it is: a case may omit it, and then it is `typical`.
+    damping, says how the effect looks, not how large it is: a case may omit it, and then it is `typical`. A size
+    that `may_be_missing` is 0 where a case omits it.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Parameter:
     high: float
     what: str
     shape: bool = False
+    may_be_missing: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,8 +38,9 @@ class Effect:
 
     `what` says in a sentence what happens, `source` where form and sizes come from. `shows_in` says what to fly so
     that the effect shows best. `variant_of` names the plain effect of the same cause: a second-order line is a
-    variant of a lag. An effect on the sensors changes the channels `changes`, and of the channels `also` those that
-    the log has; it changes no others.
+    variant of a lag. `part_of` names the effect that this one is for a part of the flight; only the forms of
+    `part_of_flight` have it. An effect on the sensors changes the channels `changes`, and of the channels `also`
+    those that the log has; it changes no others.
     """
 
     name: str
@@ -48,6 +51,7 @@ class Effect:
     what: str
     shows_in: Excitation
     variant_of: str = ""
+    part_of: str = ""
     changes: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
 

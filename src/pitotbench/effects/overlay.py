@@ -1,7 +1,8 @@
 """The records of an overlay: what effects add to an aircraft, as data. Package `simulate` writes it into a copy."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any
 
 from pitotbench.effects.expression import Expression
 
@@ -69,9 +70,23 @@ class Overlay:
     def __add__(self, other: "Overlay") -> "Overlay":
         return Overlay(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
 
+    def renamed(self, new: Callable[[str], str]) -> "Overlay":
+        """Return the overlay with a function applied to every path and expression in it."""
+        return Overlay(**{f.name: _renamed(getattr(self, f.name), new) for f in fields(self)})
+
     def is_empty(self) -> bool:
         """Return whether nothing is added to the aircraft's files. A temperature is not part of them."""
         return not any(getattr(self, f.name) for f in fields(self) if f.name != "temperature_offset")
+
+
+def _renamed(part: Any, new: Callable[[str], str]) -> Any:
+    if isinstance(part, str):
+        return new(part)
+    if isinstance(part, tuple):
+        return tuple(_renamed(each, new) for each in part)
+    if is_dataclass(part) and not isinstance(part, type):
+        return replace(part, **{f.name: _renamed(getattr(part, f.name), new) for f in fields(part)})
+    return part
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pitotbench.records.formula import FoundFormula
 from pitotbench.records.verdict import Closure, Verdict
-from pitotbench.units import Array
+from pitotbench.units import Array, Booleans
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +35,44 @@ class Trace:
     time: Array
     gap: Array
     explained: Array
+
+
+@dataclass(frozen=True, slots=True)
+class TellingChannel:
+    """The residual channel that shows the gap best, over time, over a variable and over the ground.
+
+    `gap` and `rest`, (n,), are measured minus simulated [`unit`] without and with the named effects, at `time` [s].
+    `noise` is the standard deviation, between flights without an effect, of a mean over `averaged` seconds.
+    `variable` is a variable of the flight and `values`, (n,), holds it in SI units (time in s). `north` and `east`
+    [m], (n,), are the ground track; `marked`, (n,), is true in the quarter of the flight where the gap is largest.
+    `mass` [kg], (n,), is that of the airplane, None where it is not recorded.
+    """
+
+    channel: str
+    unit: str
+    time: Array
+    gap: Array
+    rest: Array
+    noise: float
+    averaged: float
+    variable: str
+    values: Array
+    north: Array
+    east: Array
+    marked: Booleans
+    mass: Array | None
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationChange:
+    """What the named effects do to a calibration that does not know them.
+
+    `change` [m/s], (k,), is the correction that the calibration would report less the true one, at the indicated
+    airspeeds [m/s], (k,), that were flown.
+    """
+
+    airspeed: Array
+    change: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +151,9 @@ class Account:
     """The content of a reconciliation's report.
 
     `rounds[0].verdict` is the answer. `patch` is the text of the patch, `flown` and `flown_holdout` are the cards
-    flown again, and `closures` holds each measured gap by name.
+    flown again, and `closures` holds each measured gap by name. `telling` is the channel of the first picture, and
+    `calibration` what the effects do to a calibration; None without a gap or an effect. `formula` describes a
+    gap that the table does not explain; None where there is no such gap, or no formula.
     """
 
     log: str
@@ -127,3 +168,6 @@ class Account:
     flown_holdout: FlownAgain = field(default_factory=FlownAgain)
     closures: Mapping[str, Closure] = field(default_factory=dict)
     null_flights: int = 0
+    formula: FoundFormula | None = None
+    telling: TellingChannel | None = None
+    calibration: CalibrationChange | None = None

@@ -13,7 +13,8 @@ class Motion:
     """Measured states and controls of an airplane at increasing times; arrays (n,), SI and radians.
 
     A model that is put into these states needs no equations of motion and cannot drift. `temperature_offset` is the
-    mean air temperature above standard [K]. Raises RecordError where lengths differ.
+    mean offset of a standard day [K], height by height, that has the measured air temperature at the measured
+    pressure. Raises RecordError where lengths differ.
     """
 
     time: Seconds

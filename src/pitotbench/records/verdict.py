@@ -46,7 +46,8 @@ class Candidate:
     `score` is its significance [σ], relative to null flights of this card. `held_out_ratio` is the reduction of
     the sum of squares on parts of the log that the sizes were not fitted to, over that on the fitted parts:
     near 1 for a cause, far below 1 for a coincidence. `plausible` says whether its sizes are. `probability` is that
-    of its cause, given a gap; 1 for what is counted and not fitted.
+    of its cause, given a gap; 1 for what is counted and not fitted. `times` are those at which an effect for a part
+    of the flight begins and ends [s], by name.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Candidate:
     held_out_ratio: float
     plausible: bool
     probability: float = 1.0
+    times: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

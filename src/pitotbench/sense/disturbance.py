@@ -4,8 +4,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from pitotbench import air
-from pitotbench.effects import SensorEffect, Signals, chosen
+from pitotbench.effects import SensorEffect, Signals, chosen, share_of_size
 from pitotbench.effects.airframe.loading import MASS
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.flight import Flight
@@ -59,8 +61,10 @@ def with_listed_mass(flight: Flight) -> Flight:
 
     Otherwise the mass column would reveal the effect, and a model flown at that mass would show no gap.
     """
-    unlisted = sum(c.sizes["mass_kg"] for c in chosen(flight.case.effects) if c.effect is MASS)
-    if not unlisted or "mass" not in flight.channels:
+    time = flight["time"] - flight["time"][0]
+    added = (c for c in chosen(flight.case.effects) if MASS.name in (c.effect.name, c.effect.part_of))
+    unlisted = sum(c.sizes["mass_kg"] * share_of_size(c.effect, time, c.sizes) for c in added)
+    if not np.any(unlisted) or "mass" not in flight.channels:
         return flight
     return replace(flight, channels={**flight.channels, "mass": flight["mass"] - unlisted})
 

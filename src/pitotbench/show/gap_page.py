@@ -1,15 +1,17 @@
 """The report of a reconciliation: one self-contained page, which opens offline."""
 
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import effect_of
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.verdict import SURE, Candidate
 from pitotbench.show.columns import html_table
+from pitotbench.show.formula_words import formula_closures
 from pitotbench.show.gap_panels import before_after_panel, history_panels, map_panels, trace_panels, waterfall_panel
-from pitotbench.show.gap_words import sentences
+from pitotbench.show.gap_words import evidence_words, sentences
 from pitotbench.show.markup import render
 from pitotbench.show.quantity_words import size_words, words
 from pitotbench.show.report import page_version
 from pitotbench.show.style import Panel
+from pitotbench.show.telling_panels import telling_panels
 from pitotbench.show.verdict_tables import (
     CHECK_COLUMNS,
     DETECTABLE_COLUMNS,
@@ -32,6 +34,8 @@ def account_page(account: Account) -> str:
         sentences=sentences(account),
         verdict=verdict,
         sizes=[_sizes(effect) for effect in verdict.effects],
+        telling=telling_panels(account.telling) if account.telling else [],
+        evidence=evidence_words(account),
         maps=map_panels(account.gap_map),
         traces=trace_panels(account.traces, verdict.located),
         closing=_closing(account),
@@ -40,19 +44,26 @@ def account_page(account: Account) -> str:
         flown=[_flown(name, flown) for name, flown in _flights(account)],
         checks=html_table(CHECK_COLUMNS, verdict.checks),
         detectable=html_table(DETECTABLE_COLUMNS, verdict.smallest_detectable),
-        patch=account.patch if verdict.effects and verdict.kind in SURE else "",
+        patch=account.patch if (verdict.effects and verdict.kind in SURE) or _has_formula(account) else "",
         version=page_version(),
     )
+
+
+def _has_formula(account: Account) -> bool:
+    return account.formula is not None and not account.formula.refused
 
 
 def _sizes(effect: Candidate) -> tuple[str, str, list[str]]:
     """Name, description and sizes of an effect, in words."""
     sizes = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
-    return words(effect.name), EFFECTS[effect.name].what, sizes
+    sizes += [size_words(*time) for time in effect.times]
+    return words(effect.name), effect_of(effect.name).what, sizes
 
 
 def _closing(account: Account) -> list[Panel]:
     verdict = account.rounds[0].verdict
+    if account.formula is not None and not verdict.effects:
+        return [before_after_panel(formula_closures(account.formula))]
     if not account.waterfall:
         return []
     closures = [("fitted log", verdict.closure)]

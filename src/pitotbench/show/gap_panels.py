@@ -32,13 +32,13 @@ def map_panels(found: GapMap) -> list[Panel]:
 
 
 def _map_panel(title: str, found: GapMap, values: Array, scale: float, note: str) -> Panel:
-    width, height = 1.9 + 0.36 * len(found.places), 1.3 + 0.23 * len(found.channels)
+    width, height = 2.6 + 0.5 * len(found.places), 1.5 + 0.24 * len(found.channels)
     with canvas(1, 1, width, height) as (figure, (axes,)):
         norm = SymLogNorm(linthresh=found.threshold, vmin=-scale, vmax=scale)
         image = axes.imshow(values, cmap="RdBu_r", norm=norm, aspect="auto")
         axes.set_xticks(range(len(found.places)), [words(p) for p in found.places], rotation=55, ha="right")
         axes.set_yticks(range(len(found.channels)), [words(c) for c in found.channels])
-        axes.tick_params(labelsize=7, length=0)
+        axes.tick_params(labelsize=9, length=0)
         axes.grid(visible=False)
         for row, column in zip(*np.nonzero(np.abs(np.nan_to_num(values)) > found.threshold), strict=True):
             _mark(axes, int(row), int(column), float(values[row, column]), float(norm(values[row, column])))
@@ -46,8 +46,8 @@ def _map_panel(title: str, found: GapMap, values: Array, scale: float, note: str
             image, ax=axes, shrink=0.8, ticks=[-scale, -found.threshold, 0, found.threshold, scale]
         )
         bar.ax.set_yticklabels([f"{t:+.0f}" for t in (-scale, -found.threshold, 0, found.threshold, scale)])
-        bar.set_label("significance [σ]", fontsize=7)
-        bar.ax.tick_params(labelsize=7)
+        bar.set_label("significance [σ]", fontsize=9)
+        bar.ax.tick_params(labelsize=9)
         return Panel(title, svg(figure, title), note)
 
 
@@ -55,7 +55,7 @@ def _mark(axes: Axes, row: int, column: int, value: float, shade: float) -> None
     """Draw a frame and the number, light on a dark shade (0 to 1, 0.5 is white)."""
     axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, edgecolor=INK, linewidth=0.8))
     color = "white" if abs(shade - 0.5) > 0.33 else INK
-    axes.text(column, row, f"{value:+.0f}", ha="center", va="center", fontsize=6, color=color)
+    axes.text(column, row, f"{value:+.0f}", ha="center", va="center", fontsize=9, color=color)
 
 
 def waterfall_panel(account: Account) -> Panel:

@@ -1,13 +1,48 @@
 """A verdict in plain sentences: the missing effects, their sizes, the evidence, and the effect of the patch."""
 
-from pitotbench.records.gap import Account
+import numpy as np
+
+from pitotbench.records.gap import Account, CalibrationChange
 from pitotbench.records.verdict import SURE, Candidate, Closure, Located, Verdict
+from pitotbench.show.formula_words import formula_sentences
 from pitotbench.show.quantity_words import listed, size_words, words
+from pitotbench.units import KNOT
+
+UNTOUCHED = 0.05  # kt: no calibration flight shows less
+
+
+_WITHOUT_NULL_FLIGHTS = (
+    "There were no simulated flights without an effect to compare with: the noise level is that of this log, "
+    "and the thresholds are half as high again. Repeat the flight before you believe a size of a few σ."
+)
+
+
+def calibration_words(change: CalibrationChange) -> str:
+    """What the effects do to a calibration that does not know them, in a sentence."""
+    wrong = change.change / KNOT
+    worst = int(np.argmax(np.abs(wrong)))
+    low, high = (round(float(v / KNOT)) for v in (change.airspeed[0], change.airspeed[-1]))
+    if abs(wrong[worst]) < UNTOUCHED:
+        return (
+            f"A calibration by this flight is not touched: it changes by less than {UNTOUCHED:g} kt between {low} "
+            f"and {high} KIAS."
+        )
+    way = "high" if wrong[worst] > 0.0 else "low"
+    return (
+        "A calibration by this flight that ignores it finds a correction up to "
+        f"{abs(wrong[worst]):.1f} kt too {way} (at {change.airspeed[worst] / KNOT:.0f} KIAS; "
+        f"flown {low} to {high} KIAS)."
+    )
 
 
 def effect_words(effect: Candidate) -> str:
-    """An effect with its sizes."""
-    return f"{words(effect.name)} ({'; '.join(size_words(s.name, s.value, s.two_sigma) for s in effect.sizes)})"
+    """An effect with its clear sizes, and the times at which it begins and ends.
+
+    A size within its bound of zero is left out beside one that is not.
+    """
+    clear = [s for s in effect.sizes if abs(s.value) > s.two_sigma] or effect.sizes
+    sizes = [size_words(s.name, s.value, s.two_sigma) for s in clear]
+    return f"{words(effect.name)} ({'; '.join([*sizes, *(size_words(*time) for time in effect.times)])})"
 
 
 def place_words(place: Located) -> str:
@@ -17,33 +52,58 @@ def place_words(place: Located) -> str:
 
 
 def sentences(account: Account) -> list[str]:
-    """The answer in plain sentences, the most important first."""
+    """The answer in plain sentences: what, how big and how sure, what it does to a calibration, what is closed."""
     verdict = account.rounds[0].verdict
-    lines = [_answer(verdict, account.null_flights)]
-    if verdict.kind != "no_gap" and verdict.located:
-        lines.append(f"The gap is largest in {listed([place_words(p) for p in verdict.located[:3]])}.")
+    lines = [_answer(verdict)]
+    if verdict.kind in SURE and account.calibration is not None:
+        lines.append(calibration_words(account.calibration))
     if verdict.kind in SURE:
         if verdict.remains:
             lines.append("Something remains beside it that no effect of the table explains.")
         lines.append(_closed(verdict, account.holdout))
         lines += _later_passes(account)
+    if account.formula is not None:
+        lines += formula_sentences(account.formula, account.holdout)
+    if not account.null_flights:
+        lines.append(_WITHOUT_NULL_FLIGHTS)
     return lines
 
 
-def _answer(verdict: Verdict, null_flights: int) -> str:
+def evidence_words(account: Account) -> list[str]:
+    """Where the gap is largest, in σ, and where the thresholds come from."""
+    verdict = account.rounds[0].verdict
+    lines = []
+    if verdict.kind != "no_gap" and verdict.located:
+        lines.append(f"The gap is largest in {listed([place_words(p) for p in verdict.located[:3]])}.")
+    if account.null_flights:
+        lines.append(
+            f"The thresholds come from {account.null_flights} simulated flights of the same card without an effect."
+        )
+    return lines
+
+
+def _answer(verdict: Verdict) -> str:
     if verdict.kind == "no_gap":
-        return f"Simulation and measurement agree: no significant gap. {_compared(null_flights)}"
+        return "Simulation and measurement agree: no significant gap."
     if verdict.kind == "unknown":
         gap = "There is a significant gap, and no effect of the table explains it."
-        return f"{gap} {_best(verdict)}{_compared(null_flights)}"
+        return f"{gap} {_best(verdict)}".strip()
     candidates = {candidate.name: candidate for candidate in verdict.candidates}
     effects = []
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
-        rivals = [effect_words(candidates[n]) if n in candidates else words(n) for n in others]
-        effects.append(effect_words(effect) + (f" or, less probably, {listed(rivals, 'or')}" if rivals else ""))
+        rivals = [candidates[n] for n in others if n in candidates]
+        names = [f"{effect_words(each)}{_chance(each)}" for each in rivals]
+        names += [words(n) for n in others if n not in candidates]
+        less = f" or, less probably, {listed(names, 'or')}" if names else ""
+        effects.append(f"{effect_words(effect)}{_chance(effect)}{less}")
     sets = any(verdict.alternatives)
     lead = "The model lacks one of these: " if sets and len(effects) == 1 else "The model lacks "
-    return f"{lead}{listed(effects)}; ± is 2σ. {_compared(null_flights)}"
+    return f"{lead}{listed(effects)}; ± is 2σ."
+
+
+def _chance(effect: Candidate) -> str:
+    """The probability of an effect in percent, never told as more than 99."""
+    return f", with a probability of {min(100.0 * effect.probability, 99.0):.0f} %"
 
 
 def _best(verdict: Verdict) -> str:
@@ -54,15 +114,6 @@ def _best(verdict: Verdict) -> str:
     return (
         f"The best candidate, {effect_words(best)}, with a score of {best.score:.0f}σ, leaves a gap or does not "
         "explain parts of the log that it was not fitted to. "
-    )
-
-
-def _compared(null_flights: int) -> str:
-    if null_flights:
-        return f"The thresholds come from {null_flights} simulated flights of the same card without an effect."
-    return (
-        "There were no simulated flights without an effect to compare with: the noise level is that of this log, "
-        "and the thresholds are half as high again. Repeat the flight before you believe a size of a few σ."
     )
 
 

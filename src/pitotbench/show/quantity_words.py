@@ -18,6 +18,9 @@ UNITS = {
     "_rad": "rad",
     "_hz": "Hz",
     "_radps": "rad/s",
+    "_degps": "°/s",
+    "_rpm": "rpm",
+    "_pph": "lb/h",
     "_ft": "ft",
 }
 _TURNS = "turns"  # in full circles

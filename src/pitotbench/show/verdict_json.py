@@ -5,6 +5,7 @@ from typing import Any
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.verdict import Candidate, Closure, Verdict
 from pitotbench.show.columns import json_rows
+from pitotbench.show.formula_words import formula_json
 from pitotbench.show.verdict_tables import (
     CHECK_COLUMNS,
     DETECTABLE_COLUMNS,
@@ -50,6 +51,7 @@ def account_json(account: Account) -> dict[str, Any]:
         "flown_again": _flown(account.flown),
         "flown_again_holdout": _flown(account.flown_holdout),
         "null_flights": account.null_flights,
+        "formula": formula_json(account.formula),
     }
 
 
@@ -66,4 +68,10 @@ def _share(verdict: Verdict, closed: Closure | None) -> float | None:
 
 def _effect(effect: Candidate) -> dict[str, Any]:
     sizes = [{"name": s.name, "value": s.value, "two_sigma": s.two_sigma} for s in effect.sizes]
-    return {"name": effect.name, "parameters": sizes, "score": effect.score, "probability": effect.probability}
+    return {
+        "name": effect.name,
+        "parameters": sizes,
+        "times": dict(effect.times),
+        "score": effect.score,
+        "probability": effect.probability,
+    }

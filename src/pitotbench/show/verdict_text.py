@@ -5,7 +5,7 @@ from rich.console import Console
 from pitotbench.records.gap import Account
 from pitotbench.records.verdict import Verdict
 from pitotbench.show.columns import print_table
-from pitotbench.show.gap_words import effect_words, sentences
+from pitotbench.show.gap_words import effect_words, evidence_words, sentences
 from pitotbench.show.terminal import outside
 from pitotbench.show.verdict_tables import KIND_WORDS, PLACE_COLUMNS, TOLERANCE_COLUMNS
 
@@ -19,6 +19,8 @@ def print_account(account: Account, console: Console) -> None:
     for sentence in sentences(account):
         console.print(outside(sentence), soft_wrap=True)
     console.print()
+    for sentence in evidence_words(account):
+        console.print(outside(sentence), soft_wrap=True)
     print_table(PLACE_COLUMNS, verdict.located[:_PLACES], console, "where the gap is, in standard deviations")
     for number, each in enumerate(account.rounds[1:], start=2):
         added = f": {'; '.join(effect_words(e) for e in each.verdict.effects)}" if each.added else ""

@@ -7,7 +7,7 @@ from operator import add
 from pathlib import Path
 from typing import Any
 
-from pitotbench.effects import EFFECTS, AircraftEffect, Choice, Overlay, chosen
+from pitotbench.effects import AircraftEffect, Choice, Overlay, chosen, effect_of
 from pitotbench.effects.air.recorded_time import RECORDING_START
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.errors import BadInputError
@@ -51,7 +51,7 @@ def install_variant(
     """
     if not re.fullmatch(r"[A-Za-z0-9_.-]+", variant):
         raise BadInputError(f"variant {variant!r}: use letters, digits, dots, dashes and underscores")
-    foreign = [entry.name for entry in effects if EFFECTS[entry.name].acts_on != "aircraft"]
+    foreign = [entry.name for entry in effects if effect_of(entry.name).acts_on != "aircraft"]
     if foreign:
         raise BadInputError(f"{', '.join(foreign)}: no effect of an aircraft; write it into the case file")
     overlay = _overlay(aircraft, chosen(effects))
@@ -66,7 +66,7 @@ def install_variant(
 
 def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
     """Return as XML what effects add to the JSBSim file of an aircraft; empty where none acts on the aircraft."""
-    overlay = _overlay(aircraft, chosen([e for e in effects if EFFECTS[e.name].acts_on == "aircraft"]))
+    overlay = _overlay(aircraft, chosen([e for e in effects if effect_of(e.name).acts_on == "aircraft"]))
     return "" if overlay.is_empty() else overlay_text(find_aircraft(aircraft), overlay)
 
 

@@ -89,7 +89,8 @@ def _next_mass(root: ET.Element) -> int:
 def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
     """Insert a system that declares the sizes and has a component for every property written at each step."""
     system = ET.Element("system", name=branch)
-    declared = (*overlay.sizes, *(((RECORDING_START, NOT_YET),) if overlay.winds else ()))
+    timed = overlay.winds or RECORDING_START in repr(overlay)
+    declared = (*overlay.sizes, *(((RECORDING_START, NOT_YET),) if timed else ()))
     for path, value in declared:
         ET.SubElement(system, "property", value=repr(value)).text = _on(branch, path)
     channel = ET.SubElement(system, "channel", name=branch)

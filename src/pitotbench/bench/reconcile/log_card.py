@@ -27,6 +27,12 @@ def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
     return replace(read_case(write_toml({**entries, "das": das}) + "\n"), aircraft=aircraft)
 
 
+def tells_the_day(header: Mapping[str, Any]) -> bool:
+    """Return whether the case of a log's header tells the temperature of the day."""
+    table = header.get("case")
+    return isinstance(table, Mapping) and "temperature_offset_k" in table
+
+
 def loaded_as(card: Case, log: FlightLog) -> Case:
     """Return a card with the fuel and ballast that give its aircraft the first mass of a log, to `MASS_STEP`.
 

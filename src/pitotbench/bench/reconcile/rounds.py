@@ -17,11 +17,15 @@ from pitotbench.records.verdict import SURE, Candidate, Verdict
 
 @dataclass(frozen=True, slots=True)
 class Looks:
-    """The rounds of a reconciliation, the effects that later rounds added, and the fitted shapes of all effects."""
+    """The rounds of a reconciliation, the effects that later rounds added, and the fitted shapes of all effects.
+
+    `last` is the fit behind the verdict of the last round.
+    """
 
     rounds: tuple[Round, ...]
     added: tuple[Candidate, ...]
     shapes: Shapes
+    last: Naming
 
 
 def fitted_shapes(naming: Naming) -> Shapes:
@@ -56,7 +60,7 @@ def look_until_quiet(
     """
     rounds = [_round(first.verdict)]
     shapes, added = dict(fitted_shapes(first.naming)), list[Candidate]()
-    model = aircraft_model(aircraft)
+    model, naming = aircraft_model(aircraft), first.naming
     while rounds[-1].added and len(rounds) < THRESHOLDS.looks_most:
         if progress is not None:
             progress(f"looking again with {', '.join(rounds[-1].added)} in the model")
@@ -65,7 +69,7 @@ def look_until_quiet(
         rounds.append(_round(_news(verdict, naming, set(entries))))
         added += [e for e in rounds[-1].verdict.effects if rounds[-1].added]
         shapes |= fitted_shapes(naming)
-    return Looks(tuple(rounds), tuple(added), shapes)
+    return Looks(tuple(rounds), tuple(added), shapes, naming)
 
 
 def _round(verdict: Verdict) -> Round:

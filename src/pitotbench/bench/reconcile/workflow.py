@@ -4,12 +4,14 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from pitotbench.bench.reconcile import Progress
+from pitotbench.bench.reconcile.beyond_the_table import beyond_the_table
 from pitotbench.bench.reconcile.log_card import card_of, loaded_as
 from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, reconcile_log
 from pitotbench.bench.reconcile.reflight import fly_again
 from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of
-from pitotbench.reconcile.decide.patches import Patch
+from pitotbench.reconcile.decide.patches import Patch, name_in_case
 from pitotbench.reconcile.picture_data import gap_map, traces, waterfall
+from pitotbench.reconcile.telling_data import calibration_change, telling_channel
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.gap import Account, FlownAgain
 from pitotbench.records.log import FlightLog
@@ -53,7 +55,10 @@ def reconcile_fully(
     other = holdout.log if holdout else None
     first = reconcile_log(measured.log, aircraft, other, card, progress=progress, setting=setting, keep=keep)
     looks = look_until_quiet(measured.log, aircraft, first, progress)
-    patch = patch_of(first, looks.added, looks.shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
+    beyond = beyond_the_table(aircraft, first, looks, other, progress)
+    first, looks = beyond.first, beyond.looks
+    added = (*looks.added, *beyond.entries)
+    patch = patch_of(first, added, looks.shapes, measured.name, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
     flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
     if refly:
@@ -77,10 +82,13 @@ def reconcile_fully(
         flown=flown,
         flown_holdout=flown_holdout,
         null_flights=first.null.flights,
+        formula=beyond.formula,
+        telling=telling_channel(first.naming, first.null),
+        calibration=calibration_change(first.naming),
     )
     return FullReconciliation(first, account, patch)
 
 
 def entries(patch: Patch) -> tuple[EffectSpec, ...]:
     """Return a patch as effects of a case."""
-    return tuple(EffectSpec(name, sizes) for name, sizes in patch.entries)
+    return tuple(EffectSpec(name_in_case(name), sizes) for name, sizes in patch.entries)

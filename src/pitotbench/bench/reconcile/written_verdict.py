@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from pitotbench.bench.reconcile.workflow import FullReconciliation, entries
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import effect_of
 from pitotbench.logbook import write_text
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.errors import BadInputError
@@ -47,8 +47,9 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
     verdict, aircraft = outcome.reconciliation.verdict, outcome.account.aircraft
     acting = _of_aircraft(outcome)
     if not acting:
-        raise BadInputError(_why_nothing(verdict.kind))
-    provenance = {"log": outcome.account.log, "verdict": verdict.kind, "closure": round(verdict.closure.share, 3)}
+        raise BadInputError(_why_nothing(verdict.kind, bool(entries(outcome.patch))))
+    closed = outcome.account.formula.closure if outcome.account.formula else verdict.closure
+    provenance = {"log": outcome.account.log, "verdict": verdict.kind, "closure": round(closed.share, 3)}
     folder = install_variant(aircraft, variant, acting, provenance | _bounds(outcome), shelf)
     not_of_aircraft = [e.name for e in entries(outcome.patch) if e not in acting]
     lines = [f"written: {folder}; it flies as --aircraft {folder.name}"]
@@ -59,17 +60,21 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
 
 
 def _of_aircraft(outcome: FullReconciliation) -> list[EffectSpec]:
-    return [e for e in entries(outcome.patch) if EFFECTS[e.name].acts_on == "aircraft"]
+    return [e for e in entries(outcome.patch) if effect_of(e.name).acts_on == "aircraft"]
 
 
 def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
     """Return 2σ of every size of the named effects, by effect and parameter, in the units of the effects table."""
-    effects = (e for r in outcome.account.rounds for e in r.verdict.effects)
-    return {"two_sigma": {e.name: {s.name: float(f"{s.two_sigma:.3g}") for s in e.sizes} for e in effects}}
+    effects = [(e.name, s) for r in outcome.account.rounds for e in r.verdict.effects for s in e.sizes]
+    effects += [(t.effect, t.size) for t in outcome.account.formula.terms] if outcome.account.formula else []
+    bounds: dict[str, dict[str, float]] = {}
+    for name, size in effects:
+        bounds.setdefault(name, {})[size.name] = float(f"{size.two_sigma:.3g}")
+    return {"two_sigma": bounds}
 
 
-def _why_nothing(kind: str) -> str:
-    if kind in SURE:
+def _why_nothing(kind: str, patched: bool) -> str:
+    if kind in SURE or patched:
         return "no named effect acts on the aircraft: put the entries of patch.toml into the case file instead"
     why = "there is no significant gap" if kind == "no_gap" else "the cause of the gap is unknown"
     return f"nothing to apply: {why}, so there is no patch"

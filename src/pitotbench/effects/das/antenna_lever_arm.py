@@ -1,4 +1,4 @@
-"""A GPS antenna that is not at the center of gravity: rotation adds to its velocity."""
+"""A GPS antenna that is not at the center of gravity: it has its own height, and rotation adds to its velocity."""
 
 from collections.abc import Mapping
 
@@ -19,9 +19,11 @@ def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
     swing = np.stack([q * z - r * y, r * x - p * z, p * y - q * x])
     added = body_to_earth(swing, roll, pitch, heading)
     names = ("velocity_north", "velocity_east", "velocity_down")
-    return signals.with_channels(
-        **{name: signals[name] + part for name, part in zip(names, added, strict=True) if name in signals}
-    )
+    changed = {name: signals[name] + part for name, part in zip(names, added, strict=True) if name in signals}
+    if "altitude" in signals:
+        arm = np.repeat(np.array([[x], [y], [z]]), len(signals), axis=1)
+        changed["altitude"] = signals["altitude"] - body_to_earth(arm, roll, pitch, heading)[2]
+    return signals.with_channels(**changed)
 
 
 ANTENNA_LEVER_ARM = SensorEffect(
@@ -34,10 +36,10 @@ ANTENNA_LEVER_ARM = SensorEffect(
         Parameter("down_m", -1.0, -5.0, 5.0, "antenna below it"),
     ),
     source="rigid-body kinematics, v = v_cg + ω × r (Stevens and Lewis 2003, Aircraft Control and Simulation)",
-    what="GPS velocity is that of the antenna, which moves around the center of gravity.",
+    what="GPS velocity and altitude are those of the antenna, which moves around the center of gravity.",
     shows_in=TURNING,
     changes=("velocity_north", "velocity_east"),
-    also=("velocity_down",),
+    also=("velocity_down", "altitude"),
     needs=ATTITUDE,
     function=_apply,
 )

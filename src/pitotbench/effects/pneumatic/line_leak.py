@@ -22,7 +22,7 @@ LINE_LEAK = SensorEffect(
         Parameter("static_share", 0.5, 0.0, 1.0, "part of the loss that appears in the static line", shape=True),
     ),
     source="laminar flow through three resistances in series, pitot line, leak, static line (Hagen-Poiseuille); "
-    "leak checks of 14 CFR 23.1325",
+    "leak tests of FAA AC 43.13-1B, 12-58 and 12-59",
     what="The pitot line leaks into the static line: airspeed low, static pressure high.",
     shows_in=CHANGING_HEIGHT,
     changes=("impact_pressure", "static_pressure"),

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import FORMS
 
 DIAGNOSTIC = "diagnostic (climb, descent, steady sideslips, turn, idle and back: 6 minutes)"
 
@@ -24,7 +24,7 @@ def flights_to_fly(kind: str, groups: Sequence[Sequence[str]]) -> tuple[str, ...
 
 def _for_group(names: Sequence[str]) -> str:
     """The advice for effects that fit equally well, or for a single one."""
-    shown_by = list(dict.fromkeys(str(EFFECTS[name].shows_in) for name in names))
+    shown_by = list(dict.fromkeys(str(FORMS[name].shows_in) for name in names))
     if len(names) == 1:
         return f"to sharpen {names[0]}: {shown_by[0]}"
     listed = ", ".join(names)

@@ -68,6 +68,10 @@ class Evidence:
         log_evidence = 0.5 * float(removed[-1, -1]) - float(np.sum(np.log(np.diag(factor[0]))))
         return Evidence(whole - removed), log_evidence
 
+    def tempered(self, power: float) -> "Evidence":
+        """Return the evidence of the likelihood to some power: that of noise 1/√power times as large."""
+        return Evidence(power * self.inner)
+
     def __add__(self, other: "Evidence") -> "Evidence":
         """Return the evidence of two logs with the same columns and the same sizes: the inner products add up."""
         return Evidence(self.inner + other.inner)

@@ -21,9 +21,9 @@ from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.scene import AircraftModel
-from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of
-from pitotbench.reconcile.signatures.refine import at_sizes, without_sensor_effect
-from pitotbench.reconcile.signatures.signatures import columns_of
+from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, lasts
+from pitotbench.reconcile.signatures.refine import at_sizes, without_sensor_effects
+from pitotbench.reconcile.signatures.signatures import columns_of, times_of
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import SURE, Candidate, Closure, Detectable, Kind, Verdict
 
@@ -96,7 +96,8 @@ def _named_effects(naming: Naming) -> tuple[Candidate, ...]:
         part = Fit(tuple(own), fit.sizes[places], fit.covariance[np.ix_(places, places)], gain)
         sizes = significant(estimates(naming.layout.signatures, part))
         probability = naming.answer.probabilities.get(cause_of(effect), 0.0)
-        effects.append(Candidate(effect, sizes, float(np.sqrt(gain)), ratio, True, probability))
+        times = times_of(naming.layout.signatures[own[0]])
+        effects.append(Candidate(effect, sizes, float(np.sqrt(gain)), ratio, True, probability, times))
     return tuple(effects)
 
 
@@ -157,15 +158,19 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
 def hold_out(
     log: FlightLog, aircraft: AircraftModel | None, null: NullDistribution, naming: Naming, setting: AnalysisSetting
 ) -> Closure:
-    """Return the closure of the named effects on another log, with the sizes fitted before."""
-    chosen: Catalog[Effect] = Catalog("effect", {n: FITTED[n] for n in naming.chosen})
+    """Return the closure of the named effects on another log, with the sizes fitted before.
+
+    Effects for a part of one flight are left out: the other flight has them at other times, or not at all.
+    """
+    chosen: Catalog[Effect] = Catalog("effect", {n: FITTED[n] for n in naming.chosen if lasts(n)})
     layout = lay_out(log, aircraft, setting, chosen)
     signatures = [naming.layout.signatures[c] for c in naming.fit.columns]
     sizes = {(s.effect, s.parameter): float(v) for s, v in zip(signatures, naming.fit.sizes, strict=True)}
-    for effect in naming.chosen:
-        of_effect = {p: v for (n, p), v in sizes.items() if n == effect}
-        layout = without_sensor_effect(layout, layout, effect, of_effect)
-    layout = at_sizes(layout, sizes)
+    entries: dict[str, dict[str, float]] = {name: {} for name in chosen}
+    for each, size in zip(signatures, naming.fit.sizes, strict=True):
+        if each.effect in entries:
+            entries[each.effect] |= {**each.shapes, each.parameter: float(size)}
+    layout = at_sizes(without_sensor_effects(layout, entries), sizes)
     equations = whitened_equations(layout, scaled_to(null.noise, layout))
     values = [sizes[s.effect, s.parameter] for s in layout.signatures]
     return closure_of(equations, range(len(values)), values, _cells(layout))

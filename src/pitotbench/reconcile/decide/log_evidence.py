@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pitotbench.effects import SensorEffect
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.form_error import form_directions
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
@@ -19,6 +20,8 @@ from pitotbench.units import Array
 ROOMS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
 SMALLEST = 1e-300
 LEAST_POWER = 1e-9  # of a direction that the free parameters take up whole
+VANES = {"angle_of_attack", "sideslip"}
+SEEN = 1.0  # squared significance of a typical size from which it can have a score
 SMOOTH_LEAST = 0.2  # σ; a smooth form error below it changes nothing
 
 
@@ -35,11 +38,18 @@ class Rest:
 class LogEvidence:
     """What one log says of every set of effects.
 
-    Free parameters are eliminated, and so is the wander that null flights have in the cells. Directions of form
+    Free parameters are eliminated, and so are the wander that null flights have in the cells and the sizes that
+    effects on the vanes have there (`null_scores` [σ] by effect). Directions of form
     error are added when an effect first needs them.
     """
 
-    def __init__(self, layout: Layout, noise: NoiseModel, wander: Mapping[str, float]) -> None:
+    def __init__(
+        self,
+        layout: Layout,
+        noise: NoiseModel,
+        wander: Mapping[str, float],
+        null_scores: Mapping[str, float] | None = None,
+    ) -> None:
         self.layout, self._noise = layout, noise
         self.signatures = layout.signatures
         self.columns = columns_of(layout.signatures)
@@ -50,6 +60,7 @@ class LogEvidence:
         self._free = range(k)
         self._free_deviations = layout.free.deviations
         self._wander = wander
+        self._null_scores = null_scores or {}
         self.typical = np.array([abs(FITTED[s.effect].parameter(s.parameter).typical) for s in self.signatures])
         self._power = self._power_by_channel()
         self._directions: dict[int, tuple[int, ...]] = {}
@@ -90,8 +101,8 @@ class LogEvidence:
         kept = range(k, self._products.shape[0] - 1)
         plain, _ = Evidence(self._products).given(self._free, self._free_deviations, kept)
         self._cells = self._places()
-        columns, deviations = self._null_wander(plain)
-        self.base, _ = plain.given(columns, deviations)
+        without_sizes, _ = plain.given(*self._null_sizes(plain))
+        self.base, _ = without_sizes.given(*self._null_wander(plain))
 
     def _power_by_channel(self) -> dict[str, Array]:
         """The sum of squares of one unit of each signature in each channel, (s,)."""
@@ -155,13 +166,30 @@ class LogEvidence:
             deviations += [float(np.sqrt(surplus / overlap / p)) for p in own]
         return columns, np.array(deviations)
 
-    def beyond(self, sizes: Mapping[tuple[str, str], float]) -> Evidence:
-        """Return the evidence with effects of about these sizes eliminated, and their form error with them."""
+    def _null_sizes(self, plain: Evidence) -> tuple[list[int], Array]:
+        """The effects on the flow vanes that null flights show, with the prior deviations of their sizes there.
+
+        A vane reads gusts, and so do the residuals: on a flight without steady sideslips it seems to have a wrong
+        scale. A size like that of null flights is no evidence; only what exceeds it is.
+        """
+        columns, deviations = [], []
+        for name, score in self._null_scores.items():
+            own = [c for c in self.columns.get(name, ()) if plain.inner[c, c] * self.typical[c] ** 2 > SEEN]
+            if own and score > 1.0 and _reads_gusts(name):
+                columns += own
+                deviations += [score / float(np.sqrt(len(own) * plain.inner[c, c])) for c in own]
+        return columns, np.array(deviations)
+
+    def beyond(self, sizes: Mapping[tuple[str, str], float], power: float = 1.0) -> Evidence:
+        """Return the evidence with effects of about these sizes eliminated, and their form error with them.
+
+        It is that of the likelihood to some power.
+        """
         index = {(s.effect, s.parameter): i for i, s in enumerate(self.signatures)}
         own = {index[k]: abs(v) for k, v in sizes.items() if k in index}
         directions, errors = self.form_error(sizes)
         deviations = [max(value, float(self.typical[column])) for column, value in own.items()]
-        return self.base.given([*own, *directions], np.concatenate([deviations, errors]))[0]
+        return self.base.tempered(power).given([*own, *directions], np.concatenate([deviations, errors]))[0]
 
     @cached_property
     def rests(self) -> list[Rest]:
@@ -187,6 +215,12 @@ class LogEvidence:
             )
             found += [Rest(place, tuple(columns), s * unit, float(np.log(prior / len(sizes)))) for s in sizes]
         return found
+
+
+def _reads_gusts(name: str) -> bool:
+    """Whether an effect is one of the flow vanes alone."""
+    effect = FITTED[name]
+    return isinstance(effect, SensorEffect) and set(effect.changes) <= VANES
 
 
 def _room(channel: str) -> str:

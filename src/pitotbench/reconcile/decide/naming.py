@@ -17,13 +17,15 @@ from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.whitening import NoiseModel
-from pitotbench.reconcile.signatures.hypotheses import cause_of
-from pitotbench.reconcile.signatures.refine import at_sizes, placed_in_time, without_sensor_effect
-from pitotbench.reconcile.signatures.signatures import columns_of
+from pitotbench.reconcile.signatures.change_points import with_parts_of_flight
+from pitotbench.reconcile.signatures.hypotheses import FITTED, cause_of
+from pitotbench.reconcile.signatures.refine import Entries, at_sizes, placed_in_time, without_sensor_effects
+from pitotbench.reconcile.signatures.signatures import columns_of, times_of
 from pitotbench.records.verdict import Candidate, Located
 
 RENEWALS = 3  # times the signatures are renewed; they mostly stay as they are after the first
 RENEWED = 6  # best single explanations whose signatures are renewed: the others have no part in the answer
+SETTLED = 0.02  # change of a size, as a share, from which an effect is taken out of the log anew
 LISTED = 10  # candidates in a verdict
 SMALLEST_GAIN = 1e-9  # so that the ratio of two gains is defined for an effect without any
 
@@ -59,7 +61,8 @@ class Renewed:
 
     def evidence(self, null: NullDistribution) -> LogEvidence:
         """Return the evidence of the log."""
-        return LogEvidence(self.layout, self.noise, wander_of(null, self.layout.residuals.names))
+        wander = wander_of(null, self.layout.residuals.names)
+        return LogEvidence(self.layout, self.noise, wander, null.scores.effect_spread)
 
 
 def name_effects(layout: Layout, null: NullDistribution) -> Naming:
@@ -87,19 +90,45 @@ def renewed_signatures(original: Layout, null: NullDistribution) -> Renewed:
     Events are placed in time. A large effect on the sensors is subtracted from the clean track first.
     """
     noise = scaled_to(null.noise, original)
-    original = placed_in_time(original, noise)
+    original = with_parts_of_flight(placed_in_time(original, noise), noise)
     layout, equations = original, whitened_equations(original, noise)
     columns = columns_of(layout.signatures)
+    undone: Entries = {}
     for _ in range(RENEWALS):
         sizes = _fitted_sizes(layout, equations, columns)
-        best = max(columns, key=lambda n: merit(equations.fit(columns[n])))
-        is_large = significance(equations.fit(columns[best])) > THRESHOLDS.undone_from
-        undone = {parameter: v for (n, parameter), v in sizes.items() if n == best} if is_large else {}
-        renewed = at_sizes(without_sensor_effect(layout, original, best, undone), sizes)
+        large = _large_effect(layout, equations, columns)
+        renewed = layout
+        if not _is_near(large, undone):
+            renewed, undone = without_sensor_effects(original, large), large
+        renewed = at_sizes(renewed, sizes)
         if renewed is layout:
             break
         layout, equations = renewed, whitened_equations(renewed, noise)
     return Renewed(layout, equations, noise)
+
+
+def _large_effect(
+    layout: Layout, equations: NormalEquations, columns: Mapping[str, Sequence[int]]
+) -> dict[str, dict[str, float]]:
+    """The best single explanation with its sizes and shapes where it is large; else nothing."""
+    best = max(columns, key=lambda n: merit(equations.fit(columns[n])))
+    fit = equations.fit(columns[best])
+    if significance(fit) <= THRESHOLDS.undone_from:
+        return {}
+    signatures = [layout.signatures[c] for c in columns[best]]
+    sizes = dict(signatures[0].shapes)
+    for signature, size in zip(signatures, fit.sizes, strict=True):
+        parameter = FITTED[best].parameter(signature.parameter)
+        sizes[signature.parameter] = float(np.clip(size, parameter.low, parameter.high))
+    return {best: sizes}
+
+
+def _is_near(large: Entries, undone: Entries) -> bool:
+    """Whether effects that are to be taken out of a log are those already taken out, at about the same sizes."""
+    if large.keys() != undone.keys():
+        return False
+    pairs = [(v, undone[name][key]) for name, sizes in large.items() for key, v in sizes.items()]
+    return all(abs(new - old) <= SETTLED * abs(new) for new, old in pairs)
 
 
 def _fitted_sizes(
@@ -152,6 +181,7 @@ def _candidates(
             equations.held_out_gain(columns[name]) / max(fits[name].gain, SMALLEST_GAIN),
             is_in_range(signatures, fits[name]),
             probable.get(cause_of(name), 0.0),
+            times_of(signatures[columns[name][0]]),
         )
         for name in ranked[:LISTED]
     )

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import effect_of
 from pitotbench.records.verdict import Candidate
 
 DIGITS = 5  # significant ones of a size: more than any bound needs
@@ -12,7 +12,7 @@ Shapes = Mapping[str, Mapping[str, float]]  # by effect: the time of an event, a
 
 @dataclass(frozen=True, slots=True)
 class Patch:
-    """Effects with sizes, as entries of a case file.
+    """Effects with sizes, as entries of a case file; `entries` have the names of their forms.
 
     `text` is TOML with the bounds and the source as comments.
     """
@@ -45,16 +45,21 @@ def patch_of_effects(
     return Patch(tuple(entries), "\n".join(lines) + "\n")
 
 
+def name_in_case(name: str) -> str:
+    """Return the name of an effect in a case file; a form for a part of the flight goes by that of its effect."""
+    return effect_of(name).part_of or name
+
+
 def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
     bounds = {size.name: size.two_sigma for size in effect.sizes}
-    lines = ["[[effects]]", f'name = "{effect.name}"', "", "[effects.parameters]"]
+    lines = ["[[effects]]", f'name = "{name_in_case(effect.name)}"', "", "[effects.parameters]"]
     for name, value in sizes.items():
         lines.append(f"{name} = {value!r}" + (f"  # ± {bounds[name]:.2g} (2σ)" if name in bounds else ""))
     return lines
 
 
 def _sizes(effect: Candidate) -> dict[str, float]:
-    limits = {p.name: (p.low, p.high) for p in EFFECTS[effect.name].parameters}
+    limits = {p.name: (p.low, p.high) for p in effect_of(effect.name).parameters}
     held = {s.name: min(max(s.value, limits[s.name][0]), limits[s.name][1]) for s in effect.sizes}
     return {name: _rounded(value) for name, value in held.items()}
 

@@ -79,48 +79,48 @@ def cause_posterior(logs: Sequence[LogEvidence]) -> CausePosterior:
     """Return the posterior over causes of one or several logs of one airplane."""
     search = CauseSearch(logs)
     found = search.run()
-    empty = next(each for each in found if not each.effects)
-    best = [*found[:RESTED], *([empty] if empty not in found[:RESTED] else [])]
-    none = len(logs) * float(np.log1p(-THRESHOLDS.prior_of_rest))
-    weights = []
-    for each in found:
-        value, place = _with_rest(search, each) if each in best else (-np.inf, "")
-        weights.append(Weight(each, each.log_weight + none, each.log_weight + value, place))
+    weights = _weights(search, found, 1.0)
     nothing = next(w.alone for w in weights if not w.causes) - float(logsumexp([w.total for w in weights]))
     gap = float(np.log(max(-np.expm1(min(nothing, -TINY)), TINY)))
     prior = THRESHOLDS.prior_of_number[0] * (1.0 - THRESHOLDS.prior_of_rest)
     log_bayes_factor = gap - nothing - float(np.log((1.0 - prior) / prior))
-    tempered = _tempered(search, weights, log_bayes_factor)
+    tempered = _tempered(search, found, log_bayes_factor)
     whole = float(logsumexp([w.total for w in tempered])) - gap
     normal = [replace(w, alone=w.alone - whole, with_rest=w.with_rest - whole) for w in tempered]
     normal = [w if w.causes else replace(w, alone=nothing) for w in normal]
     return CausePosterior(tuple(sorted(normal, key=lambda w: -w.total)), log_bayes_factor)
 
 
-def _tempered(search: CauseSearch, weights: Sequence[Weight], log_bayes_factor: float) -> list[Weight]:
-    """The weights given a gap, with the evidence to the power of 1 / (1 + τ²χ²).
+def _weights(search: CauseSearch, found: Sequence[Explained], power: float) -> list[Weight]:
+    """The sets with prior times evidence of the likelihood to some power; the best ones with a rest as well."""
+    empty = next(each for each in found if not each.effects)
+    best = [*found[:RESTED], *([empty] if empty not in found[:RESTED] else [])]
+    none = len(search.logs) * float(np.log1p(-THRESHOLDS.prior_of_rest))
+    weights = []
+    for each in found:
+        value, place = _with_rest(search, each, power) if each in best else (-np.inf, "")
+        weights.append(Weight(each, each.log_weight + none, each.log_weight + value, place))
+    return weights
 
-    χ² of one log is twice its share of the logarithm of the Bayes factor. The evidence takes the table for exact,
+
+def _tempered(search: CauseSearch, found: Sequence[Explained], log_bayes_factor: float) -> list[Weight]:
+    """The weights given a gap, with the likelihood to the power of 1 / (1 + τ²χ²).
+
+    χ² of one log is twice its share of the logarithm of the Bayes factor. The likelihood takes the table for exact,
     but a signature that is wrong in an unknown direction makes it err in proportion to χ². So beyond 1/τ² a
-    hypothesis is preferred by its share of the gap, however strong the gap is. Source: the coarsened posterior of
+    hypothesis is preferred by its share of the gap, however strong the gap is. The price of a size is not
+    tempered: a log that fixes it well still tells that a further size is zero. Source: the coarsened posterior of
     Miller and Dunson (2019); τ is estimated on development logs.
     """
     square = 2.0 * max(0.0, log_bayes_factor) / len(search.logs)
     power = 1.0 / (1.0 + THRESHOLDS.table_error**2 * square)
-    none = len(search.logs) * float(np.log1p(-THRESHOLDS.prior_of_rest))
-    some = float(np.log(-np.expm1(none)))
-    found = []
-    for each in weights:
-        prior = search.log_prior(each.explained.effects)
-        alone, with_rest = (
-            before + power * (value - before)
-            for before, value in ((prior + none, each.alone), (prior + some, each.with_rest))
-        )
-        found.append(replace(each, alone=alone if each.causes else -np.inf, with_rest=with_rest))
-    return found
+    depth = THRESHOLDS.beam_depth / power
+    near = [e for e in found if found[0].log_weight - e.log_weight < depth or not e.effects]
+    again = sorted((search.tempered(each, power) for each in near), key=lambda e: -e.log_weight)
+    return [w if w.causes else replace(w, alone=-np.inf) for w in _weights(search, again, power)]
 
 
-def _with_rest(search: CauseSearch, each: Explained) -> tuple[float, str]:
+def _with_rest(search: CauseSearch, each: Explained, power: float) -> tuple[float, str]:
     """The logarithm of prior times evidence of a rest in at least one log, beyond a set of effects; its best place.
 
     Each log may have a rest of its own, in one of several places and sizes.
@@ -129,7 +129,7 @@ def _with_rest(search: CauseSearch, each: Explained) -> tuple[float, str]:
     yes, no = np.log(THRESHOLDS.prior_of_rest), np.log1p(-THRESHOLDS.prior_of_rest)
     every, best = 0.0, (-np.inf, "")
     for log in search.logs:
-        evidence = log.beyond(by_key)
+        evidence = log.beyond(by_key, power)
         values = [
             (rest.log_prior + evidence.of(rest.columns, rest.deviations).log_evidence, rest.place)
             for rest in log.rests

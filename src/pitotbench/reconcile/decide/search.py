@@ -1,7 +1,7 @@
 """Search the sets of effects that can explain one or several logs, and weigh each of them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import comb
 
 import numpy as np
@@ -130,15 +130,29 @@ class CauseSearch:
         spread = np.sqrt(np.diag(weighed.covariance))
         return bool(np.any(np.abs(weighed.sizes) > THRESHOLDS.form_error_from * spread))
 
-    def reduced(self, names: Names, sizes: Array, kept: Sequence[tuple[str, str]]) -> tuple[Evidence, float]:
-        """Return the evidence of all logs over some sizes, with the form error of a set eliminated in each log."""
+    def tempered(self, each: Explained, power: float) -> Explained:
+        """Weigh a set of effects again, by the likelihood to some power, with the form error that it had."""
+        names = each.effects
+        large = self._is_large(each.weighed) if names else False
+        sizes = each.weighed.sizes * self._own_shares(names) if large else np.zeros(0)
+        evidence, log_evidence = self.reduced(names, sizes, each.keys, power)
+        weighed = weigh(evidence, self._columns(names), [self.priors[n] for n in names])
+        return replace(each, log_weight=self.log_prior(names) + weighed.log_evidence + log_evidence)
+
+    def reduced(
+        self, names: Names, sizes: Array, kept: Sequence[tuple[str, str]], power: float = 1.0
+    ) -> tuple[Evidence, float]:
+        """Return the evidence of all logs over some sizes, with the form error of a set eliminated in each log.
+
+        It is that of the likelihood to some power.
+        """
         total, log_evidence = Evidence(np.zeros((len(kept) + 1, len(kept) + 1))), 0.0
         by_key = dict(zip(self.keys_of(names), sizes, strict=True)) if len(sizes) else {}
         for log in self.logs:
             index = {(s.effect, s.parameter): i for i, s in enumerate(log.signatures)}
             directions, deviations = log.form_error(by_key)
             places = [(row, index[key]) for row, key in enumerate(kept) if key in index]
-            one, part = log.base.given(directions, deviations, [column for _, column in places])
+            one, part = log.base.tempered(power).given(directions, deviations, [column for _, column in places])
             rows = [*(row for row, _ in places), len(kept)]
             inner = np.zeros_like(total.inner)
             inner[np.ix_(rows, rows)] = one.inner

@@ -56,7 +56,7 @@ class Thresholds:
     rest_likely: float = 0.5  # probability from which something remains beside what is named
     hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
     wander_unknown: float = 1.0  # surplus of squared scores without null flights: noise that the log itself gives
-    beam_depth: float = 12.0  # of the logarithm of the weight by which a set that is extended may be behind
+    beam_depth: float = 12.0  # of the logarithm of the weight by which a set that is still weighed may be behind
 
     # What remains: a gap that no effect of the table explains.
     remaining_wander: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pitotbench import air
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.reconcile.residuals.scene import Scene
-from pitotbench.reconcile.residuals.track import Track
+from pitotbench.reconcile.residuals.track import Track, mach_number
 from pitotbench.units import Array
 
 WIND_DEVIATION = (40.0, 40.0, 1.0)  # m/s toward north, east, down
@@ -60,12 +61,14 @@ class FreeParameters:
 class AnalysisSetting:
     """Facts about a log that its rows do not hold.
 
-    `day_known`: pressure and temperature of the air are those of a weather report, and the instruments are of the
-    usual class. `static_error`: the error curve sits in the static pressure, not in the impact pressure alone.
-    Instants above `mach_max` are not used. `pressure_step` [Pa] is the step of a coarse quantization, 0 for none.
+    `day_known`: pressure and temperature of the air are those of a weather report. `instruments_known`: the
+    instruments are of the usual class, as they are wherever the day is known. `static_error`: the error curve sits
+    in the static pressure, not in the impact pressure alone. Instants above `mach_max` are not used.
+    `pressure_step` [Pa] is the step of a coarse quantization, 0 for none.
     """
 
     day_known: bool = False
+    instruments_known: bool = False
     static_error: bool = False
     mach_max: float = 1.0
     pressure_step: float = 0.0
@@ -130,7 +133,7 @@ def _variations(clean: Track, setting: AnalysisSetting) -> Mapping[str, _Variati
     for i, name in enumerate(MODELS["inverse+"].parameter_names):
         change = _curved(basis[:, i], setting.static_error)
         variations[f"curve {name}"] = _Variation(change, CURVE_STEP, CURVE_DEVIATION)
-    wider = 1.0 if setting.day_known else FOREIGN
+    wider = 1.0 if setting.day_known or setting.instruments_known else FOREIGN
     for name, deviation in ANGLE_BIAS.items():
         if name in clean:
             variations[f"{name} bias"] = _Variation(_shifted(name, BIAS_STEP), BIAS_STEP, wider * deviation)
@@ -193,10 +196,12 @@ def residuals_of_wind(wind: Array, scene: Scene) -> Array:
 
 def _offsets(scene: Scene, day_known: bool) -> Columns:
     clean, grid, names = scene.clean, scene.grid, scene.base.names
-    columns = {}
+    ones, columns = np.ones(len(grid)), {}
+    # A warmer day is warmer at the probe by the ram rise as well.
+    units = {"temperature": air.total_temperature(ones, grid.smooth(mach_number(clean)))}
     for name, deviation in (OFFSETS | (REPORTED if day_known else {})).items():
         if name in names:
-            columns[f"{name} offset"] = _Column(_in_channel(scene, name, np.ones(len(grid))), deviation)
+            columns[f"{name} offset"] = _Column(_in_channel(scene, name, units.get(name, ones)), deviation)
     if "altitude" in clean:
         height = grid.smooth(clean["altitude"])
         for name, deviation in WITH_HEIGHT.items():

@@ -21,7 +21,7 @@ from pitotbench.reconcile.residuals.predicted_channels import ChannelResiduals, 
 from pitotbench.reconcile.residuals.replay import can_replay, replay_motion
 from pitotbench.reconcile.residuals.scene import AircraftModel, Scene, set_scene
 from pitotbench.reconcile.residuals.track import Track, mach_number, track_of
-from pitotbench.reconcile.signatures.hypotheses import FITTED
+from pitotbench.reconcile.signatures.hypotheses import WHOLE_FLIGHT
 from pitotbench.reconcile.signatures.signatures import Signature, signatures_of
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
@@ -69,7 +69,10 @@ class Layout:
 
 
 def lay_out(
-    log: FlightLog, aircraft: AircraftModel | None, setting: AnalysisSetting, effects: Catalog[Effect] = FITTED
+    log: FlightLog,
+    aircraft: AircraftModel | None,
+    setting: AnalysisSetting,
+    effects: Catalog[Effect] = WHOLE_FLIGHT,
 ) -> Layout:
     """Lay out a log. Without an aircraft its sensors are judged alone; `effects` are the hypotheses.
 
@@ -88,7 +91,7 @@ def with_aircraft(
 
     `kept` holds the changes of the reaction by overlays that are the same on both aircraft.
     """
-    return _laid_out(log, layout.checked, layout.track, aircraft, layout.setting, FITTED, kept)
+    return _laid_out(log, layout.checked, layout.track, aircraft, layout.setting, WHOLE_FLIGHT, kept)
 
 
 def _laid_out(

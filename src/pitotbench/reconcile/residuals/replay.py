@@ -84,9 +84,9 @@ def varied_states(track: Track, rows: NDArray[np.intp]) -> dict[str, Any]:
     """Return the states of `VARIED` at rows of a track, as `motion_of` does."""
     around, _ = _windows(track, rows)
     mach = mach_number(track)
-    warm = outside_temperature(track, mach) - air.standard_temperature(
-        air.pressure_altitude(track["static_pressure"])
-    )
+    standard = air.standard_temperature(air.pressure_altitude(track["static_pressure"]))
+    # In warmer air this pressure lies higher, H_p (1 + ΔT/T₀), where a standard day with the offset ΔT is cooler.
+    warm = (outside_temperature(track, mach) - standard) * air.SEA_LEVEL_TEMPERATURE / standard
     measured = {name: around(track[name]) for name in ("static_pressure", "angle_of_attack", "sideslip")}
     return {**measured, "mach": around(mach), "temperature_offset": float(np.mean(warm))}
 

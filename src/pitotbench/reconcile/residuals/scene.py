@@ -54,13 +54,20 @@ class ForceModel:
     def missing(self, overlay: Overlay, engines_run: bool) -> Array:
         """Return the reaction without an overlay less that with it, on the force meter, (m, 12)."""
         if overlay not in self.kept:
-            if engines_run not in self.unchanged:
-                self.unchanged[engines_run] = self._measured(Overlay(), engines_run)
-            self.kept[overlay] = self.unchanged[engines_run] - self._measured(overlay, engines_run)
+            self.kept[overlay] = self._without(engines_run) - self._measured(self.coarse, overlay, engines_run)
         return self.kept[overlay]
 
-    def _measured(self, overlay: Overlay, engines_run: bool) -> Array:
-        return answer(lambda motion: self.aircraft.react(motion, overlay, engines_run), self.coarse)
+    def moved_by(self, motion: Motion) -> Array:
+        """Return the reaction to another motion at the instants of `coarse` less that to `coarse`, (m, 12)."""
+        return self._measured(motion, Overlay(), True) - self._without(True)
+
+    def _without(self, engines_run: bool) -> Array:
+        if engines_run not in self.unchanged:
+            self.unchanged[engines_run] = self._measured(self.coarse, Overlay(), engines_run)
+        return self.unchanged[engines_run]
+
+    def _measured(self, motion: Motion, overlay: Overlay, engines_run: bool) -> Array:
+        return answer(lambda motion: self.aircraft.react(motion, overlay, engines_run), motion)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,24 +6,24 @@ from functools import reduce
 from operator import add
 from typing import Any
 
-import numpy as np
-
-from pitotbench.effects import EFFECTS, AircraftEffect, AirEffect, Overlay, SensorEffect
+from pitotbench.catalog import Catalog
+from pitotbench.effects import AircraftEffect, AirEffect, Effect, Overlay, SensorEffect, effect_of
 from pitotbench.reconcile.decide.judgment import judge
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
-from pitotbench.reconcile.residuals.layout import Layout, with_aircraft
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import Layout, lay_out, with_aircraft
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.added_forces import adds_forces
 from pitotbench.reconcile.signatures.hypotheses import COUNTED
-from pitotbench.reconcile.signatures.refine import without_sensor_effect
+from pitotbench.reconcile.signatures.refine import Entries, sensor_change, without_sensor_effects
 from pitotbench.reconcile.signatures.signatures import acts_on_engines_alone, moves_levers, residual_change
 from pitotbench.records.log import FlightLog
 from pitotbench.records.motion import Motion, Reaction, UnitForces
 from pitotbench.records.verdict import Verdict
 from pitotbench.units import Array
 
-Entries = Mapping[str, Mapping[str, float]]  # effects with their sizes and shapes
+NO_EFFECTS: Catalog[Effect] = Catalog("effect", {})
 
 
 def look_again(
@@ -42,6 +42,22 @@ def look_again(
         kept = _unmoved(layout, patch)
         layout = with_aircraft(layout, log, patched_aircraft(aircraft, reduce(add, patch)), kept)
     return judge(without_effects(layout, not_on_model), null)
+
+
+def lay_out_with(
+    log: FlightLog, aircraft: AircraftModel | None, setting: AnalysisSetting, entries: Entries
+) -> Layout:
+    """Return another log laid out with effects in the model, without any hypothesis.
+
+    Raises BadInputError for a log that cannot be compared.
+    """
+    fitted = {n: s for n, s in entries.items() if n not in COUNTED}
+    overlays = {n: force_meter_overlay(aircraft, n, s) for n, s in fitted.items()}
+    patch = [overlay for overlay in overlays.values() if overlay is not None]
+    if aircraft is not None and patch:
+        aircraft = patched_aircraft(aircraft, reduce(add, patch))
+    layout = lay_out(log, aircraft, setting, NO_EFFECTS)
+    return without_effects(layout, {n: s for n, s in fitted.items() if overlays[n] is None})
 
 
 def _unmoved(layout: Layout, patch: Sequence[Overlay]) -> dict[Overlay, Array]:
@@ -68,23 +84,28 @@ def patched_aircraft(aircraft: AircraftModel, patch: Overlay) -> AircraftModel:
 def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mapping[str, float]) -> Overlay | None:
     """Return the overlay that an effect puts on the force meter.
 
-    None for effects of the sensors and the air, and for a lever that does not stand where its throttle plate does:
-    the log holds the plates.
+    None for effects of the sensors and the air, for those of a part of the flight, because the force meter knows no
+    time, and for a lever that does not stand where its throttle plate does: the log holds the plates.
     """
-    effect = EFFECTS[name]
-    if aircraft is None or not isinstance(effect, AircraftEffect) or isinstance(effect, AirEffect):
+    effect = effect_of(name)
+    if (
+        aircraft is None
+        or not isinstance(effect, AircraftEffect)
+        or isinstance(effect, AirEffect)
+        or effect.part_of
+    ):
         return None
     overlay = effect.overlay(sizes, aircraft.baseline)
     return None if moves_levers(overlay) else overlay
 
 
 def without_effects(layout: Layout, entries: Entries) -> Layout:
-    """Return a layout with the changes by some effects, in the order given, subtracted from its residuals."""
-    original, changes = layout, np.zeros_like(layout.residuals.values)
+    """Return a layout with the changes by some effects subtracted; those on the sensors act together."""
+    layout = without_sensor_effects(layout, entries)
+    changes = sensor_change(layout.scene, entries)
     for name, sizes in entries.items():
-        effect = EFFECTS[name]
-        if isinstance(effect, SensorEffect):
-            layout = without_sensor_effect(layout, original, name, sizes)
-        change = residual_change(effect, layout.scene, effect.complete(sizes))
-        changes = changes if change is None else changes + change
+        effect = effect_of(name)
+        if not isinstance(effect, SensorEffect):
+            change = residual_change(effect, layout.scene, effect.complete(sizes))
+            changes = changes if change is None else changes + change
     return replace(layout, residuals=replace(layout.residuals, values=layout.residuals.values - changes))

@@ -5,13 +5,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pitotbench.effects import Effect, SensorEffect, Signals
+from pitotbench.channels import CHANNELS
+from pitotbench.effects import Effect, Overlay, SensorEffect, Signals, effect_of
 from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
 from pitotbench.reconcile.decide.scoring import merit
 from pitotbench.reconcile.residuals.clean import clean_track
-from pitotbench.reconcile.residuals.free_parameters import FreeParameters, free_parameters_of
-from pitotbench.reconcile.residuals.layout import Layout, mean_wind_of
-from pitotbench.reconcile.residuals.scene import Scene
+from pitotbench.reconcile.residuals.free_parameters import free_parameters_of
+from pitotbench.reconcile.residuals.layout import Layout, mean_wind_of, without_error_curve
+from pitotbench.reconcile.residuals.predicted_channels import channel_residuals
+from pitotbench.reconcile.residuals.replay import answer, motion_of
+from pitotbench.reconcile.residuals.scene import ForceModel, Scene
+from pitotbench.reconcile.residuals.track import Track
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.reconcile.signatures.hypotheses import FITTED, searched_shapes
 from pitotbench.reconcile.signatures.signatures import Signature, residual_change
@@ -27,7 +31,10 @@ LINEAR_WITHIN = {
 }  # change of a size, as a share, without a new signature
 SMALLEST = 0.05  # of the typical size; signatures of smaller sizes would be differences of rounded numbers
 
+UNDOINGS = 2  # rounds of taking effects out of a track: what they add depends on the track without them
+
 Shapes = dict[str, float]
+Entries = Mapping[str, Mapping[str, float]]  # effects with their sizes and shapes
 
 
 def at_sizes(layout: Layout, sizes: Mapping[tuple[str, str], float]) -> Layout:
@@ -44,27 +51,69 @@ def at_sizes(layout: Layout, sizes: Mapping[tuple[str, str], float]) -> Layout:
     return replace(layout, signatures=tuple(signatures))
 
 
-def without_sensor_effect(layout: Layout, original: Layout, name: str, sizes: Mapping[str, float]) -> Layout:
-    """Return the layout with an effect on the sensors subtracted from its clean track.
+def without_sensor_effects(original: Layout, entries: Entries) -> Layout:
+    """Return the layout around the log without some effects on the sensors, at sizes that were fitted.
 
-    `original` is the layout before any effect was subtracted. Signatures of the other effects on the sensors are
-    then computed from signals without that effect. A large effect would otherwise bend all of them.
+    The effects are taken out of the channels of the log, with the error curve that they feigned, and the model is
+    moved along the corrected track. So its answer is exact there: no slope tells that a propeller meets its stop
+    a second later. Signatures, free parameters and residuals are those of the corrected log. The change that the
+    effects make is added to the residuals again, so that the sizes to be fitted stay whole sizes.
+    `original` is the layout before any effect was taken out. Effects that are not on the sensors change nothing.
     """
-    effect, old = FITTED[name], original.scene
-    if not isinstance(effect, SensorEffect) or not sizes:
-        return layout if layout.scene is old else _in_scene(layout, old, original.free)
-    applied = effect.apply(Signals(old.clean.time, old.clean.channels), sizes)
-    undone = {n: 2.0 * v - applied[n] for n, v in old.clean.channels.items() if applied[n] is not v}
-    track = layout.track.replaced({n: layout.track[n] + undone[n] - old.clean[n] for n in undone})
-    clean = clean_track(track, mean_wind_of(track))
-    new = replace(old, clean=clean, base=old.residuals_of(clean))
-    return _in_scene(layout, new, free_parameters_of(new, layout.setting, layout.shapes))
+    if not any(isinstance(effect_of(name), SensorEffect) and sizes for name, sizes in entries.items()):
+        return original
+    old = original.scene
+    track, clean = original.track, old.clean
+    for _ in range(UNDOINGS):
+        shift = _shift(clean, entries)
+        undone = {name: original.track[name] - moved for name, moved in shift.items()}
+        track = without_error_curve(original.track.replaced(undone), original.setting)
+        clean = clean_track(track, mean_wind_of(track))
+    scene = replace(old, clean=clean, force_model=_moved_along(track, old.force_model))
+    scene = replace(scene, base=channel_residuals(clean, scene.grid, scene.frame, scene.replay))
+    change = sensor_change(scene, entries)
+    residuals = replace(original.residuals, values=scene.residuals_of(track).values + change)
+    return replace(
+        original,
+        scene=scene,
+        residuals=residuals,
+        free=free_parameters_of(scene, original.setting, original.shapes),
+        signatures=tuple(_from_scene(scene, s) for s in original.signatures),
+    )
 
 
-def _in_scene(layout: Layout, scene: Scene, free: FreeParameters) -> Layout:
-    """The layout with its signatures computed from another scene."""
-    signatures = tuple(_from_scene(scene, s) for s in layout.signatures)
-    return replace(layout, scene=scene, free=free, signatures=signatures)
+def sensor_change(scene: Scene, entries: Entries) -> Array:
+    """Return the change of the residuals by effects on the sensors together, (n, c); other effects do not count."""
+    clean = scene.clean
+    return scene.change_by(clean.replaced({n: clean[n] + moved for n, moved in _shift(clean, entries).items()}))
+
+
+def _shift(clean: Track, entries: Entries) -> dict[str, Array]:
+    """What effects on the sensors, one after the other, add to each channel of a clean track that they change.
+
+    Effects that need a channel which the track lacks do not act.
+    """
+    signals = Signals(clean.time, clean.channels)
+    for name, sizes in entries.items():
+        effect = effect_of(name)
+        if isinstance(effect, SensorEffect) and all(n in signals for n in (*effect.needs, *effect.changes)):
+            signals = effect.apply(signals, sizes)
+    changed = [name for name in signals if signals[name] is not clean[name]]
+    turns = 2.0 * np.pi  # an angle that starts again at a full turn has not moved by one
+    return {
+        n: np.mod(signals[n] - clean[n] + np.pi, turns) - np.pi if CHANNELS[n].wraps else signals[n] - clean[n]
+        for n in changed
+    }
+
+
+def _moved_along(track: Track, model: ForceModel | None) -> ForceModel | None:
+    """The force model with its answer along another track; its slopes are those of the log."""
+    if model is None:
+        return None
+    react, old = model.aircraft.react, model.replay
+    motion = motion_of(track, old.rows)
+    values = answer(lambda states: react(states, Overlay(), True), motion)
+    return replace(model, replay=replace(old, motion=motion, values=values))
 
 
 def _from_scene(scene: Scene, old: Signature) -> Signature:
@@ -92,7 +141,7 @@ def _renewed(scene: Scene, old: Signature, size: float) -> Signature:
 
 def placed_in_time(layout: Layout, noise: NoiseModel) -> Layout:
     """Return the layout with every effect that has shapes (a time, a damping) at the best-fitting ones."""
-    signatures, trials = list(layout.signatures), _Trials(layout, noise)
+    signatures, trials = list(layout.signatures), Trials(layout, noise)
     for effect in FITTED.values():
         columns = [i for i, s in enumerate(signatures) if s.effect == effect.name]
         if columns and searched_shapes(effect):
@@ -103,7 +152,7 @@ def placed_in_time(layout: Layout, noise: NoiseModel) -> Layout:
 
 
 @dataclass(frozen=True, slots=True)
-class _Trial:
+class Trial:
     """An effect at some shapes: its signatures and their merit."""
 
     shapes: Shapes
@@ -111,7 +160,7 @@ class _Trial:
     merit: float
 
 
-def _search(trials: "_Trials", effect: Effect, start: Sequence[Signature]) -> list[Signature]:
+def _search(trials: "Trials", effect: Effect, start: Sequence[Signature]) -> list[Signature]:
     """Search the shapes of an effect: the first one in coarse steps, then all in halved steps around the best.
 
     A first shape that is a time is tried over the whole log.
@@ -146,8 +195,8 @@ def _with_shapes(scene: Scene, effect: Effect, old: Signature, shapes: Shapes) -
     return replace(old, column=column, shapes=dict(shapes))
 
 
-class _Trials:
-    """Compute the merit of signatures that are not in the layout; whiten and fit the layout once."""
+class Trials:
+    """The merit of signatures that are not in the layout, which is whitened and fitted once."""
 
     def __init__(self, layout: Layout, noise: NoiseModel) -> None:
         self._layout = layout
@@ -161,10 +210,10 @@ class _Trials:
         """Time of the instants from the start of the log [s], (n,)."""
         return np.asarray(self._layout.track.time[self._layout.grid.rows] - self._layout.track.time[0])
 
-    def at(self, effect: Effect, start: Sequence[Signature], shapes: Shapes) -> _Trial:
+    def at(self, effect: Effect, start: Sequence[Signature], shapes: Shapes) -> Trial:
         """Return an effect at some shapes."""
         signatures = [_with_shapes(self._layout.scene, effect, s, shapes) for s in start]
-        return _Trial(shapes, signatures, self._merit([s.column for s in signatures]))
+        return Trial(shapes, signatures, self._merit([s.column for s in signatures]))
 
     def _merit(self, columns: Sequence[Array]) -> float:
         new = self._whiten(np.stack(columns, axis=2)).reshape(-1, len(columns))

@@ -13,16 +13,28 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.catalog import Catalog
-from pitotbench.effects import AircraftEffect, AirEffect, Baseline, Effect, Overlay, SensorEffect, Signals
+from pitotbench.effects import (
+    FORMS,
+    AircraftEffect,
+    AirEffect,
+    Baseline,
+    Effect,
+    Overlay,
+    SensorEffect,
+    Signals,
+    share_of_size,
+)
+from pitotbench.effects.part_of_flight import FROM, TO
 from pitotbench.reconcile.residuals.free_parameters import residuals_of_wind
 from pitotbench.reconcile.residuals.predicted_channels import change_by_answer
-from pitotbench.reconcile.residuals.replay import COARSE, replay_rows, spread
+from pitotbench.reconcile.residuals.replay import COARSE, motion_of, replay_rows, spread
 from pitotbench.reconcile.residuals.scene import Scene
-from pitotbench.reconcile.residuals.track import mach_number
+from pitotbench.reconcile.residuals.track import Track, mach_number
 from pitotbench.reconcile.signatures.added_forces import added_forces, adds_forces
 from pitotbench.units import Array
 
 OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths do not change an engine
+THROTTLES = frozenset(("throttle_left", "throttle_right"))
 THROTTLE_BIAS = {"ap/throttle-bias-left-norm": 1.0, "ap/throttle-bias-right-norm": -1.0}
 NO_AIRCRAFT = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data of an aircraft
 
@@ -40,6 +52,15 @@ class Signature:
     size: float
     column: Array
     shapes: Mapping[str, float] = field(default_factory=dict)
+
+
+def times_of(signature: Signature) -> tuple[tuple[str, float], ...]:
+    """Return the fitted begin and end of an effect for a part of the flight [s], by name; () for any other."""
+    return tuple(
+        (p.name, signature.shapes[p.name])
+        for p in (FROM, TO)
+        if FORMS[signature.effect].part_of and p.name in signature.shapes
+    )
 
 
 def signatures_of(scene: Scene, effects: Catalog[Effect]) -> tuple[Signature, ...]:
@@ -91,7 +112,18 @@ def _sensor_change(effect: SensorEffect, scene: Scene, sizes: Mapping[str, float
         return None
     applied = effect.apply(Signals(clean.time, clean.channels), sizes)
     changed = {name: applied[name] for name in applied if applied[name] is not clean.channels.get(name)}
-    return scene.change_by(clean.replaced(changed))
+    moved = scene.change_by(clean.replaced(changed))
+    return moved + _by_throttles(scene, clean.replaced(changed)) if THROTTLES & changed.keys() else moved
+
+
+def _by_throttles(scene: Scene, track: Track) -> Array:
+    """The change by other recorded throttles, on which the engines of the force meter run."""
+    model = scene.force_model
+    if model is None:
+        return scene.blank()
+    rows = replay_rows(scene.clean, COARSE)
+    added = spread(model.replay.rows, rows, model.moved_by(motion_of(track, rows)))
+    return change_by_answer(scene.base.names, scene.clean, scene.grid, model.replay.rows, added)
 
 
 @residual_change.register
@@ -112,6 +144,10 @@ def _aircraft_change(effect: AircraftEffect, scene: Scene, sizes: Mapping[str, f
     model = scene.force_model
     if model is None:
         return None
+    if effect.part_of:  # the force meter knows states, no time
+        whole, time = residual_change(FORMS[effect.part_of], scene, sizes), scene.clean.time
+        share = share_of_size(effect, time[scene.grid.rows] - time[0], sizes)
+        return whole if whole is None else whole * share[:, None]
     overlay = effect.overlay(sizes, model.aircraft.baseline)
     split = _throttle_split(overlay)
     if split is not None:

@@ -1,0 +1,1 @@
+"""Find a formula for a gap that no effect of the table explains."""

@@ -1,0 +1,88 @@
+"""The signatures of the terms of all formulas: what a unit of each coefficient changes in the residuals."""
+
+from collections.abc import Iterable, Iterator, Mapping
+
+import numpy as np
+
+from pitotbench.effects import FORMULAS, Overlay, SensorEffect, Signals
+from pitotbench.effects.expression import product
+from pitotbench.effects.formula.coefficients import term_of
+from pitotbench.effects.formula.force_formulas import AXES, FORCE_AXES
+from pitotbench.effects.formula.sensor_formulas import READINGS
+from pitotbench.effects.formula.terms import TERMS, channels_of, values_of
+from pitotbench.effects.overlay import AxisFunction
+from pitotbench.reconcile.residuals.predicted_channels import change_by_answer
+from pitotbench.reconcile.residuals.replay import COARSE, REACTION_NAMES, replay_rows, spread
+from pitotbench.reconcile.residuals.scene import ForceModel, Scene
+from pitotbench.reconcile.signatures.signatures import Signature, residual_change
+from pitotbench.units import Array
+
+LOAD = 100.0  # lb: the lift that is put on the force meter to measure what a pound of it changes
+
+Sizes = Mapping[tuple[str, str], float]  # by formula and coefficient
+
+
+def term_signatures(scene: Scene) -> tuple[Signature, ...]:
+    """Return the signatures of all terms that a log can show, each at its typical coefficient."""
+    wanted = [(name, p.name, p.typical) for name, formula in FORMULAS.items() for p in formula.parameters]
+    return tuple(_signatures(scene, wanted))
+
+
+def signatures_at(scene: Scene, sizes: Sizes) -> tuple[Signature, ...]:
+    """Return the signatures of some terms at coefficients other than the typical ones."""
+    return tuple(_signatures(scene, ((*key, size) for key, size in sizes.items())))
+
+
+def _signatures(scene: Scene, wanted: Iterable[tuple[str, str, float]]) -> Iterator[Signature]:
+    forces = _Forces(scene) if scene.force_model is not None else None
+    for name, parameter, size in wanted:
+        formula = FORMULAS[name]
+        if isinstance(formula, SensorEffect):
+            moved = _of_sensor(scene, formula, parameter, size)
+        else:
+            moved = None if forces is None else forces.change(name, parameter, size)
+        if moved is not None and np.any(moved):
+            yield Signature(name, parameter, size, moved / size)
+
+
+def _of_sensor(scene: Scene, formula: SensorEffect, parameter: str, size: float) -> Array | None:
+    term = term_of(parameter, READINGS[formula.name].unit)
+    if not all(channel in scene.clean for channel in channels_of(term)):
+        return None
+    return residual_change(formula, scene, {parameter: size})
+
+
+class _Forces:
+    """The changes by formulas of force: a pound along each axis times the formula's pounds in every state."""
+
+    def __init__(self, scene: Scene) -> None:
+        assert scene.force_model is not None
+        self.scene, self.model = scene, scene.force_model
+        self.rows = replay_rows(scene.clean, COARSE)
+        channels = {name: values[self.rows] for name, values in scene.clean.channels.items()}
+        self.signals = Signals(scene.clean.time[self.rows], channels)
+        self.units = {**self.model.units.changes, "LIFT": _unit_lift(self.model)}
+
+    def change(self, name: str, parameter: str, size: float) -> Array | None:
+        """Return the change of the residuals by one term, (n, c); None where the log lacks a channel of it."""
+        if not all(channel in self.signals for channel in channels_of(TERMS[parameter])):
+            return None
+        axis, known = FORCE_AXES[name], self.model.units.properties
+        pounds = (
+            known["aero/qbar-psf"] * known["metrics/Sw-sqft"] * size * values_of(TERMS[parameter], self.signals)
+        )
+        if AXES[axis].length:
+            pounds = pounds * known[AXES[axis].length]
+        lost = np.zeros((len(self.rows), len(REACTION_NAMES)))
+        lost[:, :6] = -self.units[axis] * pounds[:, None]
+        scene, every = self.scene, self.model.replay.rows
+        return change_by_answer(scene.base.names, scene.clean, scene.grid, every, spread(every, self.rows, lost))
+
+
+def _unit_lift(model: ForceModel) -> Array:
+    """What a pound of lift changes in each state, (m, 6), measured with the engines held.
+
+    The unit forces of the scene do not hold it, because functions of drag may read the lift.
+    """
+    overlay = Overlay(functions=(AxisFunction("LIFT", product(LOAD, 1.0)),))
+    return -model.missing(overlay, False)[:, :6] / LOAD

@@ -1,0 +1,147 @@
+"""The data of the first picture of a reconciliation, and of its sentence on a calibration."""
+
+import numpy as np
+from scipy.signal import lfilter
+
+from pitotbench import air
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.reconcile.decide.naming import Naming
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
+from pitotbench.reconcile.picture_data import traces
+from pitotbench.reconcile.residuals.layout import Layout
+from pitotbench.reconcile.residuals.predicted_channels import FAMILIES, true_airspeed_along
+from pitotbench.reconcile.residuals.whitening import NoiseModel
+from pitotbench.records.gap import CalibrationChange, TellingChannel, Trace
+from pitotbench.units import Array, Seconds
+
+AVERAGED = 4.0  # s: long enough to average the sensor noise, short enough for the phases of a maneuver
+MARKED = 0.75  # quantile of the size of the gap from which a place is marked
+RESPONSE = 400  # instants after which an autoregression has forgotten an innovation
+FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
+SPEEDS = 25  # airspeeds at which the correction is told
+TINY = 1e-30  # of a noise, so that it can be divided by
+CURVE = "inverse+"  # the error curve of the free parameters
+
+
+def telling_channel(naming: Naming, null: NullDistribution) -> TellingChannel | None:
+    """Return the channel whose gap stands out most from its noise; None for a log without a gap."""
+    if naming.answer.kind == "no_gap" or not naming.located:
+        return None
+    layout = naming.layout
+    by_name = {trace.channel: trace for trace in traces(naming)}
+    names = list(null.noise.names)
+    instants = max(1, round(AVERAGED / layout.grid.step))
+    noise = {n: deviation_of_mean(null.noise, names.index(n), instants) for n in by_name if n in names}
+    shown = {n: _level(by_name[n], instants, np.hypot(d, _slack(layout, n))) for n, d in noise.items()}
+    name = max(shown, key=lambda n: shown[n])
+    trace = by_name[name]
+    variable, values = _variable(naming, name)
+    what = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)
+    away = np.abs(what)
+    north, east = _ground_track(layout)
+    track = layout.track
+    return TellingChannel(
+        channel=name,
+        unit=trace.unit,
+        time=trace.time,
+        gap=trace.gap,
+        rest=trace.gap - trace.explained,
+        noise=noise[name],
+        averaged=AVERAGED,
+        variable=variable,
+        values=values,
+        north=north,
+        east=east,
+        marked=away >= np.quantile(away, MARKED),
+        mass=track["mass"][layout.grid.rows] if "mass" in track else None,
+    )
+
+
+def deviation_of_mean(noise: NoiseModel, channel: int, instants: int) -> float:
+    """Return the standard deviation of the mean over some instants of a channel's noise [the channel's unit].
+
+    The noise is the autoregression of the channel; its response to one innovation, summed over a window, gives the
+    variance of the mean.
+    """
+    impulse = np.zeros(RESPONSE)
+    impulse[0] = 1.0
+    response = lfilter([1.0], np.concatenate([[1.0], -noise.coefficients[channel]]), impulse)
+    mean = np.convolve(response, np.full(instants, 1.0 / instants))
+    return float(noise.deviations[channel] * np.sqrt(np.sum(mean**2)))
+
+
+def calibration_change(naming: Naming) -> CalibrationChange | None:
+    """Return what a calibration by the wind triangle makes of the named effects; None where nothing is named.
+
+    Wind and error curve are fitted by least squares to what the effects do to the along- and across-track airspeed.
+    What the curve takes of it is the error of a calibration that does not know the effects.
+    """
+    layout = naming.layout
+    if not naming.fit.columns:
+        return None
+    triangle = [layout.residuals.names.index(n) for n in FAMILIES["air data"][:2] if n in layout.residuals.names]
+    moved = sum(
+        layout.signatures[c].column[:, triangle] * size
+        for c, size in zip(naming.fit.columns, naming.fit.sizes, strict=True)
+    )
+    names = layout.free.names
+    wanted = [i for i, n in enumerate(names) if n.startswith(("curve ", "wind north", "wind east"))]
+    design = layout.free.columns[:, triangle][:, :, wanted].reshape(-1, len(wanted))
+    normal = design.T @ design + np.diag(1.0 / layout.free.deviations[wanted] ** 2)
+    sizes = np.linalg.solve(normal, design.T @ np.reshape(moved, -1))
+    of = {names[i]: float(size) for i, size in zip(wanted, sizes, strict=True)}
+    indicated = air.calibrated_airspeed(np.maximum(layout.track["impact_pressure"], 1.0))
+    low, high = np.percentile(indicated, FLOWN)
+    airspeed = np.linspace(float(low), float(high), SPEEDS)
+    pressure = air.impact_pressure(airspeed)
+    basis = MODELS[CURVE].basis(pressure / REFERENCE_PRESSURE)
+    share = sum(
+        (of.get(f"curve {n}", 0.0) * basis[:, i] for i, n in enumerate(MODELS[CURVE].parameter_names)),
+        np.zeros(SPEEDS),
+    )
+    return CalibrationChange(airspeed, air.calibrated_airspeed(pressure * (1.0 + share)) - airspeed)
+
+
+def _slack(layout: Layout, channel: str) -> Array:
+    """The deviation that adds to the noise of a channel where the model changes quickly, (n,)."""
+    return layout.residuals.slack[:, layout.residuals.names.index(channel)]
+
+
+def _level(trace: Trace, instants: int, noise: Array) -> float:
+    """Root mean square, in units of the noise (n,), of what is explained or else of the means of the gap."""
+    values = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)
+    return float(np.sqrt(np.mean((values / np.maximum(noise, TINY)) ** 2)))
+
+
+def _means(values: Array, instants: int) -> Array:
+    return np.convolve(values, np.full(instants, 1.0 / instants), mode="same")
+
+
+def _variable(naming: Naming, channel: str) -> tuple[str, Array]:
+    """The variable that the gap of a channel follows most, with its values at the instants in SI units."""
+    layout, grid = naming.layout, naming.layout.grid
+    clean = layout.scene.clean
+    values: dict[str, Array] = {"airspeed": grid.smooth(true_airspeed_along(clean))}
+    sources = {"bank": "roll", "altitude": "altitude", "power": "manifold_pressure_left"}
+    for name, source in sources.items():
+        if source in clean:
+            values[name] = grid.smooth(clean[source])
+    if "bank" in values:
+        values["bank"] = np.abs(values["bank"])
+    scores: dict[str, float] = {}
+    index = [i for i, cell in layout.places if cell.channel == channel and cell.variable in values]
+    cells = [cell for _, cell in layout.places if cell.channel == channel and cell.variable in values]
+    for cell, score in zip(cells, naming.equations.scores(index, ()), strict=True):
+        scores[cell.variable] = abs(float(score))
+    best = max(scores, key=lambda n: scores[n], default="airspeed")
+    return best, values[best]
+
+
+def _ground_track(layout: Layout) -> tuple[Array, Array]:
+    """Position north and east of the start [m] at the instants, from the ground velocity."""
+    track, rows = layout.track, layout.grid.rows
+    seconds: Seconds = np.diff(track.time, prepend=track.time[0])
+    return (
+        np.cumsum(track["velocity_north"] * seconds)[rows],
+        np.cumsum(track["velocity_east"] * seconds)[rows],
+    )

@@ -1,0 +1,136 @@
+"""What the tool answers on one flight or several, as plain data. The only place that calls the tool.
+
+The tool gives no formula, no joint verdict or no advised flight in some versions: then the field is missing, and
+the score says "not scored".
+"""
+
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.reconcile.log_card import card_of, loaded_as
+from pitotbench.bench.reconcile.null_cache import cache_entry
+from pitotbench.bench.reconcile.null_learning import NULL_FLIGHTS
+from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, reconcile_log
+from pitotbench.bench.reconcile.rounds import look_until_quiet
+from pitotbench.logbook import read_log
+from pitotbench.reconcile.decide.judgment import hold_out
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.records.verdict import Closure
+
+LEAST = 1e-3  # probability of a cause that is written down
+
+
+def spent() -> float:
+    """Processor seconds of this process and of its children."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
+def is_warm(path: Path, aircraft: str) -> bool:
+    """Whether the null flights of a log are in the cache, or none are needed."""
+    if aircraft == "none":
+        return True
+    log = read_log(path)
+    card = card_of(log.header, aircraft)
+    if card is None:
+        return True
+    card = replace(loaded_as(card, log), effects=(), truth_seed=1, sensor_seed=1)
+    return cache_entry(card, NULL_FLIGHTS, AnalysisSetting(day_known=True)).is_file()
+
+
+def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None, advise: bool = False) -> dict[str, Any]:
+    """Return the answer on the flights of one case. A crash of the tool is an answer as well.
+
+    `held` is a flight to close with what was named. With `advise` the tool chooses the next flight where it did not
+    come to a name: a minute of simulation.
+    """
+    wall, processor = monotonic(), spent()
+    told: dict[str, Any] = {"name": paths[0].stem, "flights": len(paths), "warm": True}
+    try:
+        told["warm"] = all(is_warm(path, aircraft) for path in paths)
+        made = _reconciled([read_log(path) for path in paths], aircraft)
+        if made is None:
+            return {**told, "kind": "not scored", **_seconds(wall, processor)}
+        told |= _told(made)
+    except BadInputError as error:
+        return {**told, "kind": "refused", "why": str(error), **_seconds(wall, processor)}
+    except Exception as error:  # whatever it is, it is no answer
+        return {**told, "kind": "crash", "why": f"{type(error).__name__}: {error}", **_seconds(wall, processor)}
+    told |= _seconds(wall, processor)
+    with suppress(Exception):
+        told |= _formula(made, read_log(paths[0]), aircraft) if len(paths) == 1 else {}
+    if advise and told["kind"] == "one_of" and len(paths) == 1:
+        with suppress(Exception):
+            told |= _next_flight(made, read_log(paths[0]))
+    if held is not None and held.is_file() and told["kind"] in ("named", "one_of") and made.naming.chosen:
+        try:
+            setting = AnalysisSetting(day_known=True)
+            closed = hold_out(read_log(held), aircraft_model(aircraft), made.null, made.naming, setting)
+            told["held_out"] = _share(closed)
+        except Exception as error:
+            told["held_out_why"] = f"{type(error).__name__}: {error}"
+    return told
+
+
+def _reconciled(logs: Sequence[FlightLog], aircraft: str) -> Any:
+    """One log as the command judges it; several together where the tool has it, else None."""
+    if len(logs) == 1:
+        return reconcile_log(logs[0], aircraft)
+    module = import_module("pitotbench.bench.reconcile.reconciliation")
+    together = getattr(module, "reconcile_logs", None)
+    if together is None:
+        return None
+    return together([module.NamedLog(f"flight {i}", log) for i, log in enumerate(logs, start=1)], aircraft)
+
+
+def _told(made: Any) -> dict[str, Any]:
+    verdict = made.verdict
+    return {
+        "kind": verdict.kind,
+        "effects": [e.name for e in verdict.effects],
+        "alternatives": [list(names) for names in verdict.alternatives],
+        "sizes": {e.name: {s.name: [s.value, s.two_sigma] for s in e.sizes} for e in verdict.effects},
+        "probabilities": {c: round(p, 5) for c, p in verdict.probabilities.items() if p > LEAST},
+        "log_bayes_factor": round(verdict.log_bayes_factor, 2),
+        "remains": verdict.remains,
+        "closure": _share(verdict.closure),
+        "advice": list(verdict.advice),
+        "located": [[p.channel, p.where, round(p.significance, 1)] for p in verdict.located[:4]],
+    }
+
+
+def _formula(made: Any, log: FlightLog, aircraft: str) -> dict[str, Any]:
+    """The closure of the gap by a formula, where the table leaves one and the tool looks for one."""
+    if not (made.verdict.kind == "unknown" or made.verdict.remains):
+        return {}
+    beyond = import_module("pitotbench.bench.reconcile.beyond_the_table").beyond_the_table
+    begun = spent()
+    found = beyond(aircraft, made, look_until_quiet(log, aircraft, made), None).formula
+    cost = {"formula_s": round(spent() - begun, 2)}
+    if found is None:
+        return {"formula": None, **cost}
+    return {"formula": {"closure": _share(found.closure), "terms": [t.effect for t in found.terms]}, **cost}
+
+
+def _next_flight(made: Any, log: FlightLog) -> dict[str, Any]:
+    """The case file of the flight that the tool advises, where it can choose one; empty where no card can part."""
+    choose = import_module("pitotbench.bench.reconcile.next_flight").choose_next_flight
+    begun = spent()
+    found = choose(made.naming.posterior, log, made.card, made.layout, made.null)
+    return {"advised": found.case if found is not None else "", "advised_s": round(spent() - begun, 2)}
+
+
+def _share(closure: Closure) -> float:
+    return round(closure.share, 4)
+
+
+def _seconds(wall: float, processor: float) -> dict[str, float]:
+    return {"wall_s": round(monotonic() - wall, 2), "processor_s": round(spent() - processor, 2)}

@@ -1,0 +1,104 @@
+"""Hide every effect of the table alone, at both ends of its range, and count the logs that get no answer.
+
+    python -m tests.effects.both_ends [NAME …]
+
+flies one short card for each effect and end, records it, and reconciles the log without null flights.
+The log is cut to two minutes, so that it costs seconds. A log counts as failed where anything raises, where
+the verdict is none of the four, or where the patch cannot be read as a case. A flight that the simulator
+refuses is counted apart.
+"""
+
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import get_args
+
+import numpy as np
+
+from pitotbench import Case, fly
+from pitotbench.bench.reconcile.reconciliation import reconcile_log
+from pitotbench.bench.reconcile.rounds import patch_of
+from pitotbench.effects import EFFECTS
+from pitotbench.records.case import EffectSpec
+from pitotbench.records.case_file import read_case
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.records.verdict import Kind
+from pitotbench.sense import record
+
+CARD = Case(maneuver="rapid_decel", turbulence="light", truth_seed=40_011, sensor_seed=40_011)
+SECONDS = 120.0  # of the log
+ENDS = ("low", "high")
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of one effect at one end: the verdict, or the error, or that the flight was refused."""
+
+    effect: str
+    end: str
+    verdict: str = ""
+    error: str = ""
+    refused: str = ""
+
+
+def at_end(name: str, end: str) -> EffectSpec:
+    """Return an effect with every size at an end of its range; shapes are typical."""
+    return EffectSpec(name, {p.name: p.typical if p.shape else getattr(p, end) for p in EFFECTS[name].parameters})
+
+
+@cache
+def plain_flight() -> Flight:
+    """The flight without an effect, which all effects on the sensors share."""
+    return fly(CARD)
+
+
+def log_with(spec: EffectSpec) -> FlightLog:
+    """Return the first minutes of a log with an effect in it, without a header: no card, so no null flights."""
+    case = replace(CARD, effects=(spec,))
+    on_sensors = EFFECTS[spec.name].acts_on == "sensors"
+    flight = replace(plain_flight(), case=case) if on_sensors else fly(case)
+    log = record(flight, case.das, case.sensor_seed)
+    return replace(log.select(np.flatnonzero(log.time < log.time[0] + SECONDS)), header={})
+
+
+def judged(name: str, end: str, aircraft: str = "navajo") -> Outcome:
+    """Return what comes of one effect at one end."""
+    spec = at_end(name, end)
+    try:
+        log = log_with(spec)
+    except BadInputError as refusal:
+        return Outcome(name, end, refused=str(refusal))
+    except Exception as problem:
+        return Outcome(name, end, error=f"in flight: {problem!r}")
+    try:
+        found = reconcile_log(log, aircraft)
+        read_case(patch_of(found, (), {}, "both ends", "").text)
+    except Exception as problem:
+        return Outcome(name, end, error=repr(problem))
+    kind = found.verdict.kind
+    return Outcome(name, end, kind, "" if kind in get_args(Kind) else f"verdict {kind!r}")
+
+
+def outcomes(names: Sequence[str]) -> Iterator[Outcome]:
+    """Return the outcomes of some effects at both ends, one after the other."""
+    for name in names:
+        for end in ENDS:
+            yield judged(name, end)
+
+
+def main(names: Sequence[str]) -> int:
+    """Print every outcome and the count; return 1 where any log has no answer."""
+    done = []
+    for each in outcomes(names or list(EFFECTS)):
+        done.append(each)
+        print(f"{each.effect} {each.end}: {each.verdict or each.error or 'refused: ' + each.refused}", flush=True)
+    failed, refused = sum(bool(o.error) for o in done), sum(bool(o.refused) for o in done)
+    print(f"{failed} of {len(done)} without an answer; {refused} not flown, refused with a reason")
+    return int(failed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

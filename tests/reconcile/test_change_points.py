@@ -1,0 +1,79 @@
+"""Effects for a part of the flight: found with their times in a log of other making; their scan by brute force."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pitotbench.bench.reconcile.reconciliation import reconcile_log
+from pitotbench.reconcile.decide.patches import patch_of_effects
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import Layout, lay_out
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log
+from pitotbench.reconcile.signatures import change_points
+from pitotbench.reconcile.signatures.signatures import columns_of
+from pitotbench.records.case_file import read_case
+
+BEGIN, END = 60.0, 180.0
+
+
+@pytest.fixture(scope="module")
+def layout(sensed) -> Layout:
+    return lay_out(sensed(das="50/50"), None, AnalysisSetting(day_known=True))
+
+
+@pytest.mark.parametrize("name", ["gps_latency", "antenna_lever_arm", "static_zero_offset"])
+@pytest.mark.parametrize("ends", [True, False])
+def test_the_scan_is_that_of_signatures_cut_at_the_times(layout, name, ends):
+    """Each signature set to zero outside its part, whitened whole, and fitted with the free parameters."""
+    noise = noise_of_log(layout)
+    scan, columns = change_points._Scan(layout, noise), columns_of(layout.signatures)[name]
+    begin, end = 3, 8
+    cut = np.stack([layout.signatures[c].column for c in columns], axis=2).copy()
+    cut[: scan.starts[begin - 1]] = 0.0
+    if ends:
+        cut[scan.starts[end - 1] :] = 0.0
+    whiten = noise.whitener(layout.grid, layout.residuals.slack)
+    rows = [whiten(layout.free.columns), whiten(cut), whiten(layout.residuals.values)[:, :, None]]
+    free, part, residual = (each.reshape(-1, each.shape[2]) for each in rows)
+    widest = change_points.WIDEST * np.array(
+        [abs(change_points.FITTED[name].parameter(layout.signatures[c].parameter).typical) for c in columns]
+    )
+
+    def misfit(columns: np.ndarray, deviations: np.ndarray) -> float:
+        """Least squares with the priors as further rows of data."""
+        data = np.concatenate([columns * deviations, np.eye(len(deviations))])
+        right = np.concatenate([residual[:, 0], np.zeros(len(deviations))])
+        return float(np.sum((right - data @ np.linalg.lstsq(data, right, rcond=1e-13)[0]) ** 2))
+
+    both = np.concatenate([free, part], axis=1)
+    expected = misfit(free, layout.free.deviations) - misfit(both, np.concatenate([layout.free.deviations, widest]))
+    found = scan._gains(columns, np.array([begin]), np.array([end]) if ends else None)[0]
+    assert found == pytest.approx(expected, rel=1e-4, abs=1e-3)
+
+
+def test_a_receiver_that_is_late_for_a_time_is_named_with_its_times_and_patched(sensed):
+    """Made by hand in the log: for 120 s the velocities are those of 0.5 s before."""
+    log = sensed(das="50/50")
+    since = log.time - log.time[0]
+    late = log.time - np.where((since > BEGIN) & (since < END), 0.5, 0.0)
+    moved = {
+        name: np.interp(late, log.time, getattr(log, name))
+        for name in ("velocity_north", "velocity_east", "velocity_down", "altitude")
+    }
+    verdict = reconcile_log(replace(log, **moved), "none").verdict
+    assert verdict.kind in ("named", "one_of")
+    found = verdict.effects[0]
+    assert found.name == "gps_latency_for_a_time"
+    assert found.sizes[0].value == pytest.approx(0.5, abs=found.sizes[0].two_sigma)
+    # A lateness does not show while the velocity is steady, so that its begin and end are known to such a stretch.
+    begin, end = dict(found.times).values()
+    assert (min(end, END) - max(begin, BEGIN)) / (max(end, END) - min(begin, BEGIN)) > 0.7
+    patch = patch_of_effects(verdict.effects[:1], "flight.csv", "2026-01-01", {found.name: dict(found.times)})
+    (entry,) = read_case(patch.text).effects
+    assert entry.name == "gps_latency"
+    assert entry.parameters["from_s"] == pytest.approx(begin, rel=1e-4)
+
+
+def test_a_log_without_an_effect_gets_no_part_of_the_flight(layout):
+    assert change_points.with_parts_of_flight(layout, noise_of_log(layout)) is layout

@@ -1,0 +1,67 @@
+"""A large effect on the sensors, taken out of a log, leaves the log of the same flight without it."""
+
+import numpy as np
+import pytest
+
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.effects import EFFECTS
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import Layout, lay_out
+from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
+from pitotbench.reconcile.signatures.patched_model import without_effects
+from pitotbench.reconcile.signatures.refine import Entries, without_sensor_effects
+
+CHANNELS = ("propeller_speed_left", "propeller_speed_right", "specific_force_x", "specific_force_z", "temperature")
+
+
+def test_effects_that_are_not_on_the_sensors_change_nothing(laid_out) -> None:
+    layout = laid_out()
+    assert without_sensor_effects(layout, {"belly_pod": {"drag_area_m2": 0.1}}) is layout
+    assert without_sensor_effects(layout, {}) is layout
+
+
+@pytest.mark.parametrize("name", ["recovery_deficit", "pitot_lag"])
+def test_what_is_left_is_the_flight_without_the_effect(laid_out, name: str) -> None:
+    """The residuals differ from those of the same flight without the effect by a part of the change."""
+    plain, log = laid_out(), laid_out(name)
+    entries: Entries = {name: EFFECTS[name].typical()}
+    left = without_effects(log, entries)
+    change, missed = (_differences(each, plain) for each in (log, left))
+    moved = {n for n in plain.residuals.names if change[n] > 0.3}
+    assert len(moved) > 3
+    for channel in moved:
+        assert missed[channel] < 0.35 * change[channel], channel
+
+
+def test_the_answer_is_exact_where_a_propeller_meets_its_stop(laid_out) -> None:
+    """There the answer of the model has no slope; to first order a third of the change was missed at the best."""
+    name = "recovery_deficit"
+    plain, log = laid_out(), laid_out(name)
+    left = without_effects(log, {name: EFFECTS[name].typical()})
+    place = plain.residuals.places["propeller_speed_left"]
+    before, after = (np.abs(each.residuals.values - plain.residuals.values)[:, place].max() for each in (log, left))
+    assert before > 0.3  # rad/s, where it meets its stop
+    assert after < 0.15 * before
+
+
+@pytest.fixture(scope="module")
+def laid_out(sensed):
+    kept: dict[tuple[str, ...], Layout] = {}
+
+    def layout(*names: str) -> Layout:
+        if names not in kept:
+            log = sensed(*names, das="50/50")
+            kept[names] = lay_out(log, aircraft_model("navajo"), AnalysisSetting(day_known=True))
+        return kept[names]
+
+    return layout
+
+
+def _differences(layout: Layout, other: Layout) -> dict[str, float]:
+    """The difference of two logs by channel, without what free parameters take up, in units of the noise of one."""
+    values = layout.residuals.values - other.residuals.values
+    usable = layout.residuals.slack < 1.0
+    fitted = fit_free_parameters(values, layout.free, usable).residuals
+    noise = np.std(np.diff(other.residuals.values, axis=0), axis=0)
+    size = np.sqrt(np.mean(np.where(usable, fitted, 0.0) ** 2, axis=0)) / noise
+    return dict(zip(layout.residuals.names, size.tolist(), strict=True))

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -202,3 +203,13 @@ def test_a_dry_run_prints_counts_minutes_and_bytes_and_makes_nothing(tmp_path, c
 def test_wrong_flags_are_refused(flags, capsys):
     assert main(["campaign", "--maneuver", "circle", "--das", "20/1", *flags]) == 2
     assert "Traceback" not in capsys.readouterr().err
+
+
+def test_the_plan_of_the_page_on_scale_is_one(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "scale.md").read_text(encoding="utf-8")
+    plan = plan_of(tmp_path, page.split("```toml\n")[1].split("```")[0])
+    assert plan.count == 2 * 2 * 3 * 200 * 30
+    assert [label for label, _ in plan.calibrations] == ["", "", "paper"]
+    cases = [task.case for task in islice(plan.tasks(), 0, 6001, 30)]
+    assert {case.wind.speed for case in cases} == {0.0, 15.0 * KNOT}
+    assert len({case.das.static_pressure_noise for case in cases}) == 200

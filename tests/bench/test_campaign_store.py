@@ -140,6 +140,38 @@ def test_the_same_command_again_flies_nothing_and_gives_the_same_bytes(campaign)
     assert list(again.table.seed) == [1, 2]
 
 
+def test_table_and_page_are_made_again_only_where_they_are_not_those_of_the_plan(campaign):
+    request = replace(campaign, seeds=2)
+    run_campaign(request)
+    files = [request.out / "results.parquet", request.out / "report.html"]
+    content = [file.read_bytes() for file in files]
+
+    def made_again(asked=request):
+        before = [file.stat().st_mtime_ns if file.exists() else 0 for file in files]
+        assert run_campaign(asked).flown == 0
+        return [file.stat().st_mtime_ns for file in files] != before
+
+    assert not made_again()
+    files[0].write_bytes(content[0][:100])
+    assert made_again()
+    files[1].unlink()
+    assert made_again()
+    assert made_again(replace(request, seeds=1))
+    assert made_again()
+    assert [file.read_bytes() for file in files] == content
+    assert not made_again()
+
+
+def test_a_stored_flight_ends_what_was_noted_of_the_table(campaign):
+    request = replace(campaign, seeds=2)
+    run_campaign(request)
+    store = ResultStore(request.out / "store")
+    assert (store.folder / "published.json").exists()
+    key = next(store.keys())
+    store.put(key, store.find(key), {})
+    assert not (store.folder / "published.json").exists()
+
+
 def test_a_flight_without_its_log_is_flown_again_where_logs_are_asked_for(campaign, tmp_path):
     out = tmp_path / "out"
     request = replace(campaign, out=out)
@@ -169,6 +201,24 @@ def test_the_index_is_made_again_where_it_is_cut(campaign):
     assert sorted(before.seed) == [1, 2]
     assert set(before["das.gps_rate_hz"]) == {1.0}
     assert len(result_table([campaign.out, campaign.out])) == 2  # each flight once
+
+
+def test_shards_become_one_table_that_readers_of_parquet_open(campaign, tmp_path):
+    from pyarrow import dataset
+
+    parts = []
+    for k in (1, 2):
+        parts.append(tmp_path / f"part-{k}")
+        run_campaign(replace(campaign, seeds="1-2", shard=(k, 2), out=parts[-1], report=False))
+    whole = tmp_path / "all.parquet"
+    assert main(["results", *map(str, parts), "--out", str(whole)]) == 0
+    table = pd.read_parquet(whole)
+    assert sorted(table.seed) == [1, 2]
+    opened = dataset.dataset(whole).to_table(filter=dataset.field("seed") == 2, columns=["seed", "two_sigma_kt"])
+    assert opened.to_pandas().two_sigma_kt.tolist() == table[table.seed == 2].two_sigma_kt.tolist()
+    numbers = ("two_sigma_kt", "curve_rms_error_kt", "wind_error_kt", "minutes")
+    alone = result_table([campaign.out]).set_index("flight")
+    pd.testing.assert_frame_equal(table.set_index("flight")[[*numbers]], alone.loc[table.flight, [*numbers]])
 
 
 def test_rows_are_chosen_and_averaged(campaign):

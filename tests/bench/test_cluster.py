@@ -36,6 +36,13 @@ def test_a_worker_that_differs_is_refused_by_name(worker, says):
         check_hosts(HERE, {"a": HERE, "b": worker})
 
 
+def test_a_scheduler_with_certificates_asks_for_the_security_file():
+    pytest.importorskip("distributed", reason="dask.distributed is an extra")
+    says = "asks for certificates: give --security FILE"
+    with pytest.raises(BadInputError, match=says), open_cluster("tls://127.0.0.1:1", Limits()):
+        pass
+
+
 def test_a_wrong_security_file_is_refused_by_name(tmp_path):
     pytest.importorskip("distributed", reason="dask.distributed is an extra")
     file = tmp_path / "tls.toml"

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -55,6 +55,35 @@ def test_a_task_that_hangs_is_in_quarantine_with_the_place_where_it_hung(perform
 def test_a_task_that_eats_memory_is_in_quarantine(performed):
     assert performed["eat"].quarantined
     assert performed["eat"].reason.startswith("it needs more than its limit of 1 GB of memory")
+
+
+class KilledWorker(Exception):  # noqa: N818 (the name is the interface)
+    """As dask's: it says neither why the worker died nor what it wrote."""
+
+
+class ClusterOfThreads(ThreadPoolExecutor):
+    """An executor whose workers die of every task with a deed, as those of a cluster do."""
+
+    def submit(self, how, work, limits, task):
+        if how is not task_stream.attempt or not task[1].deed:
+            return super().submit(how, work, limits, task)
+        future = Future()
+        future.set_exception(KilledWorker("died"))
+        return future
+
+
+def test_a_cluster_that_does_not_tell_why_a_worker_died_is_asked_again_apart():
+    bad = [Stub("crash", "crash"), Stub("hang", "hang")]
+    with ClusterOfThreads(2) as cluster:
+        fleet = Fleet(cluster, LIMITS, apart=True)
+        first, crashed, hung, last = fleet.perform(act, [Stub("1"), *bad, Stub("2")])
+    assert (first, last) == ("1", "2")
+    assert crashed.quarantined
+    assert crashed.reason == "its process ended (signal 6), twice"
+    assert "the simulator fell over" in crashed.trace
+    assert hung.quarantined
+    assert hung.reason == "it took longer than its limit of 2 s, twice"
+    assert "in act" in hung.trace
 
 
 def test_the_limits_do_not_hold_in_the_process_of_the_driver():

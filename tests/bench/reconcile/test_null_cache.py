@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, FlightLog, logbook
-from pitotbench.bench.fleet import open_fleet
+from pitotbench.bench.fleet import code_digest, open_fleet
+from pitotbench.bench.fleet.code_digest import NOT_DECIDING
 from pitotbench.bench.reconcile import null_cache, null_learning, reconciliation, workflow
-from pitotbench.bench.reconcile.null_cache import MOST_KEPT, NOT_DECIDING, _last_used
+from pitotbench.bench.reconcile.null_cache import MOST_KEPT, _last_used
 from pitotbench.bench.reconcile.null_learning import null_distribution_of
 from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, reconcile_log
 from pitotbench.cli.app import main
@@ -167,7 +168,7 @@ def test_the_key_holds_card_loading_flights_and_versions(flown, tmp_path, monkey
 def test_the_key_holds_the_files_of_the_aircraft(flown, tmp_path, monkeypatch):
     folder = tmp_path / "plane"
     (folder / "Engines").mkdir(parents=True)
-    monkeypatch.setattr(null_cache, "find_aircraft", lambda name: folder)
+    monkeypatch.setattr(code_digest, "find_aircraft", lambda name: folder)
     for text in ("<a/>", "<b/>"):
         (folder / "Engines" / "engine.xml").write_text(text)
         null_distribution_of(CARD)
@@ -190,7 +191,7 @@ def test_a_change_of_code_that_judges_flies_again_and_one_of_a_page_does_not(flo
     copy = Path(
         shutil.copytree(PACKAGE, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__", "aircraft"))
     )
-    monkeypatch.setattr(null_cache, "PACKAGE", copy)
+    monkeypatch.setattr(code_digest, "PACKAGE", copy)
     null_distribution_of(CARD)
     changed = sorted(
         {f for f in (*copy.glob("*.py"), *copy.glob("*/__init__.py")) if f.parent.name not in NOT_DECIDING}

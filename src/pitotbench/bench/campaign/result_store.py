@@ -18,7 +18,7 @@ from pitotbench.bench.campaign.store_lock import StoreLock
 from pitotbench.records.errors import BadInputError
 
 Document = dict[str, Any]
-PARTS, LOGS, INDEX, _SCRATCH = "flights", "logs", "index.parquet", "scratch"
+PARTS, LOGS, INDEX, PUBLISHED, _SCRATCH = "flights", "logs", "index.parquet", "published.json", "scratch"
 
 
 class StoreError(BadInputError):
@@ -73,6 +73,7 @@ class ResultStore:
 
         Raises StoreError where the disk takes no more. Nothing that was stored before is lost.
         """
+        (self.folder / PUBLISHED).unlink(missing_ok=True)  # the table of the folder lacks what is stored here
         for name, content in logs.items():
             self._write(self.log(key, name), content)
         if self.part(key).exists():  # the index holds what is replaced here

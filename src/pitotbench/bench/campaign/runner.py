@@ -12,6 +12,7 @@ from pitotbench.bench.campaign.engine import fly_missing
 from pitotbench.bench.campaign.perform import perform_task
 from pitotbench.bench.campaign.plan import CampaignPlan, plan_of_names, seeds_of
 from pitotbench.bench.campaign.plan_file import read_plan
+from pitotbench.bench.campaign.published import PlanDigest, note_published, published
 from pitotbench.bench.campaign.result_store import Document, ResultStore
 from pitotbench.bench.campaign.results_folder import (
     RESULTS,
@@ -26,7 +27,7 @@ from pitotbench.bench.campaign.stored_result import DONE, satisfies, stored
 from pitotbench.bench.campaign.tasks import Task, sharded
 from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import FleetLostError, Limits, open_fleet
-from pitotbench.bench.fleet.code_digest import code_digest
+from pitotbench.bench.fleet.code_digest import code_digest, package_digest
 from pitotbench.bench.fleet.saying import say
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.logbook import write_text
@@ -114,15 +115,16 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
     ):
         watch = Watch(campaign.count, request.progress)
         campaign.say_what_is_stored(store)
+        plan = campaign.plan_digest()
         try:
             with watch.shown():
-                fly_missing(campaign.tasks(), perform_task, stored, store, fleet, watch, campaign.wanted)
+                fly_missing(plan.of(campaign.tasks()), perform_task, stored, store, fleet, watch, campaign.wanted)
         except KeyboardInterrupt as error:
             raise StoppedError(f"stopped ({str(error) or 'Ctrl-C'}); {campaign.how_to_go_on(watch)}") from error
         except FleetLostError as error:
             raise NoAnswerError(f"{error}; {campaign.how_to_go_on(watch)}") from error
         watch.finish()
-        return campaign.result(store, watch)
+        return campaign.result(store, watch, plan.hexdigest())
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,9 +168,19 @@ class _Campaign:
         done = watch.found + watch.flown
         return f"{done:,} of {watch.total:,} flights are stored in {self.request.out}; to go on: {command}"
 
-    def result(self, store: ResultStore, watch: Watch) -> CampaignResult:
-        """Make the files of the folder and return the result."""
+    def plan_digest(self) -> PlanDigest:
+        """Return the digest that tells whether the files of the folder are those of this plan and this code."""
+        asked, plan = self.request, self.plan
+        return PlanDigest(
+            package_digest(), plan.varied, plan.seeds, asked.report, asked.keep_logs, asked.log_format
+        )
+
+    def result(self, store: ResultStore, watch: Watch, plan: str) -> CampaignResult:
+        """Make the files of the folder, unless they are those of this plan already, and return the result."""
         folder = self.request.out
+        known = None if watch.flown else published(folder, store, plan)
+        if known is not None:
+            return CampaignResult(pd.read_parquet(folder / RESULTS), known, folder, watch.found, watch.flown)
         found = gather(folder, store, self.tasks(), self.plan.varied)
         failures = tuple(found.failures)
         if found.failed > len(failures):
@@ -182,6 +194,7 @@ class _Campaign:
             write_text(folder / PAGE, self._page(table, found, failures))
         else:
             (folder / PAGE).unlink(missing_ok=True)  # that of an earlier run, which shows another table
+        note_published(folder, store, plan, failures)
         return CampaignResult(table, failures, folder, watch.found, watch.flown)
 
     def _page(self, table: pd.DataFrame, found: Gathered, failures: tuple[str, ...]) -> str:

@@ -82,7 +82,8 @@ def open_cluster(address: str, limits: Limits, security: Path | None = None) -> 
         _require_one_thread(workers)
         for note in check_hosts(describe_host(), client.run(describe_host, on_error="return")):
             say(note)
-        yield Fleet(client.get_executor(pure=False), limits, window=max(_AHEAD * len(workers), 8))
+        window = max(_AHEAD * len(workers), 8)
+        yield Fleet(client.get_executor(pure=False), limits, window, apart=True)
 
 
 def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> list[str]:
@@ -119,6 +120,10 @@ def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:
 def _security(distributed: Any, address: str, file: Path | None) -> Any:
     """Return the certificates of a `tls://` scheduler, from a TOML file with `ca`, `cert` and `key`."""
     if file is None:
+        if address.startswith("tls"):
+            raise BadInputError(
+                f"{address} asks for certificates: give --security FILE with the paths ca, cert and key"
+            )
         return None
     try:
         stated = tomllib.loads(file.read_text(encoding="utf-8"))

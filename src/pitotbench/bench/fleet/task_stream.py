@@ -4,11 +4,13 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from dataclasses import dataclass, field
+from multiprocessing import current_process
 from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from pitotbench.bench.fleet.failure import Failure, FleetLostError, LostWorkError
 from pitotbench.bench.fleet.task_limits import Limits
+from pitotbench.bench.fleet.worker_pool import WorkerPool
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -22,11 +24,14 @@ class Fleet:
     """Performs tasks through an executor, or in this process where the executor is None.
 
     `window` is the number of tasks that are submitted at a time; it should be somewhat above the number of workers.
+    `apart` is for an executor that does not tell why a process died: a task that lost its process is then performed
+    again in a process that its worker starts and watches.
     """
 
     executor: Executor | None = None
     limits: Limits = field(default_factory=Limits)
     window: int = 64
+    apart: bool = False
 
     def stream(self, work: Callable[[T], R], tasks: Iterable[T]) -> Iterator[tuple[T, R | Failure]]:
         """Give each task with its result, in the order in which they end.
@@ -42,7 +47,7 @@ class Fleet:
             return
         lost: list[T] = []
         ended = False
-        for task, result in self._attempts(self.executor, work, tasks, self.window):
+        for task, result in self._attempts(self.executor, attempt, work, tasks, self.window):
             if isinstance(result, LostWorkError):
                 lost.append(task)
                 if not ended and len(lost) >= MOST_LOST_AT_FIRST:
@@ -50,7 +55,8 @@ class Fleet:
                 continue
             ended = True
             yield task, result
-        for task, result in self._attempts(self.executor, work, lost, 1):
+        again = attempt_apart if self.apart else attempt
+        for task, result in self._attempts(self.executor, again, work, lost, 1):
             if isinstance(result, LostWorkError):
                 yield task, Failure(f"{result}, twice", LostWorkError, result.log, quarantined=True)
             else:
@@ -66,7 +72,12 @@ class Fleet:
         return [done[place] for place in range(len(tasks))]
 
     def _attempts(
-        self, executor: Executor, work: Callable[[T], R], tasks: Iterable[T], window: int
+        self,
+        executor: Executor,
+        try_it: Callable[[Callable[[T], R], Limits, T], R | Failure],
+        work: Callable[[T], R],
+        tasks: Iterable[T],
+        window: int,
     ) -> Iterator[tuple[T, R | Failure | LostWorkError]]:
         source, running = iter(tasks), dict[Future[R | Failure], T]()
         ended: SimpleQueue[Future[R | Failure]] = SimpleQueue()
@@ -75,7 +86,7 @@ class Fleet:
             while len(running) < window and (ready or _fill(ready, source)):
                 task = ready.popleft()
                 try:
-                    future = executor.submit(attempt, work, self.limits, task)
+                    future = executor.submit(try_it, work, self.limits, task)
                 except (BrokenExecutor, RuntimeError) as error:
                     raise FleetLostError(f"the executor takes no more tasks: {error}") from error
                 running[future] = task
@@ -132,3 +143,14 @@ def attempt(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
         return Failure(f"it needs more than {held}memory ({error})".replace(" ()", ""), quarantined=True)
     except Exception as error:  # any error: it is reported, and the other tasks go on
         return Failure.of(error)
+
+
+def attempt_apart(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
+    """Attempt a task in a new process that this one starts. Raises LostWorkError, with its log, where that dies."""
+    current_process().daemon = False  # workers of dask are daemons, which may start no process
+    pool = WorkerPool(1, limits.seconds)
+    try:
+        found: R | Failure = pool.submit(attempt, work, limits, task).result()
+        return found
+    finally:
+        pool.shutdown(cancel_futures=True)

@@ -6,6 +6,7 @@ from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 
+from pitotbench.bench.fleet.code_digest import NOT_DECIDING, aircraft_digest, package_digest
 from pitotbench.bench.reconcile import Progress
 from pitotbench.logbook import atomic
 from pitotbench.reconcile.null_flights.distribution_text import read_distribution, text_of
@@ -15,12 +16,8 @@ from pitotbench.records.cache_folder import cache_folder
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import write_case
 from pitotbench.records.errors import BadInputError
-from pitotbench.simulate.hangar import PACKAGE, find_aircraft
 
 MOST_KEPT = 100  # entries of the cache, about 40 kB each
-# Packages whose code cannot change a null distribution. All other code is part of the key of the cache: a list of
-# the code that counts would miss a module that a later change adds.
-NOT_DECIDING = ("cli", "evidence", "show")
 
 
 def cache_entry(card: Case, flights: int, setting: AnalysisSetting) -> Path:
@@ -72,11 +69,6 @@ def _last_used(file: Path) -> float:
 
 def _digest(card: Case, flights: int, setting: AnalysisSetting) -> str:
     """Return the digest of the inputs of a null distribution: card, setting, code, aircraft files, versions."""
-    code = [f for f in sorted(PACKAGE.rglob("*.py")) if f.relative_to(PACKAGE).parts[0] not in NOT_DECIDING]
-    folder = find_aircraft(card.aircraft)
-    aircraft = [file for file in sorted(folder.rglob("*")) if file.is_file()]
     versions = [f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]
-    digest = sha256(repr((write_case(card), flights, setting, versions)).encode())
-    for root, file in (*((PACKAGE, f) for f in code), *((folder, f) for f in aircraft)):
-        digest.update(repr((file.relative_to(root).as_posix(), file.read_bytes())).encode())
-    return digest.hexdigest()[:24]
+    computes = (versions, package_digest(NOT_DECIDING), aircraft_digest(card.aircraft))
+    return sha256(repr((write_case(card), flights, setting, computes)).encode()).hexdigest()[:24]

@@ -6,12 +6,12 @@ published.
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pitotbench.calibrate.accuracy import Accuracies, accuracies_of
 from pitotbench.calibrate.gps_legs.leg_air import LegAir, leg_air
-from pitotbench.calibrate.gps_legs.leg_noise import LinearizedGroup, two_sigma
 from pitotbench.calibrate.gps_legs.legs import SteadyGroup, steady_groups
 from pitotbench.calibrate.gps_legs.likely_location import LikelyLocation, likely_location, location_of
 from pitotbench.calibrate.gps_legs.methods import circle_fit, circle_gain, fixed_speed, horseshoe
@@ -24,6 +24,9 @@ from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, Array
+
+if TYPE_CHECKING:
+    from pitotbench.calibrate.gps_legs.leg_noise import LinearizedGroup
 
 _METHODS = {3: "three_leg", 4: "four_leg"}
 _ROUNDS = 4  # the subtracted speed depends on the flight path, and this on the wind: it settles at once
@@ -44,7 +47,7 @@ class _Solved:
     velocity: Array
     answer: Array
     spread: float | None
-    linearized: LinearizedGroup
+    linearized: "LinearizedGroup"
 
 
 def fixed_speed_points(
@@ -65,6 +68,8 @@ def fixed_speed_points(
 def _points(
     log: FlightLog, options: CalibrationOptions, location: LikelyLocation | None
 ) -> tuple[FixedSpeedPoint, ...]:
+    from pitotbench.calibrate.gps_legs.leg_noise import two_sigma  # SciPy loads with it
+
     obs = observe(log, options)
     solved = [_solve(group) for group in steady_groups(log, obs)]
     if not solved:
@@ -112,6 +117,8 @@ def cross_check(
 
 
 def _solve(group: SteadyGroup) -> _Solved:
+    from pitotbench.calibrate.gps_legs.leg_noise import LinearizedGroup  # SciPy loads with it
+
     blocks = group.blocks
     airspeed = blocks.indicated_true_airspeed
     off = airspeed - group.leg_means(airspeed).mean()

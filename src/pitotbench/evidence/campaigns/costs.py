@@ -16,7 +16,7 @@ from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import open_fleet
 from pitotbench.evidence.campaigns import stubs
 from pitotbench.evidence.campaigns.drivers import (
-    cpu_of,
+    cpu_used,
     dask_cluster,
     descendants,
     fly_campaign,
@@ -58,8 +58,8 @@ def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
         before = os.times()
         with dask_cluster() as cluster:
             ended = fly_campaign(plan, folder / "dask", "--scheduler", cluster.address)
-            scheduler = cpu_of(cluster.scheduler)
-            workers = sum(map(cpu_of, [cluster.workers, *descendants(cluster.workers)]))
+            scheduler = cpu_used(cluster.scheduler)
+            workers = sum(map(cpu_used, [cluster.workers, *descendants(cluster.workers)]))
             where = (
                 f"driver {ended.cpu:.1f} s, scheduler {scheduler:.1f} s, workers with their nannies {workers:.1f} s"
             )
@@ -88,9 +88,10 @@ def resume(folder: Path, flights: int) -> Iterator[str]:
         store.put(first.key, *stored(first, result))
         for task in tasks:  # the numbers of one flight for all: only their storage counts here
             store.put(task.key, *stored(task, result))
-    ended = fly_campaign(path, folder / "out", "--jobs", "2")
-    times = f"{ended.seconds:.1f} s of wall time, {ended.cpu:.1f} s of CPU"
-    yield f"resume with {flights:,} stored: {times}: {ended.said}"
+    for what in ("table and page made", "table and page there"):
+        ended = fly_campaign(path, folder / "out", "--jobs", "2")
+        times = f"{ended.seconds:.1f} s of wall time, {ended.cpu:.1f} s of CPU"
+        yield f"resume with {flights:,} stored, {what}: {times}; exit code {ended.code}"
 
 
 def driver_memory(folder: Path, tasks: int) -> Iterator[str]:

@@ -15,6 +15,12 @@ from pitotbench.bench.fleet.canonical_flight import SHORTEST_CARD
 from pitotbench.records.toml_text import write_toml
 
 CLOCK = os.sysconf("SC_CLK_TCK")
+# As docs/scale.md recommends: no repetition of a task that kills its worker, no sampling of what workers do.
+DASK_SETTINGS = {
+    "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+}
 _SOURCE = Path(__file__).parents[3]
 
 
@@ -117,7 +123,7 @@ def digest(path: Path) -> str:
     return sha256(path.read_bytes()).hexdigest()[:16]
 
 
-def cpu_of(pid: int) -> float:
+def cpu_used(pid: int) -> float:
     """Return the CPU seconds of a process that runs, without its children."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / CLOCK
@@ -133,13 +139,13 @@ class Cluster:
 
 
 @contextmanager
-def dask_cluster(workers: int = 2, threads: int = 1) -> Iterator[Cluster]:
-    """Start a scheduler and workers as docs/scale.md says."""
+def dask_cluster(workers: int = 2, threads: int = 1, flags: Sequence[str] = ()) -> Iterator[Cluster]:
+    """Start a scheduler and workers as docs/scale.md says. With `flags`, of certificates, its address is tls://."""
     port = 20000 + os.getpid() % 20000
-    address = f"tcp://127.0.0.1:{port}"
-    settings = os.environ | {"PYTHONPATH": str(_SOURCE), "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1"}
-    scheduler = ["scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
-    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard"]
+    address = f"{'tls' if flags else 'tcp'}://127.0.0.1:{port}"
+    settings = os.environ | {"PYTHONPATH": str(_SOURCE), **DASK_SETTINGS}
+    scheduler = ["scheduler", "--host", address.rpartition(":")[0], "--port", str(port), "--no-dashboard", *flags]
+    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard", *flags]
     started = [_dask(command, settings) for command in (scheduler, worker)]
     try:
         yield Cluster(address, *(process.pid for process in started))

@@ -74,7 +74,7 @@ class Fleet:
     def _attempts(
         self,
         executor: Executor,
-        try_it: Callable[[Callable[[T], R], Limits, T], R | Failure],
+        try_it: Callable[..., Any],
         work: Callable[[T], R],
         tasks: Iterable[T],
         window: int,

@@ -117,6 +117,7 @@ def score(calibration: Calibration, flight: Flight) -> Score:
     """Compare a calibration with the truth of the flight behind its log.
 
     The true wind is the case's mean wind. The mean of the turbulence over the flight counts as an error.
+    Raises PressureErrorRangeError where the true curve has no solution at an airspeed of the calibration.
     """
     curve = compare_curve(calibration.curve, flight.case.pressure_error)
     wind = compare_wind(calibration.wind, wind_toward(flight.case.wind)[:2])

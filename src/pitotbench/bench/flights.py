@@ -28,7 +28,10 @@ def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
 
 
 def sense(flight: Flight, das: str | DataSystem) -> FlightLog:
-    """Return the log of a flight by a data system or its name (`20/1`, any `A/G`), with the case's sensor seed."""
+    """Return the log of a flight by a data system or its name (`20/1`, any `A/G`), with the case's sensor seed.
+
+    Raises BadInputError for a name or a rate that no data system has.
+    """
     system = data_system(das) if isinstance(das, str) else das
     return record(flight, system, flight.case.sensor_seed)
 

@@ -27,7 +27,10 @@ CASE_SUFFIXES: dict[str, Suffix] = {**SUFFIXES, "hz": Suffix("frequency", 1.0)}
 
 
 def write_case(case: Case) -> str:
-    """Return the TOML text of a case. `read_case` turns it into an equal case, bit for bit."""
+    """Return the TOML text of a case. `read_case` turns it into an equal case, bit for bit.
+
+    Raises TypeError for a value that TOML cannot hold.
+    """
     return write_toml(case_table(case))
 
 

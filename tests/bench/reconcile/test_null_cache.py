@@ -287,4 +287,4 @@ def test_a_reconciliation_hands_on_setting_and_keeping(monkeypatch):
     monkeypatch.setattr(reconciliation, "null_distribution_of", stop)
     with pytest.raises(BadInputError, match="far enough"):
         reconcile_log(LOG, card=CARD, setting=AnalysisSetting(static_error=True), keep=False)
-    assert asked == [(AnalysisSetting(day_known=True, static_error=True), False)]
+    assert asked == [(AnalysisSetting(day_known=True, instruments_known=True, static_error=True), False)]

@@ -13,10 +13,8 @@ _FLOWN: tuple[Column[Any], ...] = (
     Column("engines and speeds", lambda row: speeds_of(row.aircraft)),
     Column("flights", lambda row: str(row.flights)),
     Column("without an answer", lambda row: str(row.failed)),
-    Column(
-        "on condition, least [%]",
-        lambda row: f"{row.on_condition_percent:.1f}, {row.least_on_condition_percent:.0f}",
-    ),
+    Column("on condition, mean [%]", lambda row: f"{row.on_condition_percent:.1f}"),
+    Column("the worst flight [%]", lambda row: f"{row.least_on_condition_percent:.0f}"),
     Column("curve inside [%]", lambda row: f"{row.coverage_percent:.1f} ± {row.coverage_se_percent:.1f}"),
     Column("mean 2σ [kt]", lambda row: f"{row.two_sigma_kt:.2f}"),
     Column("rms error [kt]", lambda row: f"{row.rms_error_kt:.2f}"),

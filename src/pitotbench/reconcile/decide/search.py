@@ -103,7 +103,8 @@ class CauseSearch:
             moved = np.abs(weighed.sizes - sizes) if len(sizes) else np.abs(weighed.sizes)
             if not len(sizes) and not self._is_large(weighed):
                 break
-            sizes = weighed.sizes * shares
+            # No size beyond the plausible range has a form error: it would explain what the effect cannot.
+            sizes = np.clip(weighed.sizes * shares, *self._range(names))
             if np.all(moved < SETTLED * np.abs(sizes)):
                 break
         weight = self.log_prior(names) + weighed.log_evidence
@@ -207,6 +208,13 @@ class CauseSearch:
 
     def _typical(self, names: Names) -> list[float]:
         return [float(t) for n in names for t in self.priors[n].typical]
+
+    def _range(self, names: Names) -> tuple[Array, Array]:
+        """The plausible range of each size of a set."""
+        return (
+            np.concatenate([np.minimum(self.priors[n].low, 0.0) for n in names]),
+            np.concatenate([np.maximum(self.priors[n].high, 0.0) for n in names]),
+        )
 
     def log_prior(self, names: Names) -> float:
         """Return the logarithm of the prior probability of a set of effects in these forms."""

@@ -1,15 +1,17 @@
 """The data of the first picture of a reconciliation, and of its sentence on a calibration."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.signal import lfilter
 
 from pitotbench import air
-from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.reconcile.decide.locate import flight_variables
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
-from pitotbench.reconcile.picture_data import traces
+from pitotbench.reconcile.residuals.free_parameters import curve_share
 from pitotbench.reconcile.residuals.layout import Layout
-from pitotbench.reconcile.residuals.predicted_channels import FAMILIES, true_airspeed_along
+from pitotbench.reconcile.residuals.predicted_channels import FAMILIES
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.records.gap import CalibrationChange, TellingChannel, Trace
 from pitotbench.units import Array, Seconds
@@ -20,15 +22,18 @@ RESPONSE = 400  # instants after which an autoregression has forgotten an innova
 FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
 SPEEDS = 25  # airspeeds at which the correction is told
 TINY = 1e-30  # of a noise, so that it can be divided by
-CURVE = "inverse+"  # the error curve of the free parameters
+DRAWN = ("airspeed", "bank", "altitude", "power")  # variables over which the gap is drawn
 
 
-def telling_channel(naming: Naming, null: NullDistribution) -> TellingChannel | None:
-    """Return the channel whose gap stands out most from its noise; None for a log without a gap."""
+def telling_channel(naming: Naming, null: NullDistribution, found: Sequence[Trace]) -> TellingChannel | None:
+    """Return the channel whose gap stands out most from its noise; None for a log without a gap.
+
+    `found` are the residual channels over time.
+    """
     if naming.answer.kind == "no_gap" or not naming.located:
         return None
     layout = naming.layout
-    by_name = {trace.channel: trace for trace in traces(naming)}
+    by_name = {trace.channel: trace for trace in found}
     names = list(null.noise.names)
     instants = max(1, round(AVERAGED / layout.grid.step))
     noise = {n: deviation_of_mean(null.noise, names.index(n), instants) for n in by_name if n in names}
@@ -94,12 +99,8 @@ def calibration_change(naming: Naming) -> CalibrationChange | None:
     low, high = np.percentile(indicated, FLOWN)
     airspeed = np.linspace(float(low), float(high), SPEEDS)
     pressure = air.impact_pressure(airspeed)
-    basis = MODELS[CURVE].basis(pressure / REFERENCE_PRESSURE)
-    share = sum(
-        (of.get(f"curve {n}", 0.0) * basis[:, i] for i, n in enumerate(MODELS[CURVE].parameter_names)),
-        np.zeros(SPEEDS),
-    )
-    return CalibrationChange(airspeed, air.calibrated_airspeed(pressure * (1.0 + share)) - airspeed)
+    corrected = pressure * (1.0 + curve_share(pressure, of))
+    return CalibrationChange(airspeed, air.calibrated_airspeed(corrected) - airspeed)
 
 
 def _slack(layout: Layout, channel: str) -> Array:
@@ -119,20 +120,11 @@ def _means(values: Array, instants: int) -> Array:
 
 def _variable(naming: Naming, channel: str) -> tuple[str, Array]:
     """The variable that the gap of a channel follows most, with its values at the instants in SI units."""
-    layout, grid = naming.layout, naming.layout.grid
-    clean = layout.scene.clean
-    values: dict[str, Array] = {"airspeed": grid.smooth(true_airspeed_along(clean))}
-    sources = {"bank": "roll", "altitude": "altitude", "power": "manifold_pressure_left"}
-    for name, source in sources.items():
-        if source in clean:
-            values[name] = grid.smooth(clean[source])
-    if "bank" in values:
-        values["bank"] = np.abs(values["bank"])
-    scores: dict[str, float] = {}
-    index = [i for i, cell in layout.places if cell.channel == channel and cell.variable in values]
-    cells = [cell for _, cell in layout.places if cell.channel == channel and cell.variable in values]
-    for cell, score in zip(cells, naming.equations.scores(index, ()), strict=True):
-        scores[cell.variable] = abs(float(score))
+    layout = naming.layout
+    values = {n: v for n, v in flight_variables(layout.scene.clean, layout.grid).items() if n in DRAWN}
+    places = [(i, cell) for i, cell in layout.places if cell.channel == channel and cell.variable in values]
+    found = naming.equations.scores([i for i, _ in places], ())
+    scores = {cell.variable: abs(float(score)) for (_, cell), score in zip(places, found, strict=True)}
     best = max(scores, key=lambda n: scores[n], default="airspeed")
     return best, values[best]
 

@@ -123,6 +123,7 @@ def reconcile_fully(
         if again is not None and aircraft != "none":
             again = loaded_as(again, holdout.log)
         flown_holdout = fly_again(holdout.log, again, effects)
+    over_time = traces(first.naming)
     account = Account(
         log=source,
         aircraft=aircraft,
@@ -130,7 +131,7 @@ def reconcile_fully(
         rounds=looks.rounds,
         gap_map=gap_map(first.naming, first.null),
         waterfall=waterfall(first.naming),
-        traces=traces(first.naming),
+        traces=over_time,
         patch=patch.text,
         flown=flown,
         flown_holdout=flown_holdout,
@@ -138,7 +139,7 @@ def reconcile_fully(
         formula=beyond.formula,
         flights=first.flights,
         next_flight=advised,
-        telling=telling_channel(first.naming, first.null),
+        telling=telling_channel(first.naming, first.null, over_time),
         calibration=calibration_change(first.naming),
     )
     return FullReconciliation(first, account, patch)

@@ -15,6 +15,7 @@ from pitotbench.reconcile.decide.joint_naming import (
     own_sizes,
 )
 from pitotbench.reconcile.decide.judgment import closes, taken_back, verdict_of
+from pitotbench.reconcile.decide.naming import SMALLEST_GAIN
 from pitotbench.reconcile.decide.search import Names
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
@@ -25,7 +26,6 @@ from pitotbench.records.joined_flight import JoinedFlight, OwnSize
 from pitotbench.records.verdict import SURE, Candidate, Closure, Detectable, Kind, Located, Verdict
 
 SECONDS_A_MINUTE = 60.0
-SMALLEST_GAIN = 1e-9
 
 
 @dataclass(frozen=True, slots=True)

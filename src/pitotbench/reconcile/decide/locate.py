@@ -79,11 +79,11 @@ def _mean_around(values: Array, rows: NDArray[np.intp], half: int = MEAN_HALF_RO
     return np.asarray(values[around].mean(axis=1))
 
 
-def variables(track: Track, grid: Grid) -> dict[str, Array]:
-    """Return the variables that a gap may follow and that vary, each scaled to mean 0 and deviation 1, (n,)."""
+def flight_variables(track: Track, grid: Grid) -> dict[str, Array]:
+    """Return the variables that a gap may follow, at the instants in SI units and radians, (n,) each."""
     values = {"airspeed": grid.smooth(true_airspeed_along(track)), "time": track.time[grid.rows]}
-    sources = {"bank": "roll", "altitude": "altitude"}
-    for name, source in (sources | {"power": "manifold_pressure_left"}).items():
+    sources = {"bank": "roll", "altitude": "altitude", "power": "manifold_pressure_left"}
+    for name, source in sources.items():
         if source in track:
             values[name] = grid.smooth(track[source])
     if "heading" in track:
@@ -92,6 +92,12 @@ def variables(track: Track, grid: Grid) -> dict[str, Array]:
             values[f"{name}_twice"] = grid.smooth(way(2.0 * track["heading"]))
     if "bank" in values:
         values["bank"] = np.abs(values["bank"])
+    return values
+
+
+def variables(track: Track, grid: Grid) -> dict[str, Array]:
+    """Return the variables of a flight that vary, each scaled to mean 0 and deviation 1, (n,)."""
+    values = flight_variables(track, grid)
     spread = {name: float(np.std(each)) for name, each in values.items()}
     varying = [name for name in values if spread[name] > LEAST_SPREAD.get(name, LEAST_OTHER_SPREAD)]
     return {name: (values[name] - values[name].mean()) / spread[name] for name in varying}

@@ -17,6 +17,7 @@ from pitotbench.reconcile.residuals.track import Track, mach_number
 from pitotbench.units import Array
 
 WIND_DEVIATION = (40.0, 40.0, 1.0)  # m/s toward north, east, down
+CURVE = MODELS["inverse+"]  # the error curve that every log may have
 CURVE_DEVIATION = 0.2  # of each parameter of Δp/q_c
 LARGEST_ERROR = 0.5  # share of the impact pressure; a curve that asks for more comes from a log that is no flight
 ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
@@ -129,8 +130,8 @@ def _rounding(scene: Scene, setting: AnalysisSetting, shapes: Array) -> Columns:
 def _variations(clean: Track, setting: AnalysisSetting) -> Mapping[str, _Variation]:
     """The parameters that act on a track: the error curve, and the biases and scales of the angles."""
     variations: dict[str, _Variation] = {}
-    basis = MODELS["inverse+"].basis(clean["impact_pressure"] / REFERENCE_PRESSURE)
-    for i, name in enumerate(MODELS["inverse+"].parameter_names):
+    basis = CURVE.basis(clean["impact_pressure"] / REFERENCE_PRESSURE)
+    for i, name in enumerate(CURVE.parameter_names):
         change = _curved(basis[:, i], setting.static_error)
         variations[f"curve {name}"] = _Variation(change, CURVE_STEP, CURVE_DEVIATION)
     wider = 1.0 if setting.day_known or setting.instruments_known else FOREIGN
@@ -146,14 +147,21 @@ def _variations(clean: Track, setting: AnalysisSetting) -> Mapping[str, _Variati
 def without_curve(track: Track, sizes: Mapping[str, float], setting: AnalysisSetting) -> Track:
     """Return a track without an error curve of these sizes; other names are ignored."""
     measured = track["impact_pressure"]
-    basis = MODELS["inverse+"].basis(measured / REFERENCE_PRESSURE)
-    names = MODELS["inverse+"].parameter_names
-    share = sum((sizes.get(f"curve {n}", 0.0) * basis[:, i] for i, n in enumerate(names)), np.zeros(len(measured)))
+    share = curve_share(measured, sizes)
     true = measured / (1.0 - np.clip(share, -LARGEST_ERROR, LARGEST_ERROR))
     corrected = {"impact_pressure": true}
     if setting.static_error:
         corrected["static_pressure"] = track["static_pressure"] - (true - measured)
     return track.replaced(corrected)
+
+
+def curve_share(impact_pressure: Array, sizes: Mapping[str, float]) -> Array:
+    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of a curve of these sizes; it ignores other names."""
+    basis = CURVE.basis(impact_pressure / REFERENCE_PRESSURE)
+    share = np.zeros(len(impact_pressure))
+    for i, name in enumerate(CURVE.parameter_names):
+        share = share + sizes.get(f"curve {name}", 0.0) * basis[:, i]
+    return share
 
 
 def _curved(term: Array, static_error: bool) -> Change:

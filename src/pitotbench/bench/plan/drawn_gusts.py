@@ -16,6 +16,7 @@ from pitotbench import air
 from pitotbench.effects.air.turbulence_scale import LENGTH as LENGTH_FT
 from pitotbench.records.case import TURBULENCE_SEVERITY, Case
 from pitotbench.records.flight import Flight
+from pitotbench.timeline import interval
 from pitotbench.units import FOOT, Array
 
 LENGTH = LENGTH_FT * FOOT  # of the Dryden spectra, above 2,000 ft
@@ -23,7 +24,7 @@ MEAN_LENGTH = 0.75 * LENGTH  # of one isotropic process with the mean low-freque
 # MIL-F-8785C, Fig. 7: standard deviation [ft/s] at heights [ft], by severity.
 _HEIGHTS = (500.0, 1750.0, 3750.0, 7500.0, 15000.0)
 _DEVIATIONS = {0: (0.0,) * 5, 1: (3.2, 2.2, 1.5, 0.0, 0.0), 2: (4.2, 3.6, 3.3, 1.6, 0.0)}
-_EVERY = 10  # flight samples between two samples of the gust
+_STEP = 0.1  # s between two samples of the gust: one draw serves flights of any rate
 
 
 def gust_deviation(case: Case) -> float:
@@ -55,7 +56,7 @@ def stirred(flight: Flight, turbulence: str, seed: int) -> Flight:
 
 def _gust(flight: Flight, seed: int) -> Array:
     """Return a gust toward north and east of unit variance, (2, n), at the flight's samples."""
-    rows = np.arange(0, len(flight), _EVERY)
+    rows = np.arange(0, len(flight), round(_STEP / interval(flight["time"])))
     time, rate = flight["time"][rows], flight["true_airspeed"][rows] / LENGTH
     along, across = (_dryden(time, rate, np.random.default_rng([seed, axis, 1750])) for axis in (0, 1))
     axis = -flight.case.wind.from_direction

@@ -62,6 +62,9 @@ class Thresholds:
 
     # What remains: a gap that no effect of the table explains.
     remaining_wander: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
+    wander_deviation_lowest: float = 0.3  # of a logarithm: 0.1 to 0.5 from day to day, 14 null flights of two cards
+    wander_nearby: int = 40  # instants, 20 s, with a noise of their own: a throttle's counts more at half power
+    wander_nearby_lowest: float = 0.3  # of the noise of all: a channel that rests for a while has none of its own
     remaining_line: float = 6.4  # σ; the same count for the strongest spectral line of each channel
     remaining_share: float = 0.1  # of the explained SS, which an imperfect signature leaves in a channel
     outweighing_share: float = 0.5  # of the explained SS; an explanation of less than twice the rest names nothing

@@ -55,6 +55,7 @@ class Thresholds:
     outside_likely: float = 0.5  # probability from which a gap is one that the table does not hold
     rest_likely: float = 0.5  # probability from which something remains beside what is named
     hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
+    left_by_chance: float = 9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
     contradicted_from: float = 4.0  # σ between the sizes of one flight and the others; false in one set of 3,000
     null_size_margin: float = 2.0  # sizes of vane effects on null flights of this card, for one of another day
     wander_unknown: float = 1.0  # surplus of squared scores without null flights: noise that the log itself gives

@@ -1,6 +1,6 @@
 """Fly the cards of named cases again with the patch: how much of the gap in power, pitch and speed it closes.
 
-python -m tests.blind.reflown --logs out/blind/logs --results out/blind/results.jsonl --seal out/blind/seal --most 20
+python -m tests.blind.reflown --logs out/blind/logs --results out/blind/results.jsonl --seal out/blind/seal
 The cases are those of one flight whose effect on the airplane was named rightly, in their order. A gap is the root
 mean square over the segments of the card, of measured less simulated, in units of the chance between two flights;
 the chance itself is taken out.

@@ -116,9 +116,9 @@ def reconcile_logs(
     """Name the effect that a model lacks, from one or several logs of one airplane that lacks the same in all.
 
     Causes and sizes are shared; wind, error curve and sensor biases are each log's own. `aircraft` is a name of the
-    hangar, or `none` to judge the sensors alone. With an aircraft model the card of each log is flown at the log's
-    first mass and its height, for its null flights. Without any card the noise of the log itself sets the thresholds,
-    which are then wider. Without `keep` the cache of null flights is neither read nor written.
+    hangar, or `none` to judge the sensors alone. With an aircraft model the card of each log is flown for its
+    null flights, at the first mass and the height of the log. Without any card the noise of the log itself sets the
+    thresholds, which are then wider. Without `keep` the cache of null flights is neither read nor written.
     Raises BadInputError without a log, or for a log that cannot be used.
     """
     if not logs:

@@ -71,18 +71,21 @@ def _dryden(time: Array, rate: Array, rng: np.random.Generator) -> tuple[Array, 
     Two states of unit and half variance, x' = −a x + √(2a) w and y' = a (x − y), integrated exactly over
     steps of any length. The lateral gust is (√3 x + (1 − √3) y)/√2.
     """
-    draws = rng.standard_normal((len(time), 2))
-    x, y = draws[0, 0], 0.5 * draws[0, 0] + 0.5 * draws[0, 1]
-    states = np.empty((len(time), 2))
-    states[0] = x, y
-    for n, step in enumerate(np.diff(time) * rate[1:], start=1):
+    # Lists, because a number of an array takes far longer to reckon with than a number of Python's own.
+    draws = rng.standard_normal((len(time), 2)).tolist()
+    steps = (np.diff(time) * rate[1:]).tolist()
+    first, second = draws[0]
+    x, y = first, 0.5 * first + 0.5 * second
+    found = [(x, y)]
+    for step, (first, second) in zip(steps, draws[1:], strict=True):
         decay = exp(-step)
         rest_x = max(1.0 - decay**2, 1e-15)
         rest_xy = 0.5 - decay**2 * (step + 0.5)
         rest_y = 0.5 - decay**2 * (step**2 + step + 0.5)
-        common = draws[n, 0] / sqrt(rest_x)
+        common = first / sqrt(rest_x)
         own = sqrt(max(rest_y - rest_xy**2 / rest_x, 0.0))
-        x, y = decay * x + rest_x * common, decay * (y + step * x) + rest_xy * common + own * draws[n, 1]
-        states[n] = x, y
+        x, y = decay * x + rest_x * common, decay * (y + step * x) + rest_xy * common + own * second
+        found.append((x, y))
+    states = np.array(found)
     lateral = (sqrt(3.0) * states[:, 0] + (1.0 - sqrt(3.0)) * states[:, 1]) / sqrt(2.0)
     return states[:, 0], lateral

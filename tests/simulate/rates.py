@@ -9,11 +9,14 @@ import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from time import process_time
+from unittest.mock import patch
 
 import numpy as np
 from tests.blind.flown import Environment, flown
 
 from pitotbench import bench
+from pitotbench.bench.plan import forecasting
+from pitotbench.bench.plan.plan_request import PlanRequest
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.flight import Flight
 from pitotbench.records.integration import USUAL_RATE
@@ -122,13 +125,39 @@ def table_of_own_turbulence(maneuvers: Sequence[str], seeds: int) -> Iterator[st
             yield f"| {maneuver} | {rate:g}, {name} | {ratios} |"
 
 
+def table_of_forecasts(maneuvers: Sequence[str], draws: int) -> Iterator[str]:
+    """Yield the lines of the table of forecasts from flights at the slowest rate, relative to the usual one."""
+    yield "| maneuver | DAS [Hz] | mean 2σ, other / usual | largest change at an airspeed | draw to draw (1σ) |"
+    yield "|---|---|---|---|---|"
+    for maneuver in maneuvers:
+        for name in SYSTEMS.values():
+            system = data_system(name)
+            request = PlanRequest(Case(das=system), system, draws=draws)
+            with patch.object(forecasting, "rates_for", lambda _: (USUAL_RATE,)):
+                usual = forecasting.forecast(request, maneuver)
+            other = forecasting.forecast(request, maneuver)
+            largest = np.abs(other.two_sigma / usual.two_sigma - 1.0).max()
+            spread = usual.spread / usual.mean
+            yield f"| {maneuver} | {name} | {other.mean / usual.mean:.4f} | {largest:.4f} | {spread:.3f} |"
+
+
+TABLES = {"same-gusts": table, "own-turbulence": table_of_own_turbulence, "forecasts": table_of_forecasts}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=6, help="flights a cell in gusts (default: %(default)s)")
+    parser.add_argument(
+        "--seeds", type=int, default=6, help="flights a cell in gusts, draws a forecast (default: %(default)s)"
+    )
     parser.add_argument("--maneuver", default="all", help="a name, a list with commas (default: %(default)s)")
-    parser.add_argument("--own-turbulence", action="store_true", help="the simulator's, drawn anew at another rate")
+    parser.add_argument(
+        "--of",
+        choices=TABLES,
+        default="same-gusts",
+        help="flights through the same gusts, flights in the simulator's own, or forecasts (default: %(default)s)",
+    )
     options = parser.parse_args()
-    make = table_of_own_turbulence if options.own_turbulence else table
+    make = TABLES[options.of]
     for line in make(maneuvers_named(options.maneuver), options.seeds):
         print(line, flush=True)
 

@@ -58,8 +58,8 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     for k in range(len(rows)):
         if starts[k] and (engines_run or k == 0):
             rig.run_in(k)
-        # The first call moves the state, which systems of the aircraft and functions of the lift read: only after the
-        # second one are the controls where they were measured.
+        # The first call moves the state, which systems of the aircraft and functions of the lift read: only after
+        # the second one are the controls where they were measured.
         for _ in range(2):
             rig.place(k)
         rows[k] = rig.row()

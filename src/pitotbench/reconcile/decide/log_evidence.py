@@ -194,18 +194,16 @@ class LogEvidence:
     def _null_sizes(self, plain: Evidence) -> tuple[list[int], Array]:
         """The columns of effects that null flights show, with the prior deviations of their sizes there.
 
-        A size like that of null flights is no evidence; only what exceeds it is. For most effects, and for the
-        fluctuating part of each signature, this is what null flights have beyond noise. A vane reads gusts whole,
-        and so do the residuals: on a flight without steady sideslips it seems to have a wrong scale. A flight of
-        another day has other gusts, so that twice the size of null flights is usual.
+        A size like that of null flights is no evidence; only what exceeds it is. For the fluctuating part of each
+        signature this is what null flights have beyond noise. A vane reads gusts whole, and so do the residuals: on
+        a flight without steady sideslips it seems to have a wrong scale. A flight of another day has other gusts,
+        so that twice the size of null flights is usual.
         """
         scores = dict(self._fluctuating)
-        for name, columns in self.columns.items():
-            spread = self._null_scores.effect_spread.get(cause_of(name), 0.0)
-            vane = _reads_gusts(name)
-            usual = THRESHOLDS.null_size_margin * spread if vane else np.sqrt(max(0.0, spread**2 - 1.0))
-            own = [c for c in columns if plain.inner[c, c] * self.typical[c] ** 2 > SEEN]
-            scores |= dict.fromkeys(own if usual > 0.0 else (), float(usual))
+        for name in filter(_reads_gusts, self.columns):
+            largest = THRESHOLDS.null_size_margin * self._null_scores.effect_spread.get(cause_of(name), 0.0)
+            own = [c for c in self.columns[name] if plain.inner[c, c] * self.typical[c] ** 2 > SEEN]
+            scores |= dict.fromkeys(own, largest)
         powers = np.diag(plain.inner)
         usable = [c for c in scores if powers[c] > SMALLEST]
         return usable, np.array([scores[c] for c in usable]) / np.sqrt(powers[usable])

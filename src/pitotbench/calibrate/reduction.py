@@ -25,6 +25,7 @@ from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.paper import fit_scalar, fit_vector
 from pitotbench.calibrate.rows.observations import Observations, observe, observe_again
+from pitotbench.calibrate.rows.range_end import range_end
 from pitotbench.calibrate.rows.screening import screen
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.calibration import Assumption
@@ -265,6 +266,9 @@ def _warnings(
             f"condition number {white.condition_number:.1e}: the parameters are nearly confounded; "
             "trust the curve inside the flown speeds, not the single parameters"
         )
+    end = range_end(log)
+    if end is not None:
+        warnings.append(end.words)
     if len(left_out):
         times = ", ".join(f"{t:.2f}" for t in log.time[left_out[:_MOST_NAMED]])
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""

@@ -76,7 +76,7 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     obs = observe(log, options)
     reference = reference_pressure or reference_of([obs])
     model = PredictionModel(MODELS[options.model], reference, options.error_location == "static", options.wind_down)
-    require_observable(model, obs)
+    _require_observable(model, obs, log)
     obs, white, left_out = _screened(model, obs, log, options)
     found: dict[str, Any] = {"rows_left_out": [int(row) for row in left_out[:_MOST_LISTED]]}
     nuisances: tuple[Nuisance, ...] = ()
@@ -100,6 +100,17 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
         altitude=altitude,
         assumptions=_that_matter(assumed, options, obs),
     )
+
+
+def _require_observable(model: PredictionModel, obs: Observations, log: FlightLog) -> None:
+    """Raise NoAnswerError where the rows do not determine the answer, with the reason if the sensor's range is it."""
+    try:
+        require_observable(model, obs)
+    except NoAnswerError as error:
+        end = range_end(log)
+        if end is None:
+            raise
+        raise NoAnswerError(f"{error}; {end.words}") from error
 
 
 def _that_matter(

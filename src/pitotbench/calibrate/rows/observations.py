@@ -148,7 +148,8 @@ def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
 def _require_rows(used: Booleans, options: CalibrationOptions) -> None:
     if int(used.sum()) < _MINIMUM_SAMPLES:
         raise BadInputError(
-            f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt, below the end of the sensor's range"
+            f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt, "
+            "pressure below the end of its sensor's range"
             f"{', on condition' if options.on_condition else ''}"
             f"{', below the Mach limit' if options.mach_max is not None else ''}"
             f"{', above the least ground speed' if options.ground_speed_min > 0.0 else ''}"

@@ -1,7 +1,7 @@
 """Rows that the range of the impact-pressure sensor cuts off: a reading at its end is not a measurement.
 
-Leaving out the rows at the end alone would keep the lulls and lose the gusts, and the curve would be wrong by a part
-of the gusts. So the rows are chosen by what does not depend on a single gust: the mean of the reading over half a
+Leaving out the rows at the end alone would keep the lulls and lose the gusts, and the curve would be wrong by a
+part of the gusts. So the rows are chosen by what hardly depends on one gust: the mean of the reading over half a
 minute has to be below the end of the range by three times the scatter about it.
 """
 
@@ -39,8 +39,9 @@ class RangeEnd:
         """The warning: where the range ends, and which rows are not used."""
         return (
             f"the impact pressure stands at the end of the sensor's range, {self.airspeed / KNOT:.0f} kt, on "
-            f"{int(self.rows.sum())} rows: {int(self.cut_off.sum())} rows above {self.usable / KNOT:.0f} kt or within "
-            f"{_AROUND:.0f} s of them are not used; for those speeds use a sensor with more range"
+            f"{int(self.rows.sum())} rows: those, {_AROUND:.0f} s around them and rows whose mean is above "
+            f"{self.usable / KNOT:.0f} kt are not used, {int(self.cut_off.sum())} in all; for these speeds use a "
+            "sensor with more range"
         )
 
 

@@ -10,6 +10,7 @@ from test_fixed_speed_points import legs_path
 
 from pitotbench.calibrate import calibrate
 from pitotbench.calibrate.gps_legs.leg_points import fixed_speed_points
+from pitotbench.logbook import read_log, write_log
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import KNOT
 
@@ -99,3 +100,11 @@ def test_legs_at_the_end_of_the_range_give_no_point():
 def test_a_log_beyond_the_range_gets_no_answer_and_the_reason():
     with pytest.raises(NoAnswerError, match="end of the sensor's range, 101 kt"):
         calibrate(_clipped(fixture.circles, 101.0))
+
+
+def test_a_file_keeps_the_rows_at_the_end_of_the_range_and_names_the_range(tmp_path):
+    """A sensor stands still there for minutes, and is not stuck."""
+    write_log(_clipped(fixture.circles, 158.0), tmp_path / "flight.csv")
+    found = calibrate(read_log(tmp_path / "flight.csv"))
+    assert [text for text in found.warnings if "stuck" in text and "impact" in text] == []
+    assert [text for text in found.warnings if "end of the sensor's range, 158 kt" in text]

@@ -103,7 +103,7 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
 
 
 def _require_observable(model: PredictionModel, obs: Observations, log: FlightLog) -> None:
-    """Raise NoAnswerError where the rows do not determine the answer, with the reason if the sensor's range is it."""
+    """Raise NoAnswerError where the rows do not determine the answer; name the sensor's range if that is why."""
     try:
         require_observable(model, obs)
     except NoAnswerError as error:

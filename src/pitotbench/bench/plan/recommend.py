@@ -19,8 +19,8 @@ _MOST_MINUTES = 1.02  # in at most this share of its minutes
 def make_plan(request: PlanRequest, search_flights: int = 0, step: Callable[[], None] = lambda: None) -> Plan:
     """Forecast every maneuver of the request, choose the best one, and improve its card.
 
-    The search for a better card uses `search_flights` simulated flights, none where it is 0. `step`
-    is called after each maneuver and each flight of the search. Raises NoAnswerError where no maneuver can be flown.
+    The search for a better card uses `search_flights` simulated flights, none where it is 0. `step` is called after
+    each maneuver and each flight of the search. Raises NoAnswerError where no maneuver can be flown.
     """
     found, refused = _forecasts(request, step)
     ranked = sorted(found, key=lambda each: plan_merit(request, each))

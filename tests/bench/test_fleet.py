@@ -1,6 +1,8 @@
 """The fleet: results in the order of the tasks, failures in words, one thread a process."""
 
 import os
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -114,3 +116,26 @@ def test_without_a_label_nothing_is_said(monkeypatch, capsys):
     with fleet.progress("", 2) as advance:
         advance()
     assert capsys.readouterr().err == ""
+
+
+UNGUARDED = """
+from pitotbench.bench.fleet import run_tasks
+print(run_tasks(abs, [1, 2, 3], 2))
+"""
+
+
+def test_a_script_without_a_guard_ends_at_once_and_is_told_the_line_it_lacks(tmp_path):
+    script = tmp_path / "unguarded.py"
+    script.write_text(UNGUARDED, encoding="utf-8")
+    ended = subprocess.run(
+        [sys.executable, script], capture_output=True, text=True, timeout=60, check=False, env=os.environ
+    )
+    assert ended.returncode == 1
+    assert ended.stderr.splitlines()[-1].endswith('if __name__ == "__main__":')
+
+
+def test_a_script_with_a_guard_runs(tmp_path):
+    script = tmp_path / "guarded.py"
+    guarded = UNGUARDED.replace("print", "if __name__ == '__main__':\n    print")
+    script.write_text(guarded, encoding="utf-8")
+    assert subprocess.check_output([sys.executable, script], text=True, timeout=60) == "[1, 2, 3]\n"

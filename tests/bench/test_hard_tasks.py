@@ -64,9 +64,9 @@ class KilledWorker(Exception):  # noqa: N818 (the name is the interface)
 class ClusterOfThreads(ThreadPoolExecutor):
     """An executor whose workers die of every task with a deed, as those of a cluster do."""
 
-    def submit(self, how, work, limits, task):
-        if how is not task_stream.attempt or not task[1].deed:
-            return super().submit(how, work, limits, task)
+    def submit(self, each, how, work, limits, tasks):
+        if how is not task_stream.attempt or not any(task[1].deed for task in tasks):
+            return super().submit(each, how, work, limits, tasks)
         future = Future()
         future.set_exception(KilledWorker("died"))
         return future
@@ -162,3 +162,27 @@ def test_a_killed_worker_costs_no_result():
 
         results = fleet.perform(act, [Stub(f"{n}", "sleep 0.1") for n in range(8)], kill_one)
     assert results == [f"{n}" for n in range(8)]
+
+
+class CountingThreads(ThreadPoolExecutor):
+    """An executor that counts its calls."""
+
+    calls = 0
+
+    def submit(self, *call):
+        self.calls += 1
+        return super().submit(*call)
+
+
+def test_short_tasks_share_a_call_and_each_is_done_once():
+    tasks = [Stub(f"{number:03d}", "sleep 0.01") for number in range(120)]
+    with CountingThreads(2) as cluster:
+        done = [task.key for task, _ in Fleet(cluster, window=4, bundle=0.1).stream(act, tasks)]
+        assert cluster.calls < 60
+    assert sorted(done) == [task.key for task in tasks]
+
+
+def test_long_tasks_have_a_call_each():
+    with CountingThreads(2) as cluster:
+        Fleet(cluster, window=4, bundle=0.1).perform(act, [Stub(str(number), "sleep 0.11") for number in range(8)])
+        assert cluster.calls == 8

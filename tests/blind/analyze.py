@@ -19,7 +19,7 @@ from zlib import crc32
 
 from tests.blind.judged import judge
 
-from pitotbench.bench.reconcile.log_card import card_of, loaded_as
+from pitotbench.bench.reconcile.log_card import as_flown, card_of
 from pitotbench.logbook import read_log
 from pitotbench.records.case_file import write_case
 from pitotbench.records.errors import BadInputError
@@ -102,7 +102,7 @@ def _card(flights: Sequence[Path], aircraft: str) -> str:
         try:
             log = read_log(path)
             card = card_of(log.header, aircraft)
-            told.append(write_case(loaded_as(card, log)) if card is not None else "")
+            told.append(write_case(as_flown(card, log)) if card is not None else "")
         except BadInputError:  # is refused when it is judged
             told.append("refused")
     return "\n".join(told)

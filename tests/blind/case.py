@@ -1,6 +1,6 @@
 """One judged case: what was hidden, what was answered, and what the ideal observer saw."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,6 +10,7 @@ from tests.blind.drawn import cause_of
 # Effects that are one model with another: no log can tell them apart.
 ONE_MODEL = {"gear_not_up": "belly_pod", "impact_pressure_scale": "total_pressure_loss"}
 BANDS = ((7.0, "above 7"), (4.0, "4 to 7"), (2.0, "2 to 4"), (0.0, "below 2"))
+GUST_CAUSES = {"turbulence_level", "turbulence_scale"}
 NO_ANSWER = ("crash", "refused", "not scored")
 SURE = ("named", "one_of")
 
@@ -65,18 +66,23 @@ class JudgedCase:
 
     @property
     def verdict(self) -> str:
-        """The kind of the answer."""
-        return str(self.answer["kind"])
+        """The kind of the answer; an answer that holds nothing but the gusts of the generator finds no gap."""
+        kind = str(self.answer["kind"])
+        return "no_gap" if kind in SURE and groups_of(self.answer) and not self.groups else kind
 
     @property
     def groups(self) -> list[set[str]]:
-        """The sets of causes that were answered, one for each effect."""
-        return groups_of(self.answer)
+        """The sets of causes that were answered, one for each effect.
+
+        Where the gusts are the generator's own, they differ from those of the card: to say so is no cause too many.
+        """
+        own = self.truth.get("environment", {}).get("own_gusts", False)
+        return [group for group in groups_of(self.answer) if not (own and group <= GUST_CAUSES)]
 
     @property
     def named(self) -> bool:
         """Named cleanly: each hidden cause alone, and nothing else."""
-        return is_named(self.answer, self.wanted)
+        return are_named(self.groups, self.wanted)
 
     @property
     def in_set(self) -> bool:
@@ -120,8 +126,12 @@ def groups_of(answer: Mapping[str, Any]) -> list[set[str]]:
 
 def is_named(answer: Mapping[str, Any], wanted: set[str]) -> bool:
     """Whether an answer names exactly the causes wanted."""
-    groups = groups_of(answer)
-    return answer.get("kind") == "named" and all(len(g) == 1 for g in groups) and set().union(*groups) == wanted
+    return are_named(groups_of(answer), wanted)
+
+
+def are_named(groups: Sequence[set[str]], wanted: set[str]) -> bool:
+    """Whether the sets of an answer are the causes wanted, each alone."""
+    return bool(groups) and all(len(g) == 1 for g in groups) and set().union(*groups) == wanted
 
 
 def probabilities_of(answer: Mapping[str, Any]) -> dict[str, float]:

@@ -14,7 +14,7 @@ from time import monotonic
 from typing import Any
 
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.log_card import card_of, loaded_as
+from pitotbench.bench.reconcile.log_card import as_flown, card_of
 from pitotbench.bench.reconcile.null_cache import cache_entry
 from pitotbench.bench.reconcile.null_learning import NULL_FLIGHTS
 from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, reconcile_log
@@ -42,7 +42,7 @@ def is_warm(path: Path, aircraft: str) -> bool:
     card = card_of(log.header, aircraft)
     if card is None:
         return True
-    card = replace(loaded_as(card, log), effects=(), truth_seed=1, sensor_seed=1)
+    card = replace(as_flown(card, log), effects=(), truth_seed=1, sensor_seed=1)
     return cache_entry(card, NULL_FLIGHTS, AnalysisSetting(day_known=True)).is_file()
 
 

@@ -336,3 +336,25 @@ def test_a_variant_counts_as_its_cause_and_a_fault_outside_the_table_as_itself()
     assert cause_of("speed_lag") == cause_of("second_order_line") == "pitot_lag"
     assert all(cause_of(name) == name and name not in EFFECTS for name in OUTSIDERS)
     assert len(OUTSIDERS) >= 45
+
+
+@pytest.mark.parametrize(("own", "named", "verdict"), [(True, True, "named"), (False, False, "named")])
+def test_gusts_of_the_generator_are_no_cause_too_many(own: bool, named: bool, verdict: str) -> None:
+    truth = {
+        "kind": "above 7",
+        "settings": ["A"],
+        "environment": {"own_gusts": own},
+        "effects": [{"name": "pitot_lag", "strengths": [9.0]}],
+    }
+    answer = {
+        "kind": "named",
+        "effects": ["pitot_lag", "turbulence_level"],
+        "alternatives": [[], ["turbulence_scale"]],
+    }
+    judged = JudgedCase(truth, answer)
+    assert (judged.named, judged.verdict) == (named, verdict)
+    nothing = JudgedCase({**truth, "kind": "none", "effects": []}, {**answer, **NOTHING_BUT_GUSTS})
+    assert nothing.verdict == ("no_gap" if own else "one_of")
+
+
+NOTHING_BUT_GUSTS = {"kind": "one_of", "effects": ["turbulence_level"], "alternatives": [["turbulence_scale"]]}

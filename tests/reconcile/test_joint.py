@@ -9,10 +9,12 @@ from scipy.stats import multivariate_normal, norm
 from pitotbench import Case, fly, sense
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
+from pitotbench.reconcile.decide.closure import closure_of
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.joint_judgment import judge_together
 from pitotbench.reconcile.decide.joint_naming import OwnSizes, contradiction
 from pitotbench.reconcile.decide.judgment import closes, taken_back
+from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
 from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
@@ -83,10 +85,25 @@ def test_by_chance_sizes_are_as_far_apart_as_normal_numbers() -> None:
         (Closure(1400.0, 1200.0, 1000.0), False),
         (Closure(1010.0, 1900.0, 1005.0), False),  # the effect is not there
         (Closure(1012.0, 1011.0, 1000.0), True),  # the log shows nothing of it
+        (Closure(1400.0, 1200.0, 1000.0, chance=25.0), True),  # the sizes are hardly known
+        (Closure(1400.0, 1200.0, 1000.0, chance=15.0), False),
     ],
 )
 def test_a_log_takes_a_name_back_where_more_than_chance_is_left(closure: Closure, closed: bool) -> None:
     assert closes(closure) == closed
+
+
+def test_uncertain_sizes_leave_as_much_as_draws_of_them_do() -> None:
+    random = np.random.default_rng(6)
+    columns, residual = random.normal(size=(60, 2, 4)), random.normal(size=(60, 2))
+    equations = equations_from(inner_products(columns, residual), 2, np.array([1.0, 2.0]))
+    covariance = np.array([[0.04, 0.01], [0.01, 0.02]])
+    sizes = np.array([0.7, -0.3])
+    expected = closure_of(equations, (0, 1), sizes.tolist(), (), covariance)
+    draws = random.multivariate_normal(sizes, covariance, size=20_000)
+    left = np.array([closure_of(equations, (0, 1), drawn.tolist(), ()).after for drawn in draws])
+    error = np.std(left) / np.sqrt(len(left))
+    assert np.mean(left) - expected.after == pytest.approx(expected.chance, abs=4.0 * error)
 
 
 def laid(maneuver: str, seed: int, *effects: EffectSpec):

@@ -13,9 +13,10 @@ from pitotbench.reconcile.decide.log_evidence import LogEvidence, Rest
 from pitotbench.reconcile.decide.posterior import CausePosterior, cause_posterior
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.decide.weighing import Prior, weigh
+from pitotbench.reconcile.null_flights.null_distribution import ScoreScale
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log, whitened_columns
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.reconcile.signatures.signatures import Signature, columns_of
 from pitotbench.units import Array
@@ -183,6 +184,35 @@ def test_the_order_of_the_channels_does_not_matter(sensed) -> None:
         {k: second[k] for k in first if first[k] > 1e-6}, rel=1e-5
     )
     assert found[0].log_bayes_factor == pytest.approx(found[1].log_bayes_factor, rel=1e-7)
+
+
+def test_what_gusts_imitate_is_marginalized_as_dense_algebra_does(sensed) -> None:
+    """A fluctuating part that null flights show with 4σ: the evidence of all sizes against dense covariances."""
+    few = EFFECTS.__class__("effect", {n: EFFECTS[n] for n in ("pitot_lag", "gps_latency", "wind_drift")})
+    layout = lay_out(sensed("gps_latency", das="50/50"), None, AnalysisSetting(day_known=True), few)
+    noise = noise_of_log(layout)
+    scale = ScoreScale({}, {}, {}, {}, {"gps_latency|latency_s": 4.0})
+    found = LogEvidence(layout, noise, {}, scale)
+    white = whitened_columns(layout, noise)
+    rows = white.reshape(-1, white.shape[2])
+    rows = rows[np.any(rows != 0.0, axis=1)]
+    k = layout.free.columns.shape[2]
+    free, cells, residual = rows[:, :k], rows[:, [k + i for i, _ in layout.places]], rows[:, -1]
+    labels = [s.effect for s in layout.signatures]
+    late = rows[:, k + labels.index("gps_latency")]
+    beside = np.concatenate([free, cells], axis=1)
+    beside = beside / np.maximum(np.linalg.norm(beside, axis=0), 1e-150)
+    left, values, _ = np.linalg.svd(beside, full_matrices=False)
+    moving = late - left[:, values > 1e-4 * values[0]] @ (left[:, values > 1e-4 * values[0]].T @ late)
+    assert 0.05 < moving @ moving / (late @ late) < 0.95
+    plain = np.eye(len(rows)) + free @ np.diag(layout.free.deviations**2) @ free.T
+    plain += 15.0 * np.outer(moving, moving) / (moving @ moving)
+    for i, deviation in enumerate(found.typical):
+        column = rows[:, k + i]
+        solved = np.linalg.solve(plain, np.stack([column, residual], axis=1))
+        precision = deviation**-2 + column @ solved[:, 0]
+        expected = 0.5 * (column @ solved[:, 1]) ** 2 / precision - 0.5 * np.log(precision * deviation**2)
+        assert found.base.of([i], [deviation]).log_evidence == pytest.approx(expected, rel=1e-4, abs=1e-3)
 
 
 def _turned(layout: Layout, noise: NoiseModel, order: Array) -> tuple[Layout, NoiseModel]:

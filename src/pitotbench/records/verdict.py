@@ -70,11 +70,15 @@ class Detectable:
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """The gap as sums of squares over noise variance: before, after, and the part that is noise alone."""
+    """The gap as sums of squares over noise variance: before, after, and the part that is noise alone.
+
+    `chance` is what sizes that were not fitted to this log leave on average, because they have errors of their own.
+    """
 
     before: float
     after: float
     noise: float
+    chance: float = 0.0
 
     @property
     def share(self) -> float:

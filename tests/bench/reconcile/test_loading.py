@@ -7,13 +7,14 @@ import pytest
 
 from pitotbench import Case, FlightLog, fly, sense
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.log_card import card_of, loaded_as
+from pitotbench.bench.reconcile.log_card import as_flown, card_of
 from pitotbench.effects import Overlay
 from pitotbench.reconcile.residuals.replay import motion_of
 from pitotbench.reconcile.residuals.track import track_of
 from pitotbench.records.case import EffectSpec, PressureErrorSpec
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.fuel_and_ballast import Loading, loaded_mass, mass_of
+from pitotbench.units import FOOT
 
 CARD = Case(maneuver="rapid_decel", turbulence="none")
 TRUE = PressureErrorSpec("bias", (0.0,))  # an error curve would be a residual of its own
@@ -45,7 +46,7 @@ def test_the_force_residual_of_another_loading_is_that_of_the_weight_it_lacks(lo
 def test_a_card_is_flown_at_the_first_mass_of_its_log(log: FlightLog) -> None:
     card = card_of({"case": {"maneuver": "rapid_decel"}}, "navajo")  # a header that does not tell the loading
     assert card is not None
-    loaded = loaded_as(card, log)
+    loaded = as_flown(card, log)
     assert log.mass is not None
     assert mass_of("navajo", Loading(loaded.fuel, loaded.ballast)) == pytest.approx(log.mass[0], abs=5.0)
 
@@ -53,23 +54,23 @@ def test_a_card_is_flown_at_the_first_mass_of_its_log(log: FlightLog) -> None:
 def test_a_card_that_states_its_loading_is_not_changed(log: FlightLog) -> None:
     card = card_of(log.header, "navajo")
     assert card is not None
-    assert loaded_as(card, log) is card
+    assert as_flown(card, log) is card
 
 
 def test_logs_within_some_kilograms_share_a_card(log: FlightLog) -> None:
     assert log.mass is not None
-    first, second = (loaded_as(CARD, replace(log, mass=log.mass + more)) for more in (0.0, 0.3))
+    first, second = (as_flown(CARD, replace(log, mass=log.mass + more)) for more in (0.0, 0.3))
     assert first == second != CARD
 
 
 def test_a_log_without_a_mass_is_flown_as_its_card_says(log: FlightLog) -> None:
-    assert loaded_as(CARD, replace(log, mass=None)) is CARD
+    assert as_flown(CARD, replace(log, mass=None)) is CARD
 
 
 def test_a_mass_in_another_unit_is_refused(log: FlightLog) -> None:
     assert log.mass is not None
     with pytest.raises(BadInputError, match="check the unit"):
-        loaded_as(CARD, replace(log, mass=log.mass / 0.45359237))
+        as_flown(CARD, replace(log, mass=log.mass / 0.45359237))
 
 
 def test_a_load_that_is_not_on_the_weight_sheet_is_a_gap() -> None:
@@ -77,5 +78,15 @@ def test_a_load_that_is_not_on_the_weight_sheet_is_a_gap() -> None:
     hidden = (EffectSpec("mass", {"mass_kg": 150.0}),)
     whole = sense(fly(replace(CARD, pressure_error=TRUE, effects=hidden)), "50/50")
     log = whole.select(whole.time < whole.time[0] + 25.0)
-    assert loaded_as(CARD, log) is CARD
+    assert as_flown(CARD, log) is CARD
     assert force_residual(log) == pytest.approx(9.8 * 150.0 / (loaded_mass("navajo") + 150.0), rel=0.15)
+
+
+@pytest.mark.parametrize(("feet", "flown"), [(-1100.0, -1000.0), (90.0, 0.0), (700.0, 750.0)])
+def test_a_card_is_flown_at_the_height_of_its_log(log: FlightLog, feet: float, flown: float) -> None:
+    card = card_of(log.header, "navajo")
+    assert card is not None
+    assert log.altitude is not None
+    level = np.full(len(log), card.altitude + feet * FOOT)
+    assert as_flown(card, replace(log, altitude=level)).altitude == pytest.approx(card.altitude + flown * FOOT)
+    assert as_flown(card, replace(log, altitude=None)).altitude == card.altitude

@@ -23,6 +23,7 @@ from pitotbench.records.errors import BadInputError
 
 _ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
 _AHEAD = 3  # tasks submitted for each worker: one that flies, one that waits at the worker, one on its way
+_BUNDLE = 1.0  # s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
 _PATIENCE = 60.0  # s to wait for the first worker
 _CLOSE = 1e-6  # relative difference of a flight on another processor that is no other flight
 
@@ -83,7 +84,7 @@ def open_cluster(address: str, limits: Limits, security: Path | None = None) -> 
         for note in check_hosts(describe_host(), client.run(describe_host, on_error="return")):
             say(note)
         window = max(_AHEAD * len(workers), 8)
-        yield Fleet(client.get_executor(pure=False), limits, window, apart=True)
+        yield Fleet(client.get_executor(pure=False), limits, window, apart=True, bundle=_BUNDLE)
 
 
 def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> list[str]:

@@ -1,9 +1,10 @@
 """Perform a stream of tasks through an executor, with a bounded number of them submitted at a time."""
 
-from collections import deque
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from dataclasses import dataclass, field
+from itertools import islice
 from multiprocessing import current_process
 from queue import SimpleQueue
 from typing import Any, TypeVar
@@ -17,13 +18,15 @@ R = TypeVar("R")
 Step = Callable[[], None]
 
 MOST_LOST_AT_FIRST = 10  # processes that die before any task has ended: no worker works
+MOST_IN_BUNDLE = 16  # tasks that are submitted as one call, however short they are
 
 
 @dataclass(frozen=True, slots=True)
 class Fleet:
     """Performs tasks through an executor, or in this process where the executor is None.
 
-    `window` is the number of tasks that are submitted at a time; it should be somewhat above the number of workers.
+    `window` is the number of calls that are submitted at a time; it should be somewhat above the number of workers.
+    A call is one task, or as many as take some `bundle` seconds together, where each call costs the executor much.
     `apart` is for an executor that does not tell why a process died: a task that lost its process is then performed
     again in a process that its worker starts and watches.
     """
@@ -32,6 +35,7 @@ class Fleet:
     limits: Limits = field(default_factory=Limits)
     window: int = 64
     apart: bool = False
+    bundle: float = 0.0
 
     def stream(self, work: Callable[[T], R], tasks: Iterable[T]) -> Iterator[tuple[T, R | Failure]]:
         """Give each task with its result, in the order in which they end.
@@ -79,22 +83,28 @@ class Fleet:
         tasks: Iterable[T],
         window: int,
     ) -> Iterator[tuple[T, R | Failure | LostWorkError]]:
-        source, running = iter(tasks), dict[Future[R | Failure], T]()
-        ended: SimpleQueue[Future[R | Failure]] = SimpleQueue()
-        ready: deque[T] = deque()
+        source, running = iter(tasks), dict[Future[Any], list[T]]()
+        ended: SimpleQueue[Future[Any]] = SimpleQueue()
+        done, spent, size = 0, 0.0, 1
         while True:
-            while len(running) < window and (ready or _fill(ready, source)):
-                task = ready.popleft()
+            while len(running) < window and (several := [*islice(source, size)]):
                 try:
-                    future = executor.submit(try_it, work, self.limits, task)
+                    future = executor.submit(attempt_each, try_it, work, self.limits, several)
                 except (BrokenExecutor, RuntimeError) as error:
                     raise FleetLostError(f"the executor takes no more tasks: {error}") from error
-                running[future] = task
+                running[future] = several
                 future.add_done_callback(ended.put)
             if not running:
                 return
             over = ended.get()
-            yield running.pop(over), _outcome(over)
+            several, outcome = running.pop(over), _outcome(over)
+            if isinstance(outcome, (Failure, LostWorkError)):
+                yield from ((task, outcome) for task in several)
+                continue
+            results, seconds = outcome
+            done, spent = done + len(results), spent + seconds
+            size = max(1, min(MOST_IN_BUNDLE, int(self.bundle * done / spent))) if spent > 0.0 else 1
+            yield from zip(several, results, strict=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,13 +115,6 @@ class _Numbered:
 
     def __call__(self, task: tuple[int, Any]) -> Any:
         return self.work(task[1])
-
-
-def _fill(ready: deque[T], source: Iterator[T]) -> bool:
-    for task in source:
-        ready.append(task)
-        return True
-    return False
 
 
 def _outcome(future: "Future[Any]") -> Any:
@@ -143,6 +146,15 @@ def attempt(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
         return Failure(f"it needs more than {held}memory ({error})".replace(" ()", ""), quarantined=True)
     except Exception as error:  # any error: it is reported, and the other tasks go on
         return Failure.of(error)
+
+
+def attempt_each(
+    try_it: Callable[..., R | Failure], work: Callable[[T], R], limits: Limits, tasks: Sequence[T]
+) -> tuple[list[R | Failure], float]:
+    """Attempt tasks one after the other; return their results, and how long they took [s]."""
+    begun = time.monotonic()
+    results = [try_it(work, limits, task) for task in tasks]
+    return results, time.monotonic() - begun
 
 
 def attempt_apart(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:

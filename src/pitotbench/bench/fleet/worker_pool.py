@@ -4,7 +4,7 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from multiprocessing import get_context
@@ -22,6 +22,10 @@ _LOG_KEPT = 8192  # bytes of what a process wrote last
 _GRACE = 30.0  # s after the limit of time, within which a process should have ended itself
 _START = 300.0  # s within which a process should have started and loaded its modules
 _SPAWN = get_context("spawn")
+_UNGUARDED = (
+    "Each process loads the script that started it: put what the script does below the line "
+    'if __name__ == "__main__":'
+)
 
 
 @dataclass(slots=True)
@@ -44,6 +48,7 @@ class _Worker:
         os.set_blocking(self.log.fileno(), False)
         self.call: _Call | None = None
         self.begun = 0.0
+        self.loaded = False  # whether it has taken a call
         self.text = b""
 
     def begin(self, call: _Call) -> None:
@@ -84,7 +89,8 @@ class WorkerPool(Executor):
     """Performs calls in `count` spawned processes, one call at a time in each.
 
     The processes are started when they are needed, and end with this process, however it ends. A call whose process
-    dies raises LostWorkError, and the next call gets a new process. A call that takes longer than `seconds` should
+    dies raises LostWorkError, and the next call gets a new process; where a process cannot even load its modules,
+    the call raises BrokenExecutor. A call that takes longer than `seconds` should
     have ended its process itself (`Limits`); half a minute later the process is killed.
     """
 
@@ -161,7 +167,13 @@ class WorkerPool(Executor):
             if not call.future.set_running_or_notify_cancel():
                 continue
             if idle is None:
-                idle = _Worker()
+                try:
+                    idle = _Worker()
+                except (OSError, RuntimeError) as error:
+                    # RuntimeError: this is a process of another pool, which has not loaded its modules yet.
+                    reason = _UNGUARDED if isinstance(error, RuntimeError) else f"no process starts: {error}"
+                    _settle(call.future, error=BrokenExecutor(reason))
+                    continue
                 with self._state.lock:
                     self._workers.append(idle)
             idle.begin(call)
@@ -188,7 +200,7 @@ class WorkerPool(Executor):
         try:
             message = worker.calls.recv_bytes()
             if message == BEGUN:
-                worker.begun = time.monotonic()
+                worker.begun, worker.loaded = time.monotonic(), True
                 return
             good, value = ForkingPickler.loads(message)
         except (EOFError, OSError):
@@ -210,9 +222,15 @@ class WorkerPool(Executor):
         with self._state.lock:
             self._workers.remove(worker)
             closing = self._state.closing
+        failed = not worker.loaded and (worker.process.exitcode or 0) > 0
         worker.end()
-        if worker.call is not None:
-            _settle(worker.call.future, error=LostWorkError("the pool was closed" if closing else reason, log))
+        if worker.call is None:
+            return
+        if failed and not closing:
+            error: Exception = BrokenExecutor(f"{reason} while it was loading. {_UNGUARDED}\n{log}".rstrip())
+        else:
+            error = LostWorkError("the pool was closed" if closing else reason, log)
+        _settle(worker.call.future, error=error)
 
     def _reason(self, worker: _Worker, log: str) -> str:
         if self._seconds is not None and TIME_OVER in log:

@@ -4,14 +4,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case
 from pitotbench.records.log import FlightLog
 from pitotbench.records.toml_text import write_toml
 from pitotbench.simulate.fuel_and_ballast import Loading, loading_of, mass_of
+from pitotbench.units import FOOT
 
 # kg: cards this near in mass share null flights. It is 0.4 % of the mass, and more than is burnt before a card
 MASS_STEP = 10.0
+# m: cards this near in height share null flights. "Light" turbulence of JSBSim is 23 % stronger 500 ft lower
+HEIGHT_STEP = 250.0 * FOOT
 
 
 def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
@@ -33,12 +38,24 @@ def tells_the_day(header: Mapping[str, Any]) -> bool:
     return isinstance(table, Mapping) and "temperature_offset_k" in table
 
 
-def loaded_as(card: Case, log: FlightLog) -> Case:
-    """Return a card with the fuel and ballast that give its aircraft the first mass of a log, to `MASS_STEP`.
+def as_flown(card: Case, log: FlightLog) -> Case:
+    """Return a card at the height and with the mass of a log: what a header planned is not always what was flown.
 
-    It is the card itself where the log has no mass, or one within half a step of the card's.
+    The height is the median of the log's GPS height, to `HEIGHT_STEP`; fuel and ballast give the first mass of the
+    log, to `MASS_STEP`. What the log does not have, or has within half a step, stays as the card says.
     Raises BadInputError where the mass is not that of the card's aircraft.
     """
+    return _loaded(_at_height(card, log), log)
+
+
+def _at_height(card: Case, log: FlightLog) -> Case:
+    if log.altitude is None:
+        return card
+    steps = round((float(np.nanmedian(log.altitude)) - card.altitude) / HEIGHT_STEP)
+    return replace(card, altitude=card.altitude + steps * HEIGHT_STEP) if steps else card
+
+
+def _loaded(card: Case, log: FlightLog) -> Case:
     if log.mass is None:
         return card
     stated = mass_of(card.aircraft, Loading(card.fuel, card.ballast))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.log_card import card_of, loaded_as, tells_the_day
+from pitotbench.bench.reconcile.log_card import as_flown, card_of, tells_the_day
 from pitotbench.bench.reconcile.null_learning import NULL_FLIGHTS, null_distribution_of
 from pitotbench.reconcile.decide.joint_judgment import JointVerdict, judge_together
 from pitotbench.reconcile.decide.judgment import hold_out, with_hold_out
@@ -116,9 +116,9 @@ def reconcile_logs(
     """Name the effect that a model lacks, from one or several logs of one airplane that lacks the same in all.
 
     Causes and sizes are shared; wind, error curve and sensor biases are each log's own. `aircraft` is a name of the
-    hangar, or `none` to judge the sensors alone. With an aircraft model the card of each log is flown at the log's
-    first mass, for its null flights. Without any card the noise of the log itself sets the thresholds, which are
-    then wider. Without `keep` the cache of null flights is neither read nor written.
+    hangar, or `none` to judge the sensors alone. With an aircraft model the card of each log is flown for its
+    null flights, at the first mass and the height of the log. Without any card the noise of the log itself sets the
+    thresholds, which are then wider. Without `keep` the cache of null flights is neither read nor written.
     Raises BadInputError without a log, or for a log that cannot be used.
     """
     if not logs:
@@ -150,7 +150,7 @@ def _judged(
 ) -> JudgedLog:
     """Lay a log out, and take the null distribution of its card."""
     flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
-    flown = loaded_as(flown, named.log) if flown is not None and model is not None else flown
+    flown = as_flown(flown, named.log) if flown is not None and model is not None else flown
     setting = replace(
         setting or AnalysisSetting(),
         day_known=flown is not None and (named.card is not None or tells_the_day(named.log.header)),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.beyond_the_table import beyond_the_table
-from pitotbench.bench.reconcile.log_card import card_of, loaded_as
+from pitotbench.bench.reconcile.log_card import as_flown, card_of
 from pitotbench.bench.reconcile.next_flight import advice_of, next_flight_after
 from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, reconcile_logs
 from pitotbench.bench.reconcile.reconciliation import NamedLog as NamedLog
@@ -121,7 +121,7 @@ def reconcile_fully(
         say("flying the card of the held-out log again")
         again = holdout.card or card or card_of(holdout.log.header, aircraft)
         if again is not None and aircraft != "none":
-            again = loaded_as(again, holdout.log)
+            again = as_flown(again, holdout.log)
         flown_holdout = fly_again(holdout.log, again, effects)
     over_time = traces(first.naming)
     account = Account(

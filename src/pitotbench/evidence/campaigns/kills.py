@@ -108,6 +108,8 @@ def kill_workers(folder: Path, flights: int) -> Iterator[str]:
 def stop_drivers(folder: Path, flights: int) -> Iterator[str]:
     """Send SIGTERM and SIGINT in the middle of a campaign, and measure the time until the prompt is back."""
     plan = write_plan_file(folder, str(flights))
+    # A shell has what it starts in the background ignore Ctrl-C, and drivers would inherit that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     for name in ("SIGTERM", "SIGINT"):
         driver = start(plan, folder / name, "--jobs", "2")
         wait_for_parts(folder / name, 3, driver)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2, norm
 
-from pitotbench.reconcile.decide.closure import closure_of
+from pitotbench.reconcile.decide.closure import closure_of, with_form_error
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.decide.naming import Naming, Renewed, naming_of, renewed_signatures
@@ -53,6 +53,10 @@ class OwnSizes:
     values: Array
     covariance: Array
 
+    def by_key(self) -> dict[Key, float]:
+        """Return each size by its key."""
+        return dict(zip(self.keys, self.values.tolist(), strict=True))
+
 
 def name_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> Together:
     """Name the effects that several flights show, each with its null distribution.
@@ -75,7 +79,7 @@ def name_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) 
             ]
             renewed, posterior = moved, cause_posterior(logs)
     namings = [naming_of(each, null, posterior) for each, null in zip(renewed, nulls, strict=True)]
-    sizes = shared_sizes(namings)
+    sizes = shared_sizes(namings).by_key()
     if len(namings) > 1:
         namings = [_with_sizes(naming, sizes) for naming in namings]
     return Together(posterior, tuple(namings), tuple(logs), alone, sizes)
@@ -95,7 +99,7 @@ def _sizes_of(posterior: CausePosterior) -> dict[Key, float]:
     return dict(zip(best.keys, best.weighed.sizes.tolist(), strict=True))
 
 
-def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> dict[Key, float]:
+def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> OwnSizes:
     """Return the sizes of the named effects as fitted to all flights together, or to all but one of them.
 
     Form error widens their bounds and must not shift them: this is a fit without it.
@@ -108,8 +112,10 @@ def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> dict
             columns = [*naming.fit.columns, -1]
             inner[np.ix_(rows, rows)] += naming.equations.inner[np.ix_(columns, columns)]
     shown = [i for i in range(len(keys)) if inner[i, i] > 0.0]
-    sizes = np.linalg.lstsq(inner[np.ix_(shown, shown)], inner[shown, -1], rcond=None)[0]
-    return {keys[i]: float(size) for i, size in zip(shown, sizes, strict=True)}
+    squares, found = inner[np.ix_(shown, shown)], tuple(keys[i] for i in shown)
+    sizes = np.linalg.lstsq(squares, inner[shown, -1], rcond=None)[0]
+    wide = np.diag([_widest(key) ** -2.0 for key in found])
+    return OwnSizes(found, np.asarray(sizes), np.asarray(np.linalg.inv(squares + wide)))
 
 
 def _keys(naming: Naming) -> tuple[Key, ...]:
@@ -132,17 +138,20 @@ def left_out_closures(namings: Sequence[Naming]) -> tuple[Closure | None, ...]:
 
     Effects for a part of one flight, and events, are left out: another flight does not have them.
     """
+    if len(namings) < 2:
+        return (None,) * len(namings)
     found: list[Closure | None] = []
     for number, naming in enumerate(namings):
-        sizes = shared_sizes(namings, left_out=number) if len(namings) > 1 else {}
+        sizes = shared_sizes(namings, left_out=number)
         pairs = [
-            (column, sizes[key])
+            (column, sizes.keys.index(key))
             for column, key in zip(naming.fit.columns, _keys(naming), strict=True)
-            if key in sizes and returns(key[0])
+            if key in sizes.keys and returns(key[0])
         ]
-        cells = [i for i, _ in naming.layout.places]
-        columns, values = [c for c, _ in pairs], [v for _, v in pairs]
-        found.append(closure_of(naming.equations, columns, values, cells) if pairs else None)
+        cells, columns, places = [i for i, _ in naming.layout.places], [c for c, _ in pairs], [p for _, p in pairs]
+        values = sizes.values[places].tolist()
+        errors = with_form_error(sizes.covariance[np.ix_(places, places)], values)
+        found.append(closure_of(naming.equations, columns, values, cells, errors) if pairs else None)
     return tuple(found)
 
 
@@ -155,14 +164,15 @@ def own_sizes(logs: Sequence[LogEvidence], effects: Names, sizes: Mapping[Key, f
     shown = tuple(name for name in effects if name in search.keys)
     keys = search.keys_of(shown)
     evidence, _ = search.reduced(shown, np.array([sizes.get(key, 0.0) for key in keys]), keys)
-    wide = np.array([THRESHOLDS.size_scales[-1] * _typical(key) for key in keys])
+    wide = np.array([_widest(key) for key in keys])
     found = Evidence(evidence.inner).of(range(len(keys)), wide)
     method = np.array([THRESHOLDS.size_error * sizes.get(key, 0.0) for key in keys])
     return OwnSizes(tuple(keys), found.mean, found.covariance + np.diag(method**2))
 
 
-def _typical(key: Key) -> float:
-    return abs(float(FITTED[key[0]].parameter(key[1]).typical))
+def _widest(key: Key) -> float:
+    """The widest prior deviation of a size."""
+    return THRESHOLDS.size_scales[-1] * abs(float(FITTED[key[0]].parameter(key[1]).typical))
 
 
 def contradiction(own: OwnSizes, others: OwnSizes) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from pitotbench.catalog import Catalog
 from pitotbench.effects import Effect
 from pitotbench.reconcile.decide.advice_for import flights_to_fly
-from pitotbench.reconcile.decide.closure import closure_of
+from pitotbench.reconcile.decide.closure import closure_of, with_form_error
 from pitotbench.reconcile.decide.naming import SMALLEST_GAIN, Naming, name_effects
 from pitotbench.reconcile.decide.normal_equations import Fit, NormalEquations
 from pitotbench.reconcile.decide.sizes import estimates, significant
@@ -172,16 +172,21 @@ def hold_out(
             entries[each.effect] |= {**each.shapes, each.parameter: float(size)}
     layout = at_sizes(without_sensor_effects(layout, entries), sizes)
     equations = whitened_equations(layout, scaled_to(null.noise, layout))
-    values = [sizes[s.effect, s.parameter] for s in layout.signatures]
-    return closure_of(equations, range(len(values)), values, _cells(layout))
+    keys = [(s.effect, s.parameter) for s in layout.signatures]
+    own = [(s.effect, s.parameter) for s in signatures]
+    places = [own.index(key) for key in keys]
+    errors = with_form_error(naming.fit.covariance[np.ix_(places, places)], [sizes[key] for key in keys])
+    return closure_of(equations, range(len(keys)), [sizes[key] for key in keys], _cells(layout), errors)
 
 
 def closes(held: Closure) -> bool:
     """Whether effects close enough of the gap of a log that their sizes were not fitted to.
 
-    They do where what is left of the gap is within chance: a log that shows little of an effect says little of it.
+    They do where what is left of the gap is within chance: a log that shows little of an effect says little of it,
+    and so do sizes that are hardly known.
     """
-    return held.share >= THRESHOLDS.hold_out_lowest or held.after - held.noise < THRESHOLDS.gap_cell
+    by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * held.chance
+    return held.share >= THRESHOLDS.hold_out_lowest or held.after - held.noise < by_chance
 
 
 def taken_back(verdict: Verdict, why: str) -> Verdict:

@@ -1,6 +1,6 @@
 """The evidence of one log for sets of effects, with their form error, the wander of null flights, and a rest."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,6 +10,7 @@ from pitotbench.effects import SensorEffect
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.form_error import form_directions
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconcile.null_flights.null_distribution import ScoreScale, size_label
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.residuals.layout_noise import whitened_columns
 from pitotbench.reconcile.residuals.whitening import NoiseModel
@@ -19,6 +20,7 @@ from pitotbench.units import Array
 
 ROOMS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
 SMALLEST = 1e-300
+SINGULAR = 1e-9  # singular value below which cells and free parameters are the same
 LEAST_POWER = 1e-9  # of a direction that the free parameters take up whole
 VANES = {"angle_of_attack", "sideslip"}
 SEEN = 1e-3  # squared significance of a typical size below which free parameters take it up whole
@@ -39,8 +41,7 @@ class LogEvidence:
     """What one log says of every set of effects.
 
     Free parameters are eliminated, and so are the wander that null flights have in the cells and the sizes that
-    effects on the vanes have there (`null_scores` [σ] by effect). Directions of form
-    error are added when an effect first needs them.
+    effects have there (`null_scores`). Directions of form error are added when an effect first needs them.
     """
 
     def __init__(
@@ -48,7 +49,7 @@ class LogEvidence:
         layout: Layout,
         noise: NoiseModel,
         wander: Mapping[str, float],
-        null_scores: Mapping[str, float] | None = None,
+        null_scores: ScoreScale | None = None,
     ) -> None:
         self.layout, self._noise = layout, noise
         self.signatures = layout.signatures
@@ -60,10 +61,12 @@ class LogEvidence:
         self._free = range(k)
         self._free_deviations = layout.free.deviations
         self._wander = wander
-        self._null_scores = null_scores or {}
+        self._null_scores = null_scores or ScoreScale({}, {}, {}, {})
         self.typical = np.array([abs(FITTED[s.effect].parameter(s.parameter).typical) for s in self.signatures])
         self._power = self._power_by_channel()
         self._directions: dict[int, tuple[int, ...]] = {}
+        self._cells = self._places()
+        self._fluctuating = self._add_fluctuations()
         self._update()
 
     @property
@@ -81,26 +84,48 @@ class LogEvidence:
         return tuple(d for d, _ in found), np.array([c for _, c in found], dtype=np.intp)
 
     def _add(self, new: Sequence[int]) -> None:
-        last = self._products.shape[0] - 1
         parts = [form_directions(self.layout, self._noise, self.signatures[c].column) for c in new]
-        added = np.concatenate([part.reshape(-1, part.shape[2]) for part in parts], axis=1)
+        places = self._append(np.concatenate([part.reshape(-1, part.shape[2]) for part in parts], axis=1))
+        for column, part in zip(new, parts, strict=True):
+            self._directions[column] = tuple(next(places) for _ in range(part.shape[2]))
+        self._update()
+
+    def _append(self, added: Array) -> Iterator[int]:
+        """Add whitened columns, (n·c, k), before the residual; return their places."""
+        last = self._products.shape[0] - 1
         across, own = self._rows.T @ added, added.T @ added
         count = added.shape[1]
         order = [*range(last), *range(last + 1, last + 1 + count), last]
         whole = np.block([[self._products, across], [across.T, own]])
         self._products = whole[np.ix_(order, order)]
         self._rows = np.concatenate([self._rows[:, :last], added, self._rows[:, last:]], axis=1)
-        place = last - len(self._free)
-        for column, part in zip(new, parts, strict=True):
-            self._directions[column] = tuple(range(place, place + part.shape[2]))
-            place += part.shape[2]
-        self._update()
+        first = last - len(self._free)
+        return iter(range(first, first + count))
+
+    def _add_fluctuations(self) -> dict[int, float]:
+        """Add what every cell leaves of the signatures that gusts imitate, and return their null scores by place.
+
+        An elevator that answers a gust moves with the pitching of the gust, as one of another effectiveness would.
+        """
+        labels = [size_label(s.effect, s.parameter) for s in self.signatures]
+        surplus = [self._null_scores.fluctuation.get(label, 1.0) ** 2 - 1.0 for label in labels]
+        imitated = [i for i, more in enumerate(surplus) if more > 0.0]
+        if not imitated:
+            return {}
+        k = len(self._free)
+        beside = [*self._free, *(k + c for cells in self._cells.values() for c in cells)]
+        columns = [k + i for i in imitated]
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(self._products)[beside], SMALLEST))
+        normal = self._products[np.ix_(beside, beside)] * np.outer(scale, scale)
+        across = self._products[np.ix_(beside, columns)] * scale[:, None]
+        reproduced = scale[:, None] * np.linalg.lstsq(normal, across, rcond=SINGULAR)[0]
+        places = self._append(self._rows[:, columns] - self._rows[:, beside] @ reproduced)
+        return {place: float(np.sqrt(surplus[i])) for place, i in zip(places, imitated, strict=True)}
 
     def _update(self) -> None:
         k = len(self._free)
         kept = range(k, self._products.shape[0] - 1)
         plain, _ = Evidence(self._products).given(self._free, self._free_deviations, kept)
-        self._cells = self._places()
         without_sizes, _ = plain.given(*self._null_sizes(plain))
         self.base, _ = without_sizes.given(*self._null_wander(plain))
 
@@ -167,19 +192,21 @@ class LogEvidence:
         return columns, np.array(deviations)
 
     def _null_sizes(self, plain: Evidence) -> tuple[list[int], Array]:
-        """The effects on the flow vanes that null flights show, with the prior deviations of their sizes there.
+        """The columns of effects that null flights show, with the prior deviations of their sizes there.
 
-        A vane reads gusts, and so do the residuals: on a flight without steady sideslips it seems to have a wrong
-        scale. A size like that of null flights is no evidence; only what exceeds it is. A flight of another day has
-        other gusts, so that twice the size of null flights is usual.
+        A size like that of null flights is no evidence; only what exceeds it is. For the fluctuating part of each
+        signature this is what null flights have beyond noise. A vane reads gusts whole, and so do the residuals: on
+        a flight without steady sideslips it seems to have a wrong scale. A flight of another day has other gusts,
+        so that twice the size of null flights is usual.
         """
-        columns, deviations = [], []
+        scores = dict(self._fluctuating)
         for name in filter(_reads_gusts, self.columns):
-            largest = THRESHOLDS.null_size_margin * self._null_scores.get(cause_of(name), 0.0)
+            largest = THRESHOLDS.null_size_margin * self._null_scores.effect_spread.get(cause_of(name), 0.0)
             own = [c for c in self.columns[name] if plain.inner[c, c] * self.typical[c] ** 2 > SEEN]
-            columns += own
-            deviations += [largest / float(np.sqrt(plain.inner[c, c])) for c in own]
-        return columns, np.array(deviations)
+            scores |= dict.fromkeys(own, largest)
+        powers = np.diag(plain.inner)
+        usable = [c for c in scores if powers[c] > SMALLEST]
+        return usable, np.array([scores[c] for c in usable]) / np.sqrt(powers[usable])
 
     def beyond(self, sizes: Mapping[tuple[str, str], float], power: float = 1.0) -> Evidence:
         """Return the evidence with effects of about these sizes eliminated, and their form error with them.

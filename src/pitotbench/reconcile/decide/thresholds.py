@@ -55,6 +55,7 @@ class Thresholds:
     outside_likely: float = 0.5  # probability from which a gap is one that the table does not hold
     rest_likely: float = 0.5  # probability from which something remains beside what is named
     hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
+    left_by_chance: float = 9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
     contradicted_from: float = 4.0  # σ between the sizes of one flight and the others; false in one set of 3,000
     null_size_margin: float = 2.0  # sizes of vane effects on null flights of this card, for one of another day
     wander_unknown: float = 1.0  # surplus of squared scores without null flights: noise that the log itself gives
@@ -62,6 +63,9 @@ class Thresholds:
 
     # What remains: a gap that no effect of the table explains.
     remaining_wander: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
+    wander_deviation_lowest: float = 0.3  # of a logarithm: 0.1 to 0.5 from day to day, 14 null flights of two cards
+    wander_nearby: int = 40  # instants, 20 s, with a noise of their own: a throttle's counts more at half power
+    wander_nearby_lowest: float = 0.3  # of the noise of all: a channel that rests for a while has none of its own
     remaining_line: float = 6.4  # σ; the same count for the strongest spectral line of each channel
     remaining_share: float = 0.1  # of the explained SS, which an imperfect signature leaves in a channel
     outweighing_share: float = 0.5  # of the explained SS; an explanation of less than twice the rest names nothing

@@ -44,6 +44,7 @@ class _Scale:
     effect_spread: dict[str, Spread]
     cell_mean: dict[str, Finite]
     cell_spread: dict[str, Spread]
+    fluctuation: dict[str, Spread]
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,12 @@ from scipy.special import ndtri
 from pitotbench.reconcile.decide.scoring import significance
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.gust_levels import gusts_over
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, ScoreScale, cell_label
+from pitotbench.reconcile.null_flights.null_distribution import (
+    NullDistribution,
+    ScoreScale,
+    cell_label,
+    size_label,
+)
 from pitotbench.reconcile.null_flights.periodic import lines_over, spectral_lines
 from pitotbench.reconcile.null_flights.wander import channel_powers, powers_over
 from pitotbench.reconcile.residuals.layout import Layout
@@ -30,10 +35,11 @@ Flight = tuple[Layout, NoiseModel]
 
 @dataclass(frozen=True, slots=True)
 class FlightScores:
-    """The scores of one flight: of the effects, and signed ones of the cells by label."""
+    """The scores of one flight: of the effects, signed ones of the cells, and of the sizes beside all cells."""
 
     effects: Mapping[str, float]
     cells: Mapping[str, float]
+    sizes: Mapping[str, float]
 
     def largest_effect(self, scale: ScoreScale) -> float:
         """The largest score of an effect on a scale."""
@@ -89,6 +95,7 @@ def _all_but(items: Sequence[Item], index: int) -> list[Item]:
 def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
     """The scale of scores that some flights show."""
     names, labels = {n for f in flights for n in f.effects}, {c for f in flights for c in f.cells}
+    sizes = {n for f in flights for n in f.sizes}
     effects = {n: np.array([f.effects.get(n, 0.0) for f in flights]) for n in names}
     cells = {c: [f.cells.get(c, 0.0) for f in flights] for c in labels}
     gain = {n: max(0.0, float(np.mean(v)) - MEAN_SCORE) if _is_searched(n) else 0.0 for n, v in effects.items()}
@@ -98,6 +105,7 @@ def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
         {n: max(lowest, float(np.sqrt(np.mean((v - gain[n]) ** 2)))) for n, v in effects.items()},
         {c: float(np.mean(v)) for c, v in cells.items()},
         {c: max(lowest, float(np.std(v))) for c, v in cells.items()},
+        {n: max(lowest, float(np.sqrt(np.mean(np.square([f.sizes.get(n, 0.0) for f in flights]))))) for n in sizes},
     )
 
 
@@ -114,9 +122,11 @@ def scores_of(flight: Flight) -> FlightScores:
         name: significance(equations.fit(columns)) for name, columns in columns_of(layout.signatures).items()
     }
     places = layout.places
-    values = equations.scores([i for i, _ in places])
-    cells = {cell_label(cell): float(v) for (_, cell), v in zip(places, values, strict=True)}
-    return FlightScores(effects, cells)
+    every = [i for i, _ in places]
+    cells = {cell_label(cell): float(v) for (_, cell), v in zip(places, equations.scores(every), strict=True)}
+    beside = equations.scores(range(len(layout.signatures)), every)
+    sizes = {size_label(s.effect, s.parameter): float(v) for s, v in zip(layout.signatures, beside, strict=True)}
+    return FlightScores(effects, cells, sizes)
 
 
 def _is_searched(name: str) -> bool:

@@ -11,6 +11,7 @@ from pitotbench.reconcile.decide.locate import Cell
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.null_measure import Measure
 from pitotbench.reconcile.residuals.whitening import NoiseModel
+from pitotbench.reconcile.signatures.hypotheses import FITTED
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,13 +20,16 @@ class ScoreScale:
 
     `search_gain` is the part of an effect's score that the search for its shape (the time of an event) brings by
     chance; `effect_spread` is the root mean square of the score less this gain. `cell_mean` and `cell_spread` are
-    the mean and the standard deviation of the signed score of a cell, by its label. No spread is below 1.
+    the mean and the standard deviation of the signed score of a cell, by its label. `fluctuation` is the root mean
+    square of the score of a size, by its label, where every cell is fitted beside it: by what moves to and fro.
+    Gusts give it one, for the pilot answers them and the vanes read them. No spread is below 1.
     """
 
     search_gain: Mapping[str, float]
     effect_spread: Mapping[str, float]
     cell_mean: Mapping[str, float]
     cell_spread: Mapping[str, float]
+    fluctuation: Mapping[str, float] = field(default_factory=dict)
 
     def of_effect(self, name: str, score: float) -> float:
         """Return the score of an effect less its search gain, in units of its spread."""
@@ -70,6 +74,11 @@ def theoretical_distribution(noise: NoiseModel) -> NullDistribution:
     """
     limit = THRESHOLDS.without_null_flights
     return NullDistribution(noise, ScoreScale({}, {}, {}, {}), limit, limit, 0)
+
+
+def size_label(effect: str, parameter: str) -> str:
+    """Return a size of an effect as text; that for a part of the flight is the one for all of it."""
+    return f"{FITTED[effect].part_of or effect}|{parameter}"
 
 
 def cell_label(cell: Cell) -> str:

@@ -1,8 +1,8 @@
 """How far a channel wanders, against null flights: a gap that neither an effect nor a cell explains.
 
-A gap that follows no variable, such as an error with a period of its own, does not change any mean. It shows only
-in the sum of squares of its channel. Louder noise does not count: a wander is more than the median of the
-innovations tells.
+A gap that follows no variable, such as an error that comes and goes, does not change any mean. It shows only in
+the sum of squares of its channel. Louder noise does not count, not even for a part of the flight: a wander is more
+than the median of the innovations nearby tells.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,13 +23,18 @@ SMALLEST = 1e-12  # of a mean square whose logarithm is taken
 
 
 def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
-    """Return the logarithm of the mean square innovation of each channel over the square of their usual size.
+    """Return the logarithm of the mean square innovation of each channel, each over its usual size nearby.
 
-    The usual size is the robust deviation: louder sensors, or an airplane that answers gusts more, raise both.
+    The usual size is the robust deviation of the instants nearby. Louder sensors, or an airplane that answers gusts
+    more, raise both.
     """
     innovations = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
     used = innovations[np.any(innovations != 0.0, axis=1)]
-    powers = np.log(np.mean(used**2, axis=0) + SMALLEST) - np.log(robust_deviation(used) ** 2 + SMALLEST)
+    least = THRESHOLDS.wander_nearby_lowest * robust_deviation(used)
+    stretches = np.array_split(used, max(1, len(used) // THRESHOLDS.wander_nearby))
+    sizes = [np.maximum(robust_deviation(part), least) for part in stretches]
+    squares = np.concatenate([p**2 / (s**2 + SMALLEST) for p, s in zip(stretches, sizes, strict=True)])
+    powers = np.log(np.mean(squares, axis=0) + SMALLEST)
     return dict(zip(layout.residuals.names, powers.tolist(), strict=True))
 
 
@@ -38,11 +43,13 @@ def powers_over(
 ) -> dict[str, Measure]:
     """Return mean and deviation of the power of each channel over null flights of so many instants each.
 
-    No deviation is below that of white noise. In turbulence the channels of the wind triangle are not included.
+    No deviation is below that of white noise, or below that between flights of other days and pilots. In turbulence
+    the channels of the wind triangle are not included.
     """
     turbulent = gusts["level"].mean > np.log(THRESHOLDS.calm_gusts)
     judged = [{n: v for n, v in each.items() if not (turbulent and n in GUSTY)} for each in flights]
-    return measures_over(judged, float(np.sqrt(2.0 / instants)))
+    lowest = max(float(np.sqrt(2.0 / instants)), THRESHOLDS.wander_deviation_lowest)
+    return measures_over(judged, lowest)
 
 
 def wandering_channels(

@@ -18,7 +18,7 @@ from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.null_flights.periodic import periodic_channels
 from pitotbench.reconcile.null_flights.wander import wandering_channels
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout, lay_out
+from pitotbench.reconcile.residuals.layout import DAY, Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, lasts
@@ -138,6 +138,9 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
     if layout.scene.force_model is None:
         notes.append("no aircraft model: sensors and air alone are judged")
     shown = {s.effect for s in layout.signatures}
+    if not layout.setting.day_known:
+        shown.add(DAY)
+        notes.append("the header does not tell the temperature of the day: another one is no gap")
     hidden = [n for n, effect in FITTED.items() if n not in shown and not effect.variant_of]
     if hidden:
         notes.append("cannot be seen in the channels of this log: " + ", ".join(hidden))

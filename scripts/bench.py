@@ -1,33 +1,46 @@
-"""Print, in one run, how fast the bench is: ratios to what the same work costs without it.
+"""Print how fast the bench is: CPU times, and their ratios to what the same work costs without it.
 
     python scripts/bench.py
     python scripts/bench.py --against ../older/src     # campaigns of an older checkout in turn with this one
+    python scripts/bench.py --only reconcile,plan,study --against ../older/src
 
-CPU seconds of one thread, the least of several tries.
+CPU seconds of one thread, the least of several tries; reconcile, plan and study run once.
 """
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from pitotbench.evidence.speed.commands import campaign_lines, start_lines
-from pitotbench.evidence.speed.ratios import ratio_lines
+from pitotbench.evidence.speed import commands, ratios
+
+PARTS: dict[str, Callable[[], Iterator[str]]] = {
+    "starts": commands.start_lines,
+    "flights": ratios.flight_lines,
+    "fits": ratios.fit_lines,
+    "logs": ratios.long_log_lines,
+}
+COMPARED: dict[str, Callable[[Path | None], Iterator[str]]] = {
+    "campaigns": commands.campaign_lines,
+    "reconcile": commands.reconcile_lines,
+    "plan": commands.plan_lines,
+    "study": commands.study_lines,
+}
+USUAL = "starts,flights,fits,logs,campaigns"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--against", type=Path, help="the src folder of an older checkout")
-    parser.add_argument("--only", choices=("starts", "ratios", "campaigns"), help="a part of the figures")
+    known = ", ".join((*PARTS, *COMPARED))
+    parser.add_argument("--only", default=USUAL, help=f"parts, with commas, of {known} (default: %(default)s)")
     options = parser.parse_args()
-    parts: dict[str, Iterator[str]] = {
-        "starts": start_lines(),
-        "ratios": ratio_lines(),
-        "campaigns": campaign_lines(options.against and options.against.resolve()),
-    }
-    for name, lines in parts.items():
-        if options.only in (None, name):
-            for line in lines:
-                print(line, flush=True)
+    older = options.against and options.against.resolve()
+    asked = options.only.split(",")
+    if unknown := {*asked} - {*PARTS, *COMPARED}:
+        parser.error(f"--only {', '.join(sorted(unknown))}: known are {known}")
+    for name in asked:
+        for line in PARTS[name]() if name in PARTS else COMPARED[name](older):
+            print(line, flush=True)
 
 
 if __name__ == "__main__":

@@ -137,6 +137,11 @@ BAD = {
     "[das]\nair_rate_hz = 0": r"das\.air_rate_hz: must be above 0",
     "[das]\nair_rate_hz = 200": r"das\.air_rate_hz: must not exceed the simulator's 100 Hz",
     "[das]\nair_rate_hz = 10\ngps_rate_hz = 20": r"GPS rate \(20 Hz\) must not exceed the air-data rate \(10 Hz\)",
+    "integration_rate_hz = 20": r"integration_rate_hz: .* at 40, 50, 60, 70, 80, 90, 100 Hz, not at 20 Hz",
+    "integration_rate_hz = 60": (
+        r"60 Hz is not a whole multiple of the 50 Hz of the air data: integrate the flight at 50 or 100 Hz"
+    ),
+    "integration_rate = 50": r"integration_rate: the unit is missing: write integration_rate_hz",
     "[das]\nvane_noise_rad = -1": r"das\.vane_noise_rad: must not be negative",
     "[[effects]]\nparameters = {}": r"effects\.0\.name: field required",
     "[[effects]]\nname = 'lag'\nparameters = { lag_s = 'x' }": r"effects\.0\.parameters\.lag_s: .*valid number",

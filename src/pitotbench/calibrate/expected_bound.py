@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.calibrate.accuracy import accuracies_of
-from pitotbench.calibrate.gls.altitude_rows import SLOW_TIME, altitude_rows
+from pitotbench.calibrate.gls.altitude_noise import SLOW_TIME
+from pitotbench.calibrate.gls.altitude_rows import altitude_rows
 from pitotbench.calibrate.gls.covering_fit import covariance_given
 from pitotbench.calibrate.gls.linearized_problem import GUST_LENGTH, Structure
 from pitotbench.calibrate.gls.location import STATIC

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.calibrate.accuracy import USUAL, WITHOUT_TEMPERATURE, accuracies_of, assumptions_of
-from pitotbench.calibrate.gls.altitude_rows import NOISE_COUNT, AltitudeRows
+from pitotbench.calibrate.gls.altitude_noise import NOISE_COUNT
+from pitotbench.calibrate.gls.altitude_rows import AltitudeRows
 from pitotbench.calibrate.gls.latency import estimate_latency, latency_warning, with_latency
 from pitotbench.calibrate.gls.linearized_problem import Structure
 from pitotbench.calibrate.gls.location import IMPACT, ErrorPlace, fit_located

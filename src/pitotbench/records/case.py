@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from pitotbench.records.integration import USUAL_RATE
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 TURBULENCE_SEVERITY = {"none": 0, "light": 1, "moderate": 2}  # Milspec severity index (MIL-F-8785C)
@@ -106,6 +107,9 @@ class Case:
     gravity and is negative where the airplane is lighter than its file. Both are on the weight sheet, so the mass
     column of the log includes them.
 
+    `integration_rate` [Hz] is that of the simulator, which is also the rate of the flight's truth. Another than
+    the usual one is a whole multiple of the data system's air-data rate (`records.integration`).
+
     `accuracy` states 2σ of constant sensor errors that the residual cannot show, for example
     `{"temperature_k": 1.0}`. It goes to the calibrator with the log and changes nothing in the flight.
 
@@ -126,5 +130,6 @@ class Case:
     das: DataSystem = field(default_factory=DataSystem)
     effects: tuple[EffectSpec, ...] = ()
     accuracy: Mapping[str, float] = field(default_factory=dict)
+    integration_rate: float = field(default=USUAL_RATE, metadata={"suffix": "hz"})
     truth_seed: int = 1
     sensor_seed: int = 1

@@ -7,6 +7,7 @@ from typing import Any
 
 from pitotbench.catalog import explain
 from pitotbench.records.case import ERROR_LOCATIONS, PILOTS, TURBULENCE_SEVERITY, VERTICAL_VELOCITIES
+from pitotbench.records.integration import USUAL_RATE, rate_problem
 
 Place = tuple[str, ...]
 
@@ -39,6 +40,9 @@ def broken_rules(tree: Any, written: Callable[[Place], str]) -> Iterator[str]:
     air, gps = leaves.get(("das", "air_rate"), 50.0), leaves.get(("das", "gps_rate"), 50.0)
     if _is_number(air) and _is_number(gps) and gps > air > 0:
         yield f"das: the GPS rate ({gps:g} Hz) must not exceed the air-data rate ({air:g} Hz); lower gps_rate_hz"
+    rate = leaves.get(("integration_rate",), USUAL_RATE)
+    if _is_number(rate) and _is_number(air) and air > 0 and (problem := rate_problem(rate, air)):
+        yield f"{written(('integration_rate',))}: {problem}"
 
 
 def _broken(place: Place, value: Any, written: Callable[[Place], str]) -> Iterator[str]:

@@ -18,8 +18,8 @@ from dataclasses import replace
 from pitotbench.catalog import Catalog, explain
 from pitotbench.records.case import DataSystem
 from pitotbench.records.errors import BadInputError
+from pitotbench.records.integration import USUAL_RATE
 
-FLIGHT_RATE = 100.0  # Hz, at which the simulator records
 INERTIAL_RATE = 10.0  # Hz, from which velocity counts as an integrated IMU/GPS solution
 
 _HIGH_END = DataSystem()
@@ -52,7 +52,7 @@ def data_system(text: str) -> DataSystem:
         )
     air, gps = (float(rate) for rate in rates.groups())
     system = replace(_HIGH_END if gps >= INERTIAL_RATE else _LOW_END, air_rate=air, gps_rate=gps)
-    require_rates(system, FLIGHT_RATE)
+    require_rates(system, USUAL_RATE)
     return system
 
 

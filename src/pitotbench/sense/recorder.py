@@ -9,7 +9,9 @@ import numpy as np
 from pitotbench.channels import Channel
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_table, write_case
+from pitotbench.records.errors import BadInputError
 from pitotbench.records.flight import Flight
+from pitotbench.records.integration import rate_problem
 from pitotbench.records.log import FlightLog
 from pitotbench.sense.das import has_velocity_down, require_rates
 from pitotbench.sense.disturbance import (
@@ -53,6 +55,8 @@ def record(flight: Flight, das: DataSystem, sensor_seed: int, velocity_down: boo
     Raises BadInputError where the rates do not fit the flight or the pressure error cannot be applied.
     """
     require_rates(das, flight_rate(flight["time"]))
+    if problem := rate_problem(flight.case.integration_rate, das.air_rate):
+        raise BadInputError(f"data system {das.label}: {problem}")
     flight = with_height_error(with_probe_effects(with_listed_mass(flight), das), das, sensor_seed)
     when = schedule(flight["time"], das.air_rate, das.gps_rate, das.air_latency, das.gps_latency)
     down = has_velocity_down(das) if velocity_down is None else velocity_down

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.effects import Overlay
 from pitotbench.records.attached import ELECTRIC, Attached
+from pitotbench.records.integration import USUAL_RATE
 from pitotbench.simulate.atmosphere import Air, set_mean_wind, start_turbulence
 from pitotbench.simulate.attach.record import read_record
 from pitotbench.simulate.fdm import SimulationError, load_fdm
@@ -80,7 +81,7 @@ class Plant:
         self._watched = [self.getter(name)[0] for name in watched]  # ft, rad
 
     @classmethod
-    def load(cls, aircraft: str = "navajo", rate: float = 100.0, overlay: Overlay | None = None) -> "Plant":
+    def load(cls, aircraft: str = "navajo", rate: float = USUAL_RATE, overlay: Overlay | None = None) -> "Plant":
         """Load an aircraft of the hangar, to be run at a rate [Hz], with the overlay of its effects.
 
         Raises UnknownNameError for an unknown aircraft or a property that it lacks, SimulationError where

@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.records.case import Case
+from pitotbench.records.errors import BadInputError
 from pitotbench.records.flight import Flight
+from pitotbench.records.integration import rate_problem
 from pitotbench.simulate.atmosphere import Air
 from pitotbench.simulate.fuel_and_ballast import ballast_overlay, load_fuel
 from pitotbench.simulate.maneuvers import MANEUVERS, Maneuver
@@ -24,7 +26,7 @@ Progress = Callable[[float, str], None]
 
 
 def fly(case: Case, progress: Progress | None = None, channels: Collection[str] | None = None) -> Flight:
-    """Fly the maneuver of a case and return the truth at 100 Hz.
+    """Fly the maneuver of a case and return the truth at the case's rate of integration.
 
     One case gives one flight, bit for bit, in any process on one platform. Time is the simulator's; it jumps where
     a set-up between speeds was flown unrecorded. `progress(seconds, label)` is called as each segment begins.
@@ -32,16 +34,20 @@ def fly(case: Case, progress: Progress | None = None, channels: Collection[str] 
     flight itself does not depend on them. Channels that the aircraft does not serve are left out.
 
     Raises UnknownNameError for an unknown channel, aircraft, maneuver, card entry, turbulence, pilot or effect,
-    BadInputError for impossible parameters of an effect, SimulationError where the case cannot be flown.
+    BadInputError for impossible parameters of an effect or a rate that cannot be, SimulationError where the case
+    cannot be flown.
     """
     # Names are looked up before the aircraft is loaded, so that a spelling mistake costs no time.
     recorded = lines_of(channels)
     maneuver = MANEUVERS[case.maneuver]
+    if problem := rate_problem(case.integration_rate):
+        raise BadInputError(problem)
     overlay = overlay_of(case)
     card = card_of(case)
     air = Air.of(case, overlay.temperature_offset)
     pilot = PILOTS[case.pilot]
-    plant = Plant.load(case.aircraft, overlay=overlay + ballast_overlay(case.aircraft, case.ballast))
+    added = overlay + ballast_overlay(case.aircraft, case.ballast)
+    plant = Plant.load(case.aircraft, case.integration_rate, added)
     load_fuel(plant, case.fuel)
     plant.start(case.altitude, card.speeds[0], air=air)
     # Truth seed: the same one drives the pilot and, through the air, the turbulence.

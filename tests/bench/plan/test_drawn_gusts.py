@@ -1,5 +1,7 @@
 """Drawn gusts have the spectra of MIL-F-8785C and change nothing but what the air data see."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -68,3 +70,15 @@ def test_stirring_moves_the_airspeed_and_nothing_else(smooth_flights):
     assert np.std(change) == pytest.approx(gust_deviation(rough.case), rel=0.35)
     assert np.array_equal(rough["total_pressure"], stirred(flight, "moderate", 3)["total_pressure"])
     assert np.array_equal(stirred(flight, "none", 3)["total_pressure"], flight["total_pressure"])
+
+
+def test_one_draw_serves_flights_of_any_rate(smooth_flights):
+    flight = smooth_flights["circle"]
+    half = replace(
+        flight,
+        channels={name: values[::2] for name, values in flight.channels.items()},
+        segment=flight.segment[::2],
+        on_condition=flight.on_condition[::2],
+    )
+    gusts, again = (stirred(f, "light", 3)["true_airspeed"] - f["true_airspeed"] for f in (flight, half))
+    np.testing.assert_allclose(again, gusts[::2], atol=1e-12)

@@ -77,7 +77,7 @@ def test_height_narrows_the_bound_of_a_static_error_in_the_forecast_too(velocity
     """`expected`: flown and calibrated in the simulator's turbulence, docs/plan.md."""
     joint = request_with(VELOCITY if velocity == "recorded" else HEIGHT)
     assert has_velocity_down(joint.das) == (velocity == "recorded")
-    flight = smooth_flight(joint.case("step_decrease"))
+    flight = smooth_flight(joint, "step_decrease")
     known = [np.mean(known_noise_two_sigma(each, flight)) for each in (joint, request_with(TRIANGLE))]
     drawn = [forecast(replace(each, draws=4), "step_decrease").mean for each in (joint, request_with(TRIANGLE))]
     assert known[0] / known[1] == pytest.approx(expected, rel=0.15)
@@ -86,7 +86,7 @@ def test_height_narrows_the_bound_of_a_static_error_in_the_forecast_too(velocity
 
 def test_an_error_of_the_impact_pressure_is_not_seen_by_the_height():
     static = request_with(VELOCITY)
-    flight = smooth_flight(static.case("step_decrease"))
+    flight = smooth_flight(static, "step_decrease")
     impact = replace(static, options=CalibrationOptions(error_location="impact"))
     assert np.mean(known_noise_two_sigma(impact, flight)) > 1.5 * np.mean(known_noise_two_sigma(static, flight))
 
@@ -128,7 +128,7 @@ def test_a_card_is_shortened_to_the_minutes():
     """Rapid Decel takes 4.8 min; asked for 4.2, the search must find another dwell, and a better one per minute."""
     request = replace(REQUEST, draws=2)
     found = best_card(request, "rapid_decel", 4.2, flights=10)
-    before, after = (smooth_flight(request.case("rapid_decel", dict(card))) for card in ({}, found.card))
+    before, after = (smooth_flight(request, "rapid_decel", dict(card)) for card in ({}, found.card))
     assert set(found.card) == {"dwell_s"}
     assert after.duration / 60.0 <= 4.3
     work = [np.mean(known_noise_two_sigma(request, f)) * np.sqrt(f.duration) for f in (before, after)]

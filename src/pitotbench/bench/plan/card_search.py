@@ -114,7 +114,7 @@ def _cost_of(
     def cost(x: Array) -> float:
         card = _card_of(request, maneuver, free, x)
         try:
-            flight = smooth_flight(request.case(maneuver, card))
+            flight = smooth_flight(request, maneuver, card)
             bound = float(np.mean(known_noise_two_sigma(request, flight)))
         except (SimulationError, NoAnswerError, BadInputError):
             return _UNFLYABLE

@@ -16,6 +16,7 @@ from pitotbench import air
 from pitotbench.effects.air.turbulence_scale import LENGTH as LENGTH_FT
 from pitotbench.records.case import TURBULENCE_SEVERITY, Case
 from pitotbench.records.flight import Flight
+from pitotbench.timeline import interval
 from pitotbench.units import FOOT, Array
 
 LENGTH = LENGTH_FT * FOOT  # of the Dryden spectra, above 2,000 ft
@@ -23,7 +24,7 @@ MEAN_LENGTH = 0.75 * LENGTH  # of one isotropic process with the mean low-freque
 # MIL-F-8785C, Fig. 7: standard deviation [ft/s] at heights [ft], by severity.
 _HEIGHTS = (500.0, 1750.0, 3750.0, 7500.0, 15000.0)
 _DEVIATIONS = {0: (0.0,) * 5, 1: (3.2, 2.2, 1.5, 0.0, 0.0), 2: (4.2, 3.6, 3.3, 1.6, 0.0)}
-_EVERY = 10  # flight samples between two samples of the gust
+_STEP = 0.1  # s between two samples of the gust: one draw serves flights of any rate
 
 
 def gust_deviation(case: Case) -> float:
@@ -55,7 +56,7 @@ def stirred(flight: Flight, turbulence: str, seed: int) -> Flight:
 
 def _gust(flight: Flight, seed: int) -> Array:
     """Return a gust toward north and east of unit variance, (2, n), at the flight's samples."""
-    rows = np.arange(0, len(flight), _EVERY)
+    rows = np.arange(0, len(flight), round(_STEP / interval(flight["time"])))
     time, rate = flight["time"][rows], flight["true_airspeed"][rows] / LENGTH
     along, across = (_dryden(time, rate, np.random.default_rng([seed, axis, 1750])) for axis in (0, 1))
     axis = -flight.case.wind.from_direction
@@ -70,18 +71,21 @@ def _dryden(time: Array, rate: Array, rng: np.random.Generator) -> tuple[Array, 
     Two states of unit and half variance, x' = −a x + √(2a) w and y' = a (x − y), integrated exactly over
     steps of any length. The lateral gust is (√3 x + (1 − √3) y)/√2.
     """
-    draws = rng.standard_normal((len(time), 2))
-    x, y = draws[0, 0], 0.5 * draws[0, 0] + 0.5 * draws[0, 1]
-    states = np.empty((len(time), 2))
-    states[0] = x, y
-    for n, step in enumerate(np.diff(time) * rate[1:], start=1):
+    # Lists, because a number of an array takes far longer to reckon with than a number of Python's own.
+    draws = rng.standard_normal((len(time), 2)).tolist()
+    steps = (np.diff(time) * rate[1:]).tolist()
+    first, second = draws[0]
+    x, y = first, 0.5 * first + 0.5 * second
+    found = [(x, y)]
+    for step, (first, second) in zip(steps, draws[1:], strict=True):
         decay = exp(-step)
         rest_x = max(1.0 - decay**2, 1e-15)
         rest_xy = 0.5 - decay**2 * (step + 0.5)
         rest_y = 0.5 - decay**2 * (step**2 + step + 0.5)
-        common = draws[n, 0] / sqrt(rest_x)
+        common = first / sqrt(rest_x)
         own = sqrt(max(rest_y - rest_xy**2 / rest_x, 0.0))
-        x, y = decay * x + rest_x * common, decay * (y + step * x) + rest_xy * common + own * draws[n, 1]
-        states[n] = x, y
+        x, y = decay * x + rest_x * common, decay * (y + step * x) + rest_xy * common + own * second
+        found.append((x, y))
+    states = np.array(found)
     lateral = (sqrt(3.0) * states[:, 0] + (1.0 - sqrt(3.0)) * states[:, 1]) / sqrt(2.0)
     return states[:, 0], lateral

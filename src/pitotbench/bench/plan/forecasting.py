@@ -12,10 +12,11 @@ from pitotbench.bench.plan.drawn_gusts import MEAN_LENGTH, gust_deviation, stirr
 from pitotbench.bench.plan.plan_request import PlanRequest
 from pitotbench.calibrate.expected_bound import ExpectedNoise, expected_two_sigma
 from pitotbench.calibrate.options import AUTO
-from pitotbench.records.case import Case, DataSystem
+from pitotbench.records.case import DataSystem
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast
+from pitotbench.records.integration import rates_for
 from pitotbench.sense import CALIBRATION_CHANNELS
 from pitotbench.timeline import gaps
 from pitotbench.units import Array, MetersPerSecond
@@ -33,7 +34,7 @@ def forecast(request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None
 
     Raises SimulationError where the card cannot be flown, NoAnswerError where it does not determine the answer.
     """
-    flight = smooth_flight(request.case(maneuver, dict(card or {})))
+    flight = smooth_flight(request, maneuver, card)
     bounds = np.stack([_drawn(request, flight, seed) for seed in range(_FIRST_DRAW, _FIRST_DRAW + request.draws)])
     return Forecast(
         maneuver=maneuver,
@@ -58,9 +59,13 @@ def _track(flight: Flight) -> Array:
     return np.insert(track, gaps(time[rows]), np.nan, axis=1)
 
 
-def smooth_flight(case: Case) -> Flight:
-    """Return the flight of a case in smooth air. The last few are kept in memory."""
-    return _flown(write_case(case))
+def smooth_flight(request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None = None) -> Flight:
+    """Return the flight of a maneuver in smooth air. The last few are kept in memory.
+
+    It is integrated at the slowest rate that fits the data system: docs/speed.md measures what that changes.
+    """
+    case = replace(request.case(maneuver, dict(card or {})), das=request.das)
+    return _flown(write_case(replace(case, integration_rate=rates_for(request.das.air_rate)[0])))
 
 
 @lru_cache(_KEPT_FLIGHTS)

@@ -16,36 +16,28 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from pitotbench import air
 from pitotbench.calibrate.accuracy import WITHOUT_TEMPERATURE
+from pitotbench.calibrate.gls.carried_height import CarriedHeight, carried_height
 from pitotbench.calibrate.model.nuisances import ZERO, Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.rows.observations import Observations
-from pitotbench.estimate.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
+from pitotbench.estimate.point_noise import UnknownColumns
 from pitotbench.estimate.restricted_likelihood import Regression
 from pitotbench.estimate.robust_scale import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.records.log import FlightLog
-from pitotbench.timeline import interval, pauses, stretch_numbers
-from pitotbench.units import KNOT, Array, Booleans, Meters, MetersPerSecond, Pascal, Seconds
-
-SLOW_SCALE = 5.0  # m, half-normal prior on the slow height error: 1 to 3 m for a receiver alone
-SLOW_TIME, SLOW_TIME_FACTOR = 90.0, 3.0  # s, its correlation time: log-normal prior, 1σ as a factor
-WALK_SCALE = 0.2  # m/√s, half-normal prior on the integral of the vertical velocity's error: 0.05 at 1 Hz
-WHITE_SCALE = 3.0  # m, half-normal prior on the white height error where there is no vertical velocity
-NOISE_COUNT = 3
+from pitotbench.timeline import interval
+from pitotbench.units import KNOT, Array, Booleans, Meters, Pascal, Seconds
 
 _BLOCK = 2.0  # s: short against the correlation time of a height error
 _LONG, _LONG_BLOCK = 480.0, 4.0  # s: above so much data, so long a block
-_DENSE = 0.5  # share of fresh fixes above which a chord between fixes is exact enough
-_FEWEST_FIXES, _FEWEST_BLOCKS = 4, 15
+_FEWEST_BLOCKS = 15
 _CORIOLIS = 1e-4  # 1/s, middle latitudes
 _LEAST_WIND = 3.0  # m/s: least wind from which a pressure gradient is computed
 _TENDENCY = 5.0  # Pa in ten minutes (1σ): change of the weather and drift of the transducer
-_LAYER = (
-    1.5  # K (1σ): effect of moisture and gravity on the weight of the air between two heights, as a temperature
-)
+# K (1σ): effect of moisture and gravity on the weight of the air between two heights, as a temperature
+_LAYER = 1.5
 _LEAST_LAPSE = 1e-6  # K/m: stands for zero, for which the formula of the column would divide by zero
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
 _AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
@@ -62,7 +54,7 @@ class AltitudeRows:
     integral of its vertical velocity [m], None without vertical velocity. `sensor`, `fix`: white variances [m²];
     the latter is infinite where a block has no fix (without vertical velocity: one over the number of fixes).
     `first`: whether the block begins a stretch. `warmth`: change of `rise` per kelvin [m/K]. `unknown`: columns of
-    the unknowns of this equation alone. `slow_guess`: a first guess of the slow height error [m].
+    the unknowns of this equation alone. `spread`: standard deviation of what the slow height error shows in [m].
     """
 
     time: Seconds
@@ -75,7 +67,7 @@ class AltitudeRows:
     first: Booleans
     warmth: Array
     unknown: UnknownColumns
-    slow_guess: float
+    spread: float
 
     def __len__(self) -> int:
         return len(self.time)
@@ -94,7 +86,7 @@ def altitude_rows(log: FlightLog, obs: Observations, latency: float, wind: Array
     """
     if log.altitude is None:
         return None
-    carried = _carried_height(log, latency, obs.has_down)
+    carried = carried_height(log, latency, obs.has_down)
     rest = _at_rest(log)
     rows = np.flatnonzero((obs.used | rest) & np.isfinite(carried.height))
     if len(rows) < _FEWEST_BLOCKS:
@@ -144,103 +136,6 @@ def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) 
     return np.where(q > 0.0, -rows.gain * ((1.0 / rest - 1.0) + q * bend / rest**2), 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class AltitudeNoise:
-    """The map from φ, (3,), to the covariance of the rows.
-
-    φ = ln(slow height error [m], its correlation time [s], third). The third is the random walk of the integrated
-    velocity [m/√s] or, without vertical velocity, the white height error [m].
-    """
-
-    rows: AltitudeRows
-
-    def __call__(self, phi: Array, /) -> PointNoise:
-        """Return the covariance for φ (3,)."""
-        return self.stack(phi)
-
-    def stack(self, phis: Array) -> PointNoise:
-        """Return the covariances for many φ, (b, 3)."""
-        rows, (deviation, memory, third) = self.rows, np.moveaxis(np.exp(phis), -1, 0)
-        if rows.tie is None:
-            white = (rows.sensor + third[..., None] ** 2 * rows.fix)[..., None, :]
-            return PointNoise(white, [ornstein_uhlenbeck(rows.time, deviation, memory, (1.0,))], rows.unknown)
-        walk = random_walk(rows.time, third, rows.first, (1.0, -1.0))
-        slow = ornstein_uhlenbeck(rows.time, deviation, memory, (0.0, 1.0))
-        white = np.broadcast_to(np.stack([rows.sensor, rows.fix]), (*phis.shape[:-1], 2, len(rows)))
-        return PointNoise(white, [walk, slow], rows.unknown)
-
-
-def altitude_log_prior(rows: AltitudeRows, phi: Array) -> float:
-    """The prior of φ (3,): half-normal levels and a log-normal correlation time.
-
-    The φ terms convert the density of a level to that of its logarithm.
-    """
-    third = WHITE_SCALE if rows.tie is None else WALK_SCALE
-    memory = (phi[1] - np.log(SLOW_TIME)) / np.log(SLOW_TIME_FACTOR)
-    levels = (np.exp(phi[0]) / SLOW_SCALE) ** 2 + (np.exp(phi[2]) / third) ** 2
-    return float(phi[0] + phi[2] - 0.5 * (levels + memory**2))
-
-
-def altitude_guess(rows: AltitudeRows) -> Array:
-    """A start for φ, (3,)."""
-    third = 0.3 if rows.tie is None else 0.03
-    return np.log([rows.slow_guess, SLOW_TIME, third])
-
-
-@dataclass(frozen=True, slots=True)
-class _CarriedHeight:
-    """Height at every row of the log, from the fixes.
-
-    `height` [m] is interpolated or the integral of the vertical velocity, and NaN where unknown. `part` is the
-    stretch of every row. `fresh` marks new fixes, `fixes` are their rows, and `seconds` the usual interval between
-    them. `offsets` [m] is the receiver's height minus the integral at `fixes`, None without vertical velocity.
-    """
-
-    height: Meters
-    part: NDArray[np.intp]
-    fresh: Booleans
-    fixes: NDArray[np.intp]
-    seconds: float
-    offsets: Meters | None
-
-
-def _carried_height(log: FlightLog, latency: float, by_velocity: bool) -> _CarriedHeight:
-    """Compute the height of each stretch separately, with fixes `latency` seconds earlier than stamped."""
-    assert log.altitude is not None
-    fresh = log.fresh_fixes()
-    part = stretch_numbers(log.time, pauses(log.time))
-    dense = bool(fresh.mean() > _DENSE)
-    height, at_fixes, offsets = np.full(len(log), np.nan), [], []
-    for number in range(int(part[-1]) + 1):
-        fixes = np.flatnonzero((part == number) & fresh)
-        if len(fixes) < _FEWEST_FIXES:
-            continue
-        knots, measured = log.time[fixes] - latency, log.altitude[fixes]
-        inside = np.flatnonzero((part == number) & (log.time >= knots[0]) & (log.time <= knots[-1]))
-        if by_velocity:
-            assert log.velocity_down is not None
-            integral, height[inside] = _integrated(knots, -log.velocity_down[fixes], log.time[inside], dense)
-            start = float(np.median(measured - integral))
-            height[inside] += start
-            at_fixes.append(fixes)
-            offsets.append(measured - integral - start)
-        else:
-            curve = np.interp(log.time[inside], knots, measured) if dense else None
-            height[inside] = CubicSpline(knots, measured)(log.time[inside]) if curve is None else curve
-    seconds = interval(log.time[fresh])
-    fixes = np.concatenate(at_fixes) if at_fixes else np.flatnonzero(fresh)
-    return _CarriedHeight(height, part, fresh, fixes, seconds, np.concatenate(offsets) if offsets else None)
-
-
-def _integrated(knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bool) -> tuple[Meters, Meters]:
-    """The integral [m] of a climb rate given at knots, at the knots and at other times."""
-    if dense:
-        rises = np.concatenate([[0.0], np.cumsum(0.5 * (climb[1:] + climb[:-1]) * np.diff(knots))])
-        return rises, np.interp(time, knots, rises)
-    integral = CubicSpline(knots, climb).antiderivative()
-    return integral(knots), integral(time)
-
-
 def _at_rest(log: FlightLog) -> Booleans:
     """Rows before take-off or after landing: there the static source has no error, so height and pressure agree."""
     still = np.hypot(log.velocity_north, log.velocity_east) < _AT_REST
@@ -271,7 +166,7 @@ class _Blocks:
         return np.asarray(np.bincount(self.index, values[self.rows], len(self.count)) / self.count)
 
 
-def _divided(log: FlightLog, carried: _CarriedHeight, rows: NDArray[np.intp]) -> _Blocks:
+def _divided(log: FlightLog, carried: CarriedHeight, rows: NDArray[np.intp]) -> _Blocks:
     """Divide rows into blocks of two seconds, four in long logs, or of a longer fix interval; none spans a gap."""
     length = max(_LONG_BLOCK if len(log) * interval(log.time) > _LONG else _BLOCK, carried.seconds)
     cell = np.floor((log.time - log.time[0]) / length).astype(np.intp)
@@ -283,7 +178,7 @@ def _divided(log: FlightLog, carried: _CarriedHeight, rows: NDArray[np.intp]) ->
 def _assembled(
     log: FlightLog,
     obs: Observations,
-    carried: _CarriedHeight,
+    carried: CarriedHeight,
     blocks: _Blocks,
     impact_pressure: Pascal,
     noise: float,
@@ -307,12 +202,12 @@ def _assembled(
         first=np.diff(blocks.mean(carried.part.astype(np.float64)), prepend=-1.0) != 0.0,
         warmth=above / middle,
         unknown=UnknownColumns(np.zeros((0, 0)), np.zeros(0)),
-        slow_guess=1.0,
+        spread=1.0,
     )
     velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])
     unknown = _unknowns(rows, column, velocity, wind, obs.standard_day)
     measured = rows.rise if tie is None else tie[np.isfinite(fix)]
-    return replace(rows, unknown=unknown, slow_guess=float(np.clip(np.std(measured), 0.1, SLOW_SCALE)))
+    return replace(rows, unknown=unknown, spread=float(np.std(measured)))
 
 
 def _air_temperature(
@@ -333,7 +228,7 @@ def _air_temperature(
     return float(np.mean(temperature)), -air.LAPSE_RATE
 
 
-def _ties(carried: _CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:
+def _ties(carried: CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:
     """The receiver's height minus the integral of its velocity, per block [m], and its white variance [m²].
 
     Without vertical velocity the first is None and the second is one over the number of fixes in the block.
@@ -375,9 +270,8 @@ def _unknowns(
     place = np.concatenate(
         [np.zeros((2, 1)), np.cumsum(0.5 * (velocity[:, 1:] + velocity[:, :-1]) * step, axis=1)], 1
     )
-    gradient = (
-        _CORIOLIS * max(float(np.hypot(*wind)), _LEAST_WIND) / air.GRAVITY
-    )  # ρ f V in slope of a pressure level
+    # ρ f V in slope of a pressure level
+    gradient = _CORIOLIS * max(float(np.hypot(*wind)), _LEAST_WIND) / air.GRAVITY
     elapsed = (rows.time - float(np.mean(rows.time))) / 600.0
     layer = np.hypot(_LAYER, 0.5 * WITHOUT_TEMPERATURE if standard_day else 0.0)
     columns = np.stack(

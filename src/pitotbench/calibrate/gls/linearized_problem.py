@@ -12,14 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from pitotbench.calibrate.gls.altitude_rows import (
-    NOISE_COUNT,
-    AltitudeNoise,
-    AltitudeRows,
-    altitude_guess,
-    altitude_log_prior,
-    altitude_regression,
-)
+from pitotbench.calibrate.gls.altitude_noise import NOISE_COUNT, AltitudeNoise, altitude_guess, altitude_log_prior
+from pitotbench.calibrate.gls.altitude_rows import AltitudeRows, altitude_regression
 from pitotbench.calibrate.model.crosswind import crosswind
 from pitotbench.calibrate.model.mean_wind import kernel_means
 from pitotbench.calibrate.model.nuisances import Nuisance

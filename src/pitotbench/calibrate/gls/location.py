@@ -12,15 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtrc
 
-from pitotbench.calibrate.gls.altitude_rows import (
-    NOISE_COUNT,
-    AltitudeNoise,
-    AltitudeRows,
-    altitude_guess,
-    altitude_log_prior,
-    altitude_regression,
-    altitude_rows,
-)
+from pitotbench.calibrate.gls.altitude_noise import NOISE_COUNT, AltitudeNoise, altitude_guess, altitude_log_prior
+from pitotbench.calibrate.gls.altitude_rows import AltitudeRows, altitude_regression, altitude_rows
 from pitotbench.calibrate.gls.covering_fit import Approach, CoveringFit, approach, fit_covering, settle
 from pitotbench.calibrate.gls.linearized_problem import Structure
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of

@@ -13,14 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pitotbench.calibrate.gls.altitude_rows import (
-    NOISE_COUNT,
-    SLOW_SCALE,
-    SLOW_TIME,
-    SLOW_TIME_FACTOR,
-    WALK_SCALE,
-)
-from pitotbench.calibrate.gls.altitude_rows import WHITE_SCALE as HEIGHT_SCALE
+from pitotbench.calibrate.gls.altitude_noise import NOISE_COUNT, SLOW_SCALE, SLOW_TIME, SLOW_TIME_FACTOR, WALK_SCALE
+from pitotbench.calibrate.gls.altitude_noise import WHITE_SCALE as HEIGHT_SCALE
 from pitotbench.calibrate.gls.covering_fit import CoveringFit
 from pitotbench.calibrate.gls.linearized_problem import (
     ACROSS_SCALE,

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from pitotbench.calibrate.gls.altitude_rows import NOISE_COUNT, AltitudeNoise, altitude_regression
+from pitotbench.calibrate.gls.altitude_noise import NOISE_COUNT, AltitudeNoise
+from pitotbench.calibrate.gls.altitude_rows import altitude_regression
 from pitotbench.calibrate.gls.covering_fit import CoveringFit
 from pitotbench.calibrate.gls.linearized_problem import Linearized, Structure, linearize, log_prior_of
 from pitotbench.calibrate.model.heading_rows import DIRECTION_DEVIATIONS, heading_rows

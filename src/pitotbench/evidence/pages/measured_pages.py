@@ -21,6 +21,8 @@ bound should contain 95 % of the curve.
   whole curve; no row where a maneuver holds no speed).
 - *pitotbench*: `two_sigma_kt`. For the last row the noise's levels and length are given, not estimated.
 
+What each costs is in [speed.md](speed.md#peers).
+
 {table}
 
 Because it has to estimate the noise, the bound is {sharpness:.2f} times as wide as for known noise.

@@ -9,13 +9,19 @@ from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
 from tempfile import TemporaryDirectory
 
-from pitotbench.evidence.speed.flight_overhead import RATE, bare_time
+from pitotbench.evidence.speed.flight_overhead import bare_time
 from pitotbench.logbook import read_log
 from pitotbench.records.case_file import read_case
+from pitotbench.records.integration import USUAL_RATE
 
 HERE = Path(__file__).resolve().parents[3]  # the folder on Python's path that holds this package
 DEMO = ("campaign", "--maneuver", "step_decrease", "--das", "20/1")
 EVERYTHING = ("campaign", "--maneuver", "all", "--das", "all", "--model", "all")
+PLAN = (
+    *("plan", "--das", "20/1", "--turbulence", "light", "--wind-kt", "15", "--speeds-kt", "100,160"),
+    *("--minutes", "6", "--want-kt", "0.1", "--box-nm", "10"),
+)
+_GAP = 'maneuver = "step_decrease"\n[[effects]]\nname = "induced_drag"\nparameters = { factor = 0.01 }\n'
 STARTS = {
     "import numpy": ("-c", "import numpy"),
     "import pitotbench": ("-c", "import pitotbench"),
@@ -26,13 +32,15 @@ _START = "import sys; from pitotbench.cli import main; sys.exit(main())"  # olde
 _TRIES = 5
 
 
-def cpu_seconds_of_command(arguments: Sequence[str], source: Path = HERE) -> float:
-    """Return the CPU time [s] of a new Python process with these arguments, on one thread.
+def cpu_seconds_of_command(arguments: Sequence[str], source: Path = HERE, cache: Path | None = None) -> float:
+    """Return the CPU time [s] of a new Python process with these arguments and of its workers, on one thread.
 
-    `source` is the folder of the package that it imports. Raises CalledProcessError where the process fails.
+    `source` is the folder of the package that it imports, `cache` the folder of its cache, if not the usual one.
+    Raises CalledProcessError where the process fails.
     """
     before = getrusage(RUSAGE_CHILDREN)
     environment = {**os.environ, "PYTHONPATH": str(source), "OPENBLAS_NUM_THREADS": "1"}
+    environment |= {"PITOTBENCH_CACHE": str(cache)} if cache else {}
     subprocess.run([sys.executable, *arguments], env=environment, check=True, capture_output=True)
     after = getrusage(RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -72,5 +80,46 @@ def bare_loops(results: Path) -> float:
     for file in sorted(results.glob("cases/*.toml")):
         log = read_log(next(results.glob(f"logs/{file.stem}-*.parquet")))
         case = replace(read_case(file), effects=())
-        total += min(bare_time(case, round(float(log.time[-1]) * RATE)) for _ in range(2))
+        total += min(bare_time(case, round(float(log.time[-1]) * USUAL_RATE)) for _ in range(2))
     return total
+
+
+def plan_lines(older: Path | None = None) -> Iterator[str]:
+    """Measure the plan of the README; yield a line."""
+    with TemporaryDirectory() as folder:
+        for name, source in _sources(older):
+            seconds = cpu_seconds_of_command(("-c", _START, *PLAN, "--out", f"{folder}/{name}"), source)
+            yield f"{'plan, flags of the README, ' + name:<54} {seconds:6.1f} s"
+
+
+def study_lines(older: Path | None = None) -> Iterator[str]:
+    """Measure the study of the paper's claims with one seed; yield a line."""
+    with TemporaryDirectory() as folder:
+        for name, source in _sources(older):
+            script = str(source.parent / "scripts" / "reproduce_study.py")
+            command = (script, "--claims-only", "--jobs", "1", "--out", f"{folder}/{name}")
+            yield f"{'study, claims only, ' + name:<54} {cpu_seconds_of_command(command, source):6.1f} s"
+
+
+def reconcile_lines(older: Path | None = None) -> Iterator[str]:
+    """Measure the reconciliation of one log with an empty cache and with a filled one; yield a line for each.
+
+    The log has one wrong number of the model, which is found. The older checkout flies it: older code reads no
+    header of this one.
+    """
+    with TemporaryDirectory() as folder:
+        case, log = Path(folder, "case.toml"), str(Path(folder, "log.csv"))
+        case.write_text(_GAP, encoding="utf-8")
+        cpu_seconds_of_command(("-c", _START, "fly", str(case), "-o", log), older or HERE)
+        for name, source in _sources(older):
+            cache = Path(folder, f"cache-{name}")
+            for state in ("cold", "warm"):
+                command = ("-c", _START, "reconcile", log, "--out", f"{folder}/{name}-{state}")
+                seconds = cpu_seconds_of_command(command, source, cache)
+                yield f"{f'reconcile one log, {state}, {name}':<54} {seconds:6.1f} s"
+
+
+def _sources(older: Path | None) -> Iterator[tuple[str, Path]]:
+    if older:
+        yield "older", older
+    yield "this", HERE

@@ -1,18 +1,21 @@
 """Measure the CPU time of flying and recording a card, relative to JSBSim alone."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from statistics import median
 from time import process_time
 
 from pitotbench.records.case import Case
+from pitotbench.records.integration import USUAL_RATE
 from pitotbench.simulate.atmosphere import Air
+from pitotbench.simulate.attach.library import ENGINES, SYSTEMS, library
+from pitotbench.simulate.fdm import load_fdm
 from pitotbench.simulate.plant import Plant
 from pitotbench.simulate.sortie import fly
 from pitotbench.units import KNOT
 
 LEVEL_SPEED = 130.0 * KNOT  # m/s, of the bare loop
-RATE = 100.0  # Hz
+SHIPPED, SHIPPED_SPEED = "c172x", 100.0  # JSBSim's own airplane, and its speed in the bare loop [KCAS]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +42,7 @@ def overhead_ratio(case: Case | None = None, pairs: int = 9, channels: Collectio
         begun = process_time()
         flight = fly(case, channels=channels)
         flown.append(process_time() - begun)
-        bare.append(bare_time(case, round(float(flight["time"][-1]) * RATE)))
+        bare.append(bare_time(case, round(float(flight["time"][-1]) * USUAL_RATE)))
     return Ratio(min(flown) / min(bare), tuple(a / b for a, b in zip(flown, bare, strict=True)))
 
 
@@ -47,7 +50,31 @@ def bare_time(case: Case, steps: int) -> float:
     """Return the CPU time [s] of JSBSim alone for some steps of the case's aircraft in level flight, in its air."""
     plant = Plant.load(case.aircraft)
     plant.start(case.altitude, LEVEL_SPEED, air=Air.of(case))
-    run = plant.fdm.run
+    return _loop(plant.fdm.run, steps)
+
+
+def step_ratio(rounds: int = 9, steps: int = 4000) -> Ratio:
+    """Return the CPU time of a bare step of our airplane in light air over that of one that JSBSim ships."""
+    ours, theirs = [], []
+    for _ in range(rounds):
+        ours.append(bare_time(Case(), steps))
+        theirs.append(_shipped_time(steps))
+    return Ratio(min(ours) / min(theirs), tuple(a / b for a, b in zip(ours, theirs, strict=True)))
+
+
+def _shipped_time(steps: int) -> float:
+    """Return the CPU time [s] of steps of the airplane as JSBSim ships it, in the air with its engine running."""
+    parts = (library() / ENGINES, library() / SYSTEMS)
+    fdm, _ = load_fdm(SHIPPED, library() / "aircraft" / SHIPPED, USUAL_RATE, parts)
+    for path, value in (("ic/h-sl-ft", 6000.0), ("ic/vc-kts", SHIPPED_SPEED), ("fcs/mixture-cmd-norm", 1.0)):
+        fdm[path] = value
+    fdm.run_ic()
+    fdm["propulsion/set-running"] = -1
+    fdm["fcs/throttle-cmd-norm"] = 0.7
+    return _loop(fdm.run, steps)
+
+
+def _loop(run: Callable[[], bool], steps: int) -> float:
     begun = process_time()
     for _ in range(steps):
         run()

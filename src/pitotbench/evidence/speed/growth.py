@@ -47,7 +47,7 @@ def costs_by_samples(log: FlightLog, sizes: Sequence[int] = SAMPLES) -> Iterator
                 ("read", lambda: read_log(path), ()),
                 ("calibrate", lambda log=long: calibrate(log), ("calibrate",)),
             ):
-                yield Cost(job, size, min(_seconds(work) for _ in range(_TRIES)), _peak(path, *argument))
+                yield Cost(job, size, min(_seconds(work) for _ in range(_TRIES)), peak_megabytes(path, *argument))
 
 
 def costs_by_flights(sizes: Sequence[int] = FLIGHTS) -> Iterator[Cost]:
@@ -72,7 +72,7 @@ def _seconds(work: object) -> float:
     return process_time() - begun
 
 
-def _peak(path: Path, *argument: str) -> float:
+def peak_megabytes(path: Path, *argument: str) -> float:
     """Return the peak memory [MB] of a new process that reads a log, and with an argument calibrates it."""
     done = run([sys.executable, "-c", _PEAK, str(path), *argument], check=True, capture_output=True, text=True)
     return float(done.stdout) / 1024.0

@@ -11,7 +11,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from pitotbench.evidence.speed.fit_times import fit_times
-from pitotbench.evidence.speed.flight_overhead import overhead_ratio
+from pitotbench.evidence.speed.flight_overhead import SHIPPED, overhead_ratio, step_ratio
+from pitotbench.evidence.speed.growth import peak_megabytes
 from pitotbench.evidence.speed.scale import cross_check_growth, reading_times, tiled
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
@@ -19,29 +20,42 @@ from pitotbench.sense import CALIBRATION_CHANNELS, LOG_CHANNELS, data_system, re
 from pitotbench.simulate import fly
 
 FIT_ROWS = 36_000
-LONG_ROWS = 300_000
+CROSS_CHECK_ROWS, READ_ROWS = 300_000, 1_000_000
 
 
-def ratio_lines() -> Iterator[str]:
-    """Measure one ratio after the other; yield a line for each, with its limit where it has one."""
+def flight_lines() -> Iterator[str]:
+    """Measure the steps and the recording of flights; yield a line for each ratio."""
+    yield f"bare step of our airplane / of JSBSim's {SHIPPED}          {step_ratio()}"
     yield f"flight, every channel / bare JSBSim loop               {overhead_ratio()}"
     logged = overhead_ratio(channels=LOG_CHANNELS)
     yield f"flight, channels of a log / bare JSBSim loop           {logged}   (limit 1.25)"
     needed = overhead_ratio(channels=CALIBRATION_CHANNELS)
     yield f"flight, channels of a calibration / bare JSBSim loop   {needed}"
-    log = record(fly(Case(maneuver="circle")), data_system("100/100"), 1)
-    yield from _fit_lines(log.select(np.arange(min(FIT_ROWS, len(log)))))
-    growth = cross_check_growth(log, LONG_ROWS // 10, 10)
+
+
+def _log() -> FlightLog:
+    return record(fly(Case(maneuver="circle")), data_system("100/100"), 1)
+
+
+def long_log_lines() -> Iterator[str]:
+    """Measure the cross-check and the reading of long logs; yield a line for each ratio."""
+    log = _log()
+    growth = cross_check_growth(log, CROSS_CHECK_ROWS // 10, 10)
     yield f"cross-check a row, 300,000 rows / 30,000 rows          {growth:6.2f}   (limit 1.30)"
     with TemporaryDirectory() as folder:
-        times = reading_times(tiled(log, LONG_ROWS), Path(folder, "long.csv"))
+        path = Path(folder, "long.csv")
+        times = reading_times(tiled(log, READ_ROWS), path)
+        peak = peak_megabytes(path, "calibrate")
     both = times.read + times.calibrate
-    yield f"read 300,000 rows of CSV / one pass of Arrow's reader  {times.read / times.arrow:6.2f}"
-    yield f"read and calibrate them / one pass of Arrow's reader   {both / times.arrow:6.2f}   (limit 2.00)"
+    yield f"read 1,000,000 rows of CSV / one pass of Arrow         {times.read / times.arrow:6.2f}"
+    yield f"read and calibrate them / one pass of Arrow            {both / times.arrow:6.2f}   (limit 2.00)"
+    yield f"peak memory of reading and calibrating them            {peak / 1e3:6.2f} GB   (limit 0.90 GB)"
 
 
-def _fit_lines(log: FlightLog) -> Iterator[str]:
-    fit = fit_times(log)
+def fit_lines() -> Iterator[str]:
+    """Measure fits of one log; yield a line for each ratio."""
+    log = _log()
+    fit = fit_times(log.select(np.arange(min(FIT_ROWS, len(log)))))
     yield f"rows fitted: {fit.rows:,} x 3 outputs, 5 parameters; SciPy alone {fit.scipy:.3f} s"
     yield f"fit with covering bound / SciPy least_squares alone    {fit.covering / fit.scipy:6.2f}   (limit 1.00)"
     yield f"vector output error / SciPy least_squares alone        {fit.vector / fit.scipy:6.2f}   (limit 1.00)"

@@ -101,6 +101,23 @@ def test_no_other_file_of_the_package_starts_processes():
     assert not [name for name, text in texts.items() if "ProcessPoolExecutor" in text]
 
 
+def test_without_a_terminal_a_line_says_how_far_the_work_is(monkeypatch, capsys):
+    """At most one line in 20 s: the tasks end 5, 21, 30 and 45 s after the begin."""
+    clock = iter([0.0, 5.0, 21.0, 21.0, 30.0, 45.0, 45.0])
+    monkeypatch.setattr("pitotbench.bench.fleet.opening.monotonic", lambda: next(clock))
+    with fleet.progress("flying", 1200) as advance:
+        for _ in range(4):
+            advance()
+    assert capsys.readouterr().err == "pitotbench: flying: 2 of 1,200\npitotbench: flying: 4 of 1,200\n"
+
+
+def test_without_a_label_nothing_is_said(monkeypatch, capsys):
+    monkeypatch.setattr("pitotbench.bench.fleet.opening.monotonic", lambda: 1e9)
+    with fleet.progress("", 2) as advance:
+        advance()
+    assert capsys.readouterr().err == ""
+
+
 UNGUARDED = """
 from pitotbench.bench.fleet import run_tasks
 print(run_tasks(abs, [1, 2, 3], 2))

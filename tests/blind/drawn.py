@@ -26,6 +26,7 @@ PARTIAL = (  # effects that may act in a part of the flight only
     "static_source_change", "static_zero_offset", "temperature_bias", "total_pressure_loss", "trim_offset",
     "turn_drag", "water_in_line",
 )  # fmt: skip
+NOT_TOLD = ("nonstandard_temperature",)  # a gap only where the header tells the day, which no header here does
 COUNTED = {  # sizes of what is counted or shows in the spread only
     "dropped_samples": {"fraction": (0.02, 0.12)},
     "quantization": {"step_pa": (30.0, 80.0)},
@@ -145,7 +146,8 @@ def _pool(draw: Generator, kind: str) -> list[str]:
         return list(OUTSIDERS)
     if _by(draw, FORM_SHARE):
         return list(OWN_FORMS)
-    seen = [n for n, e in EFFECTS.items() if n not in GUSTS and not (isinstance(e, SensorEffect) and e.after_noise)]
+    never = (*GUSTS, *NOT_TOLD)
+    seen = [n for n, e in EFFECTS.items() if n not in never and not (isinstance(e, SensorEffect) and e.after_noise)]
     return [n for n in seen if n not in HIDDEN_EFFECTS]
 
 

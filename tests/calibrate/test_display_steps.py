@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trajectories as fixture
+from scipy.signal import lfilter
 
 from pitotbench import air
 from pitotbench.bench import calibrate
-from pitotbench.calibrate.display_steps import display_two_sigma
+from pitotbench.calibrate.display_steps import display_two_sigma, share_that_stays
 from pitotbench.units import KNOT
 
 
@@ -31,6 +32,43 @@ def test_the_bound_widens_and_says_so():
     added = display_two_sigma(shown, wide.curve.indicated_airspeed, shown.header["display"])
     np.testing.assert_allclose(wide.curve.two_sigma, np.hypot(plain.curve.two_sigma, added))
     assert any("steps of the display" in warning for warning in wide.warnings)
+
+
+TIME = np.arange(60.0)
+
+
+def swung(kind, scatter, rng, seconds):
+    """What moves a reading, in steps, over whole seconds."""
+    if kind == "gusts":
+        return lfilter([0.45], [1, -0.895], scatter * rng.standard_normal(seconds + 60))[60:]  # 9 s correlation
+    if kind == "noise":
+        return scatter * rng.standard_normal(seconds)
+    return scatter * np.sqrt(2.0) * np.sin(2.0 * np.pi * np.arange(seconds) / 20.0 + rng.uniform(0.0, 6.3))
+
+
+@pytest.mark.parametrize("kind", ["noise", "gusts", "swing"])
+@pytest.mark.parametrize("scatter", [0.0, 0.1, 0.2, 0.3, 0.5, 0.8])
+def test_the_share_that_stays_is_not_below_the_mean_rounding_error(kind, scatter):
+    """Steady legs of a minute: against the mean rounding error over an hour, with the level anywhere in a step."""
+    rng = np.random.default_rng(7)
+    errors, shares = [], []
+    for _ in range(200):
+        level = rng.uniform()
+        true = level + swung(kind, scatter, rng, 3600)
+        errors.append(np.mean(np.round(true) - true))
+        shares.append(np.mean(share_that_stays(TIME, np.round(true[: len(TIME)]))))
+    assert np.sqrt(np.mean(shares) / 12.0) > 0.9 * np.std(errors)
+
+
+def test_a_reading_at_rest_keeps_its_error_and_one_in_gusts_loses_it():
+    rng = np.random.default_rng(8)
+    np.testing.assert_allclose(share_that_stays(TIME, np.full(60, 120.0)), 1.0)
+    np.testing.assert_allclose(share_that_stays(4.0 * TIME, np.round(120.0 + rng.standard_normal(60))), 1.0)
+    shares = share_that_stays(TIME, np.round(120.4 + rng.standard_normal(60)))
+    assert np.mean(shares) < 0.15
+    # The second half at rest keeps its error: one window does not speak for another.
+    halves = np.where(TIME < 30.0, np.round(120.4 + rng.standard_normal(60)), 130.0)
+    assert np.mean(share_that_stays(TIME, halves)) == pytest.approx(0.5, abs=0.15)
 
 
 @pytest.mark.parametrize("display", ["1 kt", {"airspeed_mps": "1"}, {"airspeed_mps": -1.0}])

@@ -1,6 +1,7 @@
 """`pitotbench inspect`: what a log holds, what it lacks, and a bound to expect that the calibration then gives."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -66,7 +67,11 @@ def test_the_command_prints_and_draws(tmp_path, capsys):
     answer = json.loads(capsys.readouterr().out)
     assert answer["track_sectors"] == 12
     assert len(answer["expected"]) == 7
-    assert page.read_text(encoding="utf-8").count("<svg") == 4
+    text = page.read_text(encoding="utf-8")
+    assert text.count("<svg") == 4
+    units = set(re.findall(r'<tr><td class="text">[^<]*</td><td class="text">([^<]*)</td>', text))
+    assert {"s", "Pa", "K", "m/s", "rad"} <= units
+    assert not units & {"pa", "k", "mps", "radps", "mps2", "kgps"}
     assert main(["inspect", str(log)]) == 0
     assert "In light turbulence, expect" in capsys.readouterr().out
     assert main(["inspect", str(log), "--report", str(log)]) == 2

@@ -88,3 +88,13 @@ def test_the_command_writes_a_mapping_that_calibrate_offers(tmp_path, capsys):
 def test_a_known_log_needs_no_mapping(tmp_path, capsys):
     assert main(["map", str(foreign.dynon(tmp_path / "log.csv", FLOWN))]) == 0
     assert "dynon" in capsys.readouterr().out
+
+
+def test_our_own_names_in_capitals_are_drafted_without_a_question(tmp_path):
+    units = {"time": "s", "air_temperature": "k", "altitude": "m", "heading": "rad"}
+    kind = {name: units.get(name, "pa" if "pressure" in name else "mps") for name in FLOWN}
+    drafted = draft_mapping(as_table(**{f"{name}_{kind[name]}".upper(): values for name, values in FLOWN.items()}))
+    assert drafted.sure
+    assert not drafted.missing
+    ours = {line.guess.theirs: f"{line.guess.quantity}_{line.unit}" for line in drafted.lines}
+    assert ours == {name.upper(): name for name in (f"{name}_{kind[name]}" for name in FLOWN)}

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pitotbench.effects import EFFECTS
 from pitotbench.evidence.pages.examples_page import ExampleChapter, example_picture, examples_page
 from pitotbench.reconcile.residuals.predicted_channels import UNITS as RESIDUAL_UNITS
 from pitotbench.records.advised_flight import AdvisedFlight, CardForecast
@@ -29,7 +30,7 @@ from pitotbench.records.verdict import Candidate, Check, Closure, Detectable, Lo
 from pitotbench.show.field_units import CHANNELS
 from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import calibration_words, evidence_words, sentences
-from pitotbench.show.quantity_words import size_words
+from pitotbench.show.quantity_words import UNITS, heading, name_and_unit, size_words, words
 from pitotbench.show.telling_panels import telling_panels
 from pitotbench.show.verdict_json import account_json
 
@@ -145,6 +146,24 @@ def test_sizes_carry_their_unit():
     assert size_words("latency_s", 0.3, 0.02) == "latency 0.3 ± 0.02 s"
     assert size_words("drag_area_m2", 0.1) == "drag area 0.1 m²"
     assert size_words("extension", 0.26) == "extension 0.26"
+    assert size_words("shift_pa_per_k", 6.0, 1.0) == "shift 6 ± 1 Pa per K"
+    assert size_words("north_mps_per_min", 0.15) == "north 0.15 m/s per min"
+    assert size_words("loss_per_rad2", 1.0) == "loss 1 per rad²"
+
+
+def test_every_size_of_an_effect_has_words_without_a_suffix():
+    suffixes = {suffix.removeprefix("_") for suffix in UNITS}
+    for effect in EFFECTS.values():
+        for parameter in effect.parameters:
+            noun, _ = name_and_unit(parameter.name)
+            assert not suffixes & set(noun.split()[1:]), parameter.name
+            assert " per" not in noun, parameter.name
+
+
+def test_initials_are_capitals_wherever_a_name_is_written():
+    assert words("to sharpen gps_latency: fly") == "to sharpen GPS latency: fly"
+    assert heading("gps_latency") == "GPS latency"
+    assert heading("belly_pod") == "Belly pod"
 
 
 def test_an_example_gives_answer_and_truth_in_one_row(tmp_path):

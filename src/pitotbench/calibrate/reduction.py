@@ -26,6 +26,7 @@ from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.paper import fit_scalar, fit_vector
 from pitotbench.calibrate.rows.observations import Observations, observe, observe_again
+from pitotbench.calibrate.rows.range_end import range_end
 from pitotbench.calibrate.rows.screening import screen
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.calibration import Assumption
@@ -76,7 +77,7 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     obs = observe(log, options)
     reference = reference_pressure or reference_of([obs])
     model = PredictionModel(MODELS[options.model], reference, options.error_location == "static", options.wind_down)
-    require_observable(model, obs)
+    _require_observable(model, obs, log)
     obs, white, left_out = _screened(model, obs, log, options)
     found: dict[str, Any] = {"rows_left_out": [int(row) for row in left_out[:_MOST_LISTED]]}
     nuisances: tuple[Nuisance, ...] = ()
@@ -100,6 +101,17 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
         altitude=altitude,
         assumptions=_that_matter(assumed, options, obs),
     )
+
+
+def _require_observable(model: PredictionModel, obs: Observations, log: FlightLog) -> None:
+    """Raise NoAnswerError where the rows do not determine the answer; name the sensor's range if that is why."""
+    try:
+        require_observable(model, obs)
+    except NoAnswerError as error:
+        end = range_end(log)
+        if end is None:
+            raise
+        raise NoAnswerError(f"{error}; {end.words}") from error
 
 
 def _that_matter(
@@ -266,6 +278,9 @@ def _warnings(
             f"condition number {white.condition_number:.1e}: the parameters are nearly confounded; "
             "trust the curve inside the flown speeds, not the single parameters"
         )
+    end = range_end(log)
+    if end is not None:
+        warnings.append(end.words)
     if len(left_out):
         times = ", ".join(f"{t:.2f}" for t in log.time[left_out[:_MOST_NAMED]])
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""

@@ -91,12 +91,17 @@ def _of_logs(options: argparse.Namespace) -> None:
     from rich.console import Console
 
     from pitotbench.bench import fixed_speed_points
+    from pitotbench.calibrate.rows.range_end import range_end
     from pitotbench.show.fixed_speed_tables import points_json, print_points
     from pitotbench.show.strict_json import json_text
     from pitotbench.show.terminal import outside
 
     logs = read_logs(options.logs, options.mapping)
     choice = _choice(options, mapping_advice(options, logs))
+    for path, log in zip(options.logs, logs, strict=True):
+        end = range_end(log)
+        if end is not None:
+            sys.stderr.write(f"{path.name}: {end.words}\n")
     found = [(path, fixed_speed_points(log, choice)) for path, log in zip(options.logs, logs, strict=True)]
     if options.json:
         documents = [{"fixed_speed": points_json(points)} for _, points in found]

@@ -69,6 +69,7 @@ def run(options: argparse.Namespace) -> int:
         return _by_hand(options)
     from rich.console import Console
 
+    from pitotbench.bench.fleet import progress
     from pitotbench.bench.plan.recommend import make_plan
     from pitotbench.logbook.outputs import require_folder
     from pitotbench.show.plan_table import plan_json
@@ -79,7 +80,8 @@ def run(options: argparse.Namespace) -> int:
     request = request_of(options)
     if options.out is not None:
         require_folder(options.out, (_PAGE, _CASE))
-    plan = make_plan(request, options.search)
+    with progress("flying", len(request.maneuvers) + options.search) as step:
+        plan = make_plan(request, options.search, step)
     if options.json:
         sys.stdout.write(json_text(plan_json(plan)))
     else:

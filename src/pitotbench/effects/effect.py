@@ -7,6 +7,7 @@ from typing import Literal
 from pitotbench.effects.excitation import Excitation
 from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.effects.signals import Signals
+from pitotbench.records.errors import BadInputError
 from pitotbench.units import Array
 
 Family = Literal["pneumatic", "das", "air", "airframe", "propulsion"]
@@ -114,6 +115,19 @@ class AircraftEffect(Effect):
         Raises BadInputError where the aircraft lacks the part that the effect changes.
         """
         return Overlay() if self.is_off(sizes) else self.build(self.complete(sizes), baseline)
+
+    def fits(self, sizes: Sizes, baseline: Baseline) -> bool:
+        """Return whether an aircraft has the parts that the effect changes at these sizes."""
+        try:
+            self.overlay(sizes, baseline)
+        except BadInputError:
+            return False
+        return True
+
+    def fitting(self, baseline: Baseline) -> tuple[Overlay, ...]:
+        """Return the overlay for each parameter alone at its typical size, where the aircraft has the parts."""
+        alone = (self.complete({p.name: p.typical}) for p in self.parameters if not p.shape)
+        return tuple(self.overlay(sizes, baseline) for sizes in alone if self.fits(sizes, baseline))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.logbook.ceiling import at_ceiling
 from pitotbench.logbook.draft import Draft
 from pitotbench.records.errors import BadInputError
 from pitotbench.timeline import pauses
@@ -34,6 +35,9 @@ def check_stuck(draft: Draft) -> None:
     if np.ptp(draft.channels["static_pressure"]) == 0.0:
         draft.warnings.append(f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?")
         still["static_pressure"][:] = False
+    if np.mean(np.any(list(still.values()), axis=0)) <= _MOST:
+        # At the end of its range a sensor stands still as well. Those rows stay, and show where the range ends.
+        still["impact_pressure"] &= ~at_ceiling(draft.channels["impact_pressure"])
     bad = np.any(list(still.values()), axis=0)
     words = "; ".join(
         f"column {draft.columns[name]!r} stands still while others move: it seems stuck ({draft.named(rows)})"

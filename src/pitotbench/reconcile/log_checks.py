@@ -7,9 +7,9 @@ ones, and rows at the ceiling hold no measurement.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pitotbench.channels import numbers_from
+from pitotbench.logbook.ceiling import at_ceiling
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
@@ -39,7 +39,7 @@ def check_log(log: FlightLog) -> CheckedLog:
     repeated = _repeats(log)
     hold, held = _hold(log, repeated)
     step, stepped = _steps(log, repeated)
-    ceiling, capped, usable = _ceiling(log, repeated)
+    ceiling, capped, usable = _ceiling(log)
     return CheckedLog(
         (_clock(log), _gaps(log), hold, step, ceiling, _gps(log)),
         (*held, *stepped, *capped),
@@ -112,15 +112,11 @@ def _noise(values: Array) -> float:
     return float(np.sqrt(max(0.0, float(np.mean(second**2)) / 6.0 - _step(values) ** 2 / 12.0)))
 
 
-def _ceiling(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...], Booleans]:
+def _ceiling(log: FlightLog) -> tuple[Check, tuple[Candidate, ...], Booleans]:
+    capped = at_ceiling(log.impact_pressure)
+    if not capped.any():
+        return Check("saturation", "passed", "impact pressure does not stand at a ceiling"), (), ~capped
     top = float(log.impact_pressure.max())
-    capped: NDArray[np.bool_] = log.impact_pressure >= top
-    if (capped & ~repeated).sum() < THRESHOLDS.ceiling_rows or _step(log.impact_pressure) > THRESHOLDS.ceiling_step:
-        return (
-            Check("saturation", "passed", "impact pressure does not stand at a ceiling"),
-            (),
-            ~np.zeros_like(capped),
-        )
     why = f"impact pressure stands at {top:.1f} Pa on {int(capped.sum())} rows"
     return Check("saturation", "failed", why), (_counted("saturation", Estimate("ceiling_pa", top, 1.0)),), ~capped
 

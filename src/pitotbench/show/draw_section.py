@@ -12,6 +12,7 @@ from pitotbench.show.error_curves import curve_panels
 from pitotbench.show.fixed_speed_tables import points_html
 from pitotbench.show.flight_panels import flight_panels
 from pitotbench.show.limit import AUTO, Limit
+from pitotbench.show.live_curve import live_curve
 from pitotbench.show.markup import render
 from pitotbench.show.residuals import residual_panels
 from pitotbench.show.section import Section
@@ -57,9 +58,10 @@ def log_section(
     rows = " ".join([*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log):,} rows read,"])
     rows += f" {result.samples:,} used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
-    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit)
+    live = live_curve(result, points, limit)
+    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit, live)
     origin = "simulated logs" if log.simulated else "measured logs"
-    return Section(anchor, origin, name, answer, html)
+    return Section(anchor, origin, name, answer, html, bool(live))
 
 
 def _html(
@@ -72,6 +74,7 @@ def _html(
     flown: Sequence[Panel],
     points: Sequence[FixedSpeedPoint],
     limit: Limit | str | None = AUTO,
+    live: str = "",
 ) -> str:
     first = next(iter(results.values()))
     curves = curve_panels(results, truth, points, limit)
@@ -83,6 +86,7 @@ def _html(
         answer=answer,
         flown=flown,
         curve=curves[0],
+        live=live,
         conditions=condition_lines(first),
         card=card_html(first.curve, title),
         panels=[*curves[1:], *residual_panels(first)],

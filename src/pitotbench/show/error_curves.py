@@ -74,7 +74,16 @@ def draw_curve(
 
 
 def draw_data(axes: Axes, result: Calibration) -> None:
-    """Draw what single samples say: the curve less their residuals, over the middle 99 % of the corrections."""
+    """Draw what single samples say."""
+    speed, data = samples(result)
+    axes.plot(speed, data, ".", color=PALE, ms=2.0, zorder=1, label="samples without the wind")
+
+
+def samples(result: Calibration) -> tuple[Array, Array]:
+    """What single samples say: indicated airspeed and correction [kt], (n,), at most some 900.
+
+    The correction is the curve less the residual; the middle 99 % are returned, inside the airspeeds of the curve.
+    """
     curve, residuals = result.curve, result.residuals
     thinned = slice(None, None, max(1, -(-len(residuals.time) // _MOST_DOTS)))
     speed = residuals.indicated_airspeed[thinned]
@@ -82,9 +91,7 @@ def draw_data(axes: Axes, result: Calibration) -> None:
     inside = (speed >= curve.indicated_airspeed[0]) & (speed <= curve.indicated_airspeed[-1])
     low, high = np.quantile(data, [0.005, 0.995])
     shown = inside & (data >= low) & (data <= high)
-    axes.plot(
-        speed[shown] / KNOT, data[shown] / KNOT, ".", color=PALE, ms=2.0, zorder=1, label="samples without the wind"
-    )
+    return speed[shown] / KNOT, data[shown] / KNOT
 
 
 def draw_altitude(axes: Axes, result: Calibration) -> None:

@@ -66,7 +66,7 @@ def draw_track(axes: Axes, flight: Flight) -> None:
     _draw_wind(axes, flight)
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.12)
-    axes.set(xlabel="east [NM]", ylabel="north [NM]")
+    axes.set(xlabel="east [nmi]", ylabel="north [nmi]")
 
 
 def _draw_wind(axes: Axes, flight: Flight) -> None:

@@ -7,16 +7,25 @@ from rich.console import Console
 
 from pitotbench.records.log_inspection import HeldChannel, LogInspection, Question
 from pitotbench.show.columns import Column, json_rows, print_table
-from pitotbench.show.quantity_words import words
+from pitotbench.show.quantity_words import unit_words, words
 from pitotbench.show.terminal import outside
 from pitotbench.units import DEGREE, FOOT, KNOT
+
+
+def _five_digits(value: float | None) -> float | None:
+    """A number without the digits that nobody reads."""
+    return None if value is None else float(f"{value:.5g}")
+
 
 CHANNEL_COLUMNS: tuple[Column[HeldChannel], ...] = (
     Column("channel", lambda c: words(c.name)),
     Column("", lambda c: c.name, key="name"),
-    Column("unit", lambda c: c.unit or "-", key="unit"),
-    Column("5 %", lambda c: c.low, "", ".5g", "low"),
-    Column("95 %", lambda c: c.high, "", ".5g", "high"),
+    Column("", lambda c: c.unit or "-", key="unit"),
+    Column("unit", lambda c: unit_words(c.unit)),
+    Column("", lambda c: c.low, key="low"),
+    Column("", lambda c: c.high, key="high"),
+    Column("5 %", lambda c: _five_digits(c.low), "", ",.10g"),
+    Column("95 %", lambda c: _five_digits(c.high), "", ",.10g"),
     Column("changes", lambda c: c.rate, "1/s", ".3g", "rate_hz"),
 )
 QUESTION_COLUMNS: tuple[Column[Question], ...] = (

@@ -2,9 +2,11 @@
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from pitotbench.show.quantity_words import heading, words
+
 
 def render(template: str, **content: object) -> str:
-    """The HTML of a template of this package."""
+    """The HTML of a template of this package; its filters `words` and `heading` turn names into words."""
     environment = Environment(
         loader=PackageLoader("pitotbench.show"),
         autoescape=True,
@@ -12,4 +14,5 @@ def render(template: str, **content: object) -> str:
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
+    environment.filters |= {"heading": heading, "words": words}
     return environment.get_template(template).render(**content)

@@ -107,7 +107,7 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
             ha="left" if right else "right",
             va="center",
             fontsize=8,
-            bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0.0, "pad": 0.5},
+            bbox={"facecolor": "white", "alpha": 0.9, "linewidth": 0.0, "pad": 0.5},
             color=_look(plan, each)[0] if each in (plan.best, plan.improved) else INK,
         )
 

@@ -22,17 +22,41 @@ UNITS = {
     "_rpm": "rpm",
     "_pph": "lb/h",
     "_ft": "ft",
+    "_km": "km",
+    "_rad2": "rad²",
+    "_kgps": "kg/s",
 }
 _TURNS = "turns"  # in full circles
 
 
+_INITIALS = {"gps": "GPS"}  # words that are written in capitals
+
+
 def words(name: str) -> str:
-    """A name of the code as words."""
-    return name.replace("_", " ")
+    """A name of the code, or a sentence with such names, as words."""
+    return " ".join(_INITIALS.get(word, word) for word in name.replace("_", " ").split(" "))
+
+
+def heading(name: str) -> str:
+    """A name of the code as words, with a capital at its start: `GPS latency`, `Drag area`."""
+    text = words(name)
+    return text[:1].upper() + text[1:]
+
+
+def unit_words(suffix: str) -> str:
+    """The unit of a suffix without its line: `m/s²` for `mps2`; a suffix that is not known stays as it is."""
+    return UNITS.get(f"_{suffix}", suffix)
 
 
 def name_and_unit(name: str) -> tuple[str, str]:
-    """The name without its suffix as words, and the unit of the suffix, empty for a bare number."""
+    """The name without its suffix as words, and the unit of the suffix, empty for a bare number.
+
+    Of a rate such as `shift_pa_per_k` the unit is `Pa per K`.
+    """
+    first, _, last = name.rpartition("_per_")
+    if first and f"_{last}" in UNITS:
+        noun, unit = name_and_unit(first)
+        return noun, f"{unit} per {unit_words(last)}".lstrip()
     suffix = max((s for s in UNITS if name.endswith(s)), key=len, default="")
     return words(name.removesuffix(suffix)), UNITS.get(suffix, "")
 

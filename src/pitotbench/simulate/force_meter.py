@@ -58,9 +58,9 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     for k in range(len(rows)):
         if starts[k] and (engines_run or k == 0):
             rig.run_in(k)
-        # Functions that read the lift use that of the call before. With the engines stopped, nothing else has made
-        # such a call in this state.
-        for _ in range(1 if engines_run else 2):
+        # The first call moves the state, which systems of the aircraft and functions of the lift read: only after
+        # the second one are the controls where they were measured.
+        for _ in range(2):
             rig.place(k)
         rows[k] = rig.row()
         # Before a gap the engines do not run on: the run-in after it starts them anew.

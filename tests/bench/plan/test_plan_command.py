@@ -1,6 +1,7 @@
 """`pitotbench plan`: the table, the document and the page say the same; the case that is written flies."""
 
 import json
+from itertools import count
 
 import pytest
 
@@ -41,6 +42,16 @@ def test_the_document_has_units_and_the_ranking(capsys):
     assert first["minutes_for_want"] < second["minutes_for_want"]
     assert 0.1 < first["two_sigma_kt"] < 0.3
     assert len(first["curve"]) == 13
+
+
+def test_a_plan_in_a_pipe_says_how_far_it_is(monkeypatch, capsys):
+    """A line for each maneuver and each flight of the search, were they all 20 s apart."""
+    clock = count(0.0, 20.0)
+    monkeypatch.setattr("pitotbench.bench.fleet.opening.monotonic", lambda: next(clock))
+    assert main(["plan", "--maneuver", "rapid_decel", "--draws", "2", "--search", "4"]) == DONE
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "pitotbench: flying: 1 of 5"
+    assert len(lines) >= 5
 
 
 @pytest.mark.parametrize(

@@ -5,15 +5,18 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from time import monotonic
 from typing import TypeVar
 
 from pitotbench.bench.fleet.failure import Failure
+from pitotbench.bench.fleet.saying import say
 from pitotbench.bench.fleet.task_limits import Limits
 from pitotbench.bench.fleet.task_stream import Fleet, Step
 from pitotbench.bench.fleet.worker_pool import WorkerPool
 
 T = TypeVar("T")
 R = TypeVar("R")
+_EVERY = 20.0  # s between two lines
 
 
 def run_tasks(
@@ -85,9 +88,15 @@ def usable_cores() -> int:
 
 @contextmanager
 def progress(label: str, total: int) -> Iterator[Step]:
-    """Show a progress bar and give the function that advances it. Nothing is shown where stderr is no terminal."""
-    if not label or not sys.stderr.isatty():
+    """Show a progress bar and give the function that advances it.
+
+    Where stderr is no terminal a line is written instead, every 20 s at most. Without a label nothing is shown.
+    """
+    if not label:
         yield lambda: None
+        return
+    if not sys.stderr.isatty():
+        yield _lines(label, total)
         return
     from rich.console import Console  # slow to load, and only a terminal needs it
     from rich.progress import (
@@ -109,3 +118,16 @@ def progress(label: str, total: int) -> Iterator[Step]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         line = bar.add_task(label, total=total)
         yield lambda: bar.advance(line)
+
+
+def _lines(label: str, total: int) -> Step:
+    done, said = 0, monotonic()
+
+    def advance() -> None:
+        nonlocal done, said
+        done += 1
+        if monotonic() - said >= _EVERY:
+            said = monotonic()
+            say(f"{label}: {done:,} of {total:,}")
+
+    return advance

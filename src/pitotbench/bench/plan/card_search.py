@@ -71,12 +71,14 @@ def free_numbers(maneuver: str) -> tuple[FreeNumber, ...]:
     return (*found, *(FreeNumber("speeds", place, "kt", *ends) for place in between))
 
 
-def best_card(request: PlanRequest, maneuver: str, minutes: float, flights: int = 60) -> Search:
+def best_card(
+    request: PlanRequest, maneuver: str, minutes: float, flights: int = 60, step: Callable[[], None] = lambda: None
+) -> Search:
     """Search the card of a maneuver with the smallest bound in at most so many `minutes`, with so many `flights`.
 
     Uses the simplex of Nelder and Mead (1965) on the logarithms of the free numbers. A card that cannot be flown,
     does not determine the answer or leaves the box gets the cost `_UNFLYABLE`. A card that takes longer than
-    `minutes` pays for the overtime.
+    `minutes` pays for the overtime. `step` is called after each flight.
     Raises BadInputError where the maneuver has no free number.
     """
     from scipy.optimize import minimize
@@ -88,8 +90,14 @@ def best_card(request: PlanRequest, maneuver: str, minutes: float, flights: int 
     simplex = np.vstack([start, start + _FIRST_STEP * np.diag((-1.0) ** np.arange(len(free)))])
     simplex = np.clip(simplex, np.log([n.low for n in free]), np.log([n.high for n in free]))
     cost = _cost_of(request, maneuver, free, minutes)
+
+    def counted(x: Array) -> float:
+        value = cost(x)
+        step()
+        return value
+
     found = minimize(
-        cost,
+        counted,
         start,
         method="Nelder-Mead",
         bounds=[(np.log(n.low), np.log(n.high)) for n in free],

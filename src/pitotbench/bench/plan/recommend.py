@@ -19,15 +19,15 @@ _MOST_MINUTES = 1.02  # in at most this share of its minutes
 def make_plan(request: PlanRequest, search_flights: int = 0, step: Callable[[], None] = lambda: None) -> Plan:
     """Forecast every maneuver of the request, choose the best one, and improve its card.
 
-    The search for a better card uses `search_flights` simulated flights, none where it is 0. `step`
-    is called after each maneuver. Raises NoAnswerError where no maneuver can be flown.
+    The search for a better card uses `search_flights` simulated flights, none where it is 0. `step` is called after
+    each maneuver and each flight of the search. Raises NoAnswerError where no maneuver can be flown.
     """
     found, refused = _forecasts(request, step)
     ranked = sorted(found, key=lambda each: plan_merit(request, each))
     allowed = [each for each in ranked if is_allowed(request, each)]
     gentle = [each for each in allowed if each.steepest_bank <= GENTLE_BANK]
     best = allowed[0] if allowed else None
-    improved, flights = _improved(request, best, search_flights)
+    improved, flights = _improved(request, best, search_flights, step)
     return Plan(
         conditions=conditions_of(request),
         forecasts=tuple(ranked),
@@ -85,7 +85,9 @@ def plan_merit(request: PlanRequest, each: Forecast) -> float:
     return each.mean_in(COMPARED_MINUTES)
 
 
-def _improved(request: PlanRequest, best: Forecast | None, flights: int) -> tuple[Forecast | None, int]:
+def _improved(
+    request: PlanRequest, best: Forecast | None, flights: int, step: Callable[[], None]
+) -> tuple[Forecast | None, int]:
     """Return the forecast of the best maneuver's improved card, or None, and the number of flights spent.
 
     The limit of the search is the minutes of the request, flown once, or else the minutes that the card takes now.
@@ -93,7 +95,7 @@ def _improved(request: PlanRequest, best: Forecast | None, flights: int) -> tupl
     if best is None or flights <= 0 or not free_numbers(best.maneuver):
         return None, 0
     minutes = best.minutes if request.want is not None or request.minutes is None else request.minutes
-    search = best_card(request, best.maneuver, minutes, flights)
+    search = best_card(request, best.maneuver, minutes, flights, step)
     found = forecast(request, best.maneuver, search.card)
     better = found.mean < _LEAST_GAIN * best.within(minutes) and found.minutes < _MOST_MINUTES * minutes
     return (found if better else None), search.flights

@@ -18,6 +18,7 @@ from pitotbench.simulate.unit_forces import measure_unit_forces, unit_overlay
 
 # Hz. The change of a force by an effect in a held state differs by less than 1 % between the two rates.
 COARSE_RATE, FINE_RATE = 25.0, 100.0
+_MOST_NAMED = 3  # missing channels in an error
 
 
 def aircraft_model(name: str) -> AircraftModel | None:
@@ -30,9 +31,10 @@ def aircraft_model(name: str) -> AircraftModel | None:
     folder = find_aircraft(name)
     record = read_record(folder)
     if record is not None and record.missing:
+        more = f" and {len(record.missing) - _MOST_NAMED} more" if len(record.missing) > _MOST_NAMED else ""
         raise BadInputError(
             f"{name}: reconcile drives both engines and all surfaces of a model from the log, and this one has no "
-            f"{', '.join(record.missing[:3])}; use --aircraft none to judge the sensors alone"
+            f"{', '.join(record.missing[:_MOST_NAMED])}{more}; use --aircraft none to judge the sensors alone"
         )
     return AircraftModel(name, partial(_react, name), partial(_unit_forces, name), read_baseline(folder))
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pitotbench import air
 from pitotbench.calibrate.model.air_direction import air_direction
 from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.calibrate.rows.range_end import range_end
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import pauses, stretch_numbers
@@ -130,6 +131,9 @@ def observe_again(log: FlightLog, options: CalibrationOptions, before: Observati
 
 def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
     used = log.impact_pressure > float(air.impact_pressure(_MINIMUM_AIRSPEED))
+    end = range_end(log)
+    if end is not None:
+        used &= ~end.cut_off
     if options.ground_speed_min > 0.0:
         used &= np.hypot(log.velocity_north, log.velocity_east) >= options.ground_speed_min
     if options.on_condition:
@@ -144,7 +148,8 @@ def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
 def _require_rows(used: Booleans, options: CalibrationOptions) -> None:
     if int(used.sum()) < _MINIMUM_SAMPLES:
         raise BadInputError(
-            f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt"
+            f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt, "
+            "pressure below the end of its sensor's range"
             f"{', on condition' if options.on_condition else ''}"
             f"{', below the Mach limit' if options.mach_max is not None else ''}"
             f"{', above the least ground speed' if options.ground_speed_min > 0.0 else ''}"

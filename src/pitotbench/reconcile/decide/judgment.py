@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from pitotbench.catalog import Catalog
-from pitotbench.effects import Effect
+from pitotbench.effects import AircraftEffect, Effect
 from pitotbench.reconcile.decide.advice_for import flights_to_fly
 from pitotbench.reconcile.decide.closure import closure_of, with_form_error
 from pitotbench.reconcile.decide.naming import SMALLEST_GAIN, Naming, name_effects
@@ -18,7 +18,7 @@ from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.null_flights.periodic import periodic_channels
 from pitotbench.reconcile.null_flights.wander import wandering_channels
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout, lay_out
+from pitotbench.reconcile.residuals.layout import DAY, Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, lasts
@@ -138,9 +138,16 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
     if layout.scene.force_model is None:
         notes.append("no aircraft model: sensors and air alone are judged")
     shown = {s.effect for s in layout.signatures}
+    if not layout.setting.day_known:
+        shown.add(DAY)
+        notes.append("the header does not tell the temperature of the day: another one is no gap")
     hidden = [n for n, effect in FITTED.items() if n not in shown and not effect.variant_of]
-    if hidden:
-        notes.append("cannot be seen in the channels of this log: " + ", ".join(hidden))
+    lacking = _without_the_parts(hidden, layout)
+    if lacking:
+        notes.append("left out, because the model of the aircraft lacks what they change: " + ", ".join(lacking))
+    unseen = [n for n in hidden if n not in lacking]
+    if unseen:
+        notes.append("cannot be seen in the channels of this log: " + ", ".join(unseen))
     notes += [
         f"{other} is one model with {effect}: it has the same terms in every channel"
         for other, effect in ONE_MODEL.items()
@@ -153,6 +160,13 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
     if noisy and null.flights:
         notes.append("more noise than on null flights: " + ", ".join(noisy))
     return tuple(notes)
+
+
+def _without_the_parts(names: Sequence[str], layout: Layout) -> list[str]:
+    """Return those of the effects that the aircraft cannot take at all."""
+    model = layout.scene.force_model
+    acting = [(n, effect) for n in names if isinstance(effect := FITTED[n], AircraftEffect)]
+    return [] if model is None else [n for n, effect in acting if not effect.fitting(model.aircraft.baseline)]
 
 
 def hold_out(

@@ -17,8 +17,6 @@ class Thresholds:
     repeats_regular: float = 0.7  # share of runs of equal length; lost samples do not come at equal distances
     quantization_noise: float = 1.5  # noise deviations; a finer step vanishes in the noise
     quantization_smallest: float = 0.5  # Pa; a finer step is no fault, however quiet the sensor
-    ceiling_rows: int = 10  # rows at the maximum; sensor noise reaches its maximum on one row only
-    ceiling_step: float = 5.0  # Pa; with coarser steps many rows share the maximum without a ceiling
     clock_odd_step: float = 0.2  # of the median time step; time stamps are rounded by less
     clock_odd_share: float = 0.01  # of the time steps; more of them mean another clock
     counted_score: float = 99.0  # σ; stands for certainty, because a count has no noise

@@ -57,6 +57,17 @@ class FreeParameters:
     columns: Array
     deviations: Array
 
+    def with_columns(self, further: Mapping[str, tuple[Array, float]]) -> "FreeParameters":
+        """Return these and further parameters: by name the change of the residuals, (n, c), and the deviation."""
+        if not further:
+            return self
+        columns, deviations = zip(*further.values(), strict=True)
+        return FreeParameters(
+            (*self.names, *further),
+            np.concatenate([self.columns, np.stack(columns, axis=2)], axis=2),
+            np.concatenate([self.deviations, deviations]),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class AnalysisSetting:

@@ -29,6 +29,8 @@ from pitotbench.units import Array, Booleans
 
 PASCAL_A_METER = 10.0  # of height near the ground, rounded
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
+DAY = "nonstandard_temperature"  # a gap where the day is told; a free parameter where nobody told it
+USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
 UNUSABLE = 1e6  # slack of instants that are not used, in the unit of any channel
 
 
@@ -119,8 +121,12 @@ def _laid_out(
         loose[:, residuals.names.index("pressure_height")] += setting.pressure_step / PASCAL_A_METER
     residuals = replace(residuals, slack=loose)
     places, shapes = cells(scene.clean, scene.grid, scene.base)
-    free = free_parameters_of(scene, setting, shapes)
-    return Layout(checked, track, scene, residuals, free, signatures_of(scene, effects), places, shapes, setting)
+    free, signatures = free_parameters_of(scene, setting, shapes), signatures_of(scene, effects)
+    if not setting.day_known:
+        days = [s for s in signatures if s.effect == DAY]
+        free = free.with_columns({f"{DAY} {s.parameter}": (s.column, USUAL_DAYS[s.parameter]) for s in days})
+        signatures = tuple(s for s in signatures if s.effect != DAY)
+    return Layout(checked, track, scene, residuals, free, signatures, places, shapes, setting)
 
 
 def without_error_curve(track: Track, setting: AnalysisSetting) -> Track:

@@ -19,7 +19,8 @@ def adds_forces(overlay: Overlay) -> bool:
 
 def properties_of_forces(baseline: Baseline) -> frozenset[str]:
     """Return the paths of the aircraft's properties that the functions of all effects read."""
-    overlays = [e.overlay(e.typical(), baseline) for e in EFFECTS.values() if isinstance(e, AircraftEffect)]
+    acting = [e for e in EFFECTS.values() if isinstance(e, AircraftEffect)]
+    overlays = [overlay for effect in acting for overlay in effect.fitting(baseline)]
     read = (
         properties_in(function.value) - dict(overlay.sizes).keys()
         for overlay in overlays

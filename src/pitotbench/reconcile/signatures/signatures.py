@@ -97,7 +97,9 @@ def signature_of(scene: Scene, effect: Effect, parameter: str, size: float) -> S
 
 @singledispatch
 def residual_change(effect: Effect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
-    """Return the change of the residuals by an effect of these sizes, (n, c); None where the log cannot show it.
+    """Return the change of the residuals by an effect of these sizes, (n, c).
+
+    None where the log cannot show it, or the aircraft lacks the part that it changes.
 
     Each class of effects registers how it acts on a scene.
     """
@@ -148,6 +150,8 @@ def _aircraft_change(effect: AircraftEffect, scene: Scene, sizes: Mapping[str, f
         whole, time = residual_change(FORMS[effect.part_of], scene, sizes), scene.clean.time
         share = share_of_size(effect, time[scene.grid.rows] - time[0], sizes)
         return whole if whole is None else whole * share[:, None]
+    if not effect.fits(sizes, model.aircraft.baseline):
+        return None
     overlay = effect.overlay(sizes, model.aircraft.baseline)
     split = _throttle_split(overlay)
     if split is not None:

@@ -1,0 +1,110 @@
+"""A reading at the end of the sensor's range is no measurement: it is left out and named, and harms no curve."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trajectories as fixture
+from test_fixed_speed_points import RATE as LEG_RATE
+from test_fixed_speed_points import legs_path
+
+from pitotbench.calibrate import calibrate
+from pitotbench.calibrate.gps_legs.leg_points import fixed_speed_points
+from pitotbench.logbook import read_log, write_log
+from pitotbench.records.errors import NoAnswerError
+from pitotbench.units import KNOT
+
+RATE = 20
+GUSTS = fixture.Air(gust=0.5)
+
+
+def _clipped(path, ceiling_kt, seed=1):
+    """A flight in gusts with a sensor that ends at an airspeed."""
+    return _cut(fixture.fly(path(RATE), RATE, RATE, GUSTS, seed), ceiling_kt)
+
+
+def _cut(log, ceiling_kt):
+    """The log of a sensor that ends at an airspeed, by the compressible formula at sea level written out here."""
+    mach = ceiling_kt * 0.514444 / 340.294
+    ceiling = 101325.0 * ((1.0 + 0.2 * mach**2) ** 3.5 - 1.0)
+    return replace(log, impact_pressure=np.minimum(log.impact_pressure, ceiling))
+
+
+def _errors(curve):
+    """Error of a curve's correction over its σ, where the fixture's truth says the correction."""
+    ratio = curve.indicated_airspeed / 340.294
+    indicated = 101325.0 * ((1.0 + 0.2 * ratio**2) ** 3.5 - 1.0)
+    x = indicated / 1630.28
+    k1, k2, k3 = fixture.TRUTH.parameters
+    pressure = indicated / (1.0 - (k1 + k2 * x + k3 / x))
+    calibrated = 340.294 * np.sqrt(5.0 * ((pressure / 101325.0 + 1.0) ** (2.0 / 7.0) - 1.0))
+    return (curve.correction - (calibrated - curve.indicated_airspeed)) / (0.5 * curve.two_sigma)
+
+
+# At 160 KCAS the sensor indicates 164.0 kt. Ceilings cut the fastest of four turns whole, or half of its gusts.
+@pytest.mark.parametrize("ceiling_kt", [158.0, 162.0, 164.0])
+def test_a_leg_at_the_end_of_the_range_is_as_if_it_had_not_been_flown(ceiling_kt):
+    for seed in range(1, 5):
+        clipped = _clipped(fixture.circles, ceiling_kt, seed)
+        without = calibrate(clipped.select(clipped.time < 300.0)).curve  # the first three turns
+        found = calibrate(clipped).curve
+        np.testing.assert_allclose(found.indicated_airspeed, without.indicated_airspeed)
+        assert np.max(np.abs(found.correction - without.correction) / without.two_sigma) < 0.3
+
+
+@pytest.mark.parametrize("ceiling_kt", [150.0, 158.0])
+def test_a_sweep_through_the_end_of_the_range_keeps_its_bound(ceiling_kt):
+    for seed in range(1, 5):
+        curve = calibrate(_clipped(fixture.step_decrease, ceiling_kt, seed)).curve
+        assert np.max(np.abs(_errors(curve))) < 3.0
+        assert curve.indicated_airspeed[-1] < (ceiling_kt + 0.5) * KNOT
+
+
+def test_the_rows_are_named_once():
+    found = calibrate(_clipped(fixture.step_decrease, 158.0))
+    named = [text for text in found.warnings if "end of the sensor's range, 158 kt" in text]
+    assert len(named) == 1
+
+
+def test_no_healthy_log_has_an_end_of_range():
+    for seed in range(1, 4):
+        for path in (fixture.circles, fixture.step_decrease):
+            found = calibrate(fixture.fly(path(RATE), RATE, RATE, GUSTS, seed))
+            assert [text for text in found.warnings if "range" in text] == []
+
+
+def test_a_calm_leg_read_in_coarse_steps_has_no_end_of_range():
+    """The greatest value of a display stands for minutes at a steady speed, and the sensor does not end there."""
+    log = fixture.fly(fixture.circles(RATE), RATE, RATE, fixture.Air(gust=0.05))
+    shown = replace(log, impact_pressure=np.round(log.impact_pressure / 50.0) * 50.0)
+    assert np.count_nonzero(shown.impact_pressure == shown.impact_pressure.max()) > 100
+    assert [text for text in calibrate(shown).warnings if "range" in text] == []
+
+
+def test_a_held_sample_at_the_top_is_no_end_of_range():
+    """Air data at 2 Hz in rows at 20 Hz: each value stands on ten rows, the greatest as well."""
+    log = fixture.fly(fixture.step_decrease(RATE), RATE, RATE, GUSTS)
+    held = replace(log, impact_pressure=np.repeat(log.impact_pressure[::10], 10)[: len(log)])
+    assert np.count_nonzero(held.impact_pressure == held.impact_pressure.max()) == 10
+    assert [text for text in calibrate(held).warnings if "range" in text] == []
+
+
+def test_legs_at_the_end_of_the_range_give_no_point():
+    log = fixture.fly(legs_path(0, 90, 180, 270), LEG_RATE, LEG_RATE, GUSTS)
+    ends = [point.indicated_airspeed / KNOT for point in fixed_speed_points(log)]
+    assert ends == pytest.approx([110.6, 142.8], abs=1.0)
+    points = fixed_speed_points(_cut(log, 142.0))
+    assert [point.indicated_airspeed for point in points] == pytest.approx([ends[0] * KNOT], abs=0.01)
+
+
+def test_a_log_beyond_the_range_gets_no_answer_and_the_reason():
+    with pytest.raises(NoAnswerError, match="end of the sensor's range, 101 kt"):
+        calibrate(_clipped(fixture.circles, 101.0))
+
+
+def test_a_file_keeps_the_rows_at_the_end_of_the_range_and_names_the_range(tmp_path):
+    """A sensor stands still there for minutes, and is not stuck."""
+    write_log(_clipped(fixture.circles, 158.0), tmp_path / "flight.csv")
+    found = calibrate(read_log(tmp_path / "flight.csv"))
+    assert [text for text in found.warnings if "stuck" in text and "impact" in text] == []
+    assert [text for text in found.warnings if "end of the sensor's range, 158 kt" in text]

@@ -1,0 +1,54 @@
+"""An airplane of JSBSim's library as the analyst's model: what it cannot take is left out and said."""
+
+import pytest
+
+from pitotbench import Case, fly, sense
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS, AircraftEffect
+from pitotbench.reconcile.decide.judgment import judge
+from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import lay_out
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log
+from pitotbench.records.case import EffectSpec
+from pitotbench.records.errors import BadInputError
+
+# It declares no speed of its governors, and its engines state no fuel flow for their power.
+LACKING = {"governor_speed", "power_deficit"}
+FEW = Catalog(
+    "effect", {n: EFFECTS[n] for n in ("belly_pod", "mass", "pitot_lag", "gps_latency", *sorted(LACKING))}
+)
+
+
+def _lacking(aircraft):
+    baseline = aircraft_model(aircraft).baseline
+    effects = {name: each for name, each in EFFECTS.items() if isinstance(each, AircraftEffect)}
+    return {name for name, each in effects.items() if not each.fitting(baseline)}
+
+
+def test_the_bench_s_own_twin_takes_every_effect_and_another_does_not():
+    assert _lacking("navajo") == set()
+    assert _lacking("c310") == LACKING
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "true"), [("pitot_lag", "lag_s", 0.5), ("belly_pod", "drag_area_m2", 0.2)]
+)
+def test_a_hidden_effect_of_another_twin_is_named(effect, parameter, true):
+    case = Case(
+        aircraft="c310", maneuver="rapid_decel", truth_seed=21, effects=(EffectSpec(effect, {parameter: true}),)
+    )
+    layout = lay_out(sense(fly(case), "50/50"), aircraft_model("c310"), AnalysisSetting(day_known=True), FEW)
+    assert not LACKING & {signature.effect for signature in layout.signatures}
+    verdict = judge(layout, theoretical_distribution(noise_of_log(layout)))[0]
+    assert [each.name for each in verdict.effects] == [effect]
+    size = verdict.effects[0].sizes[0]
+    assert abs(size.value - true) < size.two_sigma < 0.5 * true
+    assert [note for note in verdict.notes if "model of the aircraft lacks" in note and "governor_speed" in note]
+
+
+@pytest.mark.parametrize("aircraft", ["T38", "c172x"])
+def test_an_airplane_that_cannot_follow_the_log_is_refused_with_the_way_out(aircraft):
+    with pytest.raises(BadInputError, match=f"{aircraft}.* has no .*--aircraft none to judge the sensors alone"):
+        aircraft_model(aircraft)

@@ -8,23 +8,12 @@ CPU seconds of one thread, the least of several tries; reconcile, plan and study
 """
 
 import argparse
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from pitotbench.evidence.speed import commands, ratios
 
-PARTS: dict[str, Callable[[], Iterator[str]]] = {
-    "starts": commands.start_lines,
-    "flights": ratios.flight_lines,
-    "fits": ratios.fit_lines,
-    "logs": ratios.long_log_lines,
-}
-COMPARED: dict[str, Callable[[Path | None], Iterator[str]]] = {
-    "campaigns": commands.campaign_lines,
-    "reconcile": commands.reconcile_lines,
-    "plan": commands.plan_lines,
-    "study": commands.study_lines,
-}
+PARTS = {"starts": commands.start_lines} | ratios.PARTS
+COMPARED = commands.COMPARED
 USUAL = "starts,flights,fits,logs,campaigns"
 
 

@@ -18,6 +18,8 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast
 from pitotbench.records.integration import rates_for
 from pitotbench.sense import CALIBRATION_CHANNELS
+from pitotbench.simulate.attach.record import read_record
+from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.timeline import gaps
 from pitotbench.units import Array, MetersPerSecond
 
@@ -62,10 +64,13 @@ def _track(flight: Flight) -> Array:
 def smooth_flight(request: PlanRequest, maneuver: str, card: Mapping[str, Any] | None = None) -> Flight:
     """Return the flight of a maneuver in smooth air. The last few are kept in memory.
 
-    It is integrated at the slowest rate that fits the data system: docs/speed.md measures what that changes.
+    It is integrated at the slowest rate that fits the data system, where the airplane is one of the bench:
+    docs/speed.md measures what that changes. A fast airplane of JSBSim's library may need the usual rate.
     """
     case = replace(request.case(maneuver, dict(card or {})), das=request.das)
-    return _flown(write_case(replace(case, integration_rate=rates_for(request.das.air_rate)[0])))
+    attached = read_record(find_aircraft(case.aircraft)) is not None
+    rate = case.integration_rate if attached else rates_for(request.das.air_rate)[0]
+    return _flown(write_case(replace(case, integration_rate=rate)))
 
 
 @lru_cache(_KEPT_FLIGHTS)

@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
@@ -123,3 +123,11 @@ def _sources(older: Path | None) -> Iterator[tuple[str, Path]]:
     if older:
         yield "older", older
     yield "this", HERE
+
+
+COMPARED: dict[str, Callable[[Path | None], Iterator[str]]] = {
+    "campaigns": campaign_lines,
+    "reconcile": reconcile_lines,
+    "plan": plan_lines,
+    "study": study_lines,
+}

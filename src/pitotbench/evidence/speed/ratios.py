@@ -4,7 +4,7 @@ Each time is the least of several tries on one thread. On a shared machine absol
 ratios within one run differ less.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -23,7 +23,7 @@ FIT_ROWS = 36_000
 CROSS_CHECK_ROWS, READ_ROWS = 300_000, 1_000_000
 
 
-def flight_lines() -> Iterator[str]:
+def flight_ratios() -> Iterator[str]:
     """Measure the steps and the recording of flights; yield a line for each ratio."""
     yield f"bare step of our airplane / of JSBSim's {SHIPPED}          {step_ratio()}"
     yield f"flight, every channel / bare JSBSim loop               {overhead_ratio()}"
@@ -37,7 +37,7 @@ def _log() -> FlightLog:
     return record(fly(Case(maneuver="circle")), data_system("100/100"), 1)
 
 
-def long_log_lines() -> Iterator[str]:
+def long_log_ratios() -> Iterator[str]:
     """Measure the cross-check and the reading of long logs; yield a line for each ratio."""
     log = _log()
     growth = cross_check_growth(log, CROSS_CHECK_ROWS // 10, 10)
@@ -52,7 +52,7 @@ def long_log_lines() -> Iterator[str]:
     yield f"peak memory of reading and calibrating them            {peak / 1e3:6.2f} GB   (limit 0.90 GB)"
 
 
-def fit_lines() -> Iterator[str]:
+def fit_ratios() -> Iterator[str]:
     """Measure fits of one log; yield a line for each ratio."""
     log = _log()
     fit = fit_times(log.select(np.arange(min(FIT_ROWS, len(log)))))
@@ -64,3 +64,10 @@ def fit_lines() -> Iterator[str]:
     yield f"one panel of a page / one fit with covering bound      {fit.panel / fit.covering:6.2f}"
     evaluations = fit.covering / fit.evaluation
     yield f"fit with covering bound / one residual and Jacobian    {evaluations:6.1f}   (limit 40)"
+
+
+PARTS: dict[str, Callable[[], Iterator[str]]] = {
+    "flights": flight_ratios,
+    "fits": fit_ratios,
+    "logs": long_log_ratios,
+}

@@ -106,9 +106,9 @@ def test_uncertain_sizes_leave_as_much_as_draws_of_them_do() -> None:
     assert np.mean(left) - expected.after == pytest.approx(expected.chance, abs=4.0 * error)
 
 
-def laid(maneuver: str, seed: int, *effects: EffectSpec):
+def laid(maneuver: str, seed: int, *effects: EffectSpec, shown: Catalog = FEW):
     case = Case(maneuver=maneuver, turbulence="light", truth_seed=seed, sensor_seed=seed, effects=effects)
-    layout = lay_out(sense(fly(case), "20/20"), None, AnalysisSetting(day_known=True), FEW)
+    layout = lay_out(sense(fly(case), "20/20"), None, AnalysisSetting(day_known=True), shown)
     return layout, theoretical_distribution(noise_of_log(layout))
 
 
@@ -147,6 +147,13 @@ def test_a_cause_that_a_flight_does_not_show_is_not_named_and_the_flight_is(flig
     told = " ".join(joint.verdict.notes)
     assert "flight 2 contradicts gps_latency" in told
     assert "σ from the other flights" in told
+
+
+def test_a_flight_that_cannot_show_a_cause_leaves_it_to_the_others(flights) -> None:
+    blind = Catalog("effect", {n: FEW[n] for n in FEW if n != "gps_latency"})
+    joint = judged(flights[0], laid("step_decrease", 2302, shown=blind))
+    assert [effect.name for effect in joint.verdict.effects] == ["gps_latency"]
+    assert joint.verdict.kind == "named"
 
 
 def test_the_order_of_the_flights_does_not_matter(flights) -> None:

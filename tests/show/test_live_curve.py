@@ -36,11 +36,11 @@ def test_the_live_picture_holds_the_numbers_of_the_curve(log, result):
     assert layout["yaxis"]["title"]["text"].endswith("[kt]")
     page = log_page("a", [section, section])
     assert page.count("<svg") > 0
-    assert page.count(live.library()) == 1
+    assert page.count(live.live_script()) == 1
 
 
 def test_the_page_needs_nothing_from_the_network(log, result):
-    page = log_page("a", [log_section("a.csv", log, result)]).replace(live.library() or "none", "")
+    page = log_page("a", [log_section("a.csv", log, result)]).replace(live.live_script() or "none", "")
     assert "src=" not in page
     assert "<link" not in page
 

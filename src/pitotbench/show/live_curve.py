@@ -33,7 +33,7 @@ _CONFIG = {"responsive": True, "displaylogo": False, "modeBarButtonsToRemove": [
 _DOT = "rgba(119, 119, 119, 0.35)"
 
 
-def library() -> str:
+def live_script() -> str:
     """The script that draws live pictures, some 5 MB for a page; empty without the extra `interactive`."""
     if find_spec("plotly") is None:
         return ""

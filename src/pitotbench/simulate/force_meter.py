@@ -141,26 +141,34 @@ class _Servo:
     write: Callable[[float], object]
     read: Callable[[], float]
     factor: float  # SI value of the position a unit of its property
-    slope: float  # position a unit of the command
+    slopes: tuple[
+        float, float
+    ]  # position a unit of a negative and of a positive command: an elevator moves further up
     command: float = 0.0
 
     @classmethod
     def probe(cls, plant: Plant, name: str, command: str, position: str) -> "_Servo":
         """Measure how far the command moves the control. Raises SimulationError where it does not move it."""
         read, factor = plant.getter(position)
-        before = read()
-        plant.set(command, PROBE)
-        plant.run_initial_conditions()
-        slope = (read() - before) / PROBE
+        before, slopes = read(), []
+        for probe in (-PROBE, PROBE):
+            plant.set(command, probe)
+            plant.run_initial_conditions()
+            slopes.append((read() - before) / probe)
         plant.set(command, 0.0)
         plant.run_initial_conditions()
-        if abs(slope) < 1e-6:
+        if max(map(abs, slopes)) < 1e-6:
             raise SimulationError(f"{plant.aircraft}: {name} does not follow {command}")
-        return cls(plant.writer(command), read, factor, slope)
+        # What moves one way only, as a throttle at idle does, moves the other way alike as far as anyone can tell.
+        below, above = (slope if abs(slope) >= 1e-6 else slopes[1 - i] for i, slope in enumerate(slopes))
+        return cls(plant.writer(command), read, factor, (below, above))
 
     def move(self, position: float) -> None:
-        """Move the control to a position [SI]: change the command by the difference from the present position."""
-        self.command += (position / self.factor - self.read()) / self.slope
+        """Move the control to a position [SI]; what systems of the aircraft add to the command stays."""
+        below, above = self.slopes
+        added = self.read() - self.command * (above if self.command > 0.0 else below)
+        wanted = position / self.factor - added
+        self.command = wanted / (above if wanted * above > 0.0 else below)
         self.write(self.command)
 
 

@@ -59,7 +59,10 @@ class ResultStore:
         return self.folder / LOGS / key[:2] / f"{key}-{name}"
 
     def find(self, key: str) -> Document | None:
-        """Return the part of a key; None where there is none, or where it is cut or not of this key."""
+        """Return the part of a key; None where there is none, or where it is cut or not of this key.
+
+        Raises StoreError where the disk does not give it.
+        """
         try:
             document = json.loads(self.part(key).read_bytes())
         except (FileNotFoundError, ValueError):

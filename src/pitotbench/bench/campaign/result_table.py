@@ -67,7 +67,7 @@ def require_columns(table: pd.DataFrame, names: Sequence[str]) -> None:
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as .parquet or .csv, whole or not at all."""
+    """Write a table as .parquet or .csv, whole or not at all. Raises BadInputError for another ending."""
     if path.suffix not in (".parquet", ".csv"):
         raise BadInputError(f"{path}: the name must end in .parquet or .csv")
     with atomic(path) as scratch:

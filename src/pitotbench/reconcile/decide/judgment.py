@@ -42,8 +42,13 @@ def verdict_of(layout: Layout, naming: Naming, null: NullDistribution) -> Verdic
     wandering = () if gusts else wandering_channels(explained, naming.layout, null, naming.fit.gain)
     unexplained = (*wandering, *periodic_channels(explained, null, naming.fit.gain))
     counted = layout.checked.effects
-    effects = (*counted, *_named_effects(naming), *gusts)
-    alternatives = (*((),) * len(counted), *naming.alternatives, *(("turbulence_scale",),) * len(gusts))
+    named, others_of = _named_effects(naming), dict(zip(naming.chosen, naming.alternatives, strict=True))
+    effects = (*counted, *named, *gusts)
+    alternatives = (
+        *((),) * len(counted),
+        *(others_of[effect.name] for effect in named),
+        *(("turbulence_scale",),) * len(gusts),
+    )
     kind: Kind = naming.answer.kind
     if unexplained and not counted and (not naming.chosen or _outweighs(explained, naming, null)):
         kind = "unknown"
@@ -82,7 +87,10 @@ def _outweighs(explained: Layout, naming: Naming, null: NullDistribution) -> boo
 
 
 def _named_effects(naming: Naming) -> tuple[Candidate, ...]:
-    """The chosen effects with the sizes that are beyond their bounds, as fitted together."""
+    """The chosen effects with the sizes that are beyond their bounds, as fitted together.
+
+    An effect that other flights name and this one cannot show is left out.
+    """
     columns, fit = columns_of(naming.layout.signatures), naming.fit
     effects = []
     for effect in naming.chosen:

@@ -75,7 +75,7 @@ class LogEvidence:
         return tuple(self.columns)
 
     def directions(self, columns: Iterable[int]) -> tuple[tuple[int, ...], Array]:
-        """Return the columns of form error of some signatures, and the signature that each belongs to."""
+        """Return the columns of form error of some signatures, and the signature that each belongs to, (d,)."""
         wanted = list(columns)
         new = [c for c in wanted if c not in self._directions]
         if new:
@@ -137,7 +137,7 @@ class LogEvidence:
         return dict(zip(self.layout.residuals.names, power, strict=True))
 
     def form_error(self, sizes: Mapping[tuple[str, str], float]) -> tuple[list[int], Array]:
-        """Return the columns of the form error of effects of these sizes, and their prior deviations.
+        """Return the columns of the form error of effects of these sizes, and their prior deviations, (d,).
 
         They are the directions of each effect, and a smooth discrepancy in each channel that it acts on.
         """

@@ -53,7 +53,10 @@ class Doubt:
     flights: int
 
     def power(self, added: Array | float = 0.0, flights: int = 0) -> Array:
-        """Return the power to which evidence is raised, with what further flights add to the Bayes factor."""
+        """Return the power to which evidence is raised, (n,) like `added`.
+
+        `added` is what further flights add to the logarithm of the Bayes factor.
+        """
         square = 2.0 * np.maximum(0.0, self.log_bayes_factor + added) / (self.flights + flights)
         return np.asarray(1.0 / (1.0 + THRESHOLDS.table_error**2 * square))
 

@@ -145,7 +145,8 @@ class CauseSearch:
     ) -> tuple[Evidence, float]:
         """Return the evidence of all logs over some sizes, with the form error of a set eliminated in each log.
 
-        It is that of the likelihood to some power.
+        It is that of the likelihood to some power. `sizes` (k,) are those of the effects, in the order of their
+        keys.
         """
         total, log_evidence = Evidence(np.zeros((len(kept) + 1, len(kept) + 1))), 0.0
         by_key = dict(zip(self.keys_of(names), sizes, strict=True)) if len(sizes) else {}
@@ -197,6 +198,7 @@ class CauseSearch:
         return sorted(values, key=lambda n: -values[n])[:EXTENDED]
 
     def keys_of(self, names: Names) -> list[tuple[str, str]]:
+        """Return the sizes of some effects, each as the effect and its parameter."""
         return [key for n in names for key in self.keys[n]]
 
     def _columns(self, names: Names) -> list[list[int]]:

@@ -14,7 +14,7 @@ from time import monotonic
 from typing import Any
 
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.log_card import as_flown, card_of
+from pitotbench.bench.reconcile.log_card import as_flown, card_of, tells_the_day
 from pitotbench.bench.reconcile.null_cache import cache_entry
 from pitotbench.bench.reconcile.null_learning import NULL_FLIGHTS
 from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, reconcile_log
@@ -43,7 +43,8 @@ def is_warm(path: Path, aircraft: str) -> bool:
     if card is None:
         return True
     card = replace(as_flown(card, log), effects=(), truth_seed=1, sensor_seed=1)
-    return cache_entry(card, NULL_FLIGHTS, AnalysisSetting(day_known=True)).is_file()
+    setting = AnalysisSetting(day_known=tells_the_day(log.header), instruments_known=True)
+    return cache_entry(card, NULL_FLIGHTS, setting).is_file()
 
 
 def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None, advise: bool = False) -> dict[str, Any]:
@@ -72,8 +73,9 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None, advise
             told |= _next_flight(made, read_log(paths[0]))
     if held is not None and held.is_file() and told["kind"] in ("named", "one_of") and made.naming.chosen:
         try:
-            setting = AnalysisSetting(day_known=True)
-            closed = hold_out(read_log(held), aircraft_model(aircraft), made.null, made.naming, setting)
+            closed = hold_out(
+                read_log(held), aircraft_model(aircraft), made.null, made.naming, made.layout.setting
+            )
             told["held_out"] = _share(closed)
         except Exception as error:
             told["held_out_why"] = f"{type(error).__name__}: {error}"

@@ -73,9 +73,7 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None, advise
             told |= _next_flight(made, read_log(paths[0]))
     if held is not None and held.is_file() and told["kind"] in ("named", "one_of") and made.naming.chosen:
         try:
-            closed = hold_out(
-                read_log(held), aircraft_model(aircraft), made.null, made.naming, made.layout.setting
-            )
+            closed = hold_out(read_log(held), aircraft_model(aircraft), made.null, made.naming, made.layout.setting)
             told["held_out"] = _share(closed)
         except Exception as error:
             told["held_out_why"] = f"{type(error).__name__}: {error}"

@@ -50,17 +50,17 @@ def attach(source: Path) -> Path:
     source = source.resolve()
     main = source / f"{source.name}.xml"
     stamps = tuple(file.stat().st_mtime_ns for file in (source, main) if file.exists())
-    return _attach(source, stamps)
+    return _attach(source, stamps, _shelf())
 
 
 @cache
-def _attach(source: Path, stamps: tuple[int, ...]) -> Path:
+def _attach(source: Path, stamps: tuple[int, ...], shelf: Path) -> Path:
     name = aircraft_name(source)
     with TemporaryDirectory(prefix="pitotbench-") as scratch:
         folder = Path(scratch) / name
         folder.mkdir()
         take_in(source, folder)
-        place = _shelf() / f"{name}-{_digest(folder)}"
+        place = shelf / f"{name}-{_digest(folder)}"
         if (place / name).is_dir():
             with suppress(OSError):
                 os.utime(place)

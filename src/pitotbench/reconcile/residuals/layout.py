@@ -39,7 +39,9 @@ class Layout:
     """A log laid out, before its noise is known.
 
     `residuals` are measured less predicted, `free` the free parameters, `signatures` the hypotheses; `cells` are
-    the places to examine, and `shapes` (n, k) the values that each cell has at the instants.
+    the places to examine, and `shapes` (n, k) the values that each cell has at the instants. `subtracted` is what
+    the residuals were before, less what they are, by effects that are in the model and that neither the track nor
+    the scene holds, (n, c) or 0.
     """
 
     checked: CheckedLog
@@ -51,6 +53,7 @@ class Layout:
     cells: tuple[Cell, ...]
     shapes: Array
     setting: AnalysisSetting
+    subtracted: Array | float = 0.0
 
     @property
     def grid(self) -> Grid:

@@ -136,7 +136,7 @@ def test_a_file_mostly_at_the_end_of_the_range_gives_the_answer_of_the_rest(tmp_
 @pytest.mark.parametrize("ceiling_kt", [104.0, 110.0, 128.0])
 def test_a_file_with_too_little_below_the_range_is_refused_with_the_range(tmp_path, ceiling_kt):
     log = _read_back(_clipped(fixture.step_decrease, ceiling_kt), tmp_path)
-    with pytest.raises((BadInputError, NoAnswerError), match="end of the sensor's range.*with more range"):
+    with pytest.raises((BadInputError, NoAnswerError), match=r"end of the sensor's range.*with more range"):
         calibrate(log)
 
 

@@ -14,7 +14,7 @@ _PLACES = 6
 
 
 def print_account(account: Account, console: Console) -> None:
-    """Print the verdict, the warnings of the logs, the places of the gap, the later passes over the log, and the card flown again."""
+    """Print the verdict, the logs' warnings, the places of the gap, the later passes, and the card flown again."""
     verdict = account.rounds[0].verdict
     console.print(outside(KIND_WORDS[verdict.kind], "bold"), soft_wrap=True)
     for sentence in sentences(account):

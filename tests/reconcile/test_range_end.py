@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import UNUSABLE, Layout, lay_out, mean_wind_of
+from pitotbench.reconcile.residuals.layout import Layout, lay_out, mean_wind_of
 from pitotbench.reconcile.residuals.layout_noise import noise_residuals
 from pitotbench.reconcile.residuals.whitening import autocovariance
 
@@ -15,10 +15,9 @@ CHANNELS = ("airspeed_along", "airspeed_across")
 
 @pytest.fixture(scope="module")
 def pair(sensed) -> tuple[Layout, Layout]:
-    """One flight on the instants below 146 kt, of 160: measured by a sensor that ends there, and by one with range."""
-    plain, capped = (
-        lay_out(sensed(*names), None, AnalysisSetting(day_known=True)) for names in ((), ("saturation",))
-    )
+    """One flight on the instants below 146 kt, of 160: with a sensor that ends there, and one with more range."""
+    logs = sensed(), sensed("saturation")
+    plain, capped = (lay_out(log, None, AnalysisSetting(day_known=True)) for log in logs)
     assert np.mean(~capped.measured) > 0.2
     same_instants = replace(plain.residuals, slack=capped.residuals.slack)
     return replace(plain, residuals=same_instants), capped

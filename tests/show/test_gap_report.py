@@ -159,6 +159,8 @@ def test_the_numbers_are_plain_data_too():
 def test_sizes_carry_their_unit():
     assert size_words("latency_s", 0.3, 0.02) == "latency 0.3 ± 0.02 s"
     assert size_words("drag_area_m2", 0.1) == "drag area 0.1 m²"
+    assert size_words("ceiling_pa", 2704.0, 1.0) == "ceiling 2704 ± 1 Pa"
+    assert size_words("offset_pa", -577.0, 704.0) == "offset -577 ± 700 Pa"
     assert size_words("extension", 0.26) == "extension 0.26"
     assert size_words("shift_pa_per_k", 6.0, 1.0) == "shift 6 ± 1 Pa per K"
     assert size_words("north_mps_per_min", 0.15) == "north 0.15 m/s per min"

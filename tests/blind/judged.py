@@ -1,7 +1,6 @@
 """What the tool answers on one flight or several, as plain data. The only place that calls the tool.
 
-The tool gives no formula, no joint verdict or no advised flight in some versions: then the field is missing, and
-the score says "not scored".
+The answer is that of the whole command: with the effects that later looks add, and the names that it takes back.
 """
 
 import os
@@ -17,13 +16,13 @@ from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.log_card import as_flown, card_of, tells_the_day
 from pitotbench.bench.reconcile.null_cache import cache_entry
 from pitotbench.bench.reconcile.null_learning import NULL_FLIGHTS
-from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, reconcile_log
-from pitotbench.bench.reconcile.rounds import look_until_quiet
+from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
+from pitotbench.bench.reconcile.workflow import FullReconciliation, NamedLog, reconcile_fully
 from pitotbench.logbook import read_log
 from pitotbench.reconcile.decide.judgment import hold_out
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.records.verdict import Closure
+from pitotbench.records.verdict import SURE, Closure
 
 LEAST = 1e-3  # probability of a cause that is written down
 
@@ -57,67 +56,71 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None, advise
     told: dict[str, Any] = {"name": paths[0].stem, "flights": len(paths), "warm": True}
     try:
         told["warm"] = all(is_warm(path, aircraft) for path in paths)
-        made = _reconciled([read_log(path) for path in paths], aircraft)
-        if made is None:
-            return {**told, "kind": "not scored", **_seconds(wall, processor)}
+        made = _reconciled(paths, aircraft)
         told |= _told(made)
     except BadInputError as error:
         return {**told, "kind": "refused", "why": str(error), **_seconds(wall, processor)}
     except Exception as error:  # whatever it is, it is no answer
         return {**told, "kind": "crash", "why": f"{type(error).__name__}: {error}", **_seconds(wall, processor)}
     told |= _seconds(wall, processor)
-    with suppress(Exception):
-        told |= _formula(made, read_log(paths[0]), aircraft) if len(paths) == 1 else {}
+    first = made.reconciliation
     if advise and told["kind"] == "one_of" and len(paths) == 1:
         with suppress(Exception):
-            told |= _next_flight(made, read_log(paths[0]))
-    if held is not None and held.is_file() and told["kind"] in ("named", "one_of") and made.naming.chosen:
+            told |= _next_flight(first, read_log(paths[0]))
+    if held is not None and held.is_file() and told["kind"] in ("named", "one_of") and first.naming.chosen:
         try:
-            closed = hold_out(read_log(held), aircraft_model(aircraft), made.null, made.naming, made.layout.setting)
+            closed = hold_out(
+                read_log(held), aircraft_model(aircraft), first.null, first.naming, first.layout.setting
+            )
             told["held_out"] = _share(closed)
         except Exception as error:
             told["held_out_why"] = f"{type(error).__name__}: {error}"
     return told
 
 
-def _reconciled(logs: Sequence[FlightLog], aircraft: str) -> Any:
-    """One log as the command judges it; several together where the tool has it, else None."""
-    if len(logs) == 1:
-        return reconcile_log(logs[0], aircraft)
-    module = import_module("pitotbench.bench.reconcile.reconciliation")
-    together = getattr(module, "reconcile_logs", None)
-    if together is None:
-        return None
-    return together([module.NamedLog(f"flight {i}", log) for i, log in enumerate(logs, start=1)], aircraft)
+def _reconciled(paths: Sequence[Path], aircraft: str) -> FullReconciliation:
+    """One log or several as the command judges them, with all its looks and the formula of what they leave."""
+    logs = [NamedLog(f"flight {i}", read_log(path)) for i, path in enumerate(paths, start=1)]
+    return reconcile_fully(logs, aircraft, refly=False, next_flight=False)
 
 
-def _told(made: Any) -> dict[str, Any]:
-    verdict = made.verdict
+def _told(made: FullReconciliation) -> dict[str, Any]:
+    """The answer with what later looks add to it; the figures are those of the first look, the closure of all."""
+    verdict, rounds = made.verdict, made.account.rounds
+    effects = {e.name: list(others) for e, others in zip(verdict.effects, verdict.alternatives, strict=True)}
+    sizes = {e.name: {s.name: [s.value, s.two_sigma] for s in e.sizes} for e in verdict.effects}
+    for later in rounds[1:]:
+        each = zip(later.verdict.effects, later.verdict.alternatives, strict=True) if later.added else ()
+        for effect, others in each:
+            effects.setdefault(effect.name, list(others))
+            sizes.setdefault(effect.name, {s.name: [s.value, s.two_sigma] for s in effect.sizes})
+    sure = verdict.kind in SURE and verdict.effects
+    kind = ("one_of" if any(effects.values()) else "named") if sure else verdict.kind
     return {
-        "kind": verdict.kind,
-        "effects": [e.name for e in verdict.effects],
-        "alternatives": [list(names) for names in verdict.alternatives],
-        "sizes": {e.name: {s.name: [s.value, s.two_sigma] for s in e.sizes} for e in verdict.effects},
+        "kind": kind,
+        "effects": list(effects),
+        "alternatives": list(effects.values()),
+        "sizes": sizes,
         "probabilities": {c: round(p, 5) for c, p in verdict.probabilities.items() if p > LEAST},
         "log_bayes_factor": round(verdict.log_bayes_factor, 2),
-        "remains": verdict.remains,
+        "remains": rounds[-1].verdict.remains or rounds[-1].verdict.kind == "unknown",
         "closure": _share(verdict.closure),
+        "looks": len(rounds),
+        "notes": [note for note in verdict.notes if "taken back" in note],
         "advice": list(verdict.advice),
         "located": [[p.channel, p.where, round(p.significance, 1)] for p in verdict.located[:4]],
+        **_formula(made),
     }
 
 
-def _formula(made: Any, log: FlightLog, aircraft: str) -> dict[str, Any]:
-    """The closure of the gap by a formula, where the table leaves one and the tool looks for one."""
+def _formula(made: FullReconciliation) -> dict[str, Any]:
+    """The closure of the gap by a formula, where the table leaves one."""
+    found = made.account.formula
     if made.verdict.kind != "unknown":
         return {}
-    beyond = import_module("pitotbench.bench.reconcile.beyond_the_table").beyond_the_table
-    begun = spent()
-    found = beyond(aircraft, made, look_until_quiet(aircraft, made), None).formula
-    cost = {"formula_s": round(spent() - begun, 2)}
     if found is None:
-        return {"formula": None, **cost}
-    return {"formula": {"closure": _share(found.closure), "terms": [t.effect for t in found.terms]}, **cost}
+        return {"formula": None}
+    return {"formula": {"closure": _share(found.closure), "terms": [t.effect for t in found.terms]}}
 
 
 def _next_flight(made: Any, log: FlightLog) -> dict[str, Any]:

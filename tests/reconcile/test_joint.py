@@ -106,6 +106,19 @@ def test_uncertain_sizes_leave_as_much_as_draws_of_them_do() -> None:
     assert np.mean(left) - expected.after == pytest.approx(expected.chance, abs=4.0 * error)
 
 
+def test_an_event_of_a_flight_is_no_part_of_what_the_others_can_close() -> None:
+    random = np.random.default_rng(7)
+    columns, residual = random.normal(size=(60, 2, 5)), random.normal(size=(60, 2))
+    residual += columns @ np.array([0.0, 0.0, 0.8, -0.5, 30.0])
+    equations = equations_from(inner_products(columns, residual), 2, np.array([1.0, 2.0]))
+    fit = equations.fit((0, 1, 2))
+    closed = closure_of(equations, (0, 1), fit.sizes[:2].tolist(), (), beside=(2,))
+    assert closed.before == pytest.approx(equations.remaining((2,)))
+    assert closed.after == pytest.approx(equations.remaining((0, 1, 2)))
+    apart = closure_of(equations, (0, 1), (fit.sizes[:2] + 0.3).tolist(), (), beside=(2,))
+    assert closed.after < apart.after < closed.before
+
+
 def laid(maneuver: str, seed: int, *effects: EffectSpec, shown: Catalog = FEW):
     case = Case(maneuver=maneuver, turbulence="light", truth_seed=seed, sensor_seed=seed, effects=effects)
     layout = lay_out(sense(fly(case), "20/20"), None, AnalysisSetting(day_known=True), shown)

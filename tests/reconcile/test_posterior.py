@@ -11,6 +11,7 @@ from pitotbench.reconcile.decide.answer import answer_of
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.log_evidence import LogEvidence, Rest
 from pitotbench.reconcile.decide.posterior import CausePosterior, cause_posterior
+from pitotbench.reconcile.decide.search import CauseSearch
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.decide.weighing import Prior, weigh
 from pitotbench.reconcile.null_flights.null_distribution import ScoreScale
@@ -18,6 +19,7 @@ from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import noise_of_log, whitened_columns
 from pitotbench.reconcile.residuals.whitening import NoiseModel
+from pitotbench.reconcile.signatures.hypotheses import FITTED, searched_shapes
 from pitotbench.reconcile.signatures.signatures import Signature, columns_of
 from pitotbench.units import Array
 
@@ -86,7 +88,7 @@ def test_an_effect_alone_weighs_as_much_as_the_integral_over_its_plausible_sizes
     for scale in THRESHOLDS.size_scales:
         prior = np.exp(-0.5 * (sizes / scale) ** 2)
         integrals.append(np.trapezoid(prior * np.exp(fall), sizes) / np.trapezoid(prior, sizes))
-    found = weigh(Evidence(every @ every.T), [[0]], [Prior(*np.array([[1.0], [low], [high]]))])
+    found = weigh(Evidence(every @ every.T), [[0]], [Prior(*np.array([[1.0], [low], [high], [0.0]]))])
     assert found.log_evidence == pytest.approx(np.log(np.mean(integrals)), abs=1e-4)
 
 
@@ -112,6 +114,34 @@ def test_a_cause_is_named_and_two_that_act_together_are() -> None:
     both = answer_of(explained(along, AXES[1] + AXES[2]))
     assert sorted(both.groups) == [("belly_pod",), ("gps_latency",)]
     assert both.kind == "named"
+
+
+WATER, WATER_LAG = ("water_in_line", "column_m"), ("water_in_line", "lag_s")
+
+
+@pytest.mark.parametrize(("columns", "cause"), [(0.0, "pitot_lag"), (1.0, "water_in_line")])
+def test_a_line_without_water_is_late_and_one_with_water_is_not_just_late(columns: float, cause: str) -> None:
+    """Water restricts the line as well, so that with no water it explains each lag just as a lag does."""
+    longer = (
+        AXES[0] * EFFECTS["water_in_line"].parameter("lag_s").typical / EFFECTS["pitot_lag"].parameters[0].typical
+    )
+    answer = answer_of(explained({LAG: AXES[0], WATER_LAG: longer, WATER: AXES[1]}, AXES[0] + columns * AXES[1]))
+    assert answer.groups == ((cause,),)
+
+
+def test_the_forms_of_a_cause_share_its_prior() -> None:
+    forms = ["pitot_lag", "height_dependent_lag", "second_order_line", "pitot_lag_from_a_time", "gps_latency"]
+    along = {(name, FITTED[name].parameters[0].name): AXES[i] for i, name in enumerate(forms)}
+    log = PlainLog(Evidence(np.eye(len(forms) + 1)), tuple(Signature(*k, 1.0, np.zeros((1, 1))) for k in along))
+    search = CauseSearch([log])  # type: ignore[list-item]
+    shares = {
+        name: np.exp(search.log_form(name) + THRESHOLDS.search_penalty * len(searched_shapes(FITTED[name])))
+        for name in forms
+    }
+    assert sum(shares[name] for name in forms[:4]) == pytest.approx(1.0)
+    assert shares["pitot_lag"] == pytest.approx(shares["height_dependent_lag"] + shares["second_order_line"])
+    assert shares["pitot_lag_from_a_time"] == pytest.approx(THRESHOLDS.prior_of_part)
+    assert shares["gps_latency"] == pytest.approx(1.0)
 
 
 def test_causes_that_act_alike_are_a_set() -> None:

@@ -1,12 +1,14 @@
 """A large effect on the sensors, taken out of a log, leaves the log of the same flight without it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout, lay_out
+from pitotbench.reconcile.residuals.layout import DAY, Layout, lay_out
 from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
 from pitotbench.reconcile.signatures.patched_model import without_effects
 from pitotbench.reconcile.signatures.refine import Entries, without_sensor_effects
@@ -42,6 +44,34 @@ def test_the_answer_is_exact_where_a_propeller_meets_its_stop(laid_out) -> None:
     before, after = (np.abs(each.residuals.values - plain.residuals.values)[:, place].max() for each in (log, left))
     assert before > 0.3  # rad/s, where it meets its stop
     assert after < 0.15 * before
+
+
+@pytest.mark.parametrize("name", ["pitot_lag", "wind_drift"])
+def test_an_effect_in_the_model_stays_there_as_another_one_is_taken_out(laid_out, name: str) -> None:
+    """A later look takes a further large effect out of the log; what is in the model must not come back.
+
+    What that itself changes, because the further effect is not linear, is seen on a flight without the first one.
+    """
+    entries: Entries = {"recovery_deficit": EFFECTS["recovery_deficit"].typical()}
+    alone, log = laid_out("recovery_deficit"), laid_out(name, "recovery_deficit")
+    left = without_effects(log, {name: EFFECTS[name].typical()})
+    again, bent = without_sensor_effects(left, entries), without_sensor_effects(alone, entries)
+    change = _differences(left, log)
+    own = bent.residuals.values - alone.residuals.values
+    returned = _differences(
+        again, replace(left, residuals=replace(left.residuals, values=left.residuals.values + own))
+    )
+    moved = [n for n in log.residuals.names if change[n] > 0.3]
+    assert moved
+    for channel in moved:
+        assert returned[channel] < 0.35 * change[channel], channel
+
+
+def test_an_unknown_day_stays_unknown_as_an_effect_is_taken_out(sensed) -> None:
+    layout = lay_out(sensed(das="50/50"), aircraft_model("navajo"), AnalysisSetting(day_known=False))
+    again = without_sensor_effects(layout, {"pitot_lag": EFFECTS["pitot_lag"].typical()})
+    assert any(name.startswith(DAY) for name in layout.free.names)
+    assert again.free.names == layout.free.names
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,8 @@ class Parameter:
 
     A size lies between `low` and `high`; zero means no effect and is always allowed. A `shape`, such as a time or a
     damping, says how the effect looks, not how large it is: a case may omit it, and then it is `typical`. A size
-    that `may_be_missing` is 0 where a case omits it.
+    that `may_be_missing` is 0 where a case omits it. Without a size that is `defining` the effect would be another
+    one of the table: a line with water in it, but no water, is a line that is late.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Parameter:
     what: str
     shape: bool = False
     may_be_missing: bool = False
+    defining: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

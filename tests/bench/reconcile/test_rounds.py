@@ -7,8 +7,9 @@ import pytest
 from pitotbench import Case, fly, sense
 from pitotbench.bench.reconcile.reconciliation import reconcile_log
 from pitotbench.bench.reconcile.reflight import wind_of_log
-from pitotbench.bench.reconcile.rounds import look_until_quiet
+from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of, settled
 from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
+from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.records.case import EffectSpec
 from pitotbench.units import DEGREE, KNOT
 
@@ -40,6 +41,26 @@ def test_a_wrong_patch_is_not_quiet(late):
     wrong_way = replace(found, verdict=replace(found.verdict, effects=(wrong,)))
     rounds = look_until_quiet("none", wrong_way).rounds
     assert rounds[1].verdict.kind != "no_gap"
+
+
+@pytest.mark.parametrize(("left", "kind"), [(0.3, "unknown"), (0.1, "named")])
+def test_a_name_that_leaves_too_much_of_the_gap_is_taken_back(late, left, kind):
+    """The second look is changed so that it finds a share of the first gap again."""
+    found = reconcile_log(late, "none")
+    looks = look_until_quiet("none", found)
+    assert looks.closure.share > THRESHOLDS.closure_lowest
+    closed, last = found.verdict.closure, looks.rounds[-1]
+    again = replace(last.verdict.closure, before=last.verdict.closure.noise + left * (closed.before - closed.noise))
+    changed = replace(looks, rounds=(looks.rounds[0], replace(last, verdict=replace(last.verdict, closure=again))))
+    assert changed.closure.share == pytest.approx(1.0 - left, abs=0.02)
+    first, after = settled(found, changed)
+    assert first.verdict.kind == kind
+    if kind == "unknown":
+        assert "gps_latency comes closest, but closes only 7" in first.verdict.notes[-1]
+        assert not after.effects
+        assert not patch_of(first, after.added, after.shapes, "", "").entries
+    else:
+        assert (first, after) == (found, changed)
 
 
 def test_the_wind_of_a_log_is_that_of_the_case(late):

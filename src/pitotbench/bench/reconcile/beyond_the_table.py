@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.reconciliation import Reconciliation
-from pitotbench.bench.reconcile.rounds import Looks, patch_of
+from pitotbench.bench.reconcile.rounds import Looks, patch_of, without_names
 from pitotbench.reconcile.formula.find import closure_on, find_formula
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.signatures.patched_model import lay_out_with
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.formula import FoundFormula
-from pitotbench.records.gap import Round
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import SURE, Candidate
 
@@ -59,7 +58,10 @@ def beyond_the_table(
     if names:
         alone = find_formula(first.naming.layout, first.null)
         if alone is not None and _is_simpler(alone, formula, names):
-            first, looks, formula, names = *_without_names(first, looks, names), alone, {}
+            note = (
+                f"a formula explains more than {', '.join(names)} with a formula beside it: the name is taken back"
+            )
+            first, looks, formula, names = *without_names(first, note), alone, {}
     if formula is None:
         return BeyondTable(first, looks)
     formula = replace(formula, beside=tuple(names))
@@ -83,22 +85,6 @@ def _is_simpler(alone: FoundFormula, beside: FoundFormula | None, names: Mapping
         return False
     sizes = sum(map(len, names.values())) + len(beside.terms)
     return len(alone.terms) < sizes and alone.closure.after <= beside.closure.after
-
-
-def _without_names(
-    first: Reconciliation, looks: Looks, names: Mapping[str, object]
-) -> tuple[Reconciliation, Looks]:
-    """The reconciliation with its names taken back, because a formula says more with less."""
-    note = f"a formula explains more than {', '.join(names)} with a formula beside it, so the name is taken back"
-    verdict = replace(
-        first.verdict,
-        kind="unknown",
-        effects=(),
-        alternatives=(),
-        notes=(*first.verdict.notes, note),
-        remains=False,
-    )
-    return replace(first, verdict=verdict), Looks((Round(verdict, ()),), (), {}, first.naming)
 
 
 def _held_out(

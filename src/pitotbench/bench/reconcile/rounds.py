@@ -12,7 +12,7 @@ from pitotbench.reconcile.decide.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.signatures.patched_model import with_effects
 from pitotbench.records.gap import Round
-from pitotbench.records.verdict import SURE, Candidate, Verdict
+from pitotbench.records.verdict import SURE, Candidate, Closure, Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +26,28 @@ class Looks:
     added: tuple[Candidate, ...]
     shapes: Shapes
     last: Naming
+
+    @property
+    def effects(self) -> tuple[Candidate, ...]:
+        """All effects that the looks name, the corrections of later looks added to their sizes."""
+        return _joined((*(self.rounds[0].verdict.effects if self.rounds[0].added else ()), *self.added))
+
+    @property
+    def closure(self) -> Closure:
+        """How much of the gap all looks together close.
+
+        What the last look leaves stands above its own noise, for each look takes the level of its noise from what
+        it has to explain.
+        """
+        begin, end = self.rounds[0].verdict.closure, self.rounds[-1].verdict.closure
+        left = (end.after if self.rounds[-1].added else end.before) - end.noise
+        return Closure(begin.before, min(begin.noise + left, begin.before), begin.noise)
+
+    @property
+    def remains(self) -> bool:
+        """Whether something significant is left beside all that the looks name."""
+        last = self.rounds[-1].verdict
+        return last.kind == "unknown" or last.remains
 
 
 def fitted_shapes(naming: Naming) -> Shapes:
@@ -71,6 +93,35 @@ def look_until_quiet(
         added += [e for e in rounds[-1].verdict.effects if rounds[-1].added]
         shapes |= fitted_shapes(naming)
     return Looks(tuple(rounds), tuple(added), shapes, naming)
+
+
+def settled(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]:
+    """Return a reconciliation and its looks, the name taken back where all looks close too little of the gap.
+
+    A fault that the table does not hold looks like one that it holds, and leaves more of the gap than another form
+    of that one would. Where the answer is one of several causes, none is claimed, and none is taken back.
+    """
+    closed = looks.closure
+    least = THRESHOLDS.closure_with_rest if looks.remains else THRESHOLDS.closure_lowest
+    by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
+    if first.verdict.kind != "named" or not first.naming.chosen or closed.share >= least or by_chance:
+        return first, looks
+    names = ", ".join(effect.name for effect in looks.effects)
+    note = f"{names} comes closest, but closes only {max(0.0, closed.share):.0%} of the gap: the name is taken back"
+    return without_names(first, note)
+
+
+def without_names(first: Reconciliation, note: str) -> tuple[Reconciliation, Looks]:
+    """Return a reconciliation and its looks with all names taken back, and the reason as a note."""
+    verdict = replace(
+        first.verdict,
+        kind="unknown",
+        effects=(),
+        alternatives=(),
+        notes=(*first.verdict.notes, note),
+        remains=False,
+    )
+    return replace(first, verdict=verdict), Looks((Round(verdict, ()),), (), {}, first.naming)
 
 
 def _round(verdict: Verdict) -> Round:

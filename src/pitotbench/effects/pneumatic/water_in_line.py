@@ -22,7 +22,9 @@ WATER_IN_LINE = SensorEffect(
     family="pneumatic",
     acts_on="sensors",
     parameters=(
-        Parameter("column_m", 0.03, -0.3, 0.3, "length of the water column along the airplane, tube ahead"),
+        Parameter(
+            "column_m", 0.03, -0.3, 0.3, "length of the water column along the airplane, tube ahead", defining=True
+        ),
         Parameter("lag_s", 0.8, 0.0, 20.0, "time constant of the restricted line"),
     ),
     source="hydrostatics, density times specific force times length; Gracey 1980, NASA RP-1046: water in lines",

@@ -102,7 +102,8 @@ def _sizes_of(posterior: CausePosterior) -> dict[Key, float]:
 def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> OwnSizes:
     """Return the sizes of the named effects as fitted to all flights together, or to all but one of them.
 
-    Form error widens their bounds and must not shift them: this is a fit without it.
+    Form error widens their bounds and must not shift them: this is a fit without it. A size that the others hardly
+    show is drawn to zero by a wide prior, as its bound is.
     """
     keys = list(dict.fromkeys(key for naming in namings for key in _keys(naming)))
     inner = np.zeros((len(keys) + 1, len(keys) + 1))
@@ -113,9 +114,12 @@ def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> OwnS
             inner[np.ix_(rows, rows)] += naming.equations.inner[np.ix_(columns, columns)]
     shown = [i for i in range(len(keys)) if inner[i, i] > 0.0]
     squares, found = inner[np.ix_(shown, shown)], tuple(keys[i] for i in shown)
-    sizes = np.linalg.lstsq(squares, inner[shown, -1], rcond=None)[0]
-    wide = np.diag([_widest(key) ** -2.0 for key in found])
-    return OwnSizes(found, np.asarray(sizes), np.asarray(np.linalg.inv(squares + wide)))
+    covariance = np.linalg.inv(squares + np.diag([_widest(key) ** -2.0 for key in found]))
+    if left_out is None:
+        sizes = np.linalg.lstsq(squares, inner[shown, -1], rcond=None)[0]
+    else:
+        sizes = covariance @ inner[shown, -1]
+    return OwnSizes(found, np.asarray(sizes), np.asarray(covariance))
 
 
 def _keys(naming: Naming) -> tuple[Key, ...]:
@@ -136,7 +140,7 @@ def _with_sizes(naming: Naming, sizes: Mapping[Key, float]) -> Naming:
 def left_out_closures(namings: Sequence[Naming]) -> tuple[Closure | None, ...]:
     """Return for each flight the closure by the sizes that the other flights show; None where they show none.
 
-    Effects for a part of one flight, and events, are left out: another flight does not have them.
+    Effects for a part of one flight, and events, are fitted to that flight: another flight does not have them.
     """
     if len(namings) < 2:
         return (None,) * len(namings)
@@ -149,9 +153,11 @@ def left_out_closures(namings: Sequence[Naming]) -> tuple[Closure | None, ...]:
             if key in sizes.keys and returns(key[0])
         ]
         cells, columns, places = [i for i, _ in naming.layout.places], [c for c, _ in pairs], [p for _, p in pairs]
+        own = zip(naming.fit.columns, _keys(naming), strict=True)
+        once = [column for column, key in own if not returns(key[0])]
         values = sizes.values[places].tolist()
         errors = with_form_error(sizes.covariance[np.ix_(places, places)], values)
-        found.append(closure_of(naming.equations, columns, values, cells, errors) if pairs else None)
+        found.append(closure_of(naming.equations, columns, values, cells, errors, once) if pairs else None)
     return tuple(found)
 
 

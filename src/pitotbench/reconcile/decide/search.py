@@ -11,7 +11,7 @@ from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.decide.weighing import Prior, Weighed, weigh
-from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, searched_shapes
+from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, lasts, searched_shapes
 from pitotbench.units import Array
 
 LEADING = 14  # sets of each number of effects whose form error is weighed
@@ -225,10 +225,19 @@ class CauseSearch:
         return float(np.log(table[count]) - np.log(comb(len(self.causes), count)) + forms)
 
     def log_form(self, name: str) -> float:
-        """Return the logarithm of the prior of a form of its cause, with the search over its shapes."""
-        forms = self._forms[cause_of(name)]
-        plain = name == cause_of(name)
-        share = 1.0 if len(forms) == 1 else (0.5 if plain else 0.5 / max(1, len(forms) - (cause_of(name) in forms)))
+        """Return the logarithm of the prior of a form of its cause, with the search over its shapes.
+
+        Most causes act for the whole flight. Of the forms that do, the plain one is as probable as all others.
+        """
+        cause = cause_of(name)
+        parts = [form for form in self._forms[cause] if not lasts(form)]
+        whole = [form for form in self._forms[cause] if lasts(form)]
+        in_part = (THRESHOLDS.prior_of_part if whole else 1.0) if parts else 0.0
+        others = len(whole) - (cause in whole)
+        if name in parts:
+            share = in_part / len(parts)
+        else:
+            share = (1.0 - in_part) * (1.0 if len(whole) == 1 else 0.5 if name == cause else 0.5 / others)
         return float(np.log(share)) - THRESHOLDS.search_penalty * len(searched_shapes(FITTED[name]))
 
 
@@ -239,9 +248,5 @@ def _sizes(name: str, logs: Sequence[LogEvidence]) -> list[Parameter]:
 
 def _prior(name: str, logs: Sequence[LogEvidence]) -> Prior:
     found = _sizes(name, logs)
-    return Prior(
-        *(
-            np.array([float(v) for v in values])
-            for values in zip(*((abs(p.typical), p.low, p.high) for p in found), strict=True)
-        )
-    )
+    typical, low, high = np.array([(abs(p.typical), p.low, p.high) for p in found], dtype=float).reshape(-1, 3).T
+    return Prior(typical, low, high, np.array([1.0 if p.defining else 0.0 for p in found]))

@@ -39,6 +39,7 @@ class Thresholds:
 
     # The posterior over causes.
     prior_of_number: tuple[float, ...] = (0.30, 0.59, 0.10, 0.01)  # of no to three effects, rare and independent
+    prior_of_part: float = 0.2  # that a cause acts for a part of the flight only
     prior_of_rest: float = 0.15  # that something is left which no entry of the table describes
     size_scales: tuple[float, ...] = (0.0625, 0.25, 1.0, 4.0)  # times typical: the scales of a size's prior
     rest_sizes: tuple[float, ...] = (4.0, 12.0, 36.0, 108.0, 324.0)  # σ of a smooth discrepancy
@@ -52,6 +53,8 @@ class Thresholds:
     set_holds: float = 0.95  # probability that the reported set holds the cause
     outside_likely: float = 0.5  # probability from which a gap is one that the table does not hold
     rest_likely: float = 0.5  # probability from which something remains beside what is named
+    closure_lowest: float = 0.85  # closure of the log itself below which an effect only looks like its cause
+    closure_with_rest: float = 0.95  # the same where something is known to remain: of 17 such names one was right
     hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
     left_by_chance: float = 9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
     contradicted_from: float = 4.0  # σ between the sizes of one flight and the others; false in one set of 3,000

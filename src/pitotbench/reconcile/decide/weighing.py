@@ -16,11 +16,16 @@ LOWEST = 1e-12  # of a deviation, so that it can be divided by
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """The prior of the sizes of one effect: typical values and plausible ranges, (k,) each."""
+    """The prior of the sizes of one effect: typical values, plausible ranges and least scales, (k,) each."""
 
     typical: Array
     low: Array
     high: Array
+    least: Array
+
+    def deviations(self, scale: float) -> Array:
+        """Return the prior deviation of each size at a scale."""
+        return np.asarray(np.maximum(scale, self.least) * self.typical)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +41,8 @@ def weigh(evidence: Evidence, columns: Sequence[Sequence[int]], priors: Sequence
     """Return the evidence of some effects, each with the columns of its sizes, for all their sizes together.
 
     The prior of an effect's sizes is a mixture of normal distributions, N(0, (λ typical)²), over a ladder of scales
-    λ, cut at the plausible range. So no order of magnitude of a size is preferred to another.
+    λ, cut at the plausible range. So no order of magnitude of a size is preferred to another. A size that defines
+    its effect has no λ below 1: where it vanishes, the effect is another one of the table.
     """
     scales, used = THRESHOLDS.size_scales, [c for each in columns for c in each]
     if not used:
@@ -44,7 +50,7 @@ def weigh(evidence: Evidence, columns: Sequence[Sequence[int]], priors: Sequence
     low, high = (np.concatenate([getattr(p, end) for p in priors]) for end in ("low", "high"))
     parts = []
     for chosen in product(*_ladders(evidence, used, priors)):
-        deviations = np.concatenate([s * p.typical for s, p in zip(chosen, priors, strict=True)])
+        deviations = np.concatenate([p.deviations(s) for s, p in zip(chosen, priors, strict=True)])
         found = evidence.of(used, deviations)
         spread = np.sqrt(np.maximum(np.diag(found.covariance), LOWEST**2))
         inside = _log_inside(found.mean, spread, low, high) - _log_inside(
@@ -67,7 +73,7 @@ def _ladders(evidence: Evidence, columns: Sequence[int], priors: Sequence[Prior]
     scales = THRESHOLDS.size_scales
     if len(priors) == 1:
         return [scales]
-    widest = np.concatenate([scales[-1] * p.typical for p in priors])
+    widest = np.concatenate([p.deviations(scales[-1]) for p in priors])
     sizes, ladders, first = np.abs(evidence.of(columns, widest).mean), [], 0
     for prior in priors:
         ratio = float(np.max(sizes[first : first + len(prior.typical)] / prior.typical))

@@ -5,7 +5,7 @@ standard deviation: wide for what nobody knows (wind, curve, sea-level pressure 
 of the usual instrument for a bias.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,6 +56,14 @@ class FreeParameters:
     names: tuple[str, ...]
     columns: Array
     deviations: Array
+
+    def beyond(self, names: Sequence[str]) -> dict[str, tuple[Array, float]]:
+        """Return the parameters that are not among some names, each with its column, (n, c), and deviation."""
+        return {
+            name: (self.columns[:, :, i], float(self.deviations[i]))
+            for i, name in enumerate(self.names)
+            if name not in names
+        }
 
     def with_columns(self, further: Mapping[str, tuple[Array, float]]) -> "FreeParameters":
         """Return these and further parameters: by name the change of the residuals, (n, c), and the deviation."""

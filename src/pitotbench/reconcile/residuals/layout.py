@@ -41,7 +41,9 @@ class Layout:
 
     `residuals` are measured less predicted, `free` the free parameters, `signatures` the hypotheses; `cells` are
     the places to examine, and `shapes` (n, k) the values that each cell has at the instants. `measured` marks the
-    rows of the track whose air data lie below the end of their sensor's range.
+    rows of the track whose air data lie below the end of their sensor's range. `subtracted` is what the residuals
+    were before, less what they are, by effects that are in the model and that neither the track nor the scene
+    holds, (n, c) or 0.
     """
 
     checked: CheckedLog
@@ -54,6 +56,7 @@ class Layout:
     cells: tuple[Cell, ...]
     shapes: Array
     setting: AnalysisSetting
+    subtracted: Array | float = 0.0
 
     @property
     def grid(self) -> Grid:

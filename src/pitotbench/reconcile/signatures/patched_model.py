@@ -13,7 +13,7 @@ from pitotbench.reconcile.residuals.layout import Layout, lay_out, with_aircraft
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.added_forces import adds_forces
 from pitotbench.reconcile.signatures.hypotheses import COUNTED
-from pitotbench.reconcile.signatures.refine import Entries, sensor_change, without_sensor_effects
+from pitotbench.reconcile.signatures.refine import Entries, with_corrected_track
 from pitotbench.reconcile.signatures.signatures import acts_on_engines_alone, moves_levers, residual_change
 from pitotbench.records.log import FlightLog
 from pitotbench.records.motion import Motion, Reaction, UnitForces
@@ -94,12 +94,19 @@ def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mappin
 
 
 def without_effects(layout: Layout, entries: Entries) -> Layout:
-    """Return a layout with the changes by some effects subtracted; those on the sensors act together."""
-    layout = without_sensor_effects(layout, entries)
-    changes = sensor_change(layout.scene, entries)
+    """Return a layout without some effects: those on the sensors are taken out of its track, together.
+
+    The changes by others are subtracted from the residuals, and stay so when a later look moves the track.
+    """
+    layout = with_corrected_track(layout, entries)
+    changes = layout.scene.blank()
     for name, sizes in entries.items():
         effect = effect_of(name)
         if not isinstance(effect, SensorEffect):
             change = residual_change(effect, layout.scene, effect.complete(sizes))
             changes = changes if change is None else changes + change
-    return replace(layout, residuals=replace(layout.residuals, values=layout.residuals.values - changes))
+    return replace(
+        layout,
+        residuals=replace(layout.residuals, values=layout.residuals.values - changes),
+        subtracted=layout.subtracted + changes,
+    )

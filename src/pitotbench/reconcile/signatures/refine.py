@@ -58,7 +58,20 @@ def without_sensor_effects(original: Layout, entries: Entries) -> Layout:
     moved along the corrected track. So its answer is exact there: no slope tells that a propeller meets its stop
     a second later. Signatures, free parameters and residuals are those of the corrected log. The change that the
     effects make is added to the residuals again, so that the sizes to be fitted stay whole sizes.
-    `original` is the layout before any effect was taken out. Effects that are not on the sensors change nothing.
+    `original` is the layout before any effect was taken out, but with those that are in the model. Effects that are
+    not on the sensors change nothing.
+    """
+    corrected = with_corrected_track(original, entries)
+    if corrected is original:
+        return original
+    values = corrected.residuals.values + sensor_change(corrected.scene, entries)
+    return replace(corrected, track=original.track, residuals=replace(corrected.residuals, values=values))
+
+
+def with_corrected_track(original: Layout, entries: Entries) -> Layout:
+    """Return the layout of the log from whose channels some effects on the sensors were taken out.
+
+    Effects that are not on the sensors change nothing.
     """
     if not any(isinstance(effect_of(name), SensorEffect) and sizes for name, sizes in entries.items()):
         return original
@@ -71,13 +84,14 @@ def without_sensor_effects(original: Layout, entries: Entries) -> Layout:
         clean = clean_track(track, mean_wind_of(track, original.measured))
     scene = replace(old, clean=clean, force_model=_moved_along(track, old.force_model))
     scene = replace(scene, base=channel_residuals(clean, scene.grid, scene.frame, scene.replay))
-    change = sensor_change(scene, entries)
-    residuals = replace(original.residuals, values=scene.residuals_of(track).values + change)
+    values = scene.residuals_of(track).values - original.subtracted
+    free = free_parameters_of(scene, original.setting, original.shapes)
     return replace(
         original,
+        track=track,
         scene=scene,
-        residuals=residuals,
-        free=free_parameters_of(scene, original.setting, original.shapes),
+        residuals=replace(original.residuals, values=values),
+        free=free.with_columns(original.free.beyond(free.names)),
         signatures=tuple(_from_scene(scene, s) for s in original.signatures),
     )
 

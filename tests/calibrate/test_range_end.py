@@ -11,7 +11,7 @@ from test_fixed_speed_points import legs_path
 from pitotbench.calibrate import calibrate
 from pitotbench.calibrate.gps_legs.leg_points import fixed_speed_points
 from pitotbench.logbook import read_log, write_log
-from pitotbench.records.errors import NoAnswerError
+from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
 RATE = 20
@@ -108,3 +108,48 @@ def test_a_file_keeps_the_rows_at_the_end_of_the_range_and_names_the_range(tmp_p
     found = calibrate(read_log(tmp_path / "flight.csv"))
     assert [text for text in found.warnings if "stuck" in text and "impact" in text] == []
     assert [text for text in found.warnings if "end of the sensor's range, 158 kt" in text]
+
+
+def _read_back(log, folder):
+    write_log(log, folder / "flight.csv")
+    return read_log(folder / "flight.csv")
+
+
+# 57 % of the rows stand at the end of the range: the fastest four of seven turns, flown last or first.
+@pytest.mark.parametrize("speeds_kt", [(85, 97, 109, 140, 146, 152, 160), (160, 152, 146, 140, 109, 97, 85)])
+def test_a_file_mostly_at_the_end_of_the_range_gives_the_answer_of_the_rest(tmp_path, speeds_kt):
+    clipped = _clipped(lambda rate: fixture.circles(rate, speeds_kt), 124.0)
+    turn = np.repeat(np.arange(7), len(clipped) // 7)
+    clipped = replace(clipped, time=clipped.time + 60.0 * turn)  # the way from speed to speed was not recorded
+    top = clipped.impact_pressure == clipped.impact_pressure.max()
+    assert 0.56 < top.mean() < 0.58
+    log = _read_back(clipped, tmp_path)
+    assert len(log) == len(clipped)
+    # Neither stuck, nor with a gain or a zero that the ground speed would ask for.
+    assert [text for text in log.header["warnings"] if "impact" in text or "the air data say" in text] == []
+    found, without = calibrate(log), calibrate(clipped.select(~top)).curve
+    assert [text for text in found.warnings if "end of the sensor's range, 124 kt" in text]
+    np.testing.assert_allclose(found.curve.indicated_airspeed, without.indicated_airspeed)
+    assert np.max(np.abs(found.curve.correction - without.correction) / without.two_sigma) < 0.3
+
+
+@pytest.mark.parametrize("ceiling_kt", [104.0, 110.0, 128.0])
+def test_a_file_with_too_little_below_the_range_is_refused_with_the_range(tmp_path, ceiling_kt):
+    log = _read_back(_clipped(fixture.step_decrease, ceiling_kt), tmp_path)
+    with pytest.raises((BadInputError, NoAnswerError), match=r"end of the sensor's range.*with more range"):
+        calibrate(log)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7])
+def test_a_sensor_that_hung_at_its_greatest_value_is_stuck_and_no_range_ends(tmp_path, share):
+    """It jumps when it comes free: the airplane has slowed down meanwhile."""
+    log = fixture.fly(fixture.step_decrease(RATE), RATE, RATE, GUSTS)
+    hung = np.arange(len(log)) < share * len(log)
+    log = replace(log, impact_pressure=np.where(hung, log.impact_pressure.max(), log.impact_pressure))
+    if share > 0.5:
+        with pytest.raises(BadInputError, match="seems stuck"):
+            _read_back(log, tmp_path)
+    else:
+        read = _read_back(log, tmp_path)
+        assert len(read) == np.count_nonzero(~hung)
+        assert [text for text in read.header["warnings"] if "seems stuck" in text]

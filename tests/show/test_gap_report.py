@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from pitotbench.effects import EFFECTS
 from pitotbench.evidence.pages.examples_page import ExampleChapter, example_picture, examples_page
@@ -33,6 +34,7 @@ from pitotbench.show.gap_words import calibration_words, evidence_words, sentenc
 from pitotbench.show.quantity_words import UNITS, heading, name_and_unit, size_words, words
 from pitotbench.show.telling_panels import telling_panels
 from pitotbench.show.verdict_json import account_json
+from pitotbench.show.verdict_text import print_account
 
 TIME = np.arange(200) / 2.0
 POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.12, 0.01),), 50.0, 1.0, True, 0.91)
@@ -92,6 +94,18 @@ def test_an_effect_that_cannot_be_distinguished_is_named_with_its_size():
     assert "or, less probably, gear not up (extension 0.26 ± 0.02)" in text
 
 
+def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
+    found = replace(account(), warnings=("other.csv: column 'heading_deg': wrong sign?",))
+    print_account(found, Console(width=200))
+    text = capsys.readouterr().out
+    assert (
+        text.index("closes 99 %") < text.index("warning: other.csv: column 'heading_deg'") < text.index("where the")
+    )
+    page = account_page(found)
+    assert page.index("closes 99 %") < page.index("column &#39;heading_deg&#39;") < page.index("Where the gap is")
+    assert account_json(found)["warnings"] == list(found.warnings)
+
+
 @pytest.mark.parametrize(("kind", "said"), [("unknown", "no effect of the table"), ("no_gap", "agree")])
 def test_a_verdict_without_a_patch_offers_none(kind, said):
     verdict = replace(NAMED, kind=kind, effects=(), alternatives=(), closure_holdout=None)
@@ -145,6 +159,8 @@ def test_the_numbers_are_plain_data_too():
 def test_sizes_carry_their_unit():
     assert size_words("latency_s", 0.3, 0.02) == "latency 0.3 ± 0.02 s"
     assert size_words("drag_area_m2", 0.1) == "drag area 0.1 m²"
+    assert size_words("ceiling_pa", 2704.0, 1.0) == "ceiling 2704 ± 1 Pa"
+    assert size_words("offset_pa", -577.0, 704.0) == "offset -577 ± 700 Pa"
     assert size_words("extension", 0.26) == "extension 0.26"
     assert size_words("shift_pa_per_k", 6.0, 1.0) == "shift 6 ± 1 Pa per K"
     assert size_words("north_mps_per_min", 0.15) == "north 0.15 m/s per min"

@@ -6,6 +6,7 @@ from pitotbench import air
 from pitotbench.bench.plan.drawn_gusts import MEAN_LENGTH, gust_deviation
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.calibrate.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.calibrate.rows.range_end import range_end
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook import flights_in
 from pitotbench.records.case import Case
@@ -41,12 +42,14 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
     chosen = options or CalibrationOptions()
     speed = np.asarray(air.calibrated_airspeed(log.impact_pressure))
     flying = speed > 0.5 * float(np.quantile(speed, 0.95))
-    wind = _wind(log, flying)
-    expected, refusal = _expected(log, chosen, wind, speed[flying])
+    end = range_end(log)
+    measured = flying if end is None else flying & ~end.cut_off
+    wind = _wind(log, measured if measured.any() else flying)
+    expected, refusal = _expected(log, chosen, wind, speed[measured])
     flights = flights_in(log)
     stopped = [(flight, int(row)) for flight in flights for row in pauses(flight.time)]
     height = np.asarray(air.pressure_altitude(log.static_pressure))
-    found = log.header.get("warnings", ())
+    found = [*log.header.get("warnings", ()), *([] if end is None else [end.words])]
     return LogInspection(
         rows=len(log),
         rate=1.0 / interval(log.time),
@@ -110,6 +113,8 @@ def _expected(
     log: FlightLog, options: CalibrationOptions, wind: tuple[float, float], speed: Array
 ) -> tuple[tuple[Array, Array] | None, str]:
     """Return airspeeds and 2σ to expect in light turbulence, or the reason why there is none."""
+    if not len(speed):
+        return None, "no row in flight lies below the end of the range of the impact-pressure sensor"
     sample = log.select(np.arange(0, len(log), max(1, len(log) // _MOST_ROWS)))
     low, _, high = _quantiles(speed)
     speeds = np.linspace(low, high, _SPEEDS) if high - low > KNOT else np.array([0.5 * (low + high)])

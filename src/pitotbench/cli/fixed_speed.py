@@ -92,24 +92,29 @@ def _of_logs(options: argparse.Namespace) -> None:
 
     from pitotbench.bench import fixed_speed_points
     from pitotbench.calibrate.rows.range_end import range_end
+    from pitotbench.records.errors import NoAnswerError
     from pitotbench.show.fixed_speed_tables import points_json, print_points
     from pitotbench.show.strict_json import json_text
-    from pitotbench.show.terminal import outside
+    from pitotbench.show.terminal import outside, print_warnings
 
     logs = read_logs(options.logs, options.mapping)
     choice = _choice(options, mapping_advice(options, logs))
+    found = []
     for path, log in zip(options.logs, logs, strict=True):
         end = range_end(log)
-        if end is not None:
-            sys.stderr.write(f"{path.name}: {end.words}\n")
-    found = [(path, fixed_speed_points(log, choice)) for path, log in zip(options.logs, logs, strict=True)]
+        try:
+            points = fixed_speed_points(log, choice)
+        except NoAnswerError as error:
+            raise error if end is None else NoAnswerError(f"{error}; {end.words}") from error
+        found.append((path, points, [*log.header.get("warnings", ()), *([] if end is None else [end.words])]))
     if options.json:
-        documents = [{"fixed_speed": points_json(points)} for _, points in found]
+        documents = [{"fixed_speed": points_json(points), "warnings": warnings} for _, points, warnings in found]
         sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
         return
-    for path, points in found:
+    for path, points, warnings in found:
         console = Console(highlight=False, soft_wrap=True)
         console.print(outside(path.name, "bold"))
+        print_warnings(warnings, console)
         print_points(points, console)
 
 

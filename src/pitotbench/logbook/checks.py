@@ -151,7 +151,8 @@ def check_impact_pressure(draft: Draft) -> None:
     """
     impact, column = draft.channels["impact_pressure"], draft.columns["impact_pressure"]
     if np.ptp(impact) == 0.0:
-        raise BadInputError(f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row")
+        or_range = ", or its range ends there: use a sensor with more range" if impact[0] > 0.0 else ""
+        raise BadInputError(f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}")
     negative = impact < 0.0
     if negative.mean() > _MOST:
         raise BadInputError(

@@ -7,13 +7,14 @@ from pitotbench.logbook.ceiling import at_ceiling
 from pitotbench.logbook.draft import Draft
 from pitotbench.records.errors import BadInputError
 from pitotbench.timeline import pauses
-from pitotbench.units import Array, Booleans
+from pitotbench.units import Array, Booleans, MetersPerSecond
 
 _MOST = 0.5  # share of rows that may be dropped for a stuck sensor
 _STUCK_TIME = 10.0  # s
 _STUCK_RUNS = 10.0  # times the median time for which a value repeats
 _DISPLAYED = 30.0  # times longer may the value of a display stand still, which shows steps
 _RETURNS, _ADJACENT = 0.9, 0.95  # of a channel with steps: most values a move, least share of moves by one step
+_STEEPEST = 0.99  # quantile of the steps of a reading that its step down from the end of the range stays below
 _MOVING = 2.0  # m/s, above which a velocity cannot stand still
 
 
@@ -35,9 +36,8 @@ def check_stuck(draft: Draft) -> None:
     if np.ptp(draft.channels["static_pressure"]) == 0.0:
         draft.warnings.append(f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?")
         still["static_pressure"][:] = False
-    if np.mean(np.any(list(still.values()), axis=0)) <= _MOST:
-        # At the end of its range a sensor stands still as well. Those rows stay, and show where the range ends.
-        still["impact_pressure"] &= ~at_ceiling(draft.channels["impact_pressure"])
+    # At the end of its range a sensor stands still as well. Those rows stay, and show where the range ends.
+    still["impact_pressure"] &= ~_at_range_end(draft, speed)
     bad = np.any(list(still.values()), axis=0)
     words = "; ".join(
         f"column {draft.columns[name]!r} stands still while others move: it seems stuck ({draft.named(rows)})"
@@ -49,6 +49,28 @@ def check_stuck(draft: Draft) -> None:
     if words:
         draft.warnings.append(f"{words}: those rows are dropped")
     draft.keep(~bad)
+
+
+def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
+    """Return the rows, (n,), in which the impact pressure stands at the end of its sensor's range and is not stuck.
+
+    Where a range ends, the reading comes back by steps as it makes them elsewhere. A stuck sensor jumps to what the
+    pressure has become meanwhile. Where no recording shows the way back, the ground `speed` decides: the airplane
+    is faster at the end of the range.
+    """
+    impact = draft.channels["impact_pressure"]
+    rows = at_ceiling(impact)
+    if not rows.any():
+        return rows
+    steps = np.abs(np.diff(impact))
+    steps[pauses(draft.channels["time"]) - 1] = np.nan  # what happened meanwhile was not recorded
+    back = steps[rows[:-1] & ~rows[1:] & np.isfinite(steps)]
+    free = steps[~rows[:-1] & ~rows[1:] & (steps > 0.0)]
+    if len(back) and len(free):
+        found = np.median(back) <= np.quantile(free, _STEEPEST)
+    else:
+        found = np.mean(speed[rows] ** 2) > np.mean(speed[~rows] ** 2)
+    return rows if found else np.zeros_like(rows)
 
 
 def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:

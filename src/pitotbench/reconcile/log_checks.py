@@ -24,14 +24,12 @@ AIR_DATA = numbers_from("air")
 class CheckedLog:
     """The result of the checks.
 
-    `effects` are the recording faults that were counted. `fresh` marks the rows with new air data, `usable` those
-    below the ceiling.
+    `effects` are the recording faults that were counted. `fresh` marks the rows with new air data.
     """
 
     checks: tuple[Check, ...]
     effects: tuple[Candidate, ...]
     fresh: Booleans
-    usable: Booleans
 
 
 def check_log(log: FlightLog) -> CheckedLog:
@@ -39,12 +37,11 @@ def check_log(log: FlightLog) -> CheckedLog:
     repeated = _repeats(log)
     hold, held = _hold(log, repeated)
     step, stepped = _steps(log, repeated)
-    ceiling, capped, usable = _ceiling(log)
+    ceiling, capped = _ceiling(log)
     return CheckedLog(
         (_clock(log), _gaps(log), hold, step, ceiling, _gps(log)),
         (*held, *stepped, *capped),
         ~repeated,
-        usable,
     )
 
 
@@ -112,13 +109,13 @@ def _noise(values: Array) -> float:
     return float(np.sqrt(max(0.0, float(np.mean(second**2)) / 6.0 - _step(values) ** 2 / 12.0)))
 
 
-def _ceiling(log: FlightLog) -> tuple[Check, tuple[Candidate, ...], Booleans]:
+def _ceiling(log: FlightLog) -> tuple[Check, tuple[Candidate, ...]]:
     capped = at_ceiling(log.impact_pressure)
     if not capped.any():
-        return Check("saturation", "passed", "impact pressure does not stand at a ceiling"), (), ~capped
+        return Check("saturation", "passed", "impact pressure does not stand at a ceiling"), ()
     top = float(log.impact_pressure.max())
     why = f"impact pressure stands at {top:.1f} Pa on {int(capped.sum())} rows"
-    return Check("saturation", "failed", why), (_counted("saturation", Estimate("ceiling_pa", top, 1.0)),), ~capped
+    return Check("saturation", "failed", why), (_counted("saturation", Estimate("ceiling_pa", top, 1.0)),)
 
 
 def _clock(log: FlightLog) -> Check:

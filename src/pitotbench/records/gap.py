@@ -157,6 +157,7 @@ class Account(Shown):
     flown again, and `closures` holds each measured gap by name. `flights` says what each log says, `next_flight`
     what to fly to part the causes that are left (None where nothing is to be parted). `telling` is the channel of
     the first picture, and `calibration` what the effects do to a calibration; None without a gap or an effect.
+    `warnings` are those of the logs as they were read.
     `formula` describes a gap that the table does not explain; None where there is no such gap, or no formula.
     """
 
@@ -177,3 +178,4 @@ class Account(Shown):
     next_flight: AdvisedFlight | None = None
     telling: TellingChannel | None = None
     calibration: CalibrationChange | None = None
+    warnings: tuple[str, ...] = ()

@@ -13,7 +13,7 @@ from pitotbench.show.curve_table import CURVE_COLUMNS, curve_points
 from pitotbench.show.limit import AUTO, Limit, judgments
 from pitotbench.show.model_probabilities import choice_html, print_choice
 from pitotbench.show.short_answer import short_answer_of
-from pitotbench.show.terminal import outside
+from pitotbench.show.terminal import outside, print_warnings
 from pitotbench.units import KNOT
 
 _LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
@@ -42,8 +42,7 @@ def print_calibration(
     sentences = [answer.correction_sentence, answer.wind_sentence, *(j.sentence for j in judgments(result, limit))]
     for line in sentences:
         console.print(outside(line))
-    for warning in result.warnings:
-        console.print(outside(f"warning: {warning}", "yellow"))
+    print_warnings(result.warnings, console)
     console.print()
     if not details:
         print_table(GLANCE_COLUMNS, glance_points(result.curve), console)

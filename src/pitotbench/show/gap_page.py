@@ -33,6 +33,7 @@ def account_page(account: Account) -> str:
         title=f"Reconcile: {account.log} against {account.aircraft}",
         subtitle=KIND_WORDS[verdict.kind].capitalize(),
         sentences=sentences(account),
+        warnings=account.warnings,
         verdict=verdict,
         sizes=[_sizes(effect) for effect in verdict.effects],
         telling=telling_panels(account.telling) if account.telling else [],

@@ -8,7 +8,7 @@ from rich.console import Console
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.hand_card import CardPoint, HandCard
 from pitotbench.show.columns import Column, json_rows, print_table
-from pitotbench.show.terminal import outside
+from pitotbench.show.terminal import print_warnings
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 
@@ -69,8 +69,7 @@ def _rows(curve: ErrorCurve) -> list[_CurveRow]:
 
 def print_card(card: HandCard, console: Console) -> None:
     """Print the slips, the points, and the curve of each configuration."""
-    for warning in card.warnings:
-        console.print(outside(f"warning: {warning}", "yellow"))
+    print_warnings(card.warnings, console)
     print_table(POINT_COLUMNS, card.points, console, "points")
     for name, curve in card.curves.items():
         console.print()

@@ -8,7 +8,7 @@ from rich.console import Console
 from pitotbench.records.log_inspection import HeldChannel, LogInspection, Question
 from pitotbench.show.columns import Column, json_rows, print_table
 from pitotbench.show.quantity_words import unit_words, words
-from pitotbench.show.terminal import outside
+from pitotbench.show.terminal import outside, print_warnings
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 
@@ -61,17 +61,16 @@ def inspection_sentences(found: LogInspection) -> list[str]:
 
 
 def print_inspection(found: LogInspection, console: Console) -> None:
-    """Print the account: sentences, questions, channels, pauses and warnings."""
+    """Print the account: sentences, warnings, questions, channels and pauses."""
     for sentence in inspection_sentences(found):
         console.print(outside(sentence))
+    print_warnings(found.warnings, console)
     console.print()
     print_table(QUESTION_COLUMNS, found.questions, console)
     console.print()
     print_table(CHANNEL_COLUMNS, found.channels, console)
     for start, length in found.pauses:
         console.print(outside(f"pause of {length:.0f} s after {start:.0f} s"))
-    for warning in found.warnings:
-        console.print(outside(f"warning: {warning}", "yellow"))
 
 
 def inspection_json(found: LogInspection) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, Panel, panel
 from pitotbench.units import KNOT, NAUTICAL_MILE
 
+_BELOW_DOTS = 3.0  # drawing order of names, above lines: the background of a name hides no other card's dot
 _COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)
 _CURVES = 6  # best maneuvers drawn: one color each
 _TRACKS = 3
@@ -68,8 +69,9 @@ def draw_front(axes: Axes, plan: Plan) -> None:
         color, marker, size = _look(plan, each)
         axes.plot(minutes, [each.mean_in(m) / KNOT for m in minutes], color=color, lw=0.6, alpha=0.5)
         axes.errorbar(
-            each.minutes, each.mean / KNOT, each.spread / KNOT, fmt=marker, ms=size, color=color, elinewidth=0.8
-        )
+            each.minutes, each.mean / KNOT, each.spread / KNOT,
+            fmt=marker, ms=size, color=color, elinewidth=0.8, zorder=_BELOW_DOTS + 1.0,
+        )  # fmt: skip
     edge = front(shown, last)
     corners = [*(minutes for minutes, _ in edge), last], [*(bound / KNOT for _, bound in edge), edge[-1][1] / KNOT]
     axes.step(*corners, where="post", color=INK, lw=1.2, label="Pareto front")
@@ -109,6 +111,7 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
             fontsize=8,
             bbox={"facecolor": "white", "alpha": 0.9, "linewidth": 0.0, "pad": 0.5},
             color=_look(plan, each)[0] if each in (plan.best, plan.improved) else INK,
+            zorder=_BELOW_DOTS,
         )
 
 

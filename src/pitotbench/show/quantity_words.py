@@ -1,6 +1,7 @@
 """Names of the code as words: `drag_area_m2` is a drag area in m²."""
 
 from collections.abc import Sequence
+from math import floor, log10
 
 UNITS = {
     "_m2": "m²",
@@ -26,6 +27,8 @@ UNITS = {
     "_rad2": "rad²",
     "_kgps": "kg/s",
 }
+_DIGITS = 3  # of a size, significant
+_PLAIN_BELOW = 1e7
 _TURNS = "turns"  # in full circles
 
 
@@ -64,8 +67,18 @@ def name_and_unit(name: str) -> tuple[str, str]:
 def size_words(name: str, value: float, bound: float | None = None) -> str:
     """A size with its ±2σ bound and its unit: `drag area 0.12 ± 0.01 m²`."""
     noun, unit = name_and_unit(name)
-    number = f"{value:.3g}" if bound is None else f"{value:.3g} ± {bound:.2g}"
-    return f"{noun} {with_unit(number, unit)}"
+    if bound is None:
+        return f"{noun} {with_unit(_number(value, _DIGITS), unit)}"
+    digits = _DIGITS
+    if 0.0 < bound < abs(value):  # all digits that the bound leaves
+        digits = max(digits, floor(log10(abs(value))) - floor(log10(bound)) + 1)
+    return f"{noun} {with_unit(f'{_number(value, digits)} ± {_number(bound, 2)}', unit)}"
+
+
+def _number(value: float, digits: int) -> str:
+    """A number with significant digits, and no power of ten below `_PLAIN_BELOW`."""
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < _PLAIN_BELOW else text
 
 
 def entry_words(name: str, value: float | Sequence[float]) -> str:

@@ -1,9 +1,11 @@
 """Make texts from outside (file names, columns, segments, messages) safe to print on a terminal."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 from unicodedata import category
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.text import Text
 
 _CONTROLS = ("Cc", "Cs", "Zl", "Zp")  # control codes, lone surrogates, line and paragraph separators
@@ -23,6 +25,12 @@ def outside(text: str, style: str = "") -> "Text":
     from rich.text import Text
 
     return Text(printable(text), style=style)
+
+
+def print_warnings(warnings: Iterable[str], console: "Console") -> None:
+    """Print what changes the trust in an answer: below the answer's sentences, above its first table."""
+    for warning in warnings:
+        console.print(outside(f"warning: {warning}", "yellow"), soft_wrap=True)
 
 
 def _written(letter: str) -> str:

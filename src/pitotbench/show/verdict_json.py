@@ -55,6 +55,7 @@ def account_json(account: Account) -> dict[str, Any]:
         "formula": formula_json(account.formula),
         "flights": [flight_json(flight) for flight in account.flights],
         "next_flight": advised_json(account.next_flight),
+        "warnings": list(account.warnings),
     }
 
 

@@ -7,18 +7,19 @@ from pitotbench.records.verdict import Verdict
 from pitotbench.show.columns import print_table
 from pitotbench.show.flight_tables import FLIGHT_COLUMNS
 from pitotbench.show.gap_words import effect_words, evidence_words, sentences
-from pitotbench.show.terminal import outside
+from pitotbench.show.terminal import outside, print_warnings
 from pitotbench.show.verdict_tables import KIND_WORDS, PLACE_COLUMNS, TOLERANCE_COLUMNS
 
 _PLACES = 6
 
 
 def print_account(account: Account, console: Console) -> None:
-    """Print the verdict, the places of the gap, the later passes over the log, and the card flown again."""
+    """Print the verdict, the logs' warnings, the places of the gap, the later passes, and the card flown again."""
     verdict = account.rounds[0].verdict
     console.print(outside(KIND_WORDS[verdict.kind], "bold"), soft_wrap=True)
     for sentence in sentences(account):
         console.print(outside(sentence), soft_wrap=True)
+    print_warnings(account.warnings, console)
     console.print()
     for sentence in evidence_words(account):
         console.print(outside(sentence), soft_wrap=True)

@@ -8,7 +8,7 @@ from math import atan2, hypot, pi
 from pitotbench.bench import fly
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.reconcile.card_comparison import compare_cards
-from pitotbench.reconcile.residuals.layout import mean_wind_of
+from pitotbench.reconcile.residuals.layout import below_range_end, mean_wind_of
 from pitotbench.reconcile.residuals.track import track_of
 from pitotbench.records.case import Case, EffectSpec, Wind
 from pitotbench.records.errors import BadInputError
@@ -47,5 +47,6 @@ def _flown(case: Case) -> FlightLog:
 
 def wind_of_log(log: FlightLog) -> Wind:
     """Return the mean wind of a log: ground velocity less velocity through the air."""
-    north, east, _ = mean_wind_of(track_of(log))
+    track = track_of(log)
+    north, east, _ = mean_wind_of(track, below_range_end(track, log))
     return Wind(hypot(north, east), (atan2(-east, -north)) % (2.0 * pi), 0.0)

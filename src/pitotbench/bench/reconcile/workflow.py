@@ -141,8 +141,18 @@ def reconcile_fully(
         next_flight=advised,
         telling=telling_channel(first.naming, first.null, over_time),
         calibration=calibration_change(first.naming),
+        warnings=_warnings([*logs, *([holdout] if holdout else [])]),
     )
     return FullReconciliation(first, account, patch)
+
+
+def _warnings(logs: Sequence[NamedLog]) -> tuple[str, ...]:
+    """Return what was said of the logs as they were read, with the log's name where there are several."""
+    return tuple(
+        text if len(logs) == 1 else f"{each.name}: {text}"
+        for each in logs
+        for text in each.log.header.get("warnings", ())
+    )
 
 
 def entries(patch: Patch) -> tuple[EffectSpec, ...]:

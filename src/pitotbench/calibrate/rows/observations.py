@@ -93,7 +93,7 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
     held = np.stack([log.velocity_north, log.velocity_east, down])
     velocity, between = _between_fixes(log.time, held, fresh, stretch, options.gps_latency, margin)
     used = _usable_rows(log, options) & between
-    _require_rows(used, options)
+    _require_rows(used, log, options)
     temperature, heating, standard = _temperature(log, options)
     direction = air_direction(log) if options.form == "vector" else None
     return Observations(
@@ -145,8 +145,9 @@ def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
     return used
 
 
-def _require_rows(used: Booleans, options: CalibrationOptions) -> None:
+def _require_rows(used: Booleans, log: FlightLog, options: CalibrationOptions) -> None:
     if int(used.sum()) < _MINIMUM_SAMPLES:
+        end = range_end(log)
         raise BadInputError(
             f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt, "
             "pressure below the end of its sensor's range"
@@ -155,6 +156,7 @@ def _require_rows(used: Booleans, options: CalibrationOptions) -> None:
             f"{', above the least ground speed' if options.ground_speed_min > 0.0 else ''}"
             ", between GPS fixes that change); "
             f"at least {_MINIMUM_SAMPLES} are needed: choose other rows or fly longer"
+            f"{'' if end is None else '; ' + end.words}"
         )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
+from pitotbench.logbook.ceiling import at_ceiling
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.plausibility.limits import LIMITS, UNIT_WORDS, other_units, some
 from pitotbench.logbook.plausibility.weather import warmth
@@ -68,11 +69,12 @@ class Factor:
 
 
 def flown_rows(draft: Draft) -> FlownRows | None:
-    """The rows to compare; None where too few are in flight."""
+    """The rows to compare; None where too few are in flight and below the end of the sensor's range."""
     c = draft.channels
     north, east, impact = c["velocity_north"], c["velocity_east"], c["impact_pressure"]
     flying = np.hypot(north, east) > _FLYING
     flying &= impact > _SLOW * np.quantile(impact, 0.95)
+    flying &= ~at_ceiling(impact)
     flying &= fresh_fixes(c.get("gps_fresh"), north, east)
     rows = np.flatnonzero(flying)
     if len(rows) < _FEWEST:

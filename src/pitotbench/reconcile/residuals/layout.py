@@ -7,6 +7,7 @@ import numpy as np
 
 from pitotbench.catalog import Catalog
 from pitotbench.effects import Effect, Overlay
+from pitotbench.logbook.ceiling import at_ceiling
 from pitotbench.reconcile.decide.locate import Cell, cells, is_examined
 from pitotbench.reconcile.log_checks import CheckedLog, check_log
 from pitotbench.reconcile.residuals.free_parameters import (
@@ -39,13 +40,15 @@ class Layout:
     """A log laid out, before its noise is known.
 
     `residuals` are measured less predicted, `free` the free parameters, `signatures` the hypotheses; `cells` are
-    the places to examine, and `shapes` (n, k) the values that each cell has at the instants. `subtracted` is what
-    the residuals were before, less what they are, by effects that are in the model and that neither the track nor
-    the scene holds, (n, c) or 0.
+    the places to examine, and `shapes` (n, k) the values that each cell has at the instants. `measured` marks the
+    rows of the track whose air data lie below the end of their sensor's range. `subtracted` is what the residuals
+    were before, less what they are, by effects that are in the model and that neither the track nor the scene
+    holds, (n, c) or 0.
     """
 
     checked: CheckedLog
     track: Track
+    measured: Booleans
     scene: Scene
     residuals: ChannelResiduals
     free: FreeParameters
@@ -85,8 +88,10 @@ def lay_out(
     """
     _require_attitude(log)
     checked = check_log(log)
-    track = without_error_curve(track_of(log, checked.fresh), setting)
-    return _laid_out(log, checked, track, aircraft, setting, effects)
+    track = track_of(log, checked.fresh)
+    measured = below_range_end(track, log)
+    track = without_error_curve(track, measured, setting)
+    return _laid_out(checked, track, measured, aircraft, setting, effects)
 
 
 def with_aircraft(
@@ -96,13 +101,14 @@ def with_aircraft(
 
     `kept` holds the changes of the reaction by overlays that are the same on both aircraft.
     """
-    return _laid_out(log, layout.checked, layout.track, aircraft, layout.setting, WHOLE_FLIGHT, kept)
+    checked, track, measured = layout.checked, layout.track, layout.measured
+    return _laid_out(checked, track, measured, aircraft, layout.setting, WHOLE_FLIGHT, kept)
 
 
 def _laid_out(
-    log: FlightLog,
     checked: CheckedLog,
     track: Track,
+    measured: Booleans,
     aircraft: AircraftModel | None,
     setting: AnalysisSetting,
     effects: Catalog[Effect],
@@ -113,12 +119,11 @@ def _laid_out(
         if aircraft is not None and can_replay(track)
         else None
     )
-    scene = set_scene(track, mean_wind_of(track), replay, aircraft, kept)
+    scene = set_scene(track, mean_wind_of(track, measured), replay, aircraft, kept)
     setting = replace(setting, pressure_step=_coarse_step(checked))
     residuals = scene.residuals_of(track)
-    loose = (
-        slack(scene.grid, replay, residuals.names) + _unusable(log, checked, track, scene.grid, setting)[:, None]
-    )
+    unusable = np.where(_usable(track, measured, scene.grid, setting), 0.0, UNUSABLE)
+    loose = slack(scene.grid, replay, residuals.names) + unusable[:, None]
     if setting.pressure_step and "pressure_height" in residuals.names:
         # Off by up to half a step for as long as it is held.
         loose[:, residuals.names.index("pressure_height")] += setting.pressure_step / PASCAL_A_METER
@@ -129,31 +134,39 @@ def _laid_out(
         days = [s for s in signatures if s.effect == DAY]
         free = free.with_columns({f"{DAY} {s.parameter}": (s.column, USUAL_DAYS[s.parameter]) for s in days})
         signatures = tuple(s for s in signatures if s.effect != DAY)
-    return Layout(checked, track, scene, residuals, free, signatures, places, shapes, setting)
+    return Layout(checked, track, measured, scene, residuals, free, signatures, places, shapes, setting)
 
 
-def without_error_curve(track: Track, setting: AnalysisSetting) -> Track:
-    """Return the track without the error curve that its wind triangle shows.
+def without_error_curve(track: Track, measured: Booleans, setting: AnalysisSetting) -> Track:
+    """Return the track without the error curve that its wind triangle shows on the rows `measured`, (m,).
 
     All later steps are linear in the remaining curve. Forces follow the product of pressure and angles, so that a
     large curve would otherwise look like drag.
     """
     for _ in range(CURVE_ROUNDS):
-        scene = set_scene(track, mean_wind_of(track), None, None)
+        scene = set_scene(track, mean_wind_of(track, measured), None, None)
         values = scene.residuals_of(track).values
         free = free_parameters_of(scene, setting, np.zeros((len(scene.grid), 0)))
-        usable = ~_too_fast(track, scene.grid, setting)
+        usable = _usable(track, measured, scene.grid, setting)
         sizes = fit_free_parameters(values, free, np.broadcast_to(usable[:, None], values.shape)).sizes
         track = without_curve(track, dict(zip(free.names, sizes.tolist(), strict=True)), setting)
     return track
 
 
-def mean_wind_of(track: Track) -> Array:
-    """Return ground velocity less air velocity on average, toward north, east, down [m/s], (3,)."""
+def below_range_end(track: Track, log: FlightLog) -> Booleans:
+    """Return the rows of a log's track whose impact pressure lies below the end of its sensor's range, (m,)."""
+    ceiling = at_ceiling(log.impact_pressure).astype(np.float64)
+    rows: Booleans = np.interp(track.time, log.time, ceiling) == 0.0
+    return rows
+
+
+def mean_wind_of(track: Track, measured: Booleans) -> Array:
+    """Return ground velocity less air velocity on average over the rows `measured`, toward north, east, down [m/s],
+    (3,)."""
     through, wind = air_velocity(track), np.zeros(3)
     for i, name in enumerate(("velocity_north", "velocity_east", "velocity_down")):
         if name in track:
-            wind[i] = np.mean(track[name] - through[i])
+            wind[i] = np.mean((track[name] - through[i])[measured])
     return wind
 
 
@@ -170,13 +183,8 @@ def _coarse_step(checked: CheckedLog) -> float:
     return next((e.sizes[0].value for e in checked.effects if e.name == "quantization"), 0.0)
 
 
-def _unusable(log: FlightLog, checked: CheckedLog, track: Track, grid: Grid, setting: AnalysisSetting) -> Array:
-    """Slack of instants near a row at the ceiling, or above the greatest Mach number, (n,)."""
-    at_ceiling = np.interp(track.time, log.time, (~checked.usable).astype(np.float64))
-    return np.where((grid.smooth(at_ceiling) > 0.0) | _too_fast(track, grid, setting), UNUSABLE, 0.0)
-
-
-def _too_fast(track: Track, grid: Grid, setting: AnalysisSetting) -> Booleans:
-    """Instants above the greatest Mach number, (n,)."""
-    fast: Booleans = grid.smooth(mach_number(track)) > setting.mach_max
-    return fast
+def _usable(track: Track, measured: Booleans, grid: Grid, setting: AnalysisSetting) -> Booleans:
+    """Instants that are not near a row at the ceiling, and not above the greatest Mach number, (n,)."""
+    at_ceiling = grid.smooth((~measured).astype(np.float64)) > 0.0
+    usable: Booleans = ~at_ceiling & (grid.smooth(mach_number(track)) <= setting.mach_max)
+    return usable

@@ -109,12 +109,18 @@ def complete_past(grid: Grid, order: int) -> NDArray[np.bool_]:
 
 
 def autocovariance(values: Array, grid: Grid, order: int = ORDER) -> Array:
-    """Return means of lagged products of residuals (n, c) at lags 0 to p, (c, p + 1), with none over a gap."""
+    """Return means of lagged products of residuals (n, c) at lags 0 to p, (c, p + 1), with none over a gap.
+
+    A residual of exactly zero is that of an instant that is not used, and does not count.
+    """
+    used = values != 0.0
     since = _since_start(grid)
     means = np.empty((values.shape[1], order + 1))
     for lag in range(order + 1):
         inside = since >= lag + 1
-        means[:, lag] = np.sum(values[inside] * np.roll(values, lag, axis=0)[inside], axis=0) / max(1, inside.sum())
+        pairs = np.count_nonzero((used & np.roll(used, lag, axis=0))[inside], axis=0)
+        products = (values * np.roll(values, lag, axis=0))[inside]
+        means[:, lag] = np.sum(products, axis=0) / np.maximum(1, pairs)
     return means
 
 

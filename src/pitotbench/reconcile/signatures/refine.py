@@ -80,8 +80,8 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
     for _ in range(UNDOINGS):
         shift = _shift(clean, entries)
         undone = {name: original.track[name] - moved for name, moved in shift.items()}
-        track = without_error_curve(original.track.replaced(undone), original.setting)
-        clean = clean_track(track, mean_wind_of(track))
+        track = without_error_curve(original.track.replaced(undone), original.measured, original.setting)
+        clean = clean_track(track, mean_wind_of(track, original.measured))
     scene = replace(old, clean=clean, force_model=_moved_along(track, old.force_model))
     scene = replace(scene, base=channel_residuals(clean, scene.grid, scene.frame, scene.replay))
     values = scene.residuals_of(track).values - original.subtracted

@@ -7,8 +7,10 @@ import pytest
 
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.effects import EFFECTS
+from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import DAY, Layout, lay_out
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
 from pitotbench.reconcile.signatures.patched_model import without_effects
 from pitotbench.reconcile.signatures.refine import Entries, without_sensor_effects
@@ -72,6 +74,19 @@ def test_an_unknown_day_stays_unknown_as_an_effect_is_taken_out(sensed) -> None:
     again = without_sensor_effects(layout, {"pitot_lag": EFFECTS["pitot_lag"].typical()})
     assert any(name.startswith(DAY) for name in layout.free.names)
     assert again.free.names == layout.free.names
+
+
+def test_an_effect_in_the_model_keeps_its_form_error(laid_out) -> None:
+    """A lag that grows over the flight is left by a plain one in the model: it is no further gap."""
+    log = laid_out("pitot_lag")
+    column = next(s.column for s in log.signatures if s.effect == "pitot_lag")
+    size = EFFECTS["pitot_lag"].typical()["lag_s"]
+    grown = 0.1 * size * column * np.linspace(-1.0, 1.0, len(column))[:, None]
+    plain = replace(log, residuals=replace(log.residuals, values=grown), in_model={})
+    known = replace(plain, in_model={("pitot_lag", "lag_s"): size})
+    noise = noise_of_log(log)
+    left = [LogEvidence(each, noise, {}).base.inner[-1, -1] for each in (plain, known)]
+    assert left[1] < 0.3 * left[0]
 
 
 @pytest.fixture(scope="module")

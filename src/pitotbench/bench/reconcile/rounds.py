@@ -10,6 +10,7 @@ from pitotbench.reconcile.decide.joint_judgment import judge_together
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.decide.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconcile.signatures.hypotheses import FITTED, GUSTS
 from pitotbench.reconcile.signatures.patched_model import with_effects
 from pitotbench.records.gap import Round
 from pitotbench.records.verdict import SURE, Candidate, Closure, Verdict
@@ -104,9 +105,12 @@ def settled(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]
     closed = looks.closure
     least = THRESHOLDS.closure_with_rest if looks.remains else THRESHOLDS.closure_lowest
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
+    fitted = [e.name for e in looks.effects if e.name in FITTED and e.name not in GUSTS]
+    names = ", ".join(fitted)
+    if len(fitted) > THRESHOLDS.effects_most:
+        return without_names(first, f"so many effects would be needed that none is named: {names}")
     if first.verdict.kind != "named" or not first.naming.chosen or closed.share >= least or by_chance:
         return first, looks
-    names = ", ".join(effect.name for effect in looks.effects)
     note = f"{names} comes closest, but closes only {max(0.0, closed.share):.0%} of the gap: the name is taken back"
     return without_names(first, note)
 

@@ -40,8 +40,9 @@ class Rest:
 class LogEvidence:
     """What one log says of every set of effects.
 
-    Free parameters are eliminated, and so are the wander that null flights have in the cells and the sizes that
-    effects have there (`null_scores`). Directions of form error are added when an effect first needs them.
+    Free parameters are eliminated, and so are the wander that null flights have in the cells, the sizes that
+    effects have there (`null_scores`), and the form error of the effects that are in the model. Directions of form
+    error are added when an effect first needs them.
     """
 
     def __init__(
@@ -62,12 +63,17 @@ class LogEvidence:
         self._free_deviations = layout.free.deviations
         self._wander = wander
         self._null_scores = null_scores or ScoreScale({}, {}, {}, {})
+        self.labels = tuple(size_label(s.effect, s.parameter) for s in layout.signatures)
         self.typical = np.array([abs(FITTED[s.effect].parameter(s.parameter).typical) for s in self.signatures])
         self._power = self._power_by_channel()
         self._directions: dict[int, tuple[int, ...]] = {}
         self._cells = self._places()
         self._fluctuating = self._add_fluctuations()
+        self._model_error: tuple[list[int], Array] = [], np.zeros(0)
         self._update()
+        if layout.in_model:  # what is in the model has its form error there
+            self._model_error = self.form_error(layout.in_model)
+            self._update()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -107,8 +113,7 @@ class LogEvidence:
 
         An elevator that answers a gust moves with the pitching of the gust, as one of another effectiveness would.
         """
-        labels = [size_label(s.effect, s.parameter) for s in self.signatures]
-        surplus = [self._null_scores.fluctuation.get(label, 1.0) ** 2 - 1.0 for label in labels]
+        surplus = [self._null_scores.fluctuation.get(label, 1.0) ** 2 - 1.0 for label in self.labels]
         imitated = [i for i, more in enumerate(surplus) if more > 0.0]
         if not imitated:
             return {}
@@ -127,7 +132,10 @@ class LogEvidence:
         kept = range(k, self._products.shape[0] - 1)
         plain, _ = Evidence(self._products).given(self._free, self._free_deviations, kept)
         without_sizes, _ = plain.given(*self._null_sizes(plain))
-        self.base, _ = without_sizes.given(*self._null_wander(plain))
+        base, _ = without_sizes.given(*self._null_wander(plain))
+        for label, score in self._null_scores.left_over.items():
+            base = without_score(base, self.labels.index(label), score) if label in self.labels else base
+        self.base, _ = base.given(*self._model_error)
 
     def _power_by_channel(self) -> dict[str, Array]:
         """The sum of squares of one unit of each signature in each channel, (s,)."""
@@ -243,6 +251,17 @@ class LogEvidence:
             )
             found += [Rest(place, tuple(columns), s * unit, float(np.log(prior / len(sizes)))) for s in sizes]
         return found
+
+
+def without_score(evidence: Evidence, column: int, score: float) -> Evidence:
+    """Return the evidence with the size of a column eliminated as far as flights without it seem to have it.
+
+    `score` is the root mean square of its score there: what remains of a score is that many times smaller.
+    """
+    power = float(evidence.inner[column, column])
+    if power <= SMALLEST:
+        return evidence
+    return evidence.given([column], [np.sqrt((score**2 - 1.0) / power)])[0]
 
 
 def _reads_gusts(name: str) -> bool:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, ScoreScale
 
 
 def wander_of(null: NullDistribution, channels: Sequence[str]) -> Mapping[str, float]:
@@ -17,8 +17,13 @@ def wander_of(null: NullDistribution, channels: Sequence[str]) -> Mapping[str, f
     """
     if null.flights == 0:
         return dict.fromkeys(channels, THRESHOLDS.wander_unknown)
+    return wander_of_scores(null.scores)
+
+
+def wander_of_scores(scores: ScoreScale) -> dict[str, float]:
+    """Return the same from the scores of null flights."""
     squares: dict[str, list[float]] = {}
-    for label, mean in null.scores.cell_mean.items():
-        spread = null.scores.cell_spread[label]
+    for label, mean in scores.cell_mean.items():
+        spread = scores.cell_spread[label]
         squares.setdefault(label.split("|")[0], []).append(mean**2 + spread**2)
     return {name: max(0.0, float(np.mean(values)) - 1.0) for name, values in squares.items()}

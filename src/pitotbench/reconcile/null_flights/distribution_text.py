@@ -45,6 +45,7 @@ class _Scale:
     cell_mean: dict[str, Finite]
     cell_spread: dict[str, Spread]
     fluctuation: dict[str, Spread]
+    left_over: dict[str, Spread]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,12 +1,15 @@
 """Learn the null distribution from null flights."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TypeVar
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.special import ndtri
 
+from pitotbench.reconcile.decide.evidence import Evidence
+from pitotbench.reconcile.decide.log_evidence import SMALLEST, LogEvidence, without_score
+from pitotbench.reconcile.decide.null_wander import wander_of_scores
 from pitotbench.reconcile.decide.scoring import significance
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.gust_levels import gusts_over
@@ -50,8 +53,7 @@ class FlightScores:
         return max(abs(scale.of_label(label, score)) for label, score in self.cells.items())
 
 
-Work = Callable[[Flight], FlightScores]
-Perform = Callable[[Work, Sequence[Flight]], list[FlightScores]]
+Perform = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
 
 
 def learn_null_distribution(layouts: Sequence[Layout], each: Perform | None = None) -> NullDistribution:
@@ -71,7 +73,7 @@ def learn_null_distribution(layouts: Sequence[Layout], each: Perform | None = No
     noises = [learned(names, _all_but(data, i)) for i in range(len(layouts))]
     flights = (each or _in_turn)(scores_of, list(zip(layouts, noises, strict=True)))
     scales = [_scale_of(_all_but(flights, i)) for i in range(len(flights))]
-    scale = _scale_of(flights)
+    scale = replace(_scale_of(flights), left_over=left_over(_evidence(layouts, noises, scales, each or _in_turn)))
     largest = [flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)]
     largest_cell = [flight.largest_cell(others) for flight, others in zip(flights, scales, strict=True)]
     gusts = gusts_over(layouts)
@@ -109,7 +111,42 @@ def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
     )
 
 
-def _in_turn(work: Work, flights: Sequence[Flight]) -> list[FlightScores]:
+def _evidence(
+    layouts: Sequence[Layout], noises: Sequence[NoiseModel], scales: Sequence[ScoreScale], each: Perform
+) -> list[tuple[tuple[str, ...], Evidence]]:
+    """The evidence of each flight for the sizes, with what the others show of wander and fluctuation eliminated."""
+    return each(evidence_of, list(zip(layouts, noises, scales, strict=True)))
+
+
+def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[str, ...], Evidence]:
+    """Return the labels of the sizes that are not searched for, and the evidence of one null flight for them."""
+    layout, noise, scale = flight
+    log = LogEvidence(layout, scaled_to(noise, layout), wander_of_scores(scale), scale)
+    kept = [i for i, s in enumerate(layout.signatures) if not _is_searched(s.effect)]
+    return tuple(log.labels[i] for i in kept), log.base.given((), (), kept)[0]
+
+
+def left_over(flights: Sequence[tuple[tuple[str, ...], Evidence]]) -> dict[str, float]:
+    """Return the sizes that null flights still seem to have, with the root mean square of their scores.
+
+    The largest comes first. It is eliminated before the next one is looked for, because one cause of such scores
+    gives them to all effects that are like it.
+    """
+    labels, found = flights[0][0], dict[str, float]()
+    each = [evidence for names, evidence in flights if names == labels]
+    for _ in range(THRESHOLDS.left_over_most):
+        powers = np.array([np.diag(e.inner)[:-1] for e in each])
+        scores = np.array([e.inner[:-1, -1] for e in each]) / np.sqrt(np.maximum(powers, SMALLEST))
+        square = np.where(powers.min(axis=0) > SMALLEST, np.mean(scores**2, axis=0), 0.0)
+        worst = int(np.argmax(square))
+        if labels[worst] in found or square[worst] <= THRESHOLDS.left_over_from**2:
+            break
+        found[labels[worst]] = float(np.sqrt(square[worst]))
+        each = [without_score(e, worst, found[labels[worst]]) for e in each]
+    return found
+
+
+def _in_turn(work: Callable[[Any], Any], flights: Sequence[Any]) -> list[Any]:
     return [work(flight) for flight in flights]
 
 

@@ -22,7 +22,9 @@ class ScoreScale:
     chance; `effect_spread` is the root mean square of the score less this gain. `cell_mean` and `cell_spread` are
     the mean and the standard deviation of the signed score of a cell, by its label. `fluctuation` is the root mean
     square of the score of a size, by its label, where every cell is fitted beside it: by what moves to and fro.
-    Gusts give it one, for the pilot answers them and the vanes read them. No spread is below 1.
+    Gusts give it one, for the pilot answers them and the vanes read them. `left_over` holds the same for sizes that
+    null flights still seem to have when wander and fluctuation are eliminated, the largest first, each beside those
+    before it. No spread is below 1.
     """
 
     search_gain: Mapping[str, float]
@@ -30,6 +32,7 @@ class ScoreScale:
     cell_mean: Mapping[str, float]
     cell_spread: Mapping[str, float]
     fluctuation: Mapping[str, float] = field(default_factory=dict)
+    left_over: Mapping[str, float] = field(default_factory=dict)
 
     def of_effect(self, name: str, score: float) -> float:
         """Return the score of an effect less its search gain, in units of its spread."""

@@ -1,7 +1,7 @@
 """Lay out a log for judgment: its residuals, its free parameters, and the signatures of the effects."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -43,7 +43,7 @@ class Layout:
     the places to examine, and `shapes` (n, k) the values that each cell has at the instants. `measured` marks the
     rows of the track whose air data lie below the end of their sensor's range. `subtracted` is what the residuals
     were before, less what they are, by effects that are in the model and that neither the track nor the scene
-    holds, (n, c) or 0.
+    holds, (n, c) or 0. `in_model` holds the sizes of the effects in the model, by effect and parameter.
     """
 
     checked: CheckedLog
@@ -57,6 +57,7 @@ class Layout:
     shapes: Array
     setting: AnalysisSetting
     subtracted: Array | float = 0.0
+    in_model: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     @property
     def grid(self) -> Grid:

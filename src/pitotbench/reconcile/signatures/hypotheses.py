@@ -16,6 +16,9 @@ WHOLE_FLIGHT: Catalog[Effect] = Catalog("effect", {n: form for n, form in FITTED
 # a share of the impact pressure is lost in the tube or in the transducer.
 ONE_MODEL = {"gear_not_up": "belly_pod", "impact_pressure_scale": "total_pressure_loss"}
 
+# Told by the level of the gusts, beside the effects that are fitted.
+GUSTS = ("turbulence_level", "turbulence_scale")
+
 EVENT = "at_s"  # the shape of an effect that is an event: its time in the flight
 
 

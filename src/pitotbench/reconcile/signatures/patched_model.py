@@ -35,7 +35,13 @@ def with_effects(log: FlightLog, layout: Layout, aircraft: AircraftModel | None,
     if aircraft is not None and patch:
         kept = _unmoved(layout, patch)
         layout = with_aircraft(layout, log, patched_aircraft(aircraft, reduce(add, patch)), kept)
-    return without_effects(layout, not_on_model)
+    sizes = {
+        (name, p.name): float(given[p.name])
+        for name, given in fitted.items()
+        for p in effect_of(name).parameters
+        if not p.shape and p.name in given
+    }
+    return replace(without_effects(layout, not_on_model), in_model=sizes)
 
 
 def lay_out_with(

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from hand_card_figures import coverage
 from hand_cards import DEG, FT, KT, STEPS, make_card, spoil, true_airspeed_kt
 
 from pitotbench.calibrate.accuracy import USUAL
@@ -66,22 +67,11 @@ def test_the_correction_is_that_of_the_true_airspeed(tmp_path):
 
 def test_coverage_on_two_hundred_cards():
     """Half of three legs a point and half of four; development seeds. 1,000 points, a curve each."""
-    inside, curve_inside, slips = [], [], 0
-    for seed in range(4001, 4201):
-        card = make_card(seed, legs=3 + seed % 2)
-        found = reduce_card(card.legs, STEPS)
-        slips += len(found.slips)
-        for point in found.points:
-            if point.correction is not None:
-                truth = card.correction_kt(point.indicated_airspeed / KT) * KT
-                inside.append(abs(point.correction - truth) < point.two_sigma)
-        curve = found.curves["clean"]
-        truth = np.array([card.correction_kt(v / KT) for v in curve.indicated_airspeed]) * KT
-        curve_inside.append(np.abs(curve.correction - truth) < curve.two_sigma)
-    assert len(inside) >= 995
-    assert slips <= 2
-    assert 0.92 <= np.mean(inside) <= 0.98
-    assert 0.92 <= np.mean(curve_inside) <= 0.98
+    found = coverage(4001, 200)
+    assert len(found.point_errors) >= 995
+    assert found.slips <= 2
+    assert 0.92 <= found.points_inside <= 0.98
+    assert 0.92 <= found.curves_inside <= 0.98
 
 
 SLIPS = {  # seed: row, what is written wrong; what was meant is what stood there

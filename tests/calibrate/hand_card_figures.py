@@ -1,0 +1,75 @@
+"""Coverage of the bounds of hand-written cards, counted.
+
+python -m tests.calibrate.hand_card_figures --first 4001 --cards 200
+Half of the cards have three legs a point, half four. Cards are made by `hand_cards`, whose formulas are their own.
+"""
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from hand_cards import KT, STEPS, make_card
+
+from pitotbench.calibrate.hand_card.card_points import reduce_card
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Errors and bounds [kt] of the points, (p,), and of the curves, (c, v); the number of legs called a slip."""
+
+    point_errors: np.ndarray
+    point_bounds: np.ndarray
+    curve_errors: np.ndarray
+    curve_bounds: np.ndarray
+    slips: int
+
+    @property
+    def points_inside(self) -> float:
+        """Share of the points whose error is within 2σ."""
+        return float(np.mean(self.point_errors < self.point_bounds))
+
+    @property
+    def curves_inside(self) -> float:
+        """The same of the airspeeds of all curves."""
+        return float(np.mean(self.curve_errors < self.curve_bounds))
+
+
+def coverage(first: int, cards: int) -> Coverage:
+    """Reduce cards of the seeds from `first` on, and hold their corrections against the truth."""
+    points, curves, slips = [], [], 0
+    for seed in range(first, first + cards):
+        card = make_card(seed, legs=3 + seed % 2)
+        found = reduce_card(card.legs, STEPS)
+        slips += len(found.slips)
+        for point in found.points:
+            if point.correction is not None:
+                error = point.correction / KT - card.correction_kt(point.indicated_airspeed / KT)
+                points.append((abs(error), point.two_sigma / KT))
+        curve = found.curves["clean"]
+        truth = np.array([card.correction_kt(v / KT) for v in curve.indicated_airspeed])
+        curves.append((np.abs(curve.correction / KT - truth), curve.two_sigma / KT))
+    return Coverage(*np.array(points).T, *(np.array(each) for each in zip(*curves, strict=True)), slips)
+
+
+def main() -> None:
+    """Print the figures of docs/fixed-speed.md."""
+    made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    made.add_argument("--first", type=int, default=4001, help="first seed")
+    made.add_argument("--cards", type=int, default=200)
+    options = made.parse_args()
+    found = coverage(options.first, options.cards)
+    for what, inside, errors, bounds in (
+        (f"{len(found.point_errors):,} points", found.points_inside, found.point_errors, found.point_bounds),
+        (f"{len(found.curve_errors):,} curves", found.curves_inside, found.curve_errors, found.curve_bounds),
+    ):
+        rms = float(np.sqrt(np.mean(errors**2)))
+        print(f"{what}: {inside:.1%} inside 2σ, mean 2σ {np.mean(bounds):.2f} kt, rms error {rms:.2f} kt")
+    print(f"legs called a slip: {found.slips}")
+
+
+if __name__ == "__main__":
+    main()

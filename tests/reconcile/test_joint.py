@@ -16,6 +16,7 @@ from pitotbench.reconcile.decide.joint_naming import OwnSizes, contradiction
 from pitotbench.reconcile.decide.judgment import closes, taken_back
 from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
 from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
+from pitotbench.reconcile.picture_data import waterfall
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
 from pitotbench.reconcile.residuals.layout_noise import noise_of_log
@@ -167,6 +168,10 @@ def test_a_flight_that_cannot_show_a_cause_leaves_it_to_the_others(flights) -> N
     joint = judged(flights[0], laid("step_decrease", 2302, shown=blind))
     assert [effect.name for effect in joint.verdict.effects] == ["gps_latency"]
     assert joint.verdict.kind == "named"
+    assert [[step.effect for step in waterfall(naming)] for naming in joint.together.namings] == [
+        ["gps_latency"],
+        [],
+    ]
 
 
 def test_the_order_of_the_flights_does_not_matter(flights) -> None:

@@ -30,8 +30,8 @@ def gap_map(naming: Naming, null: NullDistribution) -> GapMap:
 def waterfall(naming: Naming) -> tuple[Step, ...]:
     """Return the sum of squares that remains as the named effects are added one by one.
 
-    The sizes are those fitted together. The effect that removes most comes first. An effect of another flight, which
-    this one cannot show, is left out.
+    The sizes are those fitted together. The effect that removes most comes first. An effect of another flight that
+    this one cannot show is left out.
     """
     columns, sizes = list(naming.fit.columns), list(naming.fit.sizes)
     of_effect = columns_of(naming.layout.signatures)

@@ -14,13 +14,15 @@ from typing import Any
 
 import numpy as np
 from tests.blind.case import JudgedCase
+from tests.blind.outside_airplane import HIDDEN_EFFECTS
 from tests.blind.score import opened
 
 from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
-from pitotbench.effects import FORMS, SensorEffect
+from pitotbench.effects import FORMS, Effect, SensorEffect
 from pitotbench.logbook import read_log
 from pitotbench.records.gap import Feature
 
+KNOWN: Mapping[str, Effect] = {**FORMS, **HIDDEN_EFFECTS}
 SHOWN = 3.0  # gap before, in units of chance, from which a case shows anything
 QUANTITIES = ("manifold pressure", "pitch", "change of airspeed")
 
@@ -40,7 +42,7 @@ def reflown(logs: Path, cases: Sequence[JudgedCase], most: int) -> Iterator[Mapp
     told = 0
     for case in cases:
         names = [e["name"] for e in case.truth["effects"]]
-        if case.flights != 1 or not case.named or any(isinstance(FORMS.get(n), SensorEffect) for n in names):
+        if case.flights != 1 or not case.named or any(isinstance(KNOWN[n], SensorEffect) for n in names):
             continue
         name = case.truth["name"]
         full = reconcile_fully(NamedLog(name, read_log(logs / f"{name}.parquet")), next_flight=False)

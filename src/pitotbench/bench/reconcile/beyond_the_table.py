@@ -58,10 +58,8 @@ def beyond_the_table(
     if names:
         alone = find_formula(first.naming.layout, first.null)
         if alone is not None and _is_simpler(alone, formula, names):
-            note = (
-                f"a formula explains more than {', '.join(names)} with a formula beside it: the name is taken back"
-            )
-            first, looks, formula, names = *without_names(first, note), alone, {}
+            why = f"a formula explains more than {', '.join(names)} with a formula beside it"
+            first, looks, formula, names = *without_names(first, why), alone, {}
     if formula is None:
         return BeyondTable(first, looks)
     formula = replace(formula, beside=tuple(names))

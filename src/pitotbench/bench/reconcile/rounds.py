@@ -7,6 +7,7 @@ from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.reconciliation import Reconciliation
 from pitotbench.reconcile.decide.joint_judgment import judge_together
+from pitotbench.reconcile.decide.judgment import taken_back
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.decide.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
@@ -87,7 +88,7 @@ def look_until_quiet(
         if progress is not None:
             progress(f"looking again with {', '.join(rounds[-1].added)} in the model")
         entries = dict(patch_of(first, added, shapes, "", "").entries)
-        layouts = [with_effects(each.log, each.layout, model, entries) for each in first.logs]
+        layouts = [with_effects(each.layout, model, entries) for each in first.logs]
         joint = judge_together([each.name for each in first.logs], layouts, [each.null for each in first.logs])
         verdict, naming = joint.verdict, joint.together.namings[first.shown]
         rounds.append(_round(_news(verdict, naming, set(entries))))
@@ -111,20 +112,13 @@ def settled(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]
         return without_names(first, f"so many effects would be needed that none is named: {names}")
     if first.verdict.kind != "named" or not first.naming.chosen or closed.share >= least or by_chance:
         return first, looks
-    note = f"{names} comes closest, but closes only {max(0.0, closed.share):.0%} of the gap: the name is taken back"
-    return without_names(first, note)
+    why = f"{names} comes closest, but closes only {max(0.0, closed.share):.0%} of the gap"
+    return without_names(first, why)
 
 
-def without_names(first: Reconciliation, note: str) -> tuple[Reconciliation, Looks]:
+def without_names(first: Reconciliation, why: str) -> tuple[Reconciliation, Looks]:
     """Return a reconciliation and its looks with all names taken back, and the reason as a note."""
-    verdict = replace(
-        first.verdict,
-        kind="unknown",
-        effects=(),
-        alternatives=(),
-        notes=(*first.verdict.notes, note),
-        remains=False,
-    )
+    verdict = replace(taken_back(first.verdict, why), remains=False)
     return replace(first, verdict=verdict), Looks((Round(verdict, ()),), (), {}, first.naming)
 
 

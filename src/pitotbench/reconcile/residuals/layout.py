@@ -95,9 +95,7 @@ def lay_out(
     return _laid_out(checked, track, measured, aircraft, setting, effects)
 
 
-def with_aircraft(
-    layout: Layout, log: FlightLog, aircraft: AircraftModel, kept: Mapping[Overlay, Array] | None = None
-) -> Layout:
+def with_aircraft(layout: Layout, aircraft: AircraftModel, kept: Mapping[Overlay, Array] | None = None) -> Layout:
     """Return the layout of the same log with another aircraft, with all hypotheses.
 
     `kept` holds the changes of the reaction by overlays that are the same on both aircraft.
@@ -162,8 +160,10 @@ def below_range_end(track: Track, log: FlightLog) -> Booleans:
 
 
 def mean_wind_of(track: Track, measured: Booleans) -> Array:
-    """Return ground velocity less air velocity on average over the rows `measured`, toward north, east, down [m/s],
-    (3,)."""
+    """Return the mean wind over the rows `measured`, (m,), toward north, east, down [m/s], (3,).
+
+    It is the ground velocity less the velocity through the air.
+    """
     through, wind = air_velocity(track), np.zeros(3)
     for i, name in enumerate(("velocity_north", "velocity_east", "velocity_down")):
         if name in track:

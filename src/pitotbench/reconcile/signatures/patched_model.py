@@ -22,7 +22,7 @@ from pitotbench.units import Array
 NO_EFFECTS: Catalog[Effect] = Catalog("effect", {})
 
 
-def with_effects(log: FlightLog, layout: Layout, aircraft: AircraftModel | None, entries: Entries) -> Layout:
+def with_effects(layout: Layout, aircraft: AircraftModel | None, entries: Entries) -> Layout:
     """Return the layout of a log once effects are in the model; `layout` is that of the log without them.
 
     Effects of the aircraft go on the force meter; those of the sensors and the air are subtracted from the
@@ -34,7 +34,7 @@ def with_effects(log: FlightLog, layout: Layout, aircraft: AircraftModel | None,
     patch = [overlay for overlay in overlays.values() if overlay is not None]
     if aircraft is not None and patch:
         kept = _unmoved(layout, patch)
-        layout = with_aircraft(layout, log, patched_aircraft(aircraft, reduce(add, patch)), kept)
+        layout = with_aircraft(layout, patched_aircraft(aircraft, reduce(add, patch)), kept)
     sizes = {
         (name, p.name): float(given[p.name])
         for name, given in fitted.items()

@@ -1,9 +1,11 @@
 """What each hidden effect does to the residual channels in each setting: by flying it, and flying without it.
 
 python -m tests.blind.signatures --settings A,B --jobs 1
-Flights are in smooth air, without a pilot's drift, noise, rounding or error curve. The difference of the residuals
+Flights are in still air, without a pilot's drift, noise, rounding or error curve. The difference of the residuals
 of two such flights, matched segment by segment, is the signature; its strength is its length over the noise of null
-flights, with wind, error curve and sensor biases taken out. `signatures/<setting>.npz` holds both.
+flights, with wind, error curve and sensor biases taken out. `signatures/<setting>.npz` holds both. In a wind the
+residuals would swing with the heading by some meters a second, and two flights of a turn whose instants differ by
+half a second would differ by much more than the effect makes.
 """
 
 import argparse
@@ -35,7 +37,7 @@ from pitotbench.reconcile.residuals.predicted_channels import Frame, channel_res
 from pitotbench.reconcile.residuals.replay import Replay, answer, motion_of, replay_rows
 from pitotbench.reconcile.residuals.track import track_of
 from pitotbench.reconcile.residuals.whitening import NoiseModel, learned
-from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec
+from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
@@ -82,7 +84,11 @@ def layout_of(log: FlightLog) -> Layout:
 def quiet(setting: Setting) -> Case:
     """The case of a setting without all that is random."""
     return replace(
-        setting.flown, turbulence="none", pilot="none", pressure_error=PressureErrorSpec(parameters=(0.0, 0.0, 0.0))
+        setting.flown,
+        wind=Wind(0.0, 0.0),
+        turbulence="none",
+        pilot="none",
+        pressure_error=PressureErrorSpec(parameters=(0.0, 0.0, 0.0)),
     )
 
 

@@ -1,9 +1,13 @@
 """A card flown again: the same airplane is within every tolerance, and a difference shows in its unit."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from pitotbench import air
+from pitotbench import Case, air
+from pitotbench.bench.reconcile.reflight import on_its_day
 from pitotbench.reconcile.card_comparison import compare_cards, features_of
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT
@@ -88,3 +92,23 @@ def test_a_turn_has_bank_beyond_that_of_its_turn_rate():
     )
     found = features_of(turning)
     assert found["bank beyond that of the turn rate", "°"] == pytest.approx(1.0, abs=0.01)
+
+
+def fitted(**sizes: float) -> Any:
+    """A naming of which only the sizes of the free parameters matter."""
+    names = tuple(name.replace("_", " ", 1) if name.startswith("temperature") else name for name in sizes)
+    names = tuple("nonstandard_temperature warmer_k" if name == "warmer" else name for name in names)
+    return SimpleNamespace(
+        layout=SimpleNamespace(free=SimpleNamespace(names=names)),
+        fit=SimpleNamespace(columns=()),
+        equations=SimpleNamespace(free_sizes=lambda columns: np.array(list(sizes.values()))),
+    )
+
+
+def test_a_card_is_flown_on_the_day_that_the_log_shows():
+    card = Case(maneuver="circle", temperature_offset=2.0)
+    untold = fitted(wind=3.0, temperature_offset=-9.0, warmer=4.0)
+    assert on_its_day(card, untold) == Case(maneuver="circle", temperature_offset=-3.0)
+    # Where the header tells the day, an offset is one of the thermometer.
+    assert on_its_day(card, fitted(temperature_offset=-9.0)) == card
+    assert on_its_day(None, untold) is None

@@ -8,7 +8,8 @@ from math import atan2, hypot, pi
 from pitotbench.bench import fly
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.reconcile.card_comparison import compare_cards
-from pitotbench.reconcile.residuals.layout import below_range_end, mean_wind_of
+from pitotbench.reconcile.decide.naming import Naming
+from pitotbench.reconcile.residuals.layout import DAY, below_range_end, mean_wind_of
 from pitotbench.reconcile.residuals.track import track_of
 from pitotbench.records.case import Case, EffectSpec, Wind
 from pitotbench.records.errors import BadInputError
@@ -17,6 +18,8 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sense import record
 
 FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
+# Free parameters of a day that nobody told: what warmer air changes, and what the thermometer reads of it
+WARMER = (f"{DAY} warmer_k", "temperature offset")
 SEED = 760_001  # truth and sensor seeds count up from here
 
 
@@ -39,6 +42,17 @@ def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) 
     except BadInputError as error:
         return FlownAgain(skipped=f"the card cannot be flown: {error}")
     return compare_cards(log, logs[:FLIGHTS], logs[FLIGHTS:] or logs[:FLIGHTS])
+
+
+def on_its_day(card: Case | None, naming: Naming) -> Case | None:
+    """Return a card in the temperature that a log shows, where the header of the log does not tell the day.
+
+    The free parameters beside the named effects tell how much warmer the air is than the card says.
+    """
+    sizes = dict(zip(naming.layout.free.names, naming.equations.free_sizes(naming.fit.columns), strict=True))
+    if card is None or WARMER[0] not in sizes:
+        return card
+    return replace(card, temperature_offset=card.temperature_offset + sum(float(sizes[name]) for name in WARMER))
 
 
 def _flown(case: Case) -> FlightLog:

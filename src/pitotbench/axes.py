@@ -13,24 +13,22 @@ def body_to_earth(vector: Array, roll: Radians, pitch: Radians, heading: Radians
     """Turn vectors, (3, n), from body axes to earth axes, (3, n). Angles are in radians, (n,); heading is true."""
     # One rotation after the other, in reverse order of the Euler angles: roll, then pitch, then heading.
     forward, right, down = vector
-    level_right = right * np.cos(roll) - down * np.sin(roll)
-    below = right * np.sin(roll) + down * np.cos(roll)
-    level_forward = forward * np.cos(pitch) + below * np.sin(pitch)
+    (sin_roll, sin_pitch, sin_heading), (cos_roll, cos_pitch, cos_heading) = (
+        [wave(angle) for angle in (roll, pitch, heading)] for wave in (np.sin, np.cos)
+    )
+    level_right = right * cos_roll - down * sin_roll
+    below = right * sin_roll + down * cos_roll
+    level_forward = forward * cos_pitch + below * sin_pitch
     return np.stack(
         [
-            level_forward * np.cos(heading) - level_right * np.sin(heading),
-            level_forward * np.sin(heading) + level_right * np.cos(heading),
-            below * np.cos(pitch) - forward * np.sin(pitch),
+            level_forward * cos_heading - level_right * sin_heading,
+            level_forward * sin_heading + level_right * cos_heading,
+            below * cos_pitch - forward * sin_pitch,
         ]
     )
 
 
 def flow_direction(angle_of_attack: Radians, sideslip: Radians) -> Array:
     """Return the direction of the velocity through the air in body axes, unit vectors (3, n), from flow angles."""
-    return np.stack(
-        [
-            np.cos(angle_of_attack) * np.cos(sideslip),
-            np.sin(sideslip),
-            np.sin(angle_of_attack) * np.cos(sideslip),
-        ]
-    )
+    level = np.cos(sideslip)
+    return np.stack([np.cos(angle_of_attack) * level, np.sin(sideslip), np.sin(angle_of_attack) * level])

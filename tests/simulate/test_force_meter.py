@@ -8,8 +8,9 @@ import pytest
 from pitotbench import Case, air, fly
 from pitotbench.effects import EFFECTS, AircraftEffect
 from pitotbench.records.motion import Motion, Reaction
+from pitotbench.simulate import force_meter
 from pitotbench.simulate.baseline import read_baseline
-from pitotbench.simulate.force_meter import measure
+from pitotbench.simulate.force_meter import GUIDANCE, measure
 from pitotbench.simulate.fuel_and_ballast import ballast_for, ballast_overlay, loaded_mass
 from pitotbench.simulate.hangar import find_aircraft
 from pitotbench.simulate.plant import Plant
@@ -110,6 +111,27 @@ def test_an_engine_that_no_starter_turns_runs_and_lacks_its_power(few) -> None:
     assert lossy.fuel_flow_left == pytest.approx(sound.fuel_flow_left, rel=1e-3)  # it does not stand still
     pull, slight_pull = (sound.specific_force_x - less.specific_force_x for less in (lossy, slight))
     assert pull == pytest.approx(10.0 * slight_pull, rel=0.02)
+
+
+def test_the_modes_of_the_autopilot_have_no_part_in_a_reaction(few, monkeypatch) -> None:
+    """The meter leaves them out. They run along in a meter that finds no switch for them, and nothing changes."""
+    without = react(few, "power_deficit", {"left_kw": 4.0})
+    monkeypatch.setattr(force_meter, "GUIDANCE", "ap/no-such-switch")
+    along = react(few, "power_deficit", {"left_kw": 4.0})
+    for field in Reaction.__slots__:
+        np.testing.assert_array_equal(getattr(without, field), getattr(along, field))
+
+
+def test_the_switch_stops_the_modes_of_the_autopilot() -> None:
+    plant = Plant.load("navajo")
+    assert plant.get(GUIDANCE) == 1.0
+    heard = []
+    for switch, target in ((1.0, 90.0), (0.0, 180.0), (1.0, 180.0)):
+        plant.set(GUIDANCE, switch)
+        plant.set("ap/heading-target-deg", target)
+        plant.advance(1)
+        heard.append(plant.get("ap/heading-error-rad"))
+    assert heard[0] == heard[1] != heard[2]
 
 
 def test_a_held_aircraft_stays_where_it_is_until_it_is_released() -> None:

@@ -35,6 +35,7 @@ CONTROLS = (
     ("throttle_left", "throttle_bias_left", "throttle_left"),
     ("throttle_right", "throttle_bias_right", "throttle_right"),
 )
+GUIDANCE = "ap/guidance"  # of the bench's own autopilot: whether it computes its modes
 PROBE = 0.1  # of a command: the step by which the gain from command to position is measured
 
 
@@ -84,6 +85,8 @@ def _prepare(plant: Plant, motion: Motion) -> tuple[Array, Array]:
     """
     height = float(air.pressure_altitude(motion.static_pressure[0]))
     speed = float(air.calibrated_airspeed(air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])))
+    if plant.serves(GUIDANCE):  # the controls are moved from here: without its modes it has no output, but a cost
+        plant.set(GUIDANCE, 0.0)
     plant.start_held(height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset))
     if float(np.median(np.diff(motion.time))) <= FREE:
         plant.release()
@@ -177,7 +180,7 @@ class Rig:
     """A plant with running engines, ready to be put into each state of a motion.
 
     `states` are the initial conditions and the fuel of each state, (n, 12), and `wanted` the positions of the
-    controls, (n, 5).
+    controls, (n, 5). `reads` and `factors` give a reaction in SI units, but its forces, which are not yet per mass.
     """
 
     plant: Plant
@@ -186,6 +189,7 @@ class Rig:
     servos: list[_Servo]
     writers: Sequence[Callable[[float], bool]]
     reads: Sequence[Callable[[], float]]
+    factors: Array
     mass: tuple[Callable[[], float], float]
 
     @classmethod
@@ -200,7 +204,8 @@ class Rig:
             wanted=np.stack([getattr(motion, name) for name, *_ in CONTROLS], axis=1),
             servos=servos,
             writers=[plant.writer(path) for path in (*_IC, *TANKS)],
-            reads=[_reader(plant, path, factor) for path, factor in _outputs()],
+            reads=[plant.getter(path)[0] for path, _ in _outputs()],
+            factors=np.array([factor for _, factor in _outputs()]),
             mass=plant.getter("mass"),
         )
 
@@ -224,7 +229,7 @@ class Rig:
 
     def row(self) -> Array:
         """Return the present reaction, (12,), in the order and the units of the fields of a Reaction."""
-        row = np.array([read() for read in self.reads])
+        row = np.array([read() for read in self.reads]) * self.factors
         row[:3] /= self.mass[0]() * self.mass[1]
         return row
 
@@ -240,11 +245,6 @@ def _outputs() -> list[tuple[str, float]]:
     turning = [(f"accelerations/{axis}dot-rad_sec2", 1.0) for axis in "pqr"]
     engines = [PROPERTIES[f"{name}_{side}"] for name in ENGINE for side in ("left", "right")]
     return forces + turning + [(line.path, line.factor) for line in engines]
-
-
-def _reader(plant: Plant, path: str, factor: float) -> Callable[[], float]:
-    read = plant.getter(path)[0]
-    return lambda: read() * factor
 
 
 def _reaction(rows: Array) -> Reaction:

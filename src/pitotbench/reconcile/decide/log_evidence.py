@@ -57,8 +57,10 @@ class LogEvidence:
         self.columns = columns_of(layout.signatures)
         white = whitened_columns(layout, noise)
         k = layout.free.columns.shape[2]
-        self._rows = white.reshape(-1, white.shape[2])
-        self._products = self._rows.T @ self._rows
+        rows = white.reshape(-1, white.shape[2])
+        self._products = rows.T @ rows
+        # Columns in blocks, as they were added: to join them would copy them all each time.
+        self._blocks, self._residual = [rows[:, :-1]], rows[:, -1:]
         self._free = range(k)
         self._free_deviations = layout.free.deviations
         self._wander = wander
@@ -99,12 +101,13 @@ class LogEvidence:
     def _append(self, added: Array) -> Iterator[int]:
         """Add whitened columns, (n·c, k), before the residual; return their places."""
         last = self._products.shape[0] - 1
-        across, own = self._rows.T @ added, added.T @ added
+        across = np.concatenate([block.T @ added for block in (*self._blocks, self._residual)])
+        own = added.T @ added
         count = added.shape[1]
         order = [*range(last), *range(last + 1, last + 1 + count), last]
         whole = np.block([[self._products, across], [across.T, own]])
         self._products = whole[np.ix_(order, order)]
-        self._rows = np.concatenate([self._rows[:, :last], added, self._rows[:, last:]], axis=1)
+        self._blocks.append(added)
         first = last - len(self._free)
         return iter(range(first, first + count))
 
@@ -124,7 +127,8 @@ class LogEvidence:
         normal = self._products[np.ix_(beside, beside)] * np.outer(scale, scale)
         across = self._products[np.ix_(beside, columns)] * scale[:, None]
         reproduced = scale[:, None] * np.linalg.lstsq(normal, across, rcond=SINGULAR)[0]
-        places = self._append(self._rows[:, columns] - self._rows[:, beside] @ reproduced)
+        rows = self._blocks[0]
+        places = self._append(rows[:, columns] - rows[:, beside] @ reproduced)
         return {place: float(np.sqrt(surplus[i])) for place, i in zip(places, imitated, strict=True)}
 
     def _update(self) -> None:

@@ -91,7 +91,7 @@ def renewed_signatures(original: Layout, null: NullDistribution) -> Renewed:
     """
     noise = scaled_to(null.noise, original)
     original = with_parts_of_flight(placed_in_time(original, noise), noise)
-    layout, equations = original, whitened_equations(original, noise)
+    layout, equations = original, whitened_equations(original, noise, with_cells=False)
     columns = columns_of(layout.signatures)
     undone: Entries = {}
     for _ in range(RENEWALS):
@@ -103,8 +103,8 @@ def renewed_signatures(original: Layout, null: NullDistribution) -> Renewed:
         renewed = at_sizes(renewed, sizes)
         if renewed is layout:
             break
-        layout, equations = renewed, whitened_equations(renewed, noise)
-    return Renewed(layout, equations, noise)
+        layout, equations = renewed, whitened_equations(renewed, noise, with_cells=False)
+    return Renewed(layout, whitened_equations(layout, noise), noise)
 
 
 def _large_effect(

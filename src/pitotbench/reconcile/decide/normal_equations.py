@@ -120,7 +120,11 @@ def equations_from(products: Array, free: int, deviations: Array) -> NormalEquat
 
 def inner_products(columns: Array, residual: Array, blocks: int = BLOCKS) -> Array:
     """Return inner products by block, (b, k + 1, k + 1), of whitened columns (n, c, k) and the residual (n, c)."""
-    every = np.concatenate([columns, residual[:, :, None]], axis=2)
+    return products_of(np.concatenate([columns, residual[:, :, None]], axis=2), blocks)
+
+
+def products_of(every: Array, blocks: int = BLOCKS) -> Array:
+    """Return inner products by block, (b, m, m), of whitened columns, (n, c, m); the residual is the last."""
     parts = [part.reshape(-1, every.shape[2]) for part in np.array_split(every, blocks)]
     return np.stack([part.T @ part for part in parts])
 

@@ -131,7 +131,7 @@ def _with_rest(search: CauseSearch, each: Explained, power: float) -> tuple[floa
     for log in search.logs:
         evidence = log.beyond(by_key, power)
         values = [
-            (rest.log_prior + evidence.of(rest.columns, rest.deviations).log_evidence, rest.place)
+            (rest.log_prior + evidence.log_evidence_of(rest.columns, rest.deviations), rest.place)
             for rest in log.rests
         ]
         every += float(np.logaddexp(no, yes + logsumexp([value for value, _ in values])))

@@ -174,7 +174,7 @@ class CauseSearch:
                     continue
                 used = [c for n in names for c in columns[n]]
                 wide = THRESHOLDS.size_scales[-1] * np.array(self._typical(names))
-                values[names] = self._plain.of(used, wide).log_evidence + self.log_prior(names)
+                values[names] = self._plain.log_evidence_of(used, wide) + self.log_prior(names)
         ranked = sorted(values, key=lambda n: -values[n])
         return ranked[:STEMS], ranked[:LEADING]
 

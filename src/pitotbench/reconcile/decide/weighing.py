@@ -48,20 +48,19 @@ def weigh(evidence: Evidence, columns: Sequence[Sequence[int]], priors: Sequence
     if not used:
         return Weighed(0.0, np.zeros(0), np.zeros((0, 0)))
     low, high = (np.concatenate([getattr(p, end) for p in priors]) for end in ("low", "high"))
-    parts = []
-    for chosen in product(*_ladders(evidence, used, priors)):
-        deviations = np.concatenate([p.deviations(s) for s, p in zip(chosen, priors, strict=True)])
-        found = evidence.of(used, deviations)
-        spread = np.sqrt(np.maximum(np.diag(found.covariance), LOWEST**2))
-        inside = _log_inside(found.mean, spread, low, high) - _log_inside(
-            np.zeros(len(used)), deviations, low, high
-        )
-        parts.append((found.log_evidence + float(inside.sum()), found))
-    logs = np.array([value for value, _ in parts]) - len(priors) * np.log(len(scales))
+    ladders = product(*_ladders(evidence, used, priors))
+    deviations = np.array(
+        [np.concatenate([p.deviations(s) for s, p in zip(chosen, priors, strict=True)]) for chosen in ladders]
+    )
+    found = [evidence.of(used, each) for each in deviations]
+    means, covariances = np.array([f.mean for f in found]), np.array([f.covariance for f in found])
+    spread = np.sqrt(np.maximum(np.diagonal(covariances, axis1=1, axis2=2), LOWEST**2))
+    inside = _log_inside(means, spread, low, high) - _log_inside(np.zeros_like(means), deviations, low, high)
+    logs = np.array([f.log_evidence for f in found]) + inside.sum(axis=1) - len(priors) * np.log(len(scales))
     total = float(logsumexp(logs))
     weights = np.exp(logs - total)
-    mean = np.sum([w * found.mean for w, (_, found) in zip(weights, parts, strict=True)], axis=0)
-    covariance = np.sum([w * found.covariance for w, (_, found) in zip(weights, parts, strict=True)], axis=0)
+    mean = np.sum(weights[:, None] * means, axis=0)
+    covariance = np.sum(weights[:, None, None] * covariances, axis=0)
     return Weighed(total, mean, covariance)
 
 

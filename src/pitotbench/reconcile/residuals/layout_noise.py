@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from pitotbench.estimate.robust_scale import robust_deviation
-from pitotbench.reconcile.decide.normal_equations import NormalEquations, equations_from, inner_products
+from pitotbench.reconcile.decide.normal_equations import NormalEquations, equations_from, products_of
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.residuals.layout import UNUSABLE, Layout
 from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
@@ -38,23 +38,23 @@ def scaled_to(noise: NoiseModel, layout: Layout) -> NoiseModel:
     return replace(noise, deviations=noise.deviations * np.clip(level, 1.0, most))
 
 
-def whitened_equations(layout: Layout, noise: NoiseModel) -> NormalEquations:
+def whitened_equations(layout: Layout, noise: NoiseModel, with_cells: bool = True) -> NormalEquations:
     """Return the normal equations of a log under a noise model.
 
-    Columns are the free parameters, the signatures in their order, and the cells in theirs.
+    Columns are the free parameters, the signatures in their order, and the cells in theirs. The cells are four of
+    five columns: who asks nothing of them leaves them out.
     """
-    every = whitened_columns(layout, noise)
-    products = inner_products(every[:, :, :-1], every[:, :, -1])
+    products = products_of(whitened_columns(layout, noise, with_cells))
     return equations_from(products, layout.free.columns.shape[2], layout.free.deviations)
 
 
-def whitened_columns(layout: Layout, noise: NoiseModel) -> Array:
+def whitened_columns(layout: Layout, noise: NoiseModel, with_cells: bool = True) -> Array:
     """Return the free parameters, the signatures, the cells and, last, the residuals, all whitened, (n, c, m)."""
     place = layout.grid, layout.residuals.slack
     columns = [s.column[:, :, None] for s in layout.signatures]
     dense = noise.whiten(np.concatenate([layout.free.columns, *columns], axis=2), *place)
-    cells = noise.whiten_alone(layout.shapes, *place)
-    return np.concatenate([dense, cells, noise.whiten(layout.residuals.values, *place)[:, :, None]], axis=2)
+    cells = [noise.whiten_alone(layout.shapes, *place)] if with_cells else []
+    return np.concatenate([dense, *cells, noise.whiten(layout.residuals.values, *place)[:, :, None]], axis=2)
 
 
 def _without_cells(layout: Layout) -> Array:

@@ -42,9 +42,11 @@ class NoiseModel:
         `slack` (n, c) adds to the deviations. Rows whose past is not complete are zero.
         """
         out = values.copy()
+        predicted = np.empty_like(out)
         for lag in range(1, self.coefficients.shape[1] + 1):
             weight = self.coefficients[:, lag - 1]
-            out[lag:] -= values[:-lag] * (weight if values.ndim == 2 else weight[:, None])
+            weight = weight if values.ndim == 2 else weight[:, None]
+            out[lag:] -= np.multiply(values[:-lag], weight, out=predicted[lag:])
         scale = np.hypot(self.deviations, slack)
         out /= scale if values.ndim == 2 else scale[:, :, None]
         out[~complete_past(grid, self.coefficients.shape[1])] = 0.0

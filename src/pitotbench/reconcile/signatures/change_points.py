@@ -180,7 +180,8 @@ class _Scan:
             free, right = free - self._with_free[ends][:, own], right - self._with_residual[ends][:, own]
             shared = self._with_whole[ends][:, own][:, :, own]
             inner = inner + self._own[ends][:, own][:, :, own] - shared - shared.transpose(0, 2, 1)
-        normal = inner - free @ self._inverse @ free.transpose(0, 2, 1)
+        reproduced = (free.reshape(-1, free.shape[2]) @ self._inverse).reshape(free.shape)
+        normal = inner - reproduced @ free.transpose(0, 2, 1)
         normal = normal + np.diag(self._widest[own] ** -2.0)
         return np.asarray(np.sum(right * np.linalg.solve(normal, right[:, :, None])[:, :, 0], axis=1))
 

@@ -53,8 +53,12 @@ def displayed(flown: dict[str, Array]) -> dict[str, Array]:
     }
 
 
-def clock(row: int) -> datetime:
-    return START + timedelta(seconds=row)
+def clock(seconds: float) -> datetime:
+    return START + timedelta(seconds=float(seconds))
+
+
+def every_row(flown: dict[str, Array]) -> range:
+    return range(len(flown["time"]))
 
 
 def write_rows(path: Path, above: list[str], names: list[str], rows: list[list[str]], mark: str = ",") -> Path:
@@ -75,7 +79,7 @@ def kias(path: Path, flown: dict[str, Array]) -> Path:
             f"{d['ground_speed'][i]:.0f}",
             f"{d['track'][i]:.0f}",
         ]
-        for i in range(ROWS)
+        for i in every_row(flown)
     ]
     return write_rows(path, [], [*names, "track_deg"], rows)
 
@@ -92,8 +96,8 @@ def g1000(path: Path, flown: dict[str, Array]) -> Path:
     )
     units += "    deg,   deg,   deg, volts,    rpm,    deg"
     rows = []
-    for i in range(ROWS):
-        local = clock(i)
+    for i in every_row(flown):
+        local = clock(flown["time"][i])
         cells = [
             f"{local:%Y-%m-%d}",
             f"{local:%H:%M:%S}",
@@ -120,7 +124,7 @@ def g1000(path: Path, flown: dict[str, Array]) -> Path:
     )
 
 
-def g3x(path: Path, flown: dict[str, Array]) -> Path:
+def g3x(path: Path, flown: dict[str, Array], product: str = "GDU 460") -> Path:
     """Garmin G3X Touch: long names, then short names, then rows."""
     d = displayed(flown)
     names = [
@@ -140,8 +144,8 @@ def g3x(path: Path, flown: dict[str, Array]) -> Path:
     short = ["Lcl Date", "Lcl Time", "AltGPS", "GndSpd", "TRK", "VelE", "VelN", "VelU", "HDG", "AltP", "IAS", "OAT"]
     rows = [
         [
-            f"{clock(i):%Y-%m-%d}",
-            f"{clock(i):%H:%M:%S}",
+            f"{clock(flown['time'][i]):%Y-%m-%d}",
+            f"{clock(flown['time'][i]):%H:%M:%S}",
             f"{d['height'][i]:.0f}",
             f"{d['ground_speed'][i]:.1f}",
             f"{d['track'][i]:.0f}",
@@ -153,9 +157,19 @@ def g3x(path: Path, flown: dict[str, Array]) -> Path:
             f"{d['ias'][i]:.1f}",
             f"{d['oat'][i]:.1f}",
         ]
-        for i in range(ROWS)
+        for i in every_row(flown)
     ]
-    return write_rows(path, ['#airframe_info,log_version="1.00",product="GDU 460"'], names, [short, *rows])
+    return write_rows(path, [f'#airframe_info,log_version="1.00",product="{product}"'], names, [short, *rows])
+
+
+def gi275(path: Path, flown: dict[str, Array]) -> Path:
+    """Garmin GI 275: the names of the G3X, without components of the GPS velocity."""
+    text = g3x(path, flown, "GI 275").read_text("utf-8")
+    above, *lines = text.splitlines()
+    rows = [line.split(",") for line in lines]
+    kept = [k for k, name in enumerate(rows[0]) if "GPS Velocity" not in name]
+    names, *rest = [[row[k] for k in kept] for row in rows]
+    return write_rows(path, [above], names, rest)
 
 
 def dynon(path: Path, flown: dict[str, Array]) -> Path:
@@ -184,7 +198,7 @@ def dynon(path: Path, flown: dict[str, Array]) -> Path:
             f"{d['pressure_altitude'][i]:.0f}",
             f"{d['oat'][i]:.0f}",
         ]
-        for i in range(ROWS)
+        for i in every_row(flown)
     ]
     return write_rows(path, [], names, rows)
 
@@ -219,7 +233,9 @@ def clocked(write_clock: Callable[[datetime], str]) -> Callable[[Path, dict[str,
     def write(path: Path, flown: dict[str, Array]) -> Path:
         names = ["impact_pressure_pa", "static_pressure_pa", "air_temperature_k", "velocity_north_mps"]
         columns = [flown[name.rpartition("_")[0]] for name in (*names, "velocity_east_mps")]
-        rows = [[write_clock(clock(i)), *(repr(float(c[i])) for c in columns)] for i in range(ROWS)]
+        rows = [
+            [write_clock(clock(flown["time"][i])), *(repr(float(c[i])) for c in columns)] for i in every_row(flown)
+        ]
         return write_rows(path, [], ["time_s", *names, "velocity_east_mps"], rows)
 
     return write
@@ -227,13 +243,13 @@ def clocked(write_clock: Callable[[datetime], str]) -> Callable[[Path, dict[str,
 
 CLOCKS: dict[str, Callable[[datetime], str]] = {
     "hms": lambda t: f"{t:%H:%M:%S}",
-    "milliseconds": lambda t: f"{t:%H:%M:%S}.000",
+    "milliseconds": lambda t: t.isoformat(timespec="milliseconds").partition("T")[2],
     "iso": lambda t: f"{t:%Y-%m-%dT%H:%M:%S}",
-    "iso-utc": lambda t: f"{t:%Y-%m-%dT%H:%M:%S}.500Z",
+    "iso-utc": lambda t: (t + timedelta(seconds=0.5)).isoformat(timespec="milliseconds") + "Z",
     "iso-zone": lambda t: f"{t:%Y-%m-%d %H:%M:%S}+02:00",
     "us": lambda t: f"{t.month}/{t.day}/{t.year} {t:%I:%M:%S %p}",
     "german": lambda t: f"{t:%d.%m.%Y %H:%M:%S}",
-    "irig": lambda t: f"{t:%j:%H:%M:%S}.000000",
+    "irig": lambda t: f"{t:%j:%H:%M:%S.%f}",
     "epoch": lambda t: f"{t.replace(tzinfo=UTC).timestamp():.3f}",
 }
 
@@ -253,7 +269,7 @@ def jsbsim_named(flown: dict[str, Array]) -> dict[str, Array]:
 
 def jsbsim(path: Path, flown: dict[str, Array]) -> Path:
     table = jsbsim_named(flown)
-    rows = [[repr(float(c[i])) for c in table.values()] for i in range(ROWS)]
+    rows = [[repr(float(c[i])) for c in table.values()] for i in every_row(flown)]
     return write_rows(path, [], list(table), rows)
 
 
@@ -290,7 +306,7 @@ def dataflash(path: Path, flown: dict[str, Array]) -> Path:
         parts.append(_message("FMT", [number, length, name, letters, columns]))
     speed = np.hypot(flown["velocity_north"], flown["velocity_east"])
     course = np.arctan2(flown["velocity_east"], flown["velocity_north"]) / DEGREE % 360.0
-    for i in range(ROWS):
+    for i in every_row(flown):
         us = int(flown["time"][i] * 1e6) + 5_000_000
         q, p = float(flown["impact_pressure"][i]), float(flown["static_pressure"][i])
         for sensor in (0, 1):
@@ -353,4 +369,61 @@ def ulog(path: Path, flown: dict[str, Array], renewed: bool = False) -> Path:
         ),
     }
     path.write_bytes(ulog_bytes(topics))
+    return path
+
+
+def canonical(flown: dict[str, Array]) -> dict[str, Array]:
+    """The flight under our own column names."""
+    units = {"time": "s", "air_temperature": "k", "altitude": "m", "heading": "rad"}
+    return {
+        f"{name}_{units.get(name, 'pa' if 'pressure' in name else 'mps')}": values for name, values in flown.items()
+    }
+
+
+def plain(path: Path, flown: dict[str, Array]) -> Path:
+    """Our own CSV, every digit written."""
+    table = canonical(flown)
+    rows = [[repr(float(c[i])) for c in table.values()] for i in every_row(flown)]
+    return write_rows(path, [], list(table), rows)
+
+
+def mat73(path: Path, flown: dict[str, Array], place: str = "") -> Path:
+    """As MATLAB writes version 7.3: 512 bytes of text, a column vector transposed, a struct as a group `place`."""
+    import h5py
+
+    def put(name: str, values: Array, kind: str) -> None:
+        file.create_dataset(name, data=values).attrs["MATLAB_class"] = np.bytes_(kind)
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for column, values in canonical(flown).items():
+            put(place + column, values[None, :], "double")
+        put("header", np.array([[ord(letter)] for letter in "title = 'a flight'"], dtype=np.uint16), "char")
+    return path
+
+
+def sidpac(path: Path, flown: dict[str, Array], hdf5: bool = False) -> Path:
+    """SIDPAC keeps a flight in one matrix `fdata`, a row a sample; the mapping beside it names its columns."""
+    table = canonical(flown)
+    matrix = np.column_stack(list(table.values()))
+    if hdf5:
+        import h5py
+
+        with h5py.File(path, "w") as file:
+            file.create_dataset("fdata", data=matrix.T)
+    else:
+        from scipy.io import savemat
+
+        savemat(path, {"fdata": matrix, "dt": 1.0, "title": "run 4"})
+    lines = [f'"fdata(:,{k + 1})" = "{name}"' for k, name in enumerate(table)]
+    path.with_suffix(".toml").write_text("[columns]\n" + "\n".join(lines))
+    return path
+
+
+def mat_channels(path: Path, flown: dict[str, Array]) -> Path:
+    """A .mat file up to version 7: a struct of channels, each with its data, unit and description."""
+    from scipy.io import savemat
+
+    table = canonical(flown).items()
+    channels = {name: {"data": values, "units": "SI", "description": name} for name, values in table}
+    savemat(path, {"flightdata": channels})
     return path

@@ -4,12 +4,12 @@ import foreign_files as foreign
 import foreign_headers as headers
 import numpy as np
 import pytest
-from test_foreign_files import assert_same_flight
+from tests.logbook.drafted_headers import draft
 
 from pitotbench.cli.app import main
 from pitotbench.logbook import read_log
 from pitotbench.logbook.drafting import draft_mapping, mapping_text
-from pitotbench.logbook.reading import read_table
+from pitotbench.logbook.drafting.guess import guesses
 from pitotbench.logbook.table import Table
 
 FLOWN = foreign.flight()
@@ -17,12 +17,16 @@ FLOWN = foreign.flight()
 
 @pytest.mark.parametrize("name", list(headers.HEADERS))
 def test_a_foreign_header_is_drafted_right(tmp_path, name):
-    path = headers.write_header(tmp_path / "log.csv", name, FLOWN)
-    drafted = draft_mapping(read_table(path))
-    assert not drafted.missing
-    assert not drafted.refusal
-    (tmp_path / "m.toml").write_text(mapping_text(drafted, path.name), encoding="utf-8")
-    assert_same_flight(read_log(path, tmp_path / "m.toml"), 0.01, 0.1, 0.01)
+    """As it stands, also where a question is asked: airspeed, height, temperature and velocity are the flight's."""
+    drafted = draft(name, tmp_path)
+    assert drafted.right, drafted.questions
+
+
+def test_a_last_word_that_looks_like_a_unit_may_be_none():
+    """The unit of TAT_DI_R would be °R, in which no air has 280."""
+    flown = {"TAT_DI_R": FLOWN["air_temperature"] + 2.0, "TAT_DEGR": 1.8 * (FLOWN["air_temperature"] + 2.0)}
+    found = {name: [(g.quantity, g.units) for g in guesses(name, "", values)][:1] for name, values in flown.items()}
+    assert found == {"TAT_DI_R": [("total_temperature", ("k",))], "TAT_DEGR": [("total_temperature", ("degr",))]}
 
 
 def as_table(**columns):

@@ -21,6 +21,7 @@ CSV = {
     "kias": (foreign.kias, 0.5, 5.0, 1.2),  # half a degree of track is 0.9 kt at 100 kt
     "garmin g1000": (foreign.g1000, 0.005, 0.1, 0.13),  # a twentieth of a degree of track is 0.12 kt at 135 kt
     "garmin g3x": (foreign.g3x, 0.05, 0.5, 0.02),
+    "garmin gi 275": (foreign.gi275, 0.05, 0.5, 1.2),
     "dynon": (foreign.dynon, 0.05, 0.5, 0.2),
     "jsbsim": (foreign.jsbsim, 1e-6, 1e-6, 1e-9),
     "utf-16, decimal commas": (foreign.german, 1e-5, 1e-3, 1e-4),
@@ -74,25 +75,10 @@ def test_px4_ulog(tmp_path, renewed):
         assert log.header["mapping"] == "px4"
 
 
-def canonical() -> dict[str, np.ndarray]:
-    units = {"time": "s", "air_temperature": "k", "altitude": "m", "heading": "rad"}
-    return {
-        f"{name}_{units.get(name, 'pa' if 'pressure' in name else 'mps')}": values for name, values in FLOWN.items()
-    }
-
-
 def test_mat_files_of_version_7_3(tmp_path):
-    """As MATLAB writes them: 512 bytes of text, a column vector transposed, a struct as a group."""
-    h5py = pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
+    pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
     for place, name in (("", "flat"), ("fdata/", "struct")):
-        path = tmp_path / f"{name}.mat"
-        with h5py.File(path, "w", userblock_size=512) as file:
-            for column, values in canonical().items():
-                file.create_dataset(place + column, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_(
-                    "double"
-                )
-            text = np.array([[ord(letter)] for letter in "title = 'a flight'"], dtype=np.uint16)
-            file.create_dataset(place + "header", data=text).attrs["MATLAB_class"] = np.bytes_("char")
+        path = foreign.mat73(tmp_path / f"{name}.mat", FLOWN, place)
         log = read_log(path)
         assert_same_flight(log, 1e-12, 1e-9, 1e-12)
         assert log.header["title"] == "a flight"
@@ -103,32 +89,18 @@ def test_mat_files_of_version_7_3(tmp_path):
 
 @pytest.mark.parametrize("hdf5", [False, True])
 def test_a_matrix_with_a_row_a_sample(tmp_path, hdf5):
-    """SIDPAC keeps a flight in one matrix `fdata`, whose columns a mapping names."""
-    table = canonical()
-    matrix = np.column_stack(list(table.values()))
-    path = tmp_path / "sidpac.mat"
     if hdf5:
-        h5py = pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
-        with h5py.File(path, "w") as file:
-            file.create_dataset("fdata", data=matrix.T)
-    else:
-        from scipy.io import savemat
-
-        savemat(path, {"fdata": matrix, "dt": 1.0, "title": "run 4"})
-    lines = [f'"fdata(:,{k + 1})" = "{name}"' for k, name in enumerate(table)]
-    (tmp_path / "m.toml").write_text("[columns]\n" + "\n".join(lines))
-    assert_same_flight(read_log(path, tmp_path / "m.toml"), 1e-12, 1e-9, 1e-12)
+        pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
+    path = foreign.sidpac(tmp_path / "log.mat", FLOWN, hdf5)
+    assert_same_flight(read_log(path, path.with_suffix(".toml")), 1e-12, 1e-9, 1e-12)
 
 
 def test_a_struct_of_channels_with_units(tmp_path):
-    from scipy.io import savemat
-
     from pitotbench.logbook.mat_format import read_mat
 
-    channels = {name: {"data": values, "units": "SI", "description": name} for name, values in canonical().items()}
-    savemat(tmp_path / "log.mat", {"flightdata": channels})
-    assert_same_flight(read_log(tmp_path / "log.mat"), 1e-12, 1e-9, 1e-12)
-    assert set(read_mat(tmp_path / "log.mat").units) == {"SI"}
+    path = foreign.mat_channels(tmp_path / "log.mat", FLOWN)
+    assert_same_flight(read_log(path), 1e-12, 1e-9, 1e-12)
+    assert set(read_mat(path).units) == {"SI"}
 
 
 def test_jsbsims_own_output(tmp_path):

@@ -76,12 +76,21 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
     if values is None:
         return [Guess(name, "date", ("",), _EXACT, True)] if _plain(name) in SYNONYMS["date"].split() else []
     words, written = _words(name, unit)
+    found = _fitting(name, words, written, values)
+    if not found and written and not unit and not _BRACKETS.search(name):
+        # The last word of the name may be no unit after all: TAT_DI_R is right of the nose, not in °R.
+        found = _fitting(name, [*words, *written.split("/")], "", values)
+    return sorted(found, key=lambda guess: -guess.score)
+
+
+def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> list[Guess]:
+    """Return the guesses for words of a name with a unit, each with the units in which the values are plausible."""
     found = []
     for quantity, names in SYNONYMS.items():
         score, sign = _score(words, names.split())
         if score > 0.0 and quantity != "date":
             found += _with_units(name, QUANTITIES[quantity], score, sign, written, values)
-    return sorted(found, key=lambda guess: -guess.score)
+    return found
 
 
 def _with_units(

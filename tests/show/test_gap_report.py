@@ -30,13 +30,16 @@ from pitotbench.records.joined_flight import JoinedFlight, OwnSize
 from pitotbench.records.verdict import Candidate, Check, Closure, Detectable, Located, Verdict
 from pitotbench.show.field_units import CHANNELS
 from pitotbench.show.gap_page import account_page
+from pitotbench.show.gap_panels import draw_trace
 from pitotbench.show.gap_words import calibration_words, evidence_words, sentences
 from pitotbench.show.quantity_words import UNITS, heading, name_and_unit, size_words, words
+from pitotbench.show.style import stacked
 from pitotbench.show.telling_panels import telling_panels
 from pitotbench.show.verdict_json import account_json
 from pitotbench.show.verdict_text import print_account
 
 TIME = np.arange(200) / 2.0
+EVERY = np.full(len(TIME), True)
 POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.12, 0.01),), 50.0, 1.0, True, 0.91)
 GEAR = Candidate("gear_not_up", (Estimate("extension", 0.26, 0.02),), 49.9, 1.0, True)
 NAMED = Verdict(
@@ -70,7 +73,7 @@ def account(verdict: Verdict = NAMED, added: tuple[str, ...] = ("belly_pod",)) -
         rounds=rounds,
         gap_map=GapMap(("specific_force_x", "temperature"), ("over airspeed", "level"), before, before / 20.0, 4.3),
         waterfall=(Step("belly_pod", 1010.0),) if added else (),
-        traces=(Trace("specific_force_x", "m/s²", TIME, np.cos(TIME), np.cos(TIME)),),
+        traces=(Trace("specific_force_x", "m/s²", TIME, np.cos(TIME), np.cos(TIME), EVERY),),
         patch='[[effects]]\nname = "belly_pod"\n' if added else "",
         flown=flown(),
         flown_holdout=FlownAgain(skipped="no card"),
@@ -198,8 +201,9 @@ def telling(channel: str = "specific_force_x", mass: float | None = 2500.0) -> T
     held = None if mass is None else np.full(n, mass)
     speed = np.linspace(50.0, 80.0, n)
     return TellingChannel(
-        channel, "m/s²", TIME, gap, gap * 0.0, 0.01, 4.0, "airspeed", speed, TIME * 50.0, TIME, TIME > 75.0, held
-    )
+        channel, "m/s²", TIME, gap, gap * 0.0, 0.01, 4.0, "airspeed", speed, TIME * 50.0, TIME, TIME > 75.0, held,
+        EVERY,
+    )  # fmt: skip
 
 
 def test_the_first_picture_is_in_the_units_of_the_field():
@@ -210,6 +214,23 @@ def test_the_first_picture_is_in_the_units_of_the_field():
     assert "true airspeed [kt]" in drawn[1].drawing
     assert "−112" in drawn[0].drawing or "−100" in drawn[0].drawing
     assert "[g]" in telling_panels(telling(mass=None))[0].drawing
+
+
+def test_instants_that_were_not_used_are_shaded_and_named():
+    late = TIME > 80.0
+    gap = np.where(late, 1e6, -0.2)
+    trace = Trace("specific_force_x", "m/s²", TIME, gap, 0.1 * np.cos(TIME), ~late)
+    with stacked([lambda axes: draw_trace(axes, trace)], (4.6, 2.9), 3) as figure:
+        (axes,) = figure.axes
+        assert axes.get_ylim()[1] < 1.0  # the axis is that of the instants used
+        assert "not used" in axes.get_legend_handles_labels()[1]
+        (shade,) = axes.patches
+        assert shade.get_x() == pytest.approx(80.25 / 60.0)
+    whole, spoilt = telling(), replace(telling(), gap=gap, used=~late)
+    assert "not used" not in telling_panels(whole)[0].drawing
+    over_time, over_speed, _ = telling_panels(spoilt)
+    assert "not used" in over_time.drawing
+    assert "1000000" not in over_speed.drawing.replace(",", "")
 
 
 def test_every_channel_and_variable_has_a_unit_of_the_field():

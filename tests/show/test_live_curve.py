@@ -2,12 +2,14 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import trajectories as fixture
 
 from pitotbench.calibrate import calibrate
+from pitotbench.records.fixed_speed_point import FixedSpeedPoint
 from pitotbench.show import live_curve as live
 from pitotbench.show.draw_section import log_section
 from pitotbench.show.report import log_page
@@ -43,6 +45,25 @@ def test_the_page_needs_nothing_from_the_network(log, result):
     page = log_page("a", [log_section("a.csv", log, result)]).replace(live.live_script() or "none", "")
     assert "src=" not in page
     assert "<link" not in page
+
+
+def test_the_points_of_a_method_have_one_entry_in_the_legend(result):
+    """And the marker of the drawing's method."""
+    pytest.importorskip("plotly", reason="needs the extra pitotbench[interactive]")
+    turn = FixedSpeedPoint(
+        method="turn", legs=1, seconds=40.0, indicated_airspeed=60.0, calibrated_airspeed=60.5, correction=0.5,
+        two_sigma=0.2, true_airspeed=66.0, true_airspeed_two_sigma=0.1, spread=None, wind_north=0.0,
+        wind_east=0.0, wind_two_sigma=0.1,
+    )  # fmt: skip
+    points = [turn, replace(turn, indicated_airspeed=70.0), replace(turn, method="four_leg")]
+    traces = json.loads(live.live_curve(result, points))[0]
+    named = {trace["name"]: trace for trace in traces if trace["mode"] == "markers" and "error_y" in trace}
+    assert {name: trace["marker"]["symbol"] for name, trace in named.items()} == {
+        "turn, ±2σ": "circle",
+        "four-leg, ±2σ": "square",
+    }
+    assert len(named["turn, ±2σ"]["x"]) == 2
+    assert all(trace.get("showlegend", True) for trace in named.values())
 
 
 def test_a_limit_named_like_a_script_stays_text(log, result):

@@ -61,9 +61,10 @@ def traces(naming: Naming) -> tuple[Trace, ...]:
     free = layout.free.columns @ naming.equations.free_sizes(columns)
     explained = _sum([layout.signatures[c].column for c in columns], naming.fit.sizes, layout.residuals.values)
     time = layout.track.time[layout.grid.rows]
-    gap = layout.residuals.values - free
+    gap, used = layout.residuals.values - free, layout.used
     return tuple(
-        Trace(name, UNITS[name], time, gap[:, i], explained[:, i]) for i, name in enumerate(layout.residuals.names)
+        Trace(name, UNITS[name], time, gap[:, i], explained[:, i], used[:, i])
+        for i, name in enumerate(layout.residuals.names)
     )
 
 

@@ -42,7 +42,7 @@ def telling_channel(naming: Naming, null: NullDistribution, found: Sequence[Trac
     trace = by_name[name]
     variable, values = _variable(naming, name)
     what = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)
-    away = np.abs(what)
+    away = np.where(trace.used, np.abs(what), 0.0)
     north, east = _ground_track(layout)
     track = layout.track
     return TellingChannel(
@@ -57,7 +57,8 @@ def telling_channel(naming: Naming, null: NullDistribution, found: Sequence[Trac
         values=values,
         north=north,
         east=east,
-        marked=away >= np.quantile(away, MARKED),
+        marked=trace.used & (away >= np.quantile(away[trace.used], MARKED)),
+        used=trace.used,
         mass=track["mass"][layout.grid.rows] if "mass" in track else None,
     )
 

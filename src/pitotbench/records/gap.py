@@ -30,7 +30,8 @@ class GapMap:
 class Trace:
     """A residual channel over time [s], (n,) each, without wind, error curve and sensor biases.
 
-    `gap` is measured minus simulated, `explained` the part of it that the named effects predict.
+    `gap` is measured minus simulated, `explained` the part of it that the named effects predict. `used` is false
+    where the comparison did not use the log: at the end of a sensor's range and above the greatest Mach number.
     """
 
     channel: str
@@ -38,6 +39,7 @@ class Trace:
     time: Array
     gap: Array
     explained: Array
+    used: Booleans
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +50,8 @@ class TellingChannel:
     `noise` is the standard deviation, between flights without an effect, of a mean over `averaged` seconds.
     `variable` is a variable of the flight and `values`, (n,), holds it in SI units (time in s). `north` and `east`
     [m], (n,), are the ground track; `marked`, (n,), is true in the quarter of the flight where the gap is largest.
-    `mass` [kg], (n,), is that of the airplane, None where it is not recorded.
+    `mass` [kg], (n,), is that of the airplane, None where it is not recorded. `used`, (n,), is false at instants
+    that the comparison did not use.
     """
 
     channel: str
@@ -64,6 +67,7 @@ class TellingChannel:
     east: Array
     marked: Booleans
     mass: Array | None
+    used: Booleans
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from pitotbench.records.calibration import Calibration
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
 from pitotbench.show.fixed_speed_tables import method_words
 from pitotbench.show.limit import AUTO, Limit, judgments, limit_for
-from pitotbench.show.style import BLUE, GREEN, INK, ORANGE, PALE, PURPLE, RED, Panel, panel
+from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, Panel, panel
 from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
 
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
@@ -76,7 +76,8 @@ def draw_curve(
 def draw_data(axes: Axes, result: Calibration) -> None:
     """Draw what single samples say."""
     speed, data = samples(result)
-    axes.plot(speed, data, ".", color=PALE, ms=2.0, zorder=1, label="samples without the wind")
+    axes.plot(speed, data, ".", color=PALE, ms=2.0, zorder=1)
+    axes.plot([], [], ".", color=GREY, ms=5.0, label="samples without the wind")  # large enough to be seen
 
 
 def samples(result: Calibration) -> tuple[Array, Array]:

@@ -13,6 +13,7 @@ from pitotbench.show.quantity_words import size_words, words
 from pitotbench.show.report import page_version
 from pitotbench.show.style import Panel
 from pitotbench.show.telling_panels import telling_panels
+from pitotbench.show.unused_instants import unused_words
 from pitotbench.show.verdict_tables import (
     CHECK_COLUMNS,
     DETECTABLE_COLUMNS,
@@ -40,6 +41,7 @@ def account_page(account: Account) -> str:
         evidence=evidence_words(account),
         maps=map_panels(account.gap_map),
         traces=trace_panels(account.traces, verdict.located),
+        unused=unused_words(account.traces),
         closing=_closing(account),
         rounds=html_table(round_columns(account), range(len(account.rounds))),
         flights=html_table(FLIGHT_COLUMNS, account.flights) if len(account.flights) > 1 else "",

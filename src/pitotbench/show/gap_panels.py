@@ -11,6 +11,7 @@ from pitotbench.records.gap import Account, GapMap, History, Trace
 from pitotbench.records.verdict import Closure, Located
 from pitotbench.show.quantity_words import words
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, RED, Panel, broken, canvas, panel, svg, thin
+from pitotbench.show.unused_instants import shade_unused
 from pitotbench.units import Array
 
 SHOWN = 6  # channels over time
@@ -122,8 +123,9 @@ def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
 
 def _clearness(trace: Trace) -> float:
     """The change by the patch over the remaining gap, root mean squares."""
-    remaining = float(np.sqrt(np.mean((trace.gap - trace.explained) ** 2)))
-    return float(np.sqrt(np.mean(trace.explained**2))) / max(remaining, 1e-12)
+    explained = trace.explained[trace.used]
+    remaining = float(np.sqrt(np.mean((trace.gap[trace.used] - explained) ** 2)))
+    return float(np.sqrt(np.mean(explained**2))) / max(remaining, 1e-12)
 
 
 def _trace_panel(trace: Trace) -> Panel:
@@ -131,12 +133,13 @@ def _trace_panel(trace: Trace) -> Panel:
 
 
 def draw_trace(axes: Axes, trace: Trace) -> None:
-    """Draw a residual channel, its means over a few seconds, and the change by the patch."""
-    since = trace.time - trace.time[0]
-    low, high = np.nanpercentile(trace.gap, [0.5, 99.5])
-    time, gap, explained = broken(since, trace.gap, trace.explained)
+    """Draw a residual channel, and its means over a few seconds and the change by the patch where it was used."""
+    since, used = trace.time - trace.time[0], trace.used
+    shade_unused(axes, since / 60.0, used)
+    low, high = np.nanpercentile(trace.gap[used], [0.5, 99.5])
+    time, gap, explained = broken(since, trace.gap, np.where(used, trace.explained, np.nan))
     axes.plot(time / 60.0, np.clip(gap, low, high), color="#BBBBBB", lw=0.5, label="measured − simulated")
-    middle = broken(*_averaged(since, trace.gap))
+    middle = broken(*_averaged(since[used], trace.gap[used]))
     axes.plot(middle[0] / 60.0, middle[1], color=BLUE, lw=1.1, label=f"{BIN:g} s means")
     if np.any(trace.explained):
         axes.plot(time / 60.0, explained, color=RED, lw=1.1, label="change by the patch")

@@ -22,7 +22,7 @@ _BAND = "rgba(0, 114, 178, 0.25)"
 _LAYOUT = {
     "xaxis": {"title": {"text": "indicated airspeed [kt]"}, "gridcolor": "#E8E8E8"},
     "yaxis": {"title": {"text": "correction, CAS − IAS [kt]"}, "gridcolor": "#E8E8E8"},
-    "legend": {"orientation": "h", "y": -0.3, "yanchor": "top"},
+    "legend": {"orientation": "h", "y": -0.3, "yanchor": "top", "itemsizing": "constant"},  # small dots are seen
     "margin": {"l": 60, "r": 10, "t": 36, "b": 50},  # the buttons stand above the data
     "font": {"family": "system-ui, sans-serif", "size": 12, "color": INK},
     "paper_bgcolor": "white",
@@ -30,6 +30,13 @@ _LAYOUT = {
     "height": 400,
 }
 _CONFIG = {"responsive": True, "displaylogo": False, "modeBarButtonsToRemove": ["select2d", "lasso2d"]}
+_MARKERS = {  # as in the drawing
+    "turn": "circle",
+    "four_leg": "square",
+    "three_leg": "triangle-up",
+    "horseshoe": "triangle-down",
+    "many_leg": "diamond",
+}
 _DOT = "rgba(119, 119, 119, 0.35)"
 
 
@@ -93,16 +100,20 @@ def _limit(result: Calibration, limit: Limit | None) -> list[dict[str, Any]]:
 
 
 def _points(points: Sequence[FixedSpeedPoint]) -> list[dict[str, Any]]:
-    return [
-        {
-            "type": "scatter",
-            "mode": "markers",
-            "name": f"{method_words(point)}, {point.indicated_airspeed / KNOT:.0f} KIAS",
-            "x": [point.indicated_airspeed / KNOT],
-            "y": [point.correction / KNOT],
-            "error_y": {"type": "data", "array": [point.two_sigma / KNOT]},
-            "marker": {"color": "white", "size": 8, "line": {"color": INK, "width": 1}},
-            "showlegend": False,
-        }
-        for point in points
-    ]
+    """One trace a method, so that each has an entry in the legend."""
+    drawn = []
+    for method in dict.fromkeys(point.method for point in points):
+        chosen = [point for point in points if point.method == method]
+        marker = {"color": "white", "size": 8, "symbol": _MARKERS[method], "line": {"color": INK, "width": 1}}
+        drawn.append(
+            {
+                "type": "scatter",
+                "mode": "markers",
+                "name": f"{method_words(chosen[0])}, ±2σ",
+                "x": [point.indicated_airspeed / KNOT for point in chosen],
+                "y": [point.correction / KNOT for point in chosen],
+                "error_y": {"type": "data", "array": [point.two_sigma / KNOT for point in chosen], "color": INK},
+                "marker": marker,
+            }
+        )
+    return drawn

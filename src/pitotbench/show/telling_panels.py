@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from pitotbench.records.gap import TellingChannel
 from pitotbench.show.field_units import CHANNELS, VARIABLES, WITHOUT_MASS, FieldUnit, is_force
 from pitotbench.show.style import BLUE, GREY, NARROW, PALE, RED, Panel, broken, panel, thin
+from pitotbench.show.unused_instants import shade_unused
 from pitotbench.units import NAUTICAL_MILE, Array
 
 BINS = 12  # of the variable
@@ -17,6 +18,7 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
     """The panels of the telling channel, in the units of the field."""
     shown = _unit(telling)
     before, after, noise = _in_field_units(telling, shown)
+    used = telling.used
     variable = VARIABLES[telling.variable]
     minutes = (telling.time - telling.time[0]) / 60.0
     label = f"measured − simulated [{shown.unit}]"
@@ -24,11 +26,14 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
 
     def over_time(axes: Axes) -> None:
         instants = max(1, round(telling.averaged / float(np.median(np.diff(telling.time)))))
+        shade_unused(axes, minutes, used)
         axes.axhspan(-BAND * noise, BAND * noise, color=PALE, label="noise (2σ)")
         for values, color, name in ((before, BLUE, "before the patch"), (after, RED, "with the patch")):
             if name == "with the patch" and np.array_equal(before, after):
                 continue
-            time, mean = thin(*_without_pauses(telling.time, minutes, _running(values, instants)))
+            means = np.full(len(values), np.nan)
+            means[used] = _running(values[used], instants)
+            time, mean = thin(*_without_pauses(telling.time, minutes, means))
             axes.plot(time, mean, color=color, lw=1.2, label=name)
         axes.set(xlabel="time [min]", ylabel=label)
 
@@ -38,7 +43,7 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
         for values, color in ((before, BLUE), (after, RED)):
             if color == RED and np.array_equal(before, after):
                 continue
-            center, middle, spread = _binned(of, values)
+            center, middle, spread = _binned(of[used], values[used])
             axes.errorbar(center, middle, spread, fmt="o", ms=4, color=color, lw=1.0, capsize=2)
         axes.set(xlabel=f"{variable.name} [{variable.unit}]", ylabel=label)
 

@@ -65,6 +65,12 @@ class Layout:
         return self.scene.grid
 
     @property
+    def used(self) -> Booleans:
+        """Whether the comparison uses each channel at each instant, (n, c): not at the end of a sensor's range."""
+        used: Booleans = self.residuals.slack < UNUSABLE
+        return used
+
+    @property
     def places(self) -> tuple[tuple[int, Cell], ...]:
         """The cells that are examined, each with its column in the normal equations."""
         return tuple((i, c) for i, c in enumerate(self.cells, start=len(self.signatures)) if is_examined(c))

@@ -7,7 +7,7 @@ import numpy as np
 from pitotbench.estimate.robust_scale import robust_deviation
 from pitotbench.reconcile.decide.normal_equations import NormalEquations, equations_from, products_of
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
-from pitotbench.reconcile.residuals.layout import UNUSABLE, Layout
+from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
 from pitotbench.reconcile.residuals.whitening import NoiseModel, learned
 from pitotbench.units import Array
@@ -17,8 +17,8 @@ SAME_SHAPE = 1e-9  # singular value of the cells' shapes below which two of them
 
 def noise_residuals(layout: Layout) -> Array:
     """Return the residuals without free parameters, (n, c), from which the noise is learned."""
-    usable = layout.residuals.slack < UNUSABLE
-    return np.where(usable, fit_free_parameters(layout.residuals.values, layout.free, usable).residuals, 0.0)
+    used = layout.used
+    return np.where(used, fit_free_parameters(layout.residuals.values, layout.free, used).residuals, 0.0)
 
 
 def noise_of_log(layout: Layout) -> NoiseModel:
@@ -63,6 +63,6 @@ def _without_cells(layout: Layout) -> Array:
     So a gap that has a place does not count as noise.
     """
     residuals = noise_residuals(layout)
-    used = (layout.residuals.slack[:, :1] < UNUSABLE).astype(np.float64)
+    used = layout.used[:, :1].astype(np.float64)
     shapes = np.concatenate([layout.shapes, np.ones((len(residuals), 1))], axis=1) * used
     return np.asarray(residuals - shapes @ np.linalg.lstsq(shapes, residuals * used, rcond=SAME_SHAPE)[0])

@@ -40,6 +40,12 @@ def test_a_size_out_of_range_is_brought_to_its_edge():
     assert dict(made.entries) == {"belly_pod": {"drag_area_m2": 0.8}}
 
 
+def test_a_size_that_the_log_does_not_show_is_stated_as_none():
+    """A case with water in the line must state its column, so that the patch could not be flown without it."""
+    made = patch_of_effects([candidate("water_in_line", ("lag_s", 0.5, 0.2))], "flight.csv", "2026-01-01")
+    assert read_case(made.text).effects == (EffectSpec("water_in_line", {"column_m": 0.0, "lag_s": 0.5}),)
+
+
 def test_the_time_of_an_event_is_kept():
     shapes = {"sea_breeze_front": {"at_s": 123.0}}
     made = patch_of_effects([FRONT], "flight.csv", "2026-01-01", shapes)

@@ -59,9 +59,12 @@ def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
 
 
 def _sizes(effect: Candidate) -> dict[str, float]:
-    limits = {p.name: (p.low, p.high) for p in effect_of(effect.name).parameters}
+    """Return the sizes that were fitted; one that the log does not show and that a case must state is 0."""
+    parameters = effect_of(effect.name).parameters
+    limits = {p.name: (p.low, p.high) for p in parameters}
     held = {s.name: min(max(s.value, limits[s.name][0]), limits[s.name][1]) for s in effect.sizes}
-    return {name: _rounded(value) for name, value in held.items()}
+    stated = {p.name: 0.0 for p in parameters if not (p.shape or p.may_be_missing)}
+    return stated | {name: _rounded(value) for name, value in held.items()}
 
 
 def _shapes(name: str, shapes: Shapes) -> dict[str, float]:

@@ -68,9 +68,10 @@ def waterfall_panel(account: Account) -> Panel:
 
     def draw(axes: Axes) -> None:
         for i, rest in enumerate(remaining):
-            axes.barh(i, rest, color=GREY if i == 0 else GREEN, height=0.6)
+            axes.barh(i, rest, color=GREY if i == 0 else GREEN, height=0.6, label="remaining" if i == 1 else "_")
             if i:
-                axes.barh(i, remaining[i - 1] - rest, left=rest, color=ORANGE, alpha=0.45, height=0.6)
+                taken, name = remaining[i - 1] - rest, "closed by the effect" if i == 1 else "_"
+                axes.barh(i, taken, left=rest, color=ORANGE, alpha=0.45, height=0.6, label=name)
             axes.text(max(rest, 0.0) + 1.0, i, f"{rest:.1f} %", va="center", fontsize=8)
         axes.set_yticks(range(len(names)), names)
         axes.invert_yaxis()
@@ -79,7 +80,7 @@ def waterfall_panel(account: Account) -> Panel:
 
     sums = f"{closed.before:,.0f} before, {closed.after:,.0f} after, {closed.noise:,.0f} noise"
     note = f"Sums of squares over noise variance: {sums}."
-    return panel("The gap, effect by effect", draw, note, size=(4.6, 1.1 + 0.42 * len(remaining)))
+    return panel("The gap, effect by effect", draw, note, size=(4.6, 1.3 + 0.42 * len(remaining)))
 
 
 def before_after_panel(closures: Sequence[tuple[str, Closure]]) -> Panel:

@@ -18,7 +18,9 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
     """The panels of the telling channel, in the units of the field."""
     shown = _unit(telling)
     before, after, noise = _in_field_units(telling, shown)
-    used = telling.used
+    used, sides = telling.used, [(before, BLUE, "before the patch")]
+    if not np.array_equal(before, after):
+        sides.append((after, RED, "with the patch"))
     variable = VARIABLES[telling.variable]
     minutes = (telling.time - telling.time[0]) / 60.0
     label = f"measured − simulated [{shown.unit}]"
@@ -28,9 +30,7 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
         instants = max(1, round(telling.averaged / float(np.median(np.diff(telling.time)))))
         shade_unused(axes, minutes, used)
         axes.axhspan(-BAND * noise, BAND * noise, color=PALE, label="noise (2σ)")
-        for values, color, name in ((before, BLUE, "before the patch"), (after, RED, "with the patch")):
-            if name == "with the patch" and np.array_equal(before, after):
-                continue
+        for values, color, name in sides:
             means = np.full(len(values), np.nan)
             means[used] = _running(values[used], instants)
             time, mean = thin(*_without_pauses(telling.time, minutes, means))
@@ -38,13 +38,11 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
         axes.set(xlabel="time [min]", ylabel=label)
 
     def over_variable(axes: Axes) -> None:
-        axes.axhspan(-BAND * noise, BAND * noise, color=PALE)
+        axes.axhspan(-BAND * noise, BAND * noise, color=PALE, label="noise (2σ)")
         of = telling.values / variable.factor
-        for values, color in ((before, BLUE), (after, RED)):
-            if color == RED and np.array_equal(before, after):
-                continue
+        for values, color, name in sides:
             center, middle, spread = _binned(of[used], values[used])
-            axes.errorbar(center, middle, spread, fmt="o", ms=4, color=color, lw=1.0, capsize=2)
+            axes.errorbar(center, middle, spread, fmt="o", ms=4, color=color, lw=1.0, capsize=2, label=name)
         axes.set(xlabel=f"{variable.name} [{variable.unit}]", ylabel=label)
 
     def over_ground(axes: Axes) -> None:

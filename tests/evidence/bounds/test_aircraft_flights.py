@@ -29,7 +29,8 @@ def test_no_bound_is_too_small(rows):
 def test_the_page_shows_the_table(rows):
     page = (DOCS / "aircraft.md").read_text(encoding="utf-8")
     for row in rows:
-        (line,) = [line for line in page.splitlines() if line.startswith(f"| `{row['aircraft']}` |")]
+        # The first table is that of the file; later ones are of other seeds.
+        line = next(line for line in page.splitlines() if line.startswith(f"| `{row['aircraft']}` |"))
         cells = [cell.strip() for cell in line.split("|")]
         assert cells[3:5] == [row["flights"], row["failed"]]
         assert cells[5] == f"{float(row['on_condition_percent']):.1f}"

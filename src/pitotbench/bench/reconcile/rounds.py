@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.reconciliation import Reconciliation
+from pitotbench.reconcile.decide.doubt import with_doubt
 from pitotbench.reconcile.decide.joint_judgment import judge_together
 from pitotbench.reconcile.decide.judgment import taken_back
 from pitotbench.reconcile.decide.naming import Naming
@@ -120,6 +121,13 @@ def without_names(first: Reconciliation, why: str) -> tuple[Reconciliation, Look
     """Return a reconciliation and its looks with all names taken back, and the reason as a note."""
     verdict = replace(taken_back(first.verdict, why), remains=False)
     return replace(first, verdict=verdict), Looks((Round(verdict, ()),), (), {}, first.naming)
+
+
+def with_doubts(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]:
+    """Return a reconciliation and its looks with calibrated probabilities, for what all looks leave of the gap."""
+    left = 1.0 - looks.closure.share
+    rounds = tuple(replace(each, verdict=with_doubt(each.verdict, left)) for each in looks.rounds)
+    return replace(first, verdict=with_doubt(first.verdict, left)), replace(looks, rounds=rounds)
 
 
 def _round(verdict: Verdict) -> Round:

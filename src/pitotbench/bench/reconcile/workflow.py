@@ -12,7 +12,7 @@ from pitotbench.bench.reconcile.next_flight import advice_of, next_flight_after
 from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, reconcile_logs
 from pitotbench.bench.reconcile.reconciliation import NamedLog as NamedLog
 from pitotbench.bench.reconcile.reflight import fly_again, on_its_day
-from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of, settled
+from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of, settled, with_doubts
 from pitotbench.reconcile.decide.patches import Patch, name_in_case
 from pitotbench.reconcile.picture_data import gap_map, traces, waterfall
 from pitotbench.reconcile.telling_data import calibration_change, telling_channel
@@ -109,7 +109,7 @@ def reconcile_fully(
     first, looks = settled(first, look_until_quiet(aircraft, first, progress))
     source = ", ".join(each.name for each in logs)
     beyond = beyond_the_table(aircraft, first, looks, other, progress)
-    first, looks = beyond.first, beyond.looks
+    first, looks = with_doubts(beyond.first, beyond.looks)
     added = (*looks.added, *beyond.entries)
     patch = patch_of(first, added, looks.shapes, source, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)

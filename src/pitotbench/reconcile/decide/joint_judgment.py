@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.reconcile.decide.answer import OUTSIDE, answer_of
+from pitotbench.reconcile.decide.doubt import calibrated
 from pitotbench.reconcile.decide.joint_naming import (
     OwnSizes,
     Together,
@@ -108,7 +109,7 @@ def _figures(
         left_out=left_out,
         own_sizes=_own_sizes(together, number, effects) if len(together.logs) > 1 else (),
         null_flights=null_flights,
-        probabilities=answer.probabilities,
+        probabilities=calibrated(answer.probabilities, 1.0 - closure.share),
     )
 
 

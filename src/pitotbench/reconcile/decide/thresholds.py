@@ -49,6 +49,12 @@ class Thresholds:
     form_error_from: float = 6.0  # σ from which an effect's form error counts: it is half a σ there
     search_penalty: float = 2.0  # logarithm of the trials that a searched shape has
     gap_bayes_factor: float = 3.5  # logarithm; a true null exceeds it with a probability of 0.03 at most (Markov)
+    # The doubt that the posterior cannot have itself: fitted to 367 probabilities of 387 logs of other making.
+    doubt_least: float = 0.04  # share of probability for other causes where an answer closes the gap
+    doubt_most: float = 0.38  # the same where it leaves much
+    doubt_most_left: float = 0.15  # share of the gap left from which the doubt does not grow any more
+    odds_above_even: float = 0.5  # power of odds above even: the posterior is surer than it is right
+    odds_below_even: float = 0.8  # power of odds below even
     named_from: float = 0.9  # probability from which a cause is named
     set_holds: float = 0.95  # probability that the reported set holds the cause
     outside_likely: float = 0.5  # probability from which a gap is one that the table does not hold

@@ -276,6 +276,9 @@ def test_several_flights_and_the_next_one_are_told_on_the_page_and_in_json():
     page, document = account_page(joined()), account_json(joined())
     for part in ("a.csv", "b.csv", "belly pod or turn drag", "6.3", "0.31", "0.93", "sideslip_deg = 6.0"):
         assert part in page, part
+    # Its steps are of one flight, and the gap is that of all.
+    assert "effect by effect" in account_page(account())
+    assert "effect by effect" not in page
     assert [flight["log"] for flight in document["flights"]] == ["a.csv", "b.csv"]
     assert document["flights"][1]["closure_left_out"] == pytest.approx(0.31)
     assert document["flights"][1]["own_sizes"][0]["apart"] == pytest.approx(6.3)

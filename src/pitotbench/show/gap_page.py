@@ -76,6 +76,8 @@ def _closing(account: Account) -> list[Panel]:
     closures = [("fitted log", verdict.closure)]
     if verdict.closure_holdout is not None:
         closures.append(("held-out log", verdict.closure_holdout))
+    if len(account.flights) > 1:  # the steps are of the flight with the largest gap, the closure is of all
+        return [before_after_panel(closures)]
     return [waterfall_panel(account), before_after_panel(closures)]
 
 

@@ -97,6 +97,15 @@ def test_an_effect_that_cannot_be_distinguished_is_named_with_its_size():
     assert "or, less probably, gear not up (extension 0.26 ± 0.02)" in text
 
 
+def test_what_a_set_leaves_for_causes_of_another_form_is_told():
+    doubted = tuple(
+        replace(c, probability={"belly_pod": 0.7, "gear_not_up": 0.05}[c.name]) for c in NAMED.candidates
+    )
+    like = replace(NAMED, kind="one_of", effects=doubted[:1], candidates=doubted, alternatives=(("gear_not_up",),))
+    assert "With 25 % it is a cause that the table does not hold" in sentences(account(like))[0]
+    assert "table does not hold" not in sentences(account())[0]
+
+
 def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
     found = replace(account(), warnings=("other.csv: column 'heading_deg': wrong sign?",))
     print_account(found, Console(width=200))

@@ -9,7 +9,7 @@ from pitotbench.show.quantity_words import listed, size_words, words
 from pitotbench.units import KNOT
 
 UNTOUCHED = 0.05  # kt: no calibration flight shows less
-
+DOUBTED = 0.1  # probability of causes in no form of the table, from which it is told
 
 _WITHOUT_NULL_FLIGHTS = (
     "There were no simulated flights without an effect to compare with: the noise level is that of this log, "
@@ -98,7 +98,20 @@ def _answer(verdict: Verdict) -> str:
         effects.append(f"{effect_words(effect)}{_chance(effect)}{less}")
     sets = any(verdict.alternatives)
     lead = "The model lacks one of these: " if sets and len(effects) == 1 else "The model lacks "
-    return f"{lead}{listed(effects)}; ± is 2σ."
+    return f"{lead}{listed(effects)}; ± is 2σ.{_doubt(verdict)}"
+
+
+def _doubt(verdict: Verdict) -> str:
+    """What a set leaves for causes that the table holds in no form; empty where it is little."""
+    told = {candidate.name: candidate.probability for candidate in verdict.candidates}
+    left = [
+        1.0 - effect.probability - sum(told.get(name, 0.0) for name in others)
+        for effect, others in zip(verdict.effects, verdict.alternatives, strict=True)
+        if others
+    ]
+    if max(left, default=0.0) < DOUBTED:
+        return ""
+    return f" With {100.0 * max(left):.0f} % it is a cause that the table does not hold in this form."
 
 
 def _chance(effect: Candidate) -> str:

@@ -22,6 +22,7 @@ from pitotbench.sense import record
 from pitotbench.simulate import fly
 from pitotbench.simulate.modified import mark_recording
 from pitotbench.simulate.plant import Plant
+from pitotbench.timeline import pauses, stretches
 from pitotbench.units import FOOT, Array
 
 USUAL_RATE = 100.0  # Hz
@@ -201,11 +202,16 @@ def _receiver_noise(values: Array, deviation: float, stream: np.random.Generator
 
 
 def _through_probes(flight: Flight) -> Flight:
-    """The flight as probes feel it that average over a fifth of a second, the delay taken out."""
-    width = max(1, round(0.1 * len(flight) / flight.duration))
+    """The flight as probes feel it that average over a fifth of a second, the delay taken out.
+
+    They average within each stretch: what was flown in a pause of the recording is not known.
+    """
+    time = flight["time"]
+    width = max(1, round(0.1 / float(np.median(np.diff(time)))))
     taps = np.convolve(np.ones(width), np.ones(width)) / width**2
+    parts = stretches(time, pauses(time))
     changed = {}
     for name in ("total_pressure", "static_pressure", "air_temperature"):
-        padded = np.pad(flight[name], width - 1, mode="edge")
-        changed[name] = np.convolve(padded, taps, mode="valid")
+        padded = [np.pad(flight[name][rows], width - 1, mode="edge") for rows in parts]
+        changed[name] = np.concatenate([np.convolve(each, taps, mode="valid") for each in padded])
     return replace(flight, channels={**flight.channels, **changed})

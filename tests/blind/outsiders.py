@@ -50,7 +50,7 @@ def loose_tube(s: Signals, size: float) -> Signals:
 
 def icing_port(s: Signals, size: float) -> Signals:
     """A static port that ices over: a lag that grows from nothing to 4 s within two minutes."""
-    lag = 0.02 + 4.0 * size * np.clip(elapsed(s) / 120.0, 0.0, 1.5)
+    lag = 0.02 + 4.0 * abs(size) * np.clip(elapsed(s) / 120.0, 0.0, 1.5)
     late = first_order_varying(s, s["static_pressure"], lag)
     return _static(s, late - s["static_pressure"])
 

@@ -106,6 +106,18 @@ def test_what_a_set_leaves_for_causes_of_another_form_is_told():
     assert "table does not hold" not in sentences(account())[0]
 
 
+def test_a_doubted_name_stands_without_a_cause_that_is_hardly_possible(capsys):
+    doubted = tuple(
+        replace(c, probability={"belly_pod": 0.8, "gear_not_up": 0.01}[c.name]) for c in NAMED.candidates
+    )
+    like = replace(NAMED, kind="one_of", effects=doubted[:1], candidates=doubted, alternatives=(("gear_not_up",),))
+    print_account(account(like), Console(width=200))
+    text = capsys.readouterr().out
+    assert text.startswith("probably\nThe model lacks belly pod")
+    assert "gear not up" not in text[: text.index("where the gap is")]
+    assert "With 19 % it is a cause that the table does not hold in this form" in text
+
+
 def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
     found = replace(account(), warnings=("other.csv: column 'heading_deg': wrong sign?",))
     print_account(found, Console(width=200))

@@ -18,9 +18,9 @@ from pitotbench.show.verdict_tables import (
     CHECK_COLUMNS,
     DETECTABLE_COLUMNS,
     FEATURE_COLUMNS,
-    KIND_WORDS,
     TOLERANCE_COLUMNS,
     candidate_columns,
+    kind_words,
     noticed,
     round_columns,
 )
@@ -32,7 +32,7 @@ def account_page(account: Account) -> str:
     return render(
         "reconcile.html",
         title=f"Reconcile: {account.log} against {account.aircraft}",
-        subtitle=KIND_WORDS[verdict.kind].capitalize(),
+        subtitle=kind_words(verdict).capitalize(),
         sentences=sentences(account),
         warnings=account.warnings,
         verdict=verdict,

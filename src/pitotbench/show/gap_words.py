@@ -9,6 +9,7 @@ from pitotbench.show.quantity_words import listed, size_words, words
 from pitotbench.units import KNOT
 
 UNTOUCHED = 0.05  # kt: no calibration flight shows less
+TOLD_FROM = 0.02  # probability from which a further cause of a set is told: a doubted name may have none
 DOUBTED = 0.1  # probability of causes in no form of the table, from which it is told
 
 _WITHOUT_NULL_FLIGHTS = (
@@ -90,15 +91,21 @@ def _answer(verdict: Verdict) -> str:
         return f"{gap} {_best(verdict)}".strip()
     candidates = {candidate.name: candidate for candidate in verdict.candidates}
     effects = []
-    for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
+    told = told_rivals(verdict)
+    for effect, others in zip(verdict.effects, told, strict=True):
         rivals = [candidates[n] for n in others if n in candidates]
         names = [f"{effect_words(each)}{_chance(each)}" for each in rivals]
         names += [words(n) for n in others if n not in candidates]
         less = f" or, less probably, {listed(names, 'or')}" if names else ""
         effects.append(f"{effect_words(effect)}{_chance(effect)}{less}")
-    sets = any(verdict.alternatives)
-    lead = "The model lacks one of these: " if sets and len(effects) == 1 else "The model lacks "
+    lead = "The model lacks one of these: " if any(told) and len(effects) == 1 else "The model lacks "
     return f"{lead}{listed(effects)}; ± is 2σ.{_doubt(verdict)}"
+
+
+def told_rivals(verdict: Verdict) -> list[list[str]]:
+    """For each effect, the other causes of its set that are worth telling."""
+    probability = {candidate.name: candidate.probability for candidate in verdict.candidates}
+    return [[n for n in names if probability.get(n, 1.0) >= TOLD_FROM] for names in verdict.alternatives]
 
 
 def _doubt(verdict: Verdict) -> str:

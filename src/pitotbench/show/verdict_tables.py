@@ -4,7 +4,7 @@ from pitotbench.effects import EFFECTS
 from pitotbench.records.gap import Account, Feature, Tolerance
 from pitotbench.records.verdict import Candidate, Check, Detectable, Located, Verdict
 from pitotbench.show.columns import Column
-from pitotbench.show.gap_words import effect_words
+from pitotbench.show.gap_words import effect_words, told_rivals
 from pitotbench.show.quantity_words import size_words, with_unit, words
 
 KIND_WORDS = {
@@ -73,6 +73,13 @@ def noticed(features: tuple[Feature, ...]) -> list[Feature]:
         for f in features
         if max(abs(f.measured - f.simulated), abs(f.measured - f.patched)) > NOTICED * f.deviation
     ]
+
+
+def kind_words(verdict: Verdict) -> str:
+    """The kind of a verdict in words. A set of which one cause alone is worth telling is a doubted name."""
+    if verdict.kind == "one_of" and not any(told_rivals(verdict)):
+        return "probably"
+    return KIND_WORDS[verdict.kind]
 
 
 def candidate_columns(verdict: Verdict) -> list[Column[Candidate]]:

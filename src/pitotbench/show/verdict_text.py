@@ -8,7 +8,7 @@ from pitotbench.show.columns import print_table
 from pitotbench.show.flight_tables import FLIGHT_COLUMNS
 from pitotbench.show.gap_words import effect_words, evidence_words, sentences
 from pitotbench.show.terminal import outside, print_warnings
-from pitotbench.show.verdict_tables import KIND_WORDS, PLACE_COLUMNS, TOLERANCE_COLUMNS
+from pitotbench.show.verdict_tables import KIND_WORDS, PLACE_COLUMNS, TOLERANCE_COLUMNS, kind_words
 
 _PLACES = 6
 
@@ -16,7 +16,7 @@ _PLACES = 6
 def print_account(account: Account, console: Console) -> None:
     """Print the verdict, the logs' warnings, the places of the gap, the later passes, and the card flown again."""
     verdict = account.rounds[0].verdict
-    console.print(outside(KIND_WORDS[verdict.kind], "bold"), soft_wrap=True)
+    console.print(outside(kind_words(verdict), "bold"), soft_wrap=True)
     for sentence in sentences(account):
         console.print(outside(sentence), soft_wrap=True)
     print_warnings(account.warnings, console)

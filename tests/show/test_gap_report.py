@@ -113,7 +113,7 @@ def test_a_doubted_name_stands_without_a_cause_that_is_hardly_possible(capsys):
     like = replace(NAMED, kind="one_of", effects=doubted[:1], candidates=doubted, alternatives=(("gear_not_up",),))
     print_account(account(like), Console(width=200))
     text = capsys.readouterr().out
-    assert text.startswith("probably\nThe model lacks belly pod")
+    assert text.startswith("a probable cause\nThe model lacks belly pod")
     assert "gear not up" not in text[: text.index("where the gap is")]
     assert "With 19 % it is a cause that the table does not hold in this form" in text
 

@@ -78,7 +78,7 @@ def noticed(features: tuple[Feature, ...]) -> list[Feature]:
 def kind_words(verdict: Verdict) -> str:
     """The kind of a verdict in words. A set of which one cause alone is worth telling is a doubted name."""
     if verdict.kind == "one_of" and not any(told_rivals(verdict)):
-        return "probably"
+        return "a probable cause"
     return KIND_WORDS[verdict.kind]
 
 

@@ -178,9 +178,8 @@ def difference(log: FlightLog, reference: FlightLog) -> Readings:
 def corrections(found: Calibration) -> tuple[Array, Array]:
     """The corrections at three airspeeds and their 2σ [kt], (3,) each."""
     curve = found.curve
-    return tuple(  # type: ignore[return-value]
-        np.interp(SPEEDS_KT, curve.indicated_airspeed_kt, y) for y in (curve.correction_kt, curve.two_sigma_kt)
-    )
+    at = curve.indicated_airspeed_kt
+    return np.interp(SPEEDS_KT, at, curve.correction_kt), np.interp(SPEEDS_KT, at, curve.two_sigma_kt)
 
 
 def compare(name: str, flown: Flown, folder: Path) -> Result:

@@ -112,3 +112,4 @@ def test_a_card_is_flown_on_the_day_that_the_log_shows():
     # Where the header tells the day, an offset is one of the thermometer.
     assert on_its_day(card, fitted(temperature_offset=-9.0)) == card
     assert on_its_day(None, untold) is None
+    assert on_its_day(card, fitted(warmer=4.0)) == Case(maneuver="circle", temperature_offset=6.0)  # no thermometer

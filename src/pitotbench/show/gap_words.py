@@ -104,15 +104,13 @@ def _answer(verdict: Verdict) -> str:
 
 def told_rivals(verdict: Verdict) -> list[list[str]]:
     """For each effect, the other causes of its set that are worth telling."""
-    probability = {candidate.name: candidate.probability for candidate in verdict.candidates}
-    return [[n for n in names if probability.get(n, 1.0) >= TOLD_FROM] for names in verdict.alternatives]
+    return [[n for n in names if verdict.probabilities.get(n, 1.0) >= TOLD_FROM] for names in verdict.alternatives]
 
 
 def _doubt(verdict: Verdict) -> str:
     """What a set leaves for causes that the table holds in no form; empty where it is little."""
-    told = {candidate.name: candidate.probability for candidate in verdict.candidates}
     left = [
-        1.0 - effect.probability - sum(told.get(name, 0.0) for name in others)
+        1.0 - effect.probability - sum(verdict.probabilities.get(cause, 0.0) for cause in others)
         for effect, others in zip(verdict.effects, verdict.alternatives, strict=True)
         if others
     ]

@@ -110,7 +110,7 @@ def round_columns(account: Account) -> list[Column[int]]:
     def verdict_words(number: int) -> str:
         each = account.rounds[number]
         named = "; ".join(effect_words(effect) for effect in each.verdict.effects) if each.added else ""
-        return KIND_WORDS[each.verdict.kind] + (f": {named}" if named else "")
+        return kind_words(each.verdict) + (f": {named}" if named else "")
 
     def largest(number: int) -> str:
         located = account.rounds[number].verdict.located

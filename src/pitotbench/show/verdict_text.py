@@ -8,7 +8,7 @@ from pitotbench.show.columns import print_table
 from pitotbench.show.flight_tables import FLIGHT_COLUMNS
 from pitotbench.show.gap_words import effect_words, evidence_words, sentences
 from pitotbench.show.terminal import outside, print_warnings
-from pitotbench.show.verdict_tables import KIND_WORDS, PLACE_COLUMNS, TOLERANCE_COLUMNS, kind_words
+from pitotbench.show.verdict_tables import PLACE_COLUMNS, TOLERANCE_COLUMNS, kind_words
 
 _PLACES = 6
 
@@ -28,7 +28,7 @@ def print_account(account: Account, console: Console) -> None:
         print_table(FLIGHT_COLUMNS, account.flights, console, "the flights")
     for number, each in enumerate(account.rounds[1:], start=2):
         added = f": {'; '.join(effect_words(e) for e in each.verdict.effects)}" if each.added else ""
-        line = f"pass {number}, with the effects of the passes before in the model: {KIND_WORDS[each.verdict.kind]}"
+        line = f"pass {number}, with the effects of the passes before in the model: {kind_words(each.verdict)}"
         console.print(outside(line + added), soft_wrap=True)
     for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
         if flown.tolerances:

@@ -18,7 +18,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.sense import record
 
 FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
-# Free parameters of a day that nobody told: what warmer air changes, and what the thermometer reads of it
+# The free parameters of the temperature, where no header tells it: by its effect on the airplane, and as measured
 WARMER = (f"{DAY} warmer_k", "temperature offset")
 SEED = 760_001  # truth and sensor seeds count up from here
 
@@ -52,7 +52,8 @@ def on_its_day(card: Case | None, naming: Naming) -> Case | None:
     sizes = dict(zip(naming.layout.free.names, naming.equations.free_sizes(naming.fit.columns), strict=True))
     if card is None or WARMER[0] not in sizes:
         return card
-    return replace(card, temperature_offset=card.temperature_offset + sum(float(sizes[name]) for name in WARMER))
+    warmer = sum(float(sizes[name]) for name in WARMER if name in sizes)  # a log may lack the thermometer
+    return replace(card, temperature_offset=card.temperature_offset + warmer)
 
 
 def _flown(case: Case) -> FlightLog:

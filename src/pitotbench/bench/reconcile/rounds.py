@@ -127,7 +127,7 @@ def with_doubts(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Lo
     """Return a reconciliation and its looks with calibrated probabilities, for what all looks leave of the gap."""
     left = 1.0 - looks.closure.share
     rounds = tuple(replace(each, verdict=with_doubt(each.verdict, left)) for each in looks.rounds)
-    return replace(first, verdict=with_doubt(first.verdict, left)), replace(looks, rounds=rounds)
+    return replace(first, verdict=rounds[0].verdict), replace(looks, rounds=rounds)
 
 
 def _round(verdict: Verdict) -> Round:

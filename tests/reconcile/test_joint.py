@@ -10,10 +10,11 @@ from pitotbench import Case, fly, sense
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.decide.closure import closure_of
+from pitotbench.reconcile.decide.doubt import with_doubt
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.joint_judgment import judge_together
 from pitotbench.reconcile.decide.joint_naming import OwnSizes, contradiction
-from pitotbench.reconcile.decide.judgment import closes, taken_back
+from pitotbench.reconcile.decide.judgment import closes, doubted, taken_back
 from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
 from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
 from pitotbench.reconcile.picture_data import waterfall
@@ -187,3 +188,15 @@ def test_a_name_is_taken_back_with_its_reason(flights) -> None:
     assert back.notes[-1].startswith("flight 2 contradicts it: the name gps_latency")
     quiet = replace(verdict, kind="no_gap", effects=())
     assert taken_back(quiet, "why").kind == "no_gap"
+
+
+def test_a_doubted_name_is_only_probable(flights) -> None:
+    verdict = judged(flights[0]).verdict
+    less = doubted(verdict, "the sizes of the other flights close only 50% of the gap of flight 2")
+    assert (less.kind, less.effects, less.remains, less.doubted) == ("one_of", verdict.effects, True, True)
+    assert less.notes[-1].endswith("flight 2: gps_latency is only probable")
+    told = with_doubt(less, 0.02)
+    assert told.effects[0].probability < 0.65
+    assert told.alternatives[0]
+    quiet = replace(verdict, kind="no_gap", effects=())
+    assert not doubted(quiet, "why").doubted

@@ -7,7 +7,7 @@ import pytest
 from pitotbench import Case, fly, sense
 from pitotbench.bench.reconcile.reconciliation import reconcile_log
 from pitotbench.bench.reconcile.reflight import wind_of_log
-from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of, settled
+from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of, settled, with_doubts
 from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.records.case import EffectSpec
@@ -43,8 +43,8 @@ def test_a_wrong_patch_is_not_quiet(late):
     assert rounds[1].verdict.kind != "no_gap"
 
 
-@pytest.mark.parametrize(("left", "kind"), [(0.3, "unknown"), (0.1, "named")])
-def test_a_name_that_leaves_too_much_of_the_gap_is_taken_back(late, left, kind):
+@pytest.mark.parametrize(("left", "kind"), [(0.3, "unknown"), (0.18, "one_of"), (0.1, "named")])
+def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(late, left, kind):
     """The second look is changed so that it finds a share of the first gap again."""
     found = reconcile_log(late, "none")
     looks = look_until_quiet("none", found)
@@ -59,6 +59,13 @@ def test_a_name_that_leaves_too_much_of_the_gap_is_taken_back(late, left, kind):
         assert "gps_latency comes closest, but closes only 7" in first.verdict.notes[-1]
         assert not after.effects
         assert not patch_of(first, after.added, after.shapes, "", "").entries
+    elif kind == "one_of":
+        assert "closes only 82% of the gap: gps_latency is only probable" in first.verdict.notes[-1]
+        assert first.verdict.doubted
+        assert [e.name for e in after.effects] == ["gps_latency"]
+        told = with_doubts(first, after)[0].verdict
+        assert told.alternatives[0]
+        assert 0.3 < told.effects[0].probability < 0.6
     else:
         assert (first, after) == (found, changed)
 

@@ -8,7 +8,7 @@ from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.reconciliation import Reconciliation
 from pitotbench.reconcile.decide.doubt import with_doubt
 from pitotbench.reconcile.decide.joint_judgment import judge_together
-from pitotbench.reconcile.decide.judgment import taken_back
+from pitotbench.reconcile.decide.judgment import doubted, taken_back
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.decide.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
@@ -99,22 +99,33 @@ def look_until_quiet(
 
 
 def settled(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]:
-    """Return a reconciliation and its looks, the name taken back where all looks close too little of the gap.
+    """Return a reconciliation and its looks, the name doubted or taken back where they close too little of the gap.
 
     A fault that the table does not hold looks like one that it holds, and leaves more of the gap than another form
     of that one would. Where the answer is one of several causes, none is claimed, and none is taken back.
     """
     closed = looks.closure
+    if first.verdict.doubted and closed.share < THRESHOLDS.closure_probable:
+        return without_names(first, f"all looks close only {max(0.0, closed.share):.0%} of the gap")
     least = THRESHOLDS.closure_with_rest if looks.remains else THRESHOLDS.closure_lowest
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     fitted = [e.name for e in looks.effects if e.name in FITTED and e.name not in GUSTS]
     names = ", ".join(fitted)
     if len(fitted) > THRESHOLDS.effects_most:
-        return without_names(first, f"so many effects would be needed that none is named: {names}")
+        one_look = Looks(looks.rounds[:1], (), fitted_shapes(first.naming), first.naming)
+        return _doubted(first, one_look, f"so many effects would be needed that none is named: {names}")
     if first.verdict.kind != "named" or not first.naming.chosen or closed.share >= least or by_chance:
         return first, looks
     why = f"{names} comes closest, but closes only {max(0.0, closed.share):.0%} of the gap"
-    return without_names(first, why)
+    return _doubted(first, looks, why)
+
+
+def _doubted(first: Reconciliation, looks: Looks, why: str) -> tuple[Reconciliation, Looks]:
+    """The names of some looks as probable causes where they close enough of the gap, else taken back."""
+    if looks.closure.share < THRESHOLDS.closure_probable:
+        return without_names(first, why)
+    verdict = doubted(first.verdict, why)
+    return replace(first, verdict=verdict), replace(looks, rounds=(_round(verdict), *looks.rounds[1:]))
 
 
 def without_names(first: Reconciliation, why: str) -> tuple[Reconciliation, Looks]:
@@ -126,7 +137,8 @@ def without_names(first: Reconciliation, why: str) -> tuple[Reconciliation, Look
 def with_doubts(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]:
     """Return a reconciliation and its looks with calibrated probabilities, for what all looks leave of the gap."""
     left = 1.0 - looks.closure.share
-    rounds = tuple(replace(each, verdict=with_doubt(each.verdict, left)) for each in looks.rounds)
+    begun = looks.rounds[0].verdict
+    rounds = tuple(replace(each, verdict=with_doubt(each.verdict, left, begun)) for each in looks.rounds)
     return replace(first, verdict=rounds[0].verdict), replace(looks, rounds=rounds)
 
 

@@ -17,10 +17,14 @@ from pitotbench.reconcile.signatures.hypotheses import FITTED, cause_of
 from pitotbench.records.verdict import Candidate, Verdict
 
 
-def calibrated(probabilities: Mapping[str, float], left: float) -> dict[str, float]:
-    """Return the probability that each cause acts, given what the answer leaves of the gap, as a share."""
+def calibrated(probabilities: Mapping[str, float], left: float, further: float = 0.0) -> dict[str, float]:
+    """Return the probability that each cause acts, given what the answer leaves of the gap, as a share.
+
+    `further` is a share of doubt beside that one.
+    """
     most, least = THRESHOLDS.doubt_most, THRESHOLDS.doubt_least
     trusted = 1.0 - (least + (most - least) * float(np.clip(left / THRESHOLDS.doubt_most_left, 0.0, 1.0)))
+    trusted *= 1.0 - further
     return {cause: trusted * _nearer_even(p) for cause, p in probabilities.items()}
 
 
@@ -29,12 +33,15 @@ def _nearer_even(probability: float) -> float:
     return float(expit(odds * (THRESHOLDS.odds_above_even if odds > 0.0 else THRESHOLDS.odds_below_even)))
 
 
-def with_doubt(verdict: Verdict, left: float) -> Verdict:
+def with_doubt(verdict: Verdict, left: float, whole: Verdict | None = None) -> Verdict:
     """Return a verdict with calibrated probabilities, given what the whole answer leaves of the gap, as a share.
 
-    A cause that they do not name stands beside the next one.
+    A cause that they do not name stands beside the next one. `whole` is the verdict of the first look, with the
+    doubt that the checks on all looks may have left.
     """
-    found = calibrated(verdict.probabilities, left)
+    first = whole or verdict
+    further = THRESHOLDS.doubt_taken_back if first.kind == "unknown" else THRESHOLDS.doubt_probable
+    found = calibrated(verdict.probabilities, left, further if first.doubted else 0.0)
     answered = set(map(_cause, verdict.effects))
     following = next((cause for cause in sorted(found, key=lambda c: -found[c]) if cause not in answered), None)
 

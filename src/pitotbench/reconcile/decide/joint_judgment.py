@@ -15,7 +15,7 @@ from pitotbench.reconcile.decide.joint_naming import (
     name_together,
     own_sizes,
 )
-from pitotbench.reconcile.decide.judgment import closes, taken_back, verdict_of
+from pitotbench.reconcile.decide.judgment import closes, doubted, taken_back, verdict_of
 from pitotbench.reconcile.decide.naming import SMALLEST_GAIN
 from pitotbench.reconcile.decide.search import Names
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
@@ -43,8 +43,8 @@ def judge_together(
 ) -> JointVerdict:
     """Return the verdict on several flights with their names, and what each of them says.
 
-    A name is taken back where a flight contradicts a cause, or where the sizes that the other flights show close
-    too little of the gap of a flight that is left out.
+    A name is taken back where a flight contradicts a cause. It is doubted where the sizes that the other flights
+    show close too little of the gap of a flight that is left out.
     """
     together = name_together(layouts, nulls)
     each = [verdict_of(naming.layout, naming, null) for naming, null in zip(together.namings, nulls, strict=True)]
@@ -59,7 +59,7 @@ def judge_together(
     for flight in flights:
         if flight.left_out is not None and not closes(flight.left_out):
             share = max(0.0, flight.left_out.share)
-            verdict = taken_back(
+            verdict = doubted(
                 verdict, f"the sizes of the other flights close only {share:.0%} of the gap of {flight.log}"
             )
     for line in contradictions(flights):

@@ -48,11 +48,13 @@ class Thresholds:
     table_error: float = 0.04  # τ, error of a signature in an unknown direction, as a share: fitted on 90 logs
     form_error_from: float = 6.0  # σ from which an effect's form error counts: it is half a σ there
     search_penalty: float = 2.0  # logarithm of the trials that a searched shape has
-    gap_bayes_factor: float = 3.5  # logarithm; a true null exceeds it with a probability of 0.03 at most (Markov)
+    gap_bayes_factor: float = 2.3  # ln 10: strong evidence (Jeffreys 1961); 2 of 88 nulls of other making exceed it
     # The doubt that the posterior cannot have itself: fitted to 367 probabilities of 387 logs of other making.
     doubt_least: float = 0.04  # share of probability for other causes where an answer closes the gap
     doubt_most: float = 0.38  # the same where it leaves much
     doubt_most_left: float = 0.15  # share of the gap left from which the doubt does not grow any more
+    doubt_probable: float = 0.38  # further share where a check speaks against the names: 16 of 34 were right
+    doubt_taken_back: float = 0.58  # the same where it takes the names back: 5 of 19 were right
     odds_above_even: float = 0.5  # power of odds above even: the posterior is surer than it is right
     odds_below_even: float = 0.8  # power of odds below even
     named_from: float = 0.9  # probability from which a cause is named
@@ -61,6 +63,7 @@ class Thresholds:
     rest_likely: float = 0.5  # probability from which something remains beside what is named
     closure_lowest: float = 0.85  # closure of the log itself below which an effect only looks like its cause
     closure_with_rest: float = 0.95  # the same where something is known to remain: of 17 such names one was right
+    closure_probable: float = 0.8  # closure from which a name that a check speaks against is still a probable cause
     hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
     left_by_chance: float = 9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
     contradicted_from: float = 4.0  # σ between the sizes of one flight and the others; false in one set of 3,000

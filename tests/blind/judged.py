@@ -106,8 +106,8 @@ def _told(made: FullReconciliation) -> dict[str, Any]:
         "remains": rounds[-1].verdict.remains or rounds[-1].verdict.kind == "unknown",
         "closure": _share(verdict.closure),
         "looks": len(rounds),
-        "doubted": verdict.doubted,
-        "notes": [note for note in verdict.notes if "taken back" in note or "only probable" in note],
+        "doubts": list(verdict.doubts),
+        "notes": [note for note in verdict.notes if "taken back" in note],
         "advice": list(verdict.advice),
         "located": [[p.channel, p.where, round(p.significance, 1)] for p in verdict.located[:4]],
         **_formula(made),
@@ -117,7 +117,7 @@ def _told(made: FullReconciliation) -> dict[str, Any]:
 def _formula(made: FullReconciliation) -> dict[str, Any]:
     """The closure of the gap by a formula, where the table leaves one."""
     found = made.account.formula
-    if not (made.verdict.kind == "unknown" or made.verdict.doubted):
+    if not (made.verdict.kind == "unknown" or made.verdict.doubts):
         return {}
     if found is None:
         return {"formula": None}

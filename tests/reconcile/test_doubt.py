@@ -48,7 +48,7 @@ def test_a_sure_cause_of_a_closed_gap_is_named_and_a_half_open_gap_leaves_a_seco
 
 def test_what_a_check_speaks_against_is_worth_what_such_names_were():
     # Of 34 names with a check against them that closed 0.8 of the gap, 16 were right; of 19 that closed less, 5.
-    less = replace(verdict(turn_drag=0.9999, belly_pod=0.01), kind="one_of", doubted=True)
+    less = replace(verdict(turn_drag=0.9999, belly_pod=0.01), kind="one_of", doubts=("a check",))
     assert with_doubt(less, 0.08).probabilities["turn_drag"] == pytest.approx(16 / 34, abs=0.1)
     back = replace(less, kind="unknown", effects=(), alternatives=())
     assert with_doubt(back, 0.4).probabilities["turn_drag"] == pytest.approx(5 / 19, abs=0.1)

@@ -127,6 +127,13 @@ def test_a_doubted_name_stands_without_a_cause_that_is_hardly_possible(capsys):
     assert "With 19 % it is a cause that the table does not hold in this form" in text
 
 
+def test_what_speaks_against_a_probable_cause_is_told_in_place_of_the_rest():
+    against = "the sizes of the other flights close only 50% of the gap of b.csv"
+    told = sentences(account(replace(doubted(belly_pod=0.5, gear_not_up=0.01), remains=True, doubts=(against,))))
+    assert f"What speaks against it: {against}." in told
+    assert not any("Something remains" in line for line in told)
+
+
 def test_the_warnings_of_the_logs_stand_below_the_answer(capsys):
     found = replace(account(), warnings=("other.csv: column 'heading_deg': wrong sign?",))
     print_account(found, Console(width=200))

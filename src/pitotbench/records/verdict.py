@@ -94,7 +94,7 @@ class Verdict:
     distinguish from it. `candidates` are all single explanations, the best first. `probabilities` is that of each
     cause of the table, given a gap; the causes may act together, so they do not sum to 1. `log_bayes_factor` is the
     logarithm of the Bayes factor of a gap against none. `remains` says whether something significant is left beside
-    the effects. `doubted` says that a check speaks against the effects, so that none of them is named.
+    the effects. `doubts` are the checks that speak against the effects, so that none of them is named.
     """
 
     kind: Kind
@@ -111,4 +111,4 @@ class Verdict:
     probabilities: Mapping[str, float] = field(default_factory=dict)
     log_bayes_factor: float = 0.0
     remains: bool = False
-    doubted: bool = False
+    doubts: tuple[str, ...] = ()

@@ -59,7 +59,9 @@ def sentences(account: Account) -> list[str]:
     if verdict.kind in SURE and account.calibration is not None:
         lines.append(calibration_words(account.calibration))
     if verdict.kind in SURE:
-        if verdict.remains:
+        if verdict.doubts:
+            lines.append(f"What speaks against it: {'; '.join(verdict.doubts)}.")
+        elif verdict.remains:
             lines.append("Something remains beside it that no effect of the table explains.")
         lines.append(_closed(verdict, account.holdout))
         lines += _later_passes(account)

@@ -105,7 +105,7 @@ def settled(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]
     of that one would. Where the answer is one of several causes, none is claimed, and none is taken back.
     """
     closed = looks.closure
-    if first.verdict.doubted and closed.share < THRESHOLDS.closure_probable:
+    if first.verdict.doubts and closed.share < THRESHOLDS.closure_probable:
         return without_names(first, f"all looks close only {max(0.0, closed.share):.0%} of the gap")
     least = THRESHOLDS.closure_with_rest if looks.remains else THRESHOLDS.closure_lowest
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell

@@ -41,7 +41,7 @@ def with_doubt(verdict: Verdict, left: float, whole: Verdict | None = None) -> V
     """
     first = whole or verdict
     further = THRESHOLDS.doubt_taken_back if first.kind == "unknown" else THRESHOLDS.doubt_probable
-    found = calibrated(verdict.probabilities, left, further if first.doubted else 0.0)
+    found = calibrated(verdict.probabilities, left, further if first.doubts else 0.0)
     answered = set(map(_cause, verdict.effects))
     following = next((cause for cause in sorted(found, key=lambda c: -found[c]) if cause not in answered), None)
 

@@ -215,24 +215,20 @@ def taken_back(verdict: Verdict, why: str) -> Verdict:
     """Return a verdict without the names that it gives, and the reason as a note."""
     if verdict.kind not in SURE or not verdict.effects:
         return replace(verdict, notes=(*verdict.notes, why))
-    note = f"{why}: the name {_names(verdict)} is taken back"
-    kept = replace(verdict, kind="unknown", effects=(), alternatives=(), doubted=True)
+    named = ", ".join(effect.name for effect in verdict.effects)
+    note = f"{why}: the name {named} is taken back"
+    kept = replace(verdict, kind="unknown", effects=(), alternatives=(), doubts=(*verdict.doubts, why))
     return replace(kept, notes=(*verdict.notes, note))
 
 
 def doubted(verdict: Verdict, why: str) -> Verdict:
-    """Return a verdict whose names are only probable, because a check speaks against them, with the reason.
+    """Return a verdict whose names are only probable, because a check speaks against them: `why`.
 
     Of such names about half are right: more than of any other cause, and too few for a name.
     """
     if verdict.kind not in SURE or not verdict.effects:
         return replace(verdict, notes=(*verdict.notes, why))
-    note = f"{why}: {_names(verdict)} is only probable"
-    return replace(verdict, kind="one_of", remains=True, doubted=True, notes=(*verdict.notes, note))
-
-
-def _names(verdict: Verdict) -> str:
-    return ", ".join(effect.name for effect in verdict.effects)
+    return replace(verdict, kind="one_of", remains=True, doubts=(*verdict.doubts, why))
 
 
 def with_hold_out(verdict: Verdict, held: Closure) -> Verdict:

@@ -1,8 +1,7 @@
 """A calibration in numbers and sentences, for the terminal and for a page."""
 
 from html import escape
-
-from rich.console import Console
+from typing import TYPE_CHECKING
 
 from pitotbench.records.calibrated_flight import CalibratedFlight
 from pitotbench.records.calibration import Calibration, Estimate
@@ -15,6 +14,9 @@ from pitotbench.show.model_probabilities import choice_html, print_choice
 from pitotbench.show.short_answer import short_answer_of
 from pitotbench.show.terminal import outside, print_warnings
 from pitotbench.units import KNOT
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 _LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
 _LOCATIONS = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
@@ -32,7 +34,7 @@ def flight_lines(flight: CalibratedFlight) -> list[str]:
 
 
 def print_calibration(
-    result: Calibration, console: Console, limit: Limit | str | None = AUTO, details: bool = False
+    result: Calibration, console: "Console", limit: Limit | str | None = AUTO, details: bool = False
 ) -> None:
     """Print one calibration: the short answer, the warnings, the curve at round airspeeds, and the assumptions.
 

@@ -1,15 +1,17 @@
 """Fixed-speed points in numbers: for the terminal, for pages, for programs. Loads no drawing library."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.console import Console
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
 from pitotbench.show.columns import Column, html_table, json_rows, print_table
 from pitotbench.units import DEGREE, KNOT
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 def method_words(point: FixedSpeedPoint) -> str:
@@ -38,7 +40,7 @@ POINT_COLUMNS: tuple[Column[FixedSpeedPoint], ...] = (
 )  # fmt: skip
 
 
-def print_points(points: Sequence[FixedSpeedPoint], console: Console, curve: ErrorCurve | None = None) -> None:
+def print_points(points: Sequence[FixedSpeedPoint], console: "Console", curve: ErrorCurve | None = None) -> None:
     """Print the points, one a row; with a curve, also the difference of each from it. Nothing for no points."""
     if points and curve is not None:
         console.print()  # the curve stands above

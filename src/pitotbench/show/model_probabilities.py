@@ -1,12 +1,13 @@
 """The models that a calibration with `--model auto` weighed, with the probability and the criteria of each."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
-
-from rich.console import Console
+from typing import TYPE_CHECKING, Any
 
 from pitotbench.records.calibration import Calibration
 from pitotbench.show.columns import Column, html_table, print_table
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 _Choice = dict[str, Any]  # a row of `model_choice` in the calibration's diagnostics
 
@@ -35,7 +36,7 @@ def choice_columns(rows: Sequence[_Choice]) -> list[Column[_Choice]]:
     ]
 
 
-def print_choice(result: Calibration, console: Console) -> None:
+def print_choice(result: Calibration, console: "Console") -> None:
     """Print the weighed models; nothing where the model was named."""
     rows = probabilities_of(result)
     if not rows:

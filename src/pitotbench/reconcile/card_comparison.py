@@ -7,7 +7,7 @@ against flight (14 CFR Part 60, Appendix A, Attachment 2: 3 kt, 1.5° pitch, 2°
 required of one simulator against another.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -24,6 +24,8 @@ QUIET = 2.0 * DEGREE  # bank below which a segment is not a turn
 SMOOTHED = 1.0  # s over which gusts and sensor noise are averaged on both sides
 BEGINNING = 20.0  # s at the start of a segment over which its change of airspeed is taken
 SHORTEST = 5.0  # s of a segment that is summed up
+
+Parts = Mapping[str, FlightLog]  # the segments of a log by their labels
 
 
 def _airspeed(log: FlightLog) -> Array:
@@ -52,9 +54,12 @@ def compare_cards(measured: FlightLog, simulated: Sequence[FlightLog], patched: 
     labels = _common(measured, flights)
     if not labels:
         return FlownAgain(skipped="the log names no segments that the simulator's flight of the card has as well")
-    features = [f for label in labels for f in _features(label, measured, simulated, patched)]
-    histories = [h for label in labels for h in _histories(label, measured, simulated[0], patched[0])]
-    limits = [_tolerance(name, labels, measured, simulated, patched) for name in LIMITS]
+    flown = _parts(measured, labels)
+    before, after = ([_parts(log, labels) for log in group] for group in (simulated, patched))
+    features = [f for label in labels for f in _features(label, flown, before, after)]
+    begin = float(measured.time[0])
+    histories = [h for label in labels for h in _histories(label, begin, flown, before[0], after[0])]
+    limits = [_tolerance(name, labels, flown, before, after) for name in LIMITS]
     return FlownAgain(tuple(features), tuple(t for t in limits if t is not None), tuple(histories))
 
 
@@ -81,17 +86,16 @@ def _runs(log: FlightLog) -> dict[str, slice]:
     return rows
 
 
-def _part(log: FlightLog, label: str) -> FlightLog:
-    return log.select(np.arange(len(log))[_runs(log)[label]])
+def _parts(log: FlightLog, labels: Sequence[str]) -> Parts:
+    runs, rows = _runs(log), np.arange(len(log))
+    return {label: log.select(rows[runs[label]]) for label in labels}
 
 
-def _features(
-    label: str, measured: FlightLog, simulated: Sequence[FlightLog], patched: Sequence[FlightLog]
-) -> list[Feature]:
+def _features(label: str, measured: Parts, simulated: Sequence[Parts], patched: Sequence[Parts]) -> list[Feature]:
     """The features of one segment; their deviation is that of flights of one airplane around their mean."""
-    in_flight = features_of(_part(measured, label))
-    before = [features_of(_part(log, label)) for log in simulated]
-    after = [features_of(_part(log, label)) for log in patched]
+    in_flight = features_of(measured[label])
+    before = [features_of(parts[label]) for parts in simulated]
+    after = [features_of(parts[label]) for parts in patched]
     features = []
     for (name, unit), value in in_flight.items():
         sides = [
@@ -142,15 +146,15 @@ def _turn(part: FlightLog, time: Seconds) -> dict[tuple[str, str], float]:
 def _tolerance(
     name: str,
     labels: Sequence[str],
-    measured: FlightLog,
-    simulated: Sequence[FlightLog],
-    patched: Sequence[FlightLog],
+    measured: Parts,
+    simulated: Sequence[Parts],
+    patched: Sequence[Parts],
 ) -> Tolerance | None:
     unit, half = QUANTITIES[name][0], SHARE * LIMITS[name]
     shares = [
-        [_within(name, half, labels, measured, log) for log in simulated],
-        [_within(name, half, labels, measured, log) for log in patched],
-        [_within(name, half, labels, patched[0], log) for log in patched[1:]],
+        [_within(name, half, labels, measured, parts) for parts in simulated],
+        [_within(name, half, labels, measured, parts) for parts in patched],
+        [_within(name, half, labels, patched[0], parts) for parts in patched[1:]],
     ]
     if any(share is None for group in shares for share in group):
         return None
@@ -158,11 +162,11 @@ def _tolerance(
     return Tolerance(name, unit, half, before, after, chance)
 
 
-def _within(name: str, half: float, labels: Sequence[str], one: FlightLog, other: FlightLog) -> float | None:
+def _within(name: str, half: float, labels: Sequence[str], one: Parts, other: Parts) -> float | None:
     """Share of the common time of all segments in which two logs differ by at most a half width."""
     inside, total = 0, 0
     for label in labels:
-        pair = _pair(name, _part(one, label), _part(other, label))
+        pair = _pair(name, one[label], other[label])
         if pair is None:
             return None
         difference = pair[1] - pair[2]
@@ -188,15 +192,15 @@ def _smooth(time: Seconds, values: Array) -> Array:
     return np.asarray(np.convolve(values, weights, "same")[: len(values)] / total[: len(values)])
 
 
-def _histories(label: str, measured: FlightLog, simulated: FlightLog, patched: FlightLog) -> list[History]:
-    """Measured, simulated and patched quantities over one segment."""
-    parts = [_part(log, label) for log in (measured, simulated, patched)]
+def _histories(label: str, begin: float, measured: Parts, simulated: Parts, patched: Parts) -> list[History]:
+    """Measured, simulated and patched quantities over one segment of a log that begins at a time [s]."""
+    parts = [flight[label] for flight in (measured, simulated, patched)]
     histories = []
     for name, (unit, _) in QUANTITIES.items():
         before, after = _pair(name, parts[0], parts[1]), _pair(name, parts[0], parts[2])
         if before is not None and after is not None:
             count = min(len(before[0]), len(after[0]))
-            offset = parts[0].time[0] - measured.time[0]
+            offset = parts[0].time[0] - begin
             sides = (before[1][:count], before[2][:count], after[2][:count])
             if name == "heading":
                 sides = (sides[0], *(s + 360.0 * np.round((sides[0][0] - s[0]) / 360.0) for s in sides[1:]))

@@ -6,6 +6,8 @@ that grows with airspeed, bank, power, altitude or time, or one that is not line
 free parameters of the effect, with a prior in proportion to its size (model discrepancy: Kennedy and O'Hagan 2001).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pitotbench.reconcile.residuals.layout import Layout
@@ -17,11 +19,16 @@ SHIFT = 1.0  # s; the shift in time that counts like a change by the whole size
 TINY = 1e-300  # so that an empty column can be scaled
 
 
-def form_directions(layout: Layout, noise: NoiseModel, column: Array) -> Array:
-    """Return the directions of form error of a signature (n, c), whitened, (n, c, k).
+def form_directions(layout: Layout, noise: NoiseModel, columns: Sequence[Array]) -> list[Array]:
+    """Return the directions of form error of each of some signatures (n, c), whitened, (n, c, k).
 
-    Each is in units of one size of the effect.
+    Each direction is in units of one size of the effect.
     """
+    whiten = noise.whitener(layout.grid, layout.residuals.slack)
+    return [whiten(_directions(layout, noise, column)) for column in columns]
+
+
+def _directions(layout: Layout, noise: NoiseModel, column: Array) -> Array:
     grid, slack = layout.grid, layout.residuals.slack
     power = np.sum(noise.innovations(column, grid, slack) ** 2, axis=0)
     parts = []
@@ -33,7 +40,7 @@ def form_directions(layout: Layout, noise: NoiseModel, column: Array) -> Array:
     parts += [column * shape[:, None] for shape in _variables(layout).T]
     spread = np.sqrt(np.mean(column**2, axis=0)) + TINY
     parts.append(column * (np.abs(column) / spread - 1.0))
-    return noise.whiten(np.stack(parts, axis=2), grid, slack)
+    return np.stack(parts, axis=2)
 
 
 def _variables(layout: Layout) -> Array:

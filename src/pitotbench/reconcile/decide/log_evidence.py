@@ -92,7 +92,7 @@ class LogEvidence:
         return tuple(d for d, _ in found), np.array([c for _, c in found], dtype=np.intp)
 
     def _add(self, new: Sequence[int]) -> None:
-        parts = [form_directions(self.layout, self._noise, self.signatures[c].column) for c in new]
+        parts = form_directions(self.layout, self._noise, [self.signatures[c].column for c in new])
         places = self._append(np.concatenate([part.reshape(-1, part.shape[2]) for part in parts], axis=1))
         for column, part in zip(new, parts, strict=True):
             self._directions[column] = tuple(next(places) for _ in range(part.shape[2]))

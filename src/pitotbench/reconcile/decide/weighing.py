@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.special import log_ndtr, logsumexp
+from scipy.special import log_ndtr
 
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
@@ -57,7 +57,7 @@ def weigh(evidence: Evidence, columns: Sequence[Sequence[int]], priors: Sequence
     spread = np.sqrt(np.maximum(np.diagonal(covariances, axis1=1, axis2=2), LOWEST**2))
     inside = _log_inside(means, spread, low, high) - _log_inside(np.zeros_like(means), deviations, low, high)
     logs = np.array([f.log_evidence for f in found]) + inside.sum(axis=1) - len(priors) * np.log(len(scales))
-    total = float(logsumexp(logs))
+    total = float(np.logaddexp.reduce(logs))
     weights = np.exp(logs - total)
     mean = np.sum(weights[:, None] * means, axis=0)
     covariance = np.sum(weights[:, None, None] * covariances, axis=0)

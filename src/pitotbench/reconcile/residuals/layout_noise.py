@@ -51,10 +51,11 @@ def whitened_equations(layout: Layout, noise: NoiseModel, with_cells: bool = Tru
 def whitened_columns(layout: Layout, noise: NoiseModel, with_cells: bool = True) -> Array:
     """Return the free parameters, the signatures, the cells and, last, the residuals, all whitened, (n, c, m)."""
     place = layout.grid, layout.residuals.slack
+    whiten = noise.whitener(*place)
     columns = [s.column[:, :, None] for s in layout.signatures]
-    dense = noise.whiten(np.concatenate([layout.free.columns, *columns], axis=2), *place)
+    dense = whiten(np.concatenate([layout.free.columns, *columns], axis=2))
     cells = [noise.whiten_alone(layout.shapes, *place)] if with_cells else []
-    return np.concatenate([dense, *cells, noise.whiten(layout.residuals.values, *place)[:, :, None]], axis=2)
+    return np.concatenate([dense, *cells, whiten(layout.residuals.values)[:, :, None]], axis=2)
 
 
 def _without_cells(layout: Layout) -> Array:

@@ -174,12 +174,14 @@ class _Scan:
     def _gains(self, columns: Sequence[int], begins: Indices, ends: Indices | None) -> Array:
         """The falls of the sum of squares by columns from some starts on, or between starts and ends, (w,)."""
         own = list(columns)
-        free, right = self._with_free[begins][:, own], self._with_residual[begins][:, own]
-        inner = self._own[begins][:, own][:, :, own]
+        # The columns first: a few of some hundred, where pairs of times are many.
+        with_free, with_residual = self._with_free[:, own], self._with_residual[:, own]
+        inner_own = self._own[:, own][:, :, own]
+        free, right, inner = with_free[begins], with_residual[begins], inner_own[begins]
         if ends is not None:
-            free, right = free - self._with_free[ends][:, own], right - self._with_residual[ends][:, own]
-            shared = self._with_whole[ends][:, own][:, :, own]
-            inner = inner + self._own[ends][:, own][:, :, own] - shared - shared.transpose(0, 2, 1)
+            free, right = free - with_free[ends], right - with_residual[ends]
+            shared = self._with_whole[:, own][:, :, own][ends]
+            inner = inner + inner_own[ends] - shared - shared.transpose(0, 2, 1)
         reproduced = (free.reshape(-1, free.shape[2]) @ self._inverse).reshape(free.shape)
         normal = inner - reproduced @ free.transpose(0, 2, 1)
         normal = normal + np.diag(self._widest[own] ** -2.0)

@@ -65,6 +65,14 @@ def test_the_help_of_a_campaign_loads_no_slow_package_but_numpy():
     assert SLOW & loaded_after(command("campaign", "--help")) == {"numpy"}
 
 
+def test_who_flies_a_card_again_loads_nothing_of_the_reconciler():
+    from pitotbench.bench.reconcile.reflight import flown
+
+    loaded = loaded_after(f"import {flown.__module__}")
+    assert flown.__module__ in loaded
+    assert [name for name in loaded if name.startswith("pitotbench.reconcile")] == []
+
+
 def test_a_command_loads_no_module_of_another():
     modules = {command.module for command in COMMANDS}
     for each in COMMANDS:

@@ -17,6 +17,11 @@ from pitotbench.simulate.maneuvers.scaled_card import card_of
 from pitotbench.units import Array, Meters, MetersPerSecond
 
 
+def flown(case: Case) -> FlightLog:
+    """Fly a case and record it with its data system."""
+    return record(fly(case), case.das, case.sensor_seed)
+
+
 def fly_to_log(case: Case, path: Path, truth: bool = False) -> FlightLog:
     """Fly a case, record it with its data system and write the log; with `truth`, write the truth next to it."""
     flight = fly(case)

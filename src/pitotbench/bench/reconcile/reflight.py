@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import atan2, hypot, pi
 
-from pitotbench.bench import fly
 from pitotbench.bench.fleet import require_all, run_tasks
+from pitotbench.bench.flights import flown  # of a light module: each worker loads it
 from pitotbench.reconcile.card_comparison import compare_cards
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.residuals.layout import DAY, below_range_end, mean_wind_of
@@ -15,7 +15,6 @@ from pitotbench.records.case import Case, EffectSpec, Wind
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.gap import FlownAgain
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import record
 
 FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
 # The free parameters of the temperature, where no header tells it: by its effect on the airplane, and as measured
@@ -38,7 +37,7 @@ def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) 
     cases = [replace(base, truth_seed=SEED + i, sensor_seed=SEED + i) for i in range(FLIGHTS)]
     patched = [replace(case, effects=tuple(effects)) for case in cases] if effects else []
     try:
-        logs = require_all(run_tasks(_flown, [*cases, *patched], min(os.cpu_count() or 1, FLIGHTS)))
+        logs = require_all(run_tasks(flown, [*cases, *patched], min(os.cpu_count() or 1, FLIGHTS)))
     except BadInputError as error:
         return FlownAgain(skipped=f"the card cannot be flown: {error}")
     return compare_cards(log, logs[:FLIGHTS], logs[FLIGHTS:] or logs[:FLIGHTS])
@@ -54,10 +53,6 @@ def on_its_day(card: Case | None, naming: Naming) -> Case | None:
         return card
     warmer = sum(float(sizes[name]) for name in WARMER if name in sizes)  # a log may lack the thermometer
     return replace(card, temperature_offset=card.temperature_offset + warmer)
-
-
-def _flown(case: Case) -> FlightLog:
-    return record(fly(case), case.das, case.sensor_seed)
 
 
 def wind_of_log(log: FlightLog) -> Wind:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.special import chdtrc, ndtri
 
 from pitotbench.reconcile.decide.closure import closure_of, with_form_error
 from pitotbench.reconcile.decide.evidence import Evidence
@@ -193,5 +193,5 @@ def contradiction(own: OwnSizes, others: OwnSizes) -> float:
     difference = own.values[mine] - others.values[theirs]
     covariance = own.covariance[np.ix_(mine, mine)] + others.covariance[np.ix_(theirs, theirs)]
     square = float(difference @ np.linalg.solve(covariance, difference))
-    chance = float(chi2.sf(square, len(both)))
-    return float(norm.isf(0.5 * max(chance, FARTHEST)))
+    chance = float(chdtrc(len(both), square))
+    return float(-ndtri(0.5 * max(chance, FARTHEST)))

@@ -10,10 +10,10 @@ from pitotbench.records.gap import Account, Tolerance
 from pitotbench.records.verdict import SURE, Candidate, Located, Verdict
 from pitotbench.show.columns import Column, markdown_table
 from pitotbench.show.gap_panels import draw_closures, draw_trace, telling
-from pitotbench.show.gap_words import place_words
+from pitotbench.show.gap_words import place_words, told_rivals
 from pitotbench.show.quantity_words import size_words, words
 from pitotbench.show.style import BLUE, GREY, canvas
-from pitotbench.show.verdict_tables import KIND_WORDS
+from pitotbench.show.verdict_tables import kind_words
 
 _PLACES = 6
 _HEAD = """# Reconcile, on flights with a hidden cause
@@ -81,7 +81,7 @@ def _named(account: Account) -> list[str]:
     named = []
     for number, each in enumerate(account.rounds):
         known = {candidate.name: candidate for candidate in each.verdict.candidates}
-        for effect, others in zip(each.verdict.effects, each.verdict.alternatives, strict=True):
+        for effect, others in zip(each.verdict.effects, told_rivals(each.verdict), strict=True):
             rivals = [_sized(known[name]) if name in known else words(name) for name in others]
             like = f" or {' or '.join(rivals)}" if rivals else ""
             named.append(_sized(effect) + like + (f" (pass {number + 1})" if number else ""))
@@ -95,7 +95,7 @@ def _sized(effect: Candidate) -> str:
 
 _COLUMNS: tuple[Column[ExampleChapter], ...] = (
     Column("example", lambda chapter: chapter.title),
-    Column("verdict", lambda chapter: KIND_WORDS[_verdict(chapter).kind]),
+    Column("verdict", lambda chapter: kind_words(_verdict(chapter))),
     Column("named", _effects),
     Column("truth", _truth),
     Column("G, fitted", _fitted_closure, style=".3f"),
@@ -108,7 +108,7 @@ def _chapter(chapter: ExampleChapter) -> str:
     account, verdict = chapter.account, chapter.account.rounds[0].verdict
     lines = [f"\n## {chapter.title}\n", f"**Symptom.** {chapter.symptom}{_turn_data(chapter)}\n"]
     lines.append(f"**Place of the gap.** {'; '.join(place_words(p) for p in verdict.located[:3])}.\n")
-    said = f"**{KIND_WORDS[verdict.kind].capitalize()}.**"
+    said = f"**{kind_words(verdict).capitalize()}.**"
     if verdict.kind in SURE:
         lines.append(f"{said} {'; '.join(_named(account))}. Truth: {_truth(chapter)}.\n")
         lines.append(f"**Patch.**\n\n```toml\n{_entries(account.patch)}```\n")
@@ -143,7 +143,7 @@ def _gap(account: Account) -> str:
         if held is not None:
             text += f"; held out {held.before:,.0f}, {held.after:,.0f}, {held.noise:,.0f} (G = {held.share:.3f})"
         if len(account.rounds) > 1:
-            text += f". Pass {len(account.rounds)}, with all of that in the model: {KIND_WORDS[last.kind]}"
+            text += f". Pass {len(account.rounds)}, with all of that in the model: {kind_words(last)}"
     else:
         text += f", {closed.noise:,.0f} noise; nothing is added"
     return text + "." + _flown(account)

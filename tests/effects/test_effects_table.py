@@ -1,19 +1,26 @@
 """Over the whole table: what an effect says of itself is so. A newcomer is tested with no further line."""
 
 import inspect
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from sample_signals import turning
 
-from pitotbench.effects import EFFECTS, AirEffect, Signals, chosen
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.effects import EFFECTS, AircraftEffect, AirEffect, Signals, chosen
 from pitotbench.effects.describe import effects_table
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.errors import BadInputError
 from pitotbench.simulate import MANEUVERS
 
+UNSHAPED = [
+    name
+    for name, effect in EFFECTS.items()
+    if isinstance(effect, AircraftEffect) and not any(p.shape for p in effect.parameters)
+]
 SENSORS = [name for name, effect in EFFECTS.items() if effect.acts_on == "sensors"]
 DOCUMENT = Path(__file__).parents[2] / "docs" / "effects.md"
 
@@ -110,3 +117,16 @@ def test_one_file_an_effect_and_every_effect_in_the_table():
         if type(value) in {type(effect) for effect in EFFECTS.values()}
     ]
     assert {effect.name for effect in found} == set(EFFECTS)
+
+
+@pytest.mark.parametrize("name", UNSHAPED)
+def test_an_effect_on_top_of_itself_is_one_of_both_sizes(name):
+    effect, model = EFFECTS[name], aircraft_model("navajo")
+
+    def of(share):
+        return effect.overlay({p.name: share * p.typical for p in effect.parameters}, model.baseline)
+
+    both, whole = of(0.25) + of(1.0), of(1.25)
+    assert dict(both.sizes) == pytest.approx(dict(whole.sizes))
+    assert both.temperature_offset == pytest.approx(whole.temperature_offset)
+    assert replace(both, sizes=(), temperature_offset=0.0) == replace(whole, sizes=(), temperature_offset=0.0)

@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import DAY, Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
-from pitotbench.reconcile.signatures.patched_model import without_effects
+from pitotbench.reconcile.signatures.patched_model import with_effects, without_effects
 from pitotbench.reconcile.signatures.refine import Entries, without_sensor_effects
+from pitotbench.reconcile.signatures.signatures import residual_change, signatures_of
 
 CHANNELS = ("propeller_speed_left", "propeller_speed_right", "specific_force_x", "specific_force_z", "temperature")
 
@@ -87,6 +89,24 @@ def test_an_effect_in_the_model_keeps_its_form_error(laid_out) -> None:
     noise = noise_of_log(log)
     left = [LogEvidence(each, noise, {}).base.inner[-1, -1] for each in (plain, known)]
     assert left[1] < 0.3 * left[0]
+
+
+@pytest.mark.parametrize(
+    "name", ["mass", "center_of_gravity", "propeller_efficiency", "governor_speed", "power_deficit", "flap_not_up"]
+)
+def test_an_effect_in_the_model_is_still_judged_by_its_whole_change(laid_out, name: str) -> None:
+    """On top of a quarter of the size, a size changes what it changes from a quarter to five quarters."""
+    scene, effect = laid_out().scene, EFFECTS[name]
+    quarter = {key: 0.25 * size for key, size in effect.typical().items()}
+    patched = with_effects(laid_out(), aircraft_model("navajo"), {name: quarter})
+    again = signatures_of(patched.scene, Catalog("effect", {name: effect}))
+    assert [s.parameter for s in again] == [p.name for p in effect.parameters]
+    for one in again:
+        more, less = (residual_change(effect, scene, {**quarter, one.parameter: k * one.size}) for k in (1.25, 0.25))
+        assert more is not None
+        assert less is not None
+        missed = more - less - one.size * one.column
+        assert np.sum(missed**2) < 0.02**2 * np.sum((more - less) ** 2)
 
 
 @pytest.fixture(scope="module")

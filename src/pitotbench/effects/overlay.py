@@ -53,6 +53,9 @@ class WindTerm:
 class Overlay:
     """Everything that effects add to an aircraft and its air. The sum of two overlays holds both.
 
+    In the sum of two overlays of one effect the sizes add up, and what reads them stands once. Shapes would add up
+    as well: an effect that has any is never put on an aircraft that has it already.
+
     `sizes` are new properties, path and value, that the expressions read. In a loaded aircraft they may be set at
     any time. A function of drag that reads the lift coefficient gets that of the step before, because JSBSim
     computes drag first.
@@ -68,7 +71,17 @@ class Overlay:
     temperature_offset: float = 0.0  # K
 
     def __add__(self, other: "Overlay") -> "Overlay":
-        return Overlay(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
+        sizes = dict(self.sizes)
+        shared = any(path in sizes for path, _ in other.sizes)
+        sizes |= {path: sizes.get(path, 0.0) + value for path, value in other.sizes}
+
+        def both(name: str) -> Any:
+            mine, more = getattr(self, name), getattr(other, name)
+            return (*mine, *(part for part in more if part not in mine)) if shared else mine + more
+
+        parts = {f.name: both(f.name) for f in fields(self) if f.name not in ("sizes", "temperature_offset")}
+        warmer = self.temperature_offset + other.temperature_offset
+        return Overlay(sizes=tuple(sizes.items()), temperature_offset=warmer, **parts)
 
     def renamed(self, new: Callable[[str], str]) -> "Overlay":
         """Return the overlay with a function applied to every path and expression in it."""

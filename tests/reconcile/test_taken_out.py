@@ -102,7 +102,9 @@ def test_an_effect_in_the_model_is_still_judged_by_its_whole_change(laid_out, na
     again = signatures_of(patched.scene, Catalog("effect", {name: effect}))
     assert [s.parameter for s in again] == [p.name for p in effect.parameters]
     for one in again:
-        more, less = (residual_change(effect, scene, {**quarter, one.parameter: k * one.size}) for k in (1.25, 0.25))
+        more, less = (
+            residual_change(effect, scene, {**quarter, one.parameter: k * one.size}) for k in (1.25, 0.25)
+        )
         assert more is not None
         assert less is not None
         missed = more - less - one.size * one.column

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.bench import fly
 from pitotbench.bench.fleet import open_fleet
+from pitotbench.bench.flights import flown
 from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.reconciliation import Reconciliation
@@ -31,7 +31,6 @@ from pitotbench.records.case import Case
 from pitotbench.records.case_file import write_case
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import record
 from pitotbench.simulate import MANEUVERS, SimulationError
 from pitotbench.simulate.maneuvers.card import Card
 from pitotbench.simulate.maneuvers.scaled_card import scaled_card
@@ -216,7 +215,7 @@ def _ranked(found: Sequence[tuple[CardForecast, Case]]) -> list[tuple[CardForeca
 def _forecast(question: CardQuestion, case: Case) -> CardForecast | None:
     """The forecast of a card; None where it cannot be flown, or where its log has other channels."""
     try:
-        log = record(fly(case), case.das, case.sensor_seed)
+        log = flown(case)
         evidence = evidence_of_card(question, log)
     except (SimulationError, BadInputError, UnknownNameError):
         return None

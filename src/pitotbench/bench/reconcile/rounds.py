@@ -105,8 +105,9 @@ def settled(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]
     of that one would. Where the answer is one of several causes, none is claimed, and none is taken back.
     """
     closed = looks.closure
+    share = f"{max(0.0, closed.share):.0%} of the gap"
     if first.verdict.doubts and closed.share < THRESHOLDS.closure_probable:
-        return without_names(first, f"all looks close only {max(0.0, closed.share):.0%} of the gap")
+        return without_names(first, f"all looks close only {share}")
     least = THRESHOLDS.closure_with_rest if looks.remains else THRESHOLDS.closure_lowest
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     fitted = [e.name for e in looks.effects if e.name in FITTED and e.name not in GUSTS]
@@ -116,8 +117,7 @@ def settled(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]
         return _doubted(first, one_look, f"so many effects would be needed that none is named: {names}")
     if first.verdict.kind != "named" or not first.naming.chosen or closed.share >= least or by_chance:
         return first, looks
-    why = f"{names} comes closest, but closes only {max(0.0, closed.share):.0%} of the gap"
-    return _doubted(first, looks, why)
+    return _doubted(first, looks, f"{names} comes closest, but closes only {share}")
 
 
 def _doubted(first: Reconciliation, looks: Looks, why: str) -> tuple[Reconciliation, Looks]:

@@ -15,6 +15,7 @@ from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.reconciliation import Reconciliation
 from pitotbench.bench.reconcile.reflight import wind_of_log
 from pitotbench.catalog import Catalog, UnknownNameError
+from pitotbench.reconcile.decide.doubt import most_probable
 from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.decide.null_wander import wander_of
 from pitotbench.reconcile.decide.parting import Doubt, doubt_of, parting_of
@@ -115,7 +116,7 @@ def choose_next_flight(
             return [(each, case) for each, case in zip(found, some, strict=True) if isinstance(each, CardForecast)]
 
         ranked = _ranked(forecasts(cases))
-        if ranked and ranked[0][0].name < 1.0 - AS_GOOD:
+        if ranked and ranked[0][0].name < most_probable() - AS_GOOD:
             more = [variant for _, case in ranked[:varied] for variant in variants_of(case)]
             ranked = _ranked([*ranked, *forecasts(more)])
     if not ranked:

@@ -15,6 +15,7 @@ from scipy.special import expit, logit
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.signatures.hypotheses import FITTED, cause_of
 from pitotbench.records.verdict import Candidate, Verdict
+from pitotbench.units import Array, Booleans
 
 
 def calibrated(probabilities: Mapping[str, float], left: float, further: float = 0.0) -> dict[str, float]:
@@ -22,15 +23,30 @@ def calibrated(probabilities: Mapping[str, float], left: float, further: float =
 
     `further` is a share of doubt beside that one.
     """
+    trusted = (1.0 - _of_other_form(left)) * (1.0 - further)
+    return {cause: trusted * float(_nearer_even(p)) for cause, p in probabilities.items()}
+
+
+def is_named(probabilities: Array) -> Booleans:
+    """Return whether the posterior's own probabilities, (n,), name a cause where the answer closes the gap, (n,)."""
+    named: Booleans = most_probable() * _nearer_even(probabilities) > THRESHOLDS.named_from
+    return named
+
+
+def most_probable() -> float:
+    """Return the largest probability that a cause can have: the rest is for causes of other form."""
+    return 1.0 - _of_other_form(0.0)
+
+
+def _of_other_form(left: float) -> float:
+    """The share for causes of other form, given what the answer leaves of the gap, as a share."""
     most, least = THRESHOLDS.doubt_most, THRESHOLDS.doubt_least
-    trusted = 1.0 - (least + (most - least) * float(np.clip(left / THRESHOLDS.doubt_most_left, 0.0, 1.0)))
-    trusted *= 1.0 - further
-    return {cause: trusted * _nearer_even(p) for cause, p in probabilities.items()}
+    return least + (most - least) * float(np.clip(left / THRESHOLDS.doubt_most_left, 0.0, 1.0))
 
 
-def _nearer_even(probability: float) -> float:
-    odds = float(logit(np.clip(probability, 0.0, 1.0)))
-    return float(expit(odds * (THRESHOLDS.odds_above_even if odds > 0.0 else THRESHOLDS.odds_below_even)))
+def _nearer_even(probabilities: Array | float) -> Array:
+    odds = logit(np.clip(probabilities, 0.0, 1.0))
+    return np.asarray(expit(odds * np.where(odds > 0.0, THRESHOLDS.odds_above_even, THRESHOLDS.odds_below_even)))
 
 
 def with_doubt(verdict: Verdict, left: float, whole: Verdict | None = None) -> Verdict:

@@ -1,10 +1,11 @@
 """How well a flight that has not been flown parts the explanations that are left.
 
 Under each explanation the log of the next flight is a normal vector: the signatures at the fitted sizes, with the
-covariance of these sizes, of the form error, of the free parameters, of the wander and of the noise. Logs are drawn
-from the explanations in proportion to their probabilities. Each is weighed as the posterior would weigh it together
-with the flights so far, and the share that ends with a right name is the probability of a name (a preposterior
-analysis: Raiffa and Schlaifer 1961; by the entropy that is left: Lindley 1956). Only inner products are needed.
+covariance of these sizes, of the form error, of the free parameters, of the wander and of the noise. Logs are
+drawn from the explanations in proportion to their probabilities. Each is weighed as the posterior would weigh it
+together with the flights so far, and told with the same doubt. The share that ends with a right name is the
+probability of a name (a preposterior analysis: Raiffa and Schlaifer 1961; by the entropy that is left: Lindley
+1956). A cause of another form than those that are left gets no right name. Only inner products are needed.
 """
 
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
+from pitotbench.reconcile.decide.doubt import is_named, most_probable
 from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.decide.posterior import CausePosterior
 from pitotbench.reconcile.decide.search import Names
@@ -120,10 +122,10 @@ def parting_of(doubt: Doubt, log: LogEvidence, draws: int = DRAWS) -> Parting:
         products = predictions[truth].drawn(random, count, noise)
         weights, gap = _weights_after(doubt, predictions, products, noise)
         sets = np.stack([weights[:, member == i].sum(axis=1) for i in range(len(of_cause))], axis=1)
-        right = (sets[:, member[truth]] > THRESHOLDS.named_from) & (gap > THRESHOLDS.gap_bayes_factor)
+        right = is_named(sets[:, member[truth]]) & (gap > THRESHOLDS.gap_bayes_factor)
         named += probabilities[truth] * float(np.mean(right))
         left += probabilities[truth] * float(np.mean(_entropy(sets)))
-    return Parting(float(named), float(left))
+    return Parting(most_probable() * float(named), float(left))
 
 
 def _weights_after(

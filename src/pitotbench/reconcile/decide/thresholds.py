@@ -66,7 +66,7 @@ class Thresholds:
     closure_probable: float = 0.8  # closure from which a name that a check speaks against is still a probable cause
     hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
     left_by_chance: float = 9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
-    contradicted_from: float = 4.0  # σ between the sizes of one flight and the others; false in one set of 3,000
+    contradicted_from: float = 4.0  # σ between flights, or between parts of one; false in one set of 3,000
     left_over_from: float = 2.0  # root mean square of a score on eight null flights: by chance in one of 10,000
     left_over_most: int = 12  # sizes that null flights may still seem to have, so that the search ends
     null_size_margin: float = 2.0  # sizes of vane effects on null flights of this card, for one of another day

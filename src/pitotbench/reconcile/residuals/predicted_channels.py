@@ -213,13 +213,20 @@ def _temperature(track: Track, grid: Grid) -> dict[str, Array]:
     return {"temperature": grid.smooth(track["total_temperature"]) - grid.smooth(expected)}
 
 
-def _kinematic(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
-    force = ("specific_force_x", "specific_force_y", "specific_force_z")
-    if not all(name in track for name in force):
-        return {}
-    felt = np.stack([track[name] for name in force])
+def earth_acceleration(track: Track) -> Array | None:
+    """Return the acceleration toward north, east, down [m/s²], (3, n); None without accelerometers."""
+    if not all(name in track for name in FORCES):
+        return None
+    felt = np.stack([track[name] for name in FORCES])
     earth = body_to_earth(felt, track["roll"], track["pitch"], track["heading"])
     earth[2] += air.GRAVITY
+    return earth
+
+
+def _kinematic(track: Track, grid: Grid, frame: Frame) -> dict[str, Array]:
+    earth = earth_acceleration(track)
+    if earth is None:
+        return {}
     names = ["velocity_north", "velocity_east"] + (["velocity_down"] if "velocity_down" in track else [])
     gap = np.zeros((len(grid), 3))
     for i, name in enumerate(names):

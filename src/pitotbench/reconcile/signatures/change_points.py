@@ -154,19 +154,22 @@ class _Scan:
         return float(self._gains(columns, np.zeros(1, dtype=np.intp), None)[0])
 
     def stretches(self, name: str, columns: Sequence[int], whole: float) -> Iterator[_Stretch]:
-        """The best form of an effect from a time on and the best between two times, where they are worth it."""
+        """The best form of an effect from a time on and the best between two times, where they are worth it.
+
+        What the flight shows without the effect has to contradict it as another flight would have to.
+        """
         if not len(self.starts):
             return
-        penalty = THRESHOLDS.free_size_penalty
+        least = whole + THRESHOLDS.contradicted_from**2
         starts = np.arange(1, len(self.starts) + 1)
         on = self._gains(columns, starts, None)
         best = int(np.argmax(on))
-        if on[best] > whole + penalty:
+        if on[best] > least:
             yield _Stretch(FITTED[f"{name}_from_a_time"], {FROM.name: float(self.times[best])}, float(on[best]))
         begins, ends = np.triu_indices(len(self.starts) + 1, 1)
         between = self._gains(columns, begins, ends)
         last = int(np.argmax(between))
-        if between[last] > max(whole, on[best]) + penalty:
+        if between[last] > max(least, on[best] + THRESHOLDS.free_size_penalty):
             times = np.concatenate([[0.0], self.times])
             shapes = {FROM.name: float(times[begins[last]]), TO.name: float(times[ends[last]])}
             yield _Stretch(FITTED[f"{name}_for_a_time"], shapes, float(between[last]))

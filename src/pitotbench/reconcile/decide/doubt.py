@@ -28,7 +28,7 @@ def calibrated(probabilities: Mapping[str, float], left: float, further: float =
 
 
 def is_named(probabilities: Array) -> Booleans:
-    """Return whether the posterior's own probabilities, (n,), name a cause where the answer closes the gap, (n,)."""
+    """Return whether probabilities of the posterior, (n,), name a cause where the answer closes the gap, (n,)."""
     named: Booleans = most_probable() * _nearer_even(probabilities) > THRESHOLDS.named_from
     return named
 

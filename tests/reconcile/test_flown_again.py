@@ -1,14 +1,21 @@
 """A card flown again: the same airplane is within every tolerance, and a difference shows in its unit."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from pitotbench import Case, air
-from pitotbench.bench.reconcile.reflight import on_its_day
+from pitotbench import Case, air, fly, sense
+from pitotbench.bench.flights import true_correction
+from pitotbench.bench.reconcile.reflight import as_the_log_shows, error_curve_of
+from pitotbench.catalog import Catalog
 from pitotbench.reconcile.card_comparison import compare_cards, features_of
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import lay_out
+from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
+from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT
 
@@ -98,18 +105,46 @@ def fitted(**sizes: float) -> Any:
     """A naming of which only the sizes of the free parameters matter."""
     names = tuple(name.replace("_", " ", 1) if name.startswith("temperature") else name for name in sizes)
     names = tuple("nonstandard_temperature warmer_k" if name == "warmer" else name for name in names)
+    layout = SimpleNamespace(
+        free=SimpleNamespace(names=names),
+        scene=SimpleNamespace(clean={"impact_pressure": np.array([1000.0, 2000.0])}),
+        measured=np.array([True, True]),
+        setting=AnalysisSetting(),
+        curves=(),
+    )
     return SimpleNamespace(
-        layout=SimpleNamespace(free=SimpleNamespace(names=names)),
+        layout=layout,
         fit=SimpleNamespace(columns=()),
         equations=SimpleNamespace(free_sizes=lambda columns: np.array(list(sizes.values()))),
     )
 
 
+def as_shown(card: Case | None, naming: Any) -> Case | None:
+    """The card as a log shows it, with the error curve of the file."""
+    shown = as_the_log_shows(card, naming)
+    return None if shown is None else replace(shown, pressure_error=PressureErrorSpec())
+
+
 def test_a_card_is_flown_on_the_day_that_the_log_shows():
     card = Case(maneuver="circle", temperature_offset=2.0)
     untold = fitted(wind=3.0, temperature_offset=-9.0, warmer=4.0)
-    assert on_its_day(card, untold) == Case(maneuver="circle", temperature_offset=-3.0)
+    assert as_shown(card, untold) == Case(maneuver="circle", temperature_offset=-3.0)
     # Where the header tells the day, an offset is one of the thermometer.
-    assert on_its_day(card, fitted(temperature_offset=-9.0)) == card
-    assert on_its_day(None, untold) is None
-    assert on_its_day(card, fitted(warmer=4.0)) == Case(maneuver="circle", temperature_offset=6.0)  # no thermometer
+    assert as_shown(card, fitted(temperature_offset=-9.0)) == card
+    assert as_shown(None, untold) is None
+    assert as_shown(card, fitted(warmer=4.0)) == Case(maneuver="circle", temperature_offset=6.0)  # no thermometer
+
+
+@pytest.mark.parametrize("parameters", [(-0.060, 0.006, 0.060), (0.10, -0.02, -0.08)])
+def test_a_card_is_flown_with_the_error_curve_that_the_log_shows(parameters: tuple[float, ...]) -> None:
+    """The curve of a log of 80 to 160 kt, an analyst's own, is within 0.4 kt of the one that was flown."""
+    error = PressureErrorSpec(parameters=parameters)
+    case = Case(maneuver="rapid_decel", turbulence="none", pressure_error=error, truth_seed=4713)
+    layout = lay_out(sense(fly(case), "20/20"), None, AnalysisSetting(), Catalog("effect", {}))
+    free = layout.free
+    fit = fit_free_parameters(layout.residuals.values, free, layout.used)
+    found = error_curve_of(layout, dict(zip(free.names, fit.sizes.tolist(), strict=True)))
+    indicated = np.linspace(found.airspeed[2], found.airspeed[-3], 9)
+    apart = true_correction(found, indicated) - true_correction(error, indicated)
+    assert np.abs(true_correction(error, indicated)).max() > 0.5 * KNOT
+    assert np.abs(apart).max() < 0.4 * KNOT

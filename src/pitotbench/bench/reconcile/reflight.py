@@ -1,17 +1,21 @@
 """Fly the card of a log again in the simulator, without and with the patch."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import atan2, hypot, pi
 
+import numpy as np
+
+from pitotbench import air
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.flights import flown  # of a light module: each worker loads it
 from pitotbench.reconcile.card_comparison import compare_cards
 from pitotbench.reconcile.decide.naming import Naming
-from pitotbench.reconcile.residuals.layout import DAY, below_range_end, mean_wind_of
+from pitotbench.reconcile.residuals.free_parameters import curve_of
+from pitotbench.reconcile.residuals.layout import DAY, Layout, below_range_end, mean_wind_of
 from pitotbench.reconcile.residuals.track import track_of
-from pitotbench.records.case import Case, EffectSpec, Wind
+from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.gap import FlownAgain
 from pitotbench.records.log import FlightLog
@@ -19,6 +23,7 @@ from pitotbench.records.log import FlightLog
 FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
 # The free parameters of the temperature, where no header tells it: by its effect on the airplane, and as measured
 WARMER = (f"{DAY} warmer_k", "temperature offset")
+CURVE_POINTS = 24  # of the error curve: between two of them it bends by less than 1e-4 of the impact pressure
 SEED = 760_001  # truth and sensor seeds count up from here
 
 
@@ -43,16 +48,29 @@ def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) 
     return compare_cards(log, logs[:FLIGHTS], logs[FLIGHTS:] or logs[:FLIGHTS])
 
 
-def on_its_day(card: Case | None, naming: Naming) -> Case | None:
-    """Return a card in the temperature that a log shows, where the header of the log does not tell the day.
+def as_the_log_shows(card: Case | None, naming: Naming) -> Case | None:
+    """Return a card with the error curve of a log and, where its header does not tell the day, in its temperature.
 
     The free parameters beside the named effects tell how much warmer the air is than the card says.
     """
+    if card is None:
+        return card
     sizes = dict(zip(naming.layout.free.names, naming.equations.free_sizes(naming.fit.columns), strict=True))
-    if card is None or WARMER[0] not in sizes:
+    card = replace(card, pressure_error=error_curve_of(naming.layout, sizes))
+    if WARMER[0] not in sizes:
         return card
     warmer = sum(float(sizes[name]) for name in WARMER if name in sizes)  # a log may lack the thermometer
     return replace(card, temperature_offset=card.temperature_offset + warmer)
+
+
+def error_curve_of(layout: Layout, sizes: Mapping[str, float]) -> PressureErrorSpec:
+    """Return the error curve that a log shows, over its airspeeds, with `sizes` of its free parameters."""
+    shown = layout.scene.clean["impact_pressure"][layout.measured]
+    indicated = np.linspace(float(shown.min()), float(shown.max()), CURVE_POINTS)
+    share = curve_of(indicated, (*layout.curves, sizes))
+    location = "static" if layout.setting.static_error else "impact"
+    speeds = air.calibrated_airspeed(indicated).tolist()
+    return PressureErrorSpec("table", airspeed=tuple(speeds), values=tuple(share.tolist()), location=location)
 
 
 def wind_of_log(log: FlightLog) -> Wind:

@@ -11,7 +11,7 @@ from pitotbench.bench.reconcile.log_card import as_flown, card_of
 from pitotbench.bench.reconcile.next_flight import advice_of, next_flight_after
 from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, Reconciliation, reconcile_logs
 from pitotbench.bench.reconcile.reconciliation import NamedLog as NamedLog
-from pitotbench.bench.reconcile.reflight import fly_again, on_its_day
+from pitotbench.bench.reconcile.reflight import as_the_log_shows, fly_again
 from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of, settled, with_doubts
 from pitotbench.reconcile.decide.patches import Patch, name_in_case
 from pitotbench.reconcile.picture_data import gap_map, traces, waterfall
@@ -114,14 +114,16 @@ def reconcile_fully(
     patch = patch_of(first, added, looks.shapes, source, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
     flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
+    shown = as_the_log_shows(first.card, first.naming) if refly else None
     if refly:
         say("flying the card again")
-        flown = fly_again(first.logs[first.shown].log, on_its_day(first.card, first.naming), effects)
+        flown = fly_again(first.logs[first.shown].log, shown, effects)
     if refly and refly_holdout and holdout is not None:
         say("flying the card of the held-out log again")
         again = holdout.card or card or card_of(holdout.log.header, aircraft)
         if again is not None and aircraft != "none":
             again = as_flown(again, holdout.log)
+            again = again if shown is None else replace(again, pressure_error=shown.pressure_error)
         flown_holdout = fly_again(holdout.log, again, effects)
     over_time = traces(first.naming)
     account = Account(

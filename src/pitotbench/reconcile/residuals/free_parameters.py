@@ -5,7 +5,7 @@ standard deviation: wide for what nobody knows (wind, curve, sea-level pressure 
 of the usual instrument for a bias.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -166,12 +166,23 @@ def _variations(clean: Track, setting: AnalysisSetting) -> Mapping[str, _Variati
 def without_curve(track: Track, sizes: Mapping[str, float], setting: AnalysisSetting) -> Track:
     """Return a track without an error curve of these sizes; other names are ignored."""
     measured = track["impact_pressure"]
-    share = curve_share(measured, sizes)
-    true = measured / (1.0 - np.clip(share, -LARGEST_ERROR, LARGEST_ERROR))
+    true = _true_pressure(measured, sizes)
     corrected = {"impact_pressure": true}
     if setting.static_error:
         corrected["static_pressure"] = track["static_pressure"] - (true - measured)
     return track.replaced(corrected)
+
+
+def curve_of(impact_pressure: Array, rounds: Iterable[Mapping[str, float]]) -> Array:
+    """Return Δp/q_c at indicated impact pressures [Pa], (n,), of curves that were taken out one after the other."""
+    true = impact_pressure
+    for sizes in rounds:
+        true = _true_pressure(true, sizes)
+    return np.asarray(1.0 - impact_pressure / true)
+
+
+def _true_pressure(indicated: Array, sizes: Mapping[str, float]) -> Array:
+    return np.asarray(indicated / (1.0 - np.clip(curve_share(indicated, sizes), -LARGEST_ERROR, LARGEST_ERROR)))
 
 
 def curve_share(impact_pressure: Array, sizes: Mapping[str, float]) -> Array:

@@ -32,6 +32,7 @@ PASCAL_A_METER = 10.0  # of height near the ground, rounded
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
 DAY = "nonstandard_temperature"  # a gap where the day is told; a free parameter where nobody told it
 USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
+Curves = tuple[Mapping[str, float], ...]
 UNUSABLE = 1e6  # slack of instants that are not used, in the unit of any channel
 
 
@@ -43,7 +44,8 @@ class Layout:
     the places to examine, and `shapes` (n, k) the values that each cell has at the instants. `measured` marks the
     rows of the track whose air data lie below the end of their sensor's range. `subtracted` is what the residuals
     were before, less what they are, by effects that are in the model and that neither the track nor the scene
-    holds, (n, c) or 0. `in_model` holds the sizes of the effects in the model, by effect and parameter.
+    holds, (n, c) or 0. `in_model` holds the sizes of the effects in the model, by effect and parameter. `curves`
+    are the sizes of the error curves that were taken out of the track, one after the other.
     """
 
     checked: CheckedLog
@@ -58,6 +60,7 @@ class Layout:
     setting: AnalysisSetting
     subtracted: Array | float = 0.0
     in_model: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    curves: Curves = ()
 
     @property
     def grid(self) -> Grid:
@@ -97,8 +100,8 @@ def lay_out(
     checked = check_log(log)
     track = track_of(log, checked.fresh)
     measured = below_range_end(track, log)
-    track = without_error_curve(track, measured, setting)
-    return _laid_out(checked, track, measured, aircraft, setting, effects)
+    track, curves = without_error_curve(track, measured, setting)
+    return replace(_laid_out(checked, track, measured, aircraft, setting, effects), curves=curves)
 
 
 def with_aircraft(layout: Layout, aircraft: AircraftModel, kept: Mapping[Overlay, Array] | None = None) -> Layout:
@@ -107,7 +110,8 @@ def with_aircraft(layout: Layout, aircraft: AircraftModel, kept: Mapping[Overlay
     `kept` holds the changes of the reaction by overlays that are the same on both aircraft.
     """
     checked, track, measured = layout.checked, layout.track, layout.measured
-    return _laid_out(checked, track, measured, aircraft, layout.setting, WHOLE_FLIGHT, kept)
+    laid = _laid_out(checked, track, measured, aircraft, layout.setting, WHOLE_FLIGHT, kept)
+    return replace(laid, curves=layout.curves)
 
 
 def _laid_out(
@@ -142,20 +146,22 @@ def _laid_out(
     return Layout(checked, track, measured, scene, residuals, free, signatures, places, shapes, setting)
 
 
-def without_error_curve(track: Track, measured: Booleans, setting: AnalysisSetting) -> Track:
+def without_error_curve(track: Track, measured: Booleans, setting: AnalysisSetting) -> tuple[Track, Curves]:
     """Return the track without the error curve that its wind triangle shows on the rows `measured`, (m,).
 
-    All later steps are linear in the remaining curve. Forces follow the product of pressure and angles, so that a
-    large curve would otherwise look like drag.
+    The second is what was taken out. All later steps are linear in the remaining curve. Forces follow the product
+    of pressure and angles, so that a large curve would otherwise look like drag.
     """
+    curves: list[Mapping[str, float]] = []
     for _ in range(CURVE_ROUNDS):
         scene = set_scene(track, mean_wind_of(track, measured), None, None)
         values = scene.residuals_of(track).values
         free = free_parameters_of(scene, setting, np.zeros((len(scene.grid), 0)))
         usable = _usable(track, measured, scene.grid, setting)
         sizes = fit_free_parameters(values, free, np.broadcast_to(usable[:, None], values.shape)).sizes
-        track = without_curve(track, dict(zip(free.names, sizes.tolist(), strict=True)), setting)
-    return track
+        curves.append(dict(zip(free.names, sizes.tolist(), strict=True)))
+        track = without_curve(track, curves[-1], setting)
+    return track, tuple(curves)
 
 
 def below_range_end(track: Track, log: FlightLog) -> Booleans:

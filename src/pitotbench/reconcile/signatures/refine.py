@@ -76,11 +76,13 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
     if not any(isinstance(effect_of(name), SensorEffect) and sizes for name, sizes in entries.items()):
         return original
     old = original.scene
-    track, clean = original.track, old.clean
+    track, clean, curves = original.track, old.clean, original.curves
     for _ in range(UNDOINGS):
         shift = _shift(clean, entries)
         undone = {name: original.track[name] - moved for name, moved in shift.items()}
-        track = without_error_curve(original.track.replaced(undone), original.measured, original.setting)
+        bare = original.track.replaced(undone)
+        track, further = without_error_curve(bare, original.measured, original.setting)
+        curves = (*original.curves, *further)
         clean = clean_track(track, mean_wind_of(track, original.measured))
     scene = replace(old, clean=clean, force_model=_moved_along(track, old.force_model))
     scene = replace(scene, base=channel_residuals(clean, scene.grid, scene.frame, scene.replay))
@@ -93,6 +95,7 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
         residuals=replace(original.residuals, values=values),
         free=free.with_columns(original.free.beyond(free.names)),
         signatures=tuple(_from_scene(scene, s) for s in original.signatures),
+        curves=curves,
     )
 
 

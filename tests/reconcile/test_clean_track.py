@@ -8,9 +8,11 @@ import pytest
 from pitotbench import Case, fly
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.effects import EFFECTS
+from pitotbench.reconcile.residuals.clean import clean_track
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import noise_of_log
+from pitotbench.reconcile.residuals.track import track_of
 from pitotbench.reconcile.signatures.signatures import residual_change
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.flight import Flight
@@ -60,3 +62,19 @@ def test_a_flight_that_cannot_show_a_lag_does_not_claim_to(lag: str) -> None:
     claimed, done = claimed_and_done(circle, "20/1", lag)
     assert np.linalg.norm(done) < 2.0
     assert np.linalg.norm(claimed) < 3.0
+
+
+def test_accelerometers_that_shake_are_not_used() -> None:
+    """The noise of 3 m/s² would wander by 0.4 m/s within the window, where a fix is known to 0.05 m/s."""
+    flight = fly(Case(maneuver="rapid_decel", turbulence="none", truth_seed=4712))
+
+    def with_and_without(noise: float) -> tuple[Array, Array]:
+        track = track_of(record(flight, replace(data_system("50/10"), acceleration_noise=noise), 4713))
+        others = {name: values for name, values in track.channels.items() if not name.startswith("specific_force")}
+        without = replace(track, channels=others)
+        north = [clean_track(each, np.zeros(3))["velocity_north"] for each in (track, without)]
+        return north[0], north[1]
+
+    quiet, shaken = with_and_without(0.03), with_and_without(3.0)
+    assert np.abs(quiet[0] - quiet[1]).max() > 0.05
+    assert np.array_equal(*shaken)

@@ -26,6 +26,7 @@ WINDOW = 3.0  # s, of the local parabolas
 GPS_WINDOW = 4.5
 # s, of what a slow sensor reads less what quick ones predict: long, for the prediction holds the quick changes.
 SLOW_WINDOW = 20.0
+WANDER = 0.2  # deviation of a random walk from its local parabolas, over √window: 0.20 to 0.21 by simulation
 VELOCITY = ("velocity_north", "velocity_east", "velocity_down")
 UNSMOOTHED = ("throttle_left", "throttle_right", "mass")  # steps of these channels are real
 
@@ -44,9 +45,9 @@ def clean_track(track: Track, wind: Array) -> Track:
 
 
 def _velocity(track: Track) -> Mapping[str, Array]:
-    """Ground velocity whose quick changes come from the accelerometers; empty without these."""
+    """Ground velocity with the quick changes of the accelerometers; empty without these, or where they shake."""
     acceleration = earth_acceleration(track)
-    if acceleration is None:
+    if acceleration is None or _shaken(track, acceleration):
         return {}
     gained = cumulative_trapezoid(acceleration, dx=track.row_period, initial=0)
     return {
@@ -54,6 +55,17 @@ def _velocity(track: Track) -> Mapping[str, Array]:
         for i, name in enumerate(VELOCITY)
         if name in track
     }
+
+
+def _shaken(track: Track, acceleration: Array) -> bool:
+    """Whether the noise of accelerometers, integrated over the window, is above that of a single GPS fix.
+
+    Differences of neighbors show the noise: twice its variance, and 20 times that of a fix in third differences.
+    """
+    names = [name for name in VELOCITY if name in track]
+    a_second = np.diff(acceleration[: len(names)], axis=1).std() * np.sqrt(0.5 * track.row_period)
+    fixes = np.stack([track[name][track.fix] for name in names])
+    return bool(WANDER * a_second * np.sqrt(SLOW_WINDOW) > np.diff(fixes, 3, axis=1).std() / np.sqrt(20.0))
 
 
 def _static_pressure(track: Track, smooth: Track) -> Array:

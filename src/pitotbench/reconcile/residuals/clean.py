@@ -5,7 +5,7 @@ would correlate: a lag of this noise looks like a lag of the airplane. Noise in 
 knowledge: on a circle at a constant airspeed, which cannot show a lag, one of 0.25 s seemed to be worth 6σ.
 Therefore only the slow changes of a channel come from its own sensor, and the quick ones from the sensors that
 feel them best (complementary filters: Higgins 1975). Those of the ground velocity come from the accelerometers,
-those of the pressure height from the vertical speed, those of the temperature from height and airspeed. Impact
+those of the two heights from the vertical speed, those of the temperature from height and airspeed. Impact
 pressure is that of ground velocity and wind. All else is smoothed by local parabolas (Savitzky and Golay 1964).
 """
 
@@ -41,7 +41,8 @@ def clean_track(track: Track, wind: Array) -> Track:
     smooth = smooth.replaced(_impact_pressure(smooth, wind))
     smooth = smooth.replaced(_total_temperature(track, smooth))
     slow = [name for name in GPS_CHANNELS if name in track and name not in velocity]
-    return smooth.replaced({name: _smoothed(track, track[name], GPS_WINDOW) for name in slow})
+    smooth = smooth.replaced({name: _smoothed(track, track[name], GPS_WINDOW) for name in slow})
+    return smooth.replaced(_altitude(track, smooth))
 
 
 def _velocity(track: Track) -> Mapping[str, Array]:
@@ -74,6 +75,14 @@ def _static_pressure(track: Track, smooth: Track) -> Array:
     climbed = -np.cumsum(down) * track.row_period
     height = air.pressure_altitude(track["static_pressure"])
     return air.standard_pressure(climbed + _smoothed(track, height - climbed, SLOW_WINDOW))
+
+
+def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
+    """GPS altitude whose quick changes come from the vertical velocity; empty without one of the two."""
+    if "altitude" not in track or "velocity_down" not in track:
+        return {}
+    climbed = -cumulative_trapezoid(smooth["velocity_down"], dx=track.row_period, initial=0)
+    return {"altitude": climbed + _smoothed(track, track["altitude"] - climbed, SLOW_WINDOW)}
 
 
 def _total_temperature(track: Track, smooth: Track) -> Mapping[str, Array]:

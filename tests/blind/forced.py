@@ -3,7 +3,7 @@
 python -m tests.blind.forced --logs out/blind/logs --results out/blind/results.jsonl --seal out/blind/seal
 The cases are those of one flight with one effect that was named rightly and of which another flight was held out.
 Into each, `--wrong` effects are forced one after the other at the sizes that fit the log best. They are drawn among
-those that improve the log and whose cause is neither the hidden one nor one that the answer leaves beside it.
+those that improve the log at a plausible size, and whose cause is neither the hidden one nor left by the answer.
 """
 
 import argparse
@@ -23,6 +23,7 @@ from pitotbench.bench.reconcile.reconciliation import reconcile_log
 from pitotbench.logbook import read_log
 from pitotbench.reconcile.decide.judgment import hold_out
 from pitotbench.reconcile.decide.scoring import significance
+from pitotbench.reconcile.decide.sizes import is_in_range
 from pitotbench.reconcile.signatures.hypotheses import returns
 from pitotbench.reconcile.signatures.signatures import columns_of
 
@@ -39,8 +40,9 @@ def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapp
             continue
         found, other = reconcile_log(read_log(logs / f"{name}.parquet"), "navajo"), read_log(held)
         naming, aircraft = found.naming, aircraft_model("navajo")
-        columns = columns_of(naming.layout.signatures)
-        fits = {n: naming.equations.fit(own) for n, own in columns.items() if returns(n)}
+        signatures = naming.layout.signatures
+        fits = {n: naming.equations.fit(own) for n, own in columns_of(signatures).items() if returns(n)}
+        fits = {n: fit for n, fit in fits.items() if is_in_range(signatures, fit)}
         likely = {model_of(c) for c, p in naming.answer.probabilities.items() if p > 0.01}
         open_to = [n for n, f in fits.items() if significance(f) > SEEN and model_of(n) not in case.wanted | likely]
         random = np.random.default_rng(crc32(name.encode()))

@@ -6,7 +6,6 @@ Into each, `--wrong` effects are forced one after the other at the sizes that fi
 those that improve the log at a plausible size, and whose cause is neither the hidden one nor left by the answer.
 """
 
-import argparse
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -16,7 +15,7 @@ from zlib import crc32
 
 import numpy as np
 from tests.blind.case import JudgedCase, model_of
-from tests.blind.score import opened
+from tests.blind.score import judged_cases
 
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.reconciliation import reconcile_log
@@ -60,16 +59,8 @@ def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapp
 
 
 if __name__ == "__main__":
-    made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    made.add_argument("--logs", type=Path, required=True)
-    made.add_argument("--results", type=Path, required=True)
-    made.add_argument("--seal", type=Path, required=True)
-    made.add_argument("--wrong", type=int, default=4, help="effects forced into each case")
-    options = made.parse_args()
-    truth = {c["name"]: c for c in opened(options.seal)["cases"]}
-    lines = [json.loads(line) for line in options.results.read_text("utf-8").splitlines()]
+    place, judged, asked = judged_cases(__doc__, "--wrong", 4)
     below = 0
-    judged = [JudgedCase(truth[each["name"]], each) for each in lines]
-    for count, line in enumerate(forced(options.logs, judged, options.wrong), start=1):
+    for count, line in enumerate(forced(place, judged, asked), start=1):
         below += line["closure"] < CLOSES
         print(json.dumps(line), f"below {CLOSES}: {below} of {count}", flush=True)

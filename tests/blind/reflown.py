@@ -6,7 +6,6 @@ mean square over the segments of the card, of measured less simulated, in units 
 the chance itself is taken out.
 """
 
-import argparse
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 from tests.blind.case import JudgedCase
 from tests.blind.outside_airplane import HIDDEN_EFFECTS
-from tests.blind.score import opened
+from tests.blind.score import judged_cases
 
 from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
 from pitotbench.effects import FORMS, Effect, SensorEffect
@@ -64,16 +63,8 @@ def reflown(logs: Path, cases: Sequence[JudgedCase], most: int) -> Iterator[Mapp
 
 
 if __name__ == "__main__":
-    made = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    made.add_argument("--logs", type=Path, required=True)
-    made.add_argument("--results", type=Path, required=True)
-    made.add_argument("--seal", type=Path, required=True)
-    made.add_argument("--most", type=int, default=20)
-    options = made.parse_args()
-    truth = {c["name"]: c for c in opened(options.seal)["cases"]}
-    lines = [json.loads(line) for line in options.results.read_text("utf-8").splitlines()]
-    judged = [JudgedCase(truth[each["name"]], each) for each in lines]
+    place, judged, asked = judged_cases(__doc__, "--most", 20)
     closed = 0
-    for count, line in enumerate(reflown(options.logs, judged, options.most), start=1):
+    for count, line in enumerate(reflown(place, judged, asked), start=1):
         closed += line["after"] <= 0.1 * line["before"]
         print(json.dumps(line), f"closed to a tenth: {closed} of {count}", flush=True)

@@ -41,6 +41,16 @@ def joined(
     ]
 
 
+def judged_cases(description: str | None, most: str, default: int) -> tuple[Path, list[JudgedCase], int]:
+    """What the command line of a measurement asks for: the folder of logs, the cases, and the value of `most`."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for path in ("--logs", "--results", "--seal"):
+        parser.add_argument(path, type=Path, required=True)
+    parser.add_argument(most, dest="most", type=int, default=default)
+    options = parser.parse_args()
+    return options.logs, joined(opened(options.seal), options.results), options.most
+
+
 def _lines(path: Path | None) -> dict[str, dict[str, Any]]:
     """Lines of JSON by name; none for a file that is not there."""
     if path is None or not path.is_file():

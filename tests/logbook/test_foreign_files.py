@@ -103,10 +103,11 @@ def test_a_struct_of_channels_with_units(tmp_path):
     assert set(read_mat(path).units) == {"SI"}
 
 
-def test_jsbsims_own_output(tmp_path):
+def test_jsbsims_own_output(tmp_path, monkeypatch):
     """A file that JSBSim itself writes."""
     import jsbsim
 
+    monkeypatch.chdir(tmp_path)  # the c172x of JSBSim's library writes a file of its own where it flies
     fdm = jsbsim.FGFDMExec(None)
     fdm.set_debug_level(0)
     fdm.load_model("c172x")

@@ -2,22 +2,25 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from pitotbench import Case, air, fly, sense
 from pitotbench.bench.flights import true_correction
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.reflight import as_the_log_shows, error_curve_of
 from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.card_comparison import compare_cards, features_of
+from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import lay_out
+from pitotbench.reconcile.residuals.layout import DAY, lay_out
 from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.log import FlightLog
-from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT
 
 LEG, DECEL = "leg 150 kt 000°", "decel 1"
 
@@ -105,9 +108,12 @@ def fitted(**sizes: float) -> Any:
     """A naming of which only the sizes of the free parameters matter."""
     names = tuple(name.replace("_", " ", 1) if name.startswith("temperature") else name for name in sizes)
     names = tuple("nonstandard_temperature warmer_k" if name == "warmer" else name for name in names)
+    clean = {"impact_pressure": np.array([1000.0, 2000.0]), "static_pressure": np.full(2, 101_325.0)}
     layout = SimpleNamespace(
         free=SimpleNamespace(names=names),
-        scene=SimpleNamespace(clean={"impact_pressure": np.array([1000.0, 2000.0])}),
+        scene=SimpleNamespace(
+            clean={"impact_pressure": np.array([1000.0, 2000.0]), "static_pressure": np.full(2, 101_325.0)}
+        ),
         measured=np.array([True, True]),
         setting=AnalysisSetting(),
         curves=(),
@@ -148,3 +154,22 @@ def test_a_card_is_flown_with_the_error_curve_that_the_log_shows(parameters: tup
     apart = true_correction(found, indicated) - true_correction(error, indicated)
     assert np.abs(true_correction(error, indicated)).max() > 0.5 * KNOT
     assert np.abs(apart).max() < 0.4 * KNOT
+
+
+@pytest.mark.parametrize(("offset", "feet"), [(14.0, 8000.0), (-12.0, 4000.0)])
+def test_a_card_is_flown_in_the_temperature_of_the_flight(offset: float, feet: float) -> None:
+    """Counted from the standard day at the pressure height, the temperature was 0.3 and 0.8 K off."""
+    case = Case(maneuver="rapid_decel", turbulence="none", altitude=feet * FOOT, temperature_offset=offset)
+    untold = AnalysisSetting()
+    layout = lay_out(
+        sense(fly(case), "20/20"), aircraft_model("navajo"), untold, Catalog("effect", {DAY: EFFECTS[DAY]})
+    )
+    fit = fit_free_parameters(layout.residuals.values, layout.free, layout.used)
+    naming = SimpleNamespace(
+        layout=layout,
+        fit=SimpleNamespace(columns=()),
+        equations=SimpleNamespace(free_sizes=lambda columns: fit.sizes),
+    )
+    shown = as_the_log_shows(replace(case, temperature_offset=0.0), cast(Naming, naming))
+    assert shown is not None
+    assert shown.temperature_offset == pytest.approx(offset, abs=0.1)

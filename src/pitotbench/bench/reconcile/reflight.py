@@ -22,8 +22,8 @@ from pitotbench.records.log import FlightLog
 
 FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
 # The free parameters of the temperature, where no header tells it: by its effect on the airplane, and as measured
-WARMER = (f"{DAY} warmer_k", "temperature offset")
-CURVE_POINTS = 24  # of the error curve: between two of them it bends by less than 1e-4 of the impact pressure
+WARMER, MEASURED_WARMER = f"{DAY} warmer_k", "temperature offset"
+CURVE_POINTS = 96  # of the error curve: lines between them are within 0.01 kt of it, for errors of up to 0.15 q_c
 SEED = 760_001  # truth and sensor seeds count up from here
 
 
@@ -55,16 +55,24 @@ def as_the_log_shows(card: Case | None, naming: Naming) -> Case | None:
     """
     if card is None:
         return card
-    sizes = dict(zip(naming.layout.free.names, naming.equations.free_sizes(naming.fit.columns), strict=True))
-    card = replace(card, pressure_error=error_curve_of(naming.layout, sizes))
-    if WARMER[0] not in sizes:
+    layout = naming.layout
+    sizes = dict(zip(layout.free.names, naming.equations.free_sizes(naming.fit.columns), strict=True))
+    card = replace(card, pressure_error=error_curve_of(layout, sizes))
+    if WARMER not in sizes:
         return card
-    warmer = sum(float(sizes[name]) for name in WARMER if name in sizes)  # a log may lack the thermometer
-    return replace(card, temperature_offset=card.temperature_offset + warmer)
+    # A card counts from the standard day at its geometric height, a log from that at its pressure height. In warmer
+    # air a pressure lies higher, where the standard day is cooler.
+    height = air.pressure_altitude(layout.scene.clean["static_pressure"])
+    steeper = air.SEA_LEVEL_TEMPERATURE / float(np.mean(air.standard_temperature(height)))
+    measured = sizes.get(MEASURED_WARMER, 0.0)  # a log may lack the thermometer
+    return replace(card, temperature_offset=card.temperature_offset + sizes[WARMER] + steeper * measured)
 
 
 def error_curve_of(layout: Layout, sizes: Mapping[str, float]) -> PressureErrorSpec:
-    """Return the error curve that a log shows, over its airspeeds, with `sizes` of its free parameters."""
+    """Return the error curve that a log shows, with `sizes` of its free parameters.
+
+    It reaches over the airspeeds of the log as they are after correction, and is constant beyond them.
+    """
     shown = layout.scene.clean["impact_pressure"][layout.measured]
     indicated = np.linspace(float(shown.min()), float(shown.max()), CURVE_POINTS)
     share = curve_of(indicated, (*layout.curves, sizes))

@@ -45,17 +45,23 @@ def clean_track(track: Track, wind: Array) -> Track:
     return smooth.replaced(_altitude(track, smooth))
 
 
+def _complemented(track: Track, measured: Array, predicted: Array) -> Array:
+    """The quick changes of a prediction, with the slow ones of what a channel measures."""
+    return predicted + _smoothed(track, measured - predicted, SLOW_WINDOW)
+
+
+def _gained(track: Track, rate: Array) -> Array:
+    """The integral of a rate over the rows, from zero; by trapezoids, for rectangles are half a row late."""
+    return np.asarray(cumulative_trapezoid(rate, dx=track.row_period, initial=0))
+
+
 def _velocity(track: Track) -> Mapping[str, Array]:
     """Ground velocity with the quick changes of the accelerometers; empty without these, or where they shake."""
     acceleration = earth_acceleration(track)
     if acceleration is None or _shaken(track, acceleration):
         return {}
-    gained = cumulative_trapezoid(acceleration, dx=track.row_period, initial=0)
-    return {
-        name: gained[i] + _smoothed(track, track[name] - gained[i], SLOW_WINDOW)
-        for i, name in enumerate(VELOCITY)
-        if name in track
-    }
+    gained = _gained(track, acceleration)
+    return {name: _complemented(track, track[name], gained[i]) for i, name in enumerate(VELOCITY) if name in track}
 
 
 def _shaken(track: Track, acceleration: Array) -> bool:
@@ -72,17 +78,15 @@ def _shaken(track: Track, acceleration: Array) -> bool:
 def _static_pressure(track: Track, smooth: Track) -> Array:
     """Static pressure whose quick changes come from the vertical speed and not from sensor noise."""
     down = smooth["velocity_down"] if "velocity_down" in smooth else air_velocity(smooth)[2]
-    climbed = -np.cumsum(down) * track.row_period
     height = air.pressure_altitude(track["static_pressure"])
-    return air.standard_pressure(climbed + _smoothed(track, height - climbed, SLOW_WINDOW))
+    return air.standard_pressure(_complemented(track, height, -_gained(track, down)))
 
 
 def _altitude(track: Track, smooth: Track) -> Mapping[str, Array]:
     """GPS altitude whose quick changes come from the vertical velocity; empty without one of the two."""
     if "altitude" not in track or "velocity_down" not in track:
         return {}
-    climbed = -cumulative_trapezoid(smooth["velocity_down"], dx=track.row_period, initial=0)
-    return {"altitude": climbed + _smoothed(track, track["altitude"] - climbed, SLOW_WINDOW)}
+    return {"altitude": _complemented(track, track["altitude"], -_gained(track, smooth["velocity_down"]))}
 
 
 def _total_temperature(track: Track, smooth: Track) -> Mapping[str, Array]:
@@ -91,7 +95,7 @@ def _total_temperature(track: Track, smooth: Track) -> Mapping[str, Array]:
         return {}
     standard = air.standard_temperature(air.pressure_altitude(smooth["static_pressure"]))
     expected = air.total_temperature(standard, mach_number(smooth))
-    return {"total_temperature": expected + _smoothed(track, track["total_temperature"] - expected, SLOW_WINDOW)}
+    return {"total_temperature": _complemented(track, track["total_temperature"], expected)}
 
 
 def _smoothed(track: Track, values: Array, window: float) -> Array:

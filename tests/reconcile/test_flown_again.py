@@ -111,9 +111,7 @@ def fitted(**sizes: float) -> Any:
     clean = {"impact_pressure": np.array([1000.0, 2000.0]), "static_pressure": np.full(2, 101_325.0)}
     layout = SimpleNamespace(
         free=SimpleNamespace(names=names),
-        scene=SimpleNamespace(
-            clean={"impact_pressure": np.array([1000.0, 2000.0]), "static_pressure": np.full(2, 101_325.0)}
-        ),
+        scene=SimpleNamespace(clean=clean),
         measured=np.array([True, True]),
         setting=AnalysisSetting(),
         curves=(),

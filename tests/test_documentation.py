@@ -1,9 +1,19 @@
 """The pages written by hand agree with each other and with the code."""
 
 import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from pitotbench import Case
+from pitotbench.records.case_file import case_table
+from pitotbench.simulate import MANEUVERS
+from pitotbench.simulate.maneuvers.card import Card
+from pitotbench.units import from_si
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -47,3 +57,48 @@ def test_the_glossary_explains_each_term_once() -> None:
     terms = [row.split("|")[1].strip() for row in rows if not row.startswith(("|---", "| term |"))]
     assert len(terms) > 40
     assert len(terms) == len(set(terms))
+
+
+def entries_of(text: str) -> dict[str, Any]:
+    """The entries of a table of the page on cases, with their defaults; `none` is an empty list."""
+    rows = re.findall(r"^\| (`[^|]+`) \| ([^|]+) \|", text, re.MULTILINE)
+    told = {}
+    for names, default in rows:
+        for name in re.findall(r"`(\w+)`", names):
+            written = default.strip().strip("`")
+            told[name] = [] if written == "none" else tomllib.loads(f"a = {written}")["a"]
+    return told
+
+
+def card_entries(card: Card) -> dict[str, Any]:
+    """The numbers of a card as a case file writes them."""
+    written: dict[str, Any] = {}
+    for entry in fields(card):
+        suffix, value = entry.metadata.get("suffix"), getattr(card, entry.name)
+        many = [value] if not isinstance(value, tuple) else list(value)
+        many = [float(f"{from_si(v, suffix):.6g}") if suffix else v for v in many]
+        written[f"{entry.name}_{suffix}" if suffix else entry.name] = many if isinstance(value, tuple) else many[0]
+    return written
+
+
+def test_the_page_on_cases_holds_every_entry_with_its_default() -> None:
+    parts = dict(part.split("\n", 1) for part in (DOCS / "case.md").read_text(encoding="utf-8").split("\n## ")[1:])
+    case = case_table(Case())
+    sections = {name: case.pop(name) for name in ("wind", "pressure_error", "das")}
+    del case["card"], case["accuracy"]
+    assert entries_of(parts["The flight"]) == case
+    for name, section in sections.items():
+        assert entries_of(parts[f"`[{name}]`"]) == section
+
+
+def test_the_page_on_cases_holds_every_number_of_every_card() -> None:
+    page = (DOCS / "case.md").read_text(encoding="utf-8").partition("## `[card]`")[2]
+    shared, _, each = page.partition("| maneuver |")
+    common: Mapping[str, Any] = entries_of(shared)
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.+) \|$", each, re.MULTILINE))
+    assert set(rows) == set(MANEUVERS)
+    for name, row in rows.items():
+        own = {
+            key: tomllib.loads(f"a = {value}")["a"] for key, value in re.findall(r"`(\w+)` ([-\d.]+|\[.+?\])", row)
+        }
+        assert {**common, **own} == card_entries(MANEUVERS[name].card), name

@@ -17,9 +17,11 @@ class Excitation:
         return f"{self.text} ({', '.join(self.maneuvers)})"
 
 
-CHANGING_AIRSPEED = Excitation(("rapid_decel",), "repeated decelerations and accelerations, both ways")
+CHANGING_AIRSPEED = Excitation(
+    ("rapid_decel",), "idle decelerations on opposite headings, and the acceleration between them"
+)
 CHANGING_HEIGHT = Excitation(("diagnostic",), "a climb and a descent at constant airspeed")
-TURNING = Excitation(("circle", "figure_eight"), "full circles at 30° of bank, both ways")
+TURNING = Excitation(("circle", "figure_eight"), "full circles at 30° of bank to one side, or at 45° to both")
 SIDESLIP = Excitation(("diagnostic",), "steady-heading sideslips to both sides")
 POWER = Excitation(("diagnostic",), "one airspeed with high and low power, in a climb and a descent")
 RANGE_OF_AIRSPEED = Excitation(("four_leg",), "level flight from the highest to the lowest airspeed")

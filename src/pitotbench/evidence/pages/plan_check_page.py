@@ -52,8 +52,8 @@ _HEIGHTS = """
 GPS height shows an error of the static source too (the altitude equation, [method.md](method.md)). The same
 comparison at 3,350 ft in light turbulence (0.5 m/s), 20/1 Hz, with a receiver that stands alone. Its height has a
 white error of 0.3 m and a slow one of 2 m over 90 s, its velocity a white one of 0.05 m/s. *Triangle* uses neither
-the height nor the vertical velocity. (Its bounds are two to three times those above: the gusts are 2.6 times as strong
-here.) {flights} flights a cell (seeds from 1);
+the height nor the vertical velocity. (Its bounds are two to three times those above: the gusts are 2.6 times as
+strong here.) {flights} flights a cell (seeds from 1);
 `python scripts/check_plan.py --height-only` prints this table.
 
 {verdict}
@@ -68,8 +68,8 @@ _PAGE = """# What to fly: forecasts against flights
 in JSBSim's turbulence and calibrated, with the noise unknown to the calibrator. ±2σ is the mean over 100 to
 160 KIAS; the standard error is that of the flown mean. *Flown / Step Decrease, equal minutes* is the ratio of the
 flown ±2σ to that of Step Decrease with the same data system; both are scaled to equal minutes by the square root
-of time. All flights are at 6,000 ft, where light turbulence is 0.19 m/s (1σ) and moderate 0.72 m/s, and the error acts on
-the impact pressure alone.
+of time. All flights are at 6,000 ft, where light turbulence is 0.19 m/s (1σ) and moderate 0.72 m/s, and the error
+acts on the impact pressure alone.
 
 {verdict}
 

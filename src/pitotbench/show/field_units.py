@@ -52,6 +52,12 @@ VARIABLES = {
 }
 
 
+def unit_without_mass(channel: str) -> FieldUnit:
+    """Return the unit of a residual channel where no mass turns a specific force into a force."""
+    unit = CHANNELS[channel]
+    return FieldUnit(unit.name, WITHOUT_MASS.unit, WITHOUT_MASS.factor) if is_force(channel) else unit
+
+
 def is_force(channel: str) -> bool:
     """Whether a channel is a force a mass, which the mass turns into pounds."""
     return channel.startswith("specific_force")

@@ -9,6 +9,7 @@ from matplotlib.patches import Rectangle
 
 from pitotbench.records.gap import Account, GapMap, History, Trace
 from pitotbench.records.verdict import Closure, Located
+from pitotbench.show.field_units import unit_without_mass
 from pitotbench.show.quantity_words import words
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, RED, Panel, broken, canvas, panel, svg, thin
 from pitotbench.show.unused_instants import shade_unused
@@ -130,21 +131,23 @@ def _clearness(trace: Trace) -> float:
 
 
 def _trace_panel(trace: Trace) -> Panel:
-    return panel(words(trace.channel).capitalize(), lambda axes: draw_trace(axes, trace))
+    name = unit_without_mass(trace.channel).name
+    return panel(f"{name[0].upper()}{name[1:]}", lambda axes: draw_trace(axes, trace))
 
 
 def draw_trace(axes: Axes, trace: Trace) -> None:
     """Draw a residual channel, and its means over a few seconds and the change by the patch where it was used."""
-    since, used = trace.time - trace.time[0], trace.used
+    since, used, shown = trace.time - trace.time[0], trace.used, unit_without_mass(trace.channel)
+    measured, patched = trace.gap / shown.factor, trace.explained / shown.factor
     shade_unused(axes, since / 60.0, used)
-    low, high = np.nanpercentile(trace.gap[used], [0.5, 99.5])
-    time, gap, explained = broken(since, trace.gap, np.where(used, trace.explained, np.nan))
+    low, high = np.nanpercentile(measured[used], [0.5, 99.5])
+    time, gap, explained = broken(since, measured, np.where(used, patched, np.nan))
     axes.plot(time / 60.0, np.clip(gap, low, high), color="#BBBBBB", lw=0.5, label="measured − simulated")
-    middle = broken(*_averaged(since[used], trace.gap[used]))
+    middle = broken(*_averaged(since[used], measured[used]))
     axes.plot(middle[0] / 60.0, middle[1], color=BLUE, lw=1.1, label=f"{BIN:g} s means")
     if np.any(trace.explained):
         axes.plot(time / 60.0, explained, color=RED, lw=1.1, label="change by the patch")
-    axes.set(xlabel="time [min]", ylabel=f"{words(trace.channel)}{f' [{trace.unit}]' if trace.unit else ''}")
+    axes.set(xlabel="time [min]", ylabel=f"{shown.name} [{shown.unit}]")
 
 
 def _averaged(time: Array, values: Array) -> tuple[Array, Array]:

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.gap import TellingChannel
-from pitotbench.show.field_units import CHANNELS, VARIABLES, WITHOUT_MASS, FieldUnit, is_force
+from pitotbench.show.field_units import CHANNELS, VARIABLES, FieldUnit, is_force, unit_without_mass
 from pitotbench.show.style import BLUE, GREY, NARROW, PALE, RED, Panel, broken, panel, thin
 from pitotbench.show.unused_instants import shade_unused
 from pitotbench.units import NAUTICAL_MILE, Array
@@ -63,10 +63,7 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
 
 
 def _unit(telling: TellingChannel) -> FieldUnit:
-    unit = CHANNELS[telling.channel]
-    if is_force(telling.channel) and telling.mass is None:
-        return FieldUnit(unit.name, WITHOUT_MASS.unit, WITHOUT_MASS.factor)
-    return unit
+    return CHANNELS[telling.channel] if telling.mass is not None else unit_without_mass(telling.channel)
 
 
 def _in_field_units(telling: TellingChannel, unit: FieldUnit) -> tuple[Array, Array, float]:

@@ -182,7 +182,16 @@ def test_without_null_flights_the_answer_asks_for_another_flight():
 def test_the_page_stands_alone_and_holds_every_part():
     page = account_page(account())
     assert not re.search(r'(src|href)="(?!#|data:)', page)
-    for part in ("σ", "thrust less drag [g]", "[min]", "inHg", "rows every 0.02 s", "stands at 900 Pa", "lag 0.08 s", "no card"):
+    for part in (
+        "σ",
+        "thrust less drag [g]",
+        "[min]",
+        "inHg",
+        "rows every 0.02 s",
+        "stands at 900 Pa",
+        "lag 0.08 s",
+        "no card",
+    ):
         assert part in page, part
     assert "<td>25</td><td>97</td><td>98</td>" in page
     assert ">nan<" not in page

@@ -68,6 +68,7 @@ def _shipped_time(steps: int) -> float:
     fdm, _ = load_fdm(SHIPPED, library() / "aircraft" / SHIPPED, USUAL_RATE, parts)
     for path, value in (("ic/h-sl-ft", 6000.0), ("ic/vc-kts", SHIPPED_SPEED), ("fcs/mixture-cmd-norm", 1.0)):
         fdm[path] = value
+    fdm.disable_output()  # its file asks for a log of its own, in the folder where it flies
     fdm.run_ic()
     fdm["propulsion/set-running"] = -1
     fdm["fcs/throttle-cmd-norm"] = 0.7

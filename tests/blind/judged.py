@@ -20,6 +20,7 @@ from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
 from pitotbench.bench.reconcile.workflow import FullReconciliation, NamedLog, reconcile_fully
 from pitotbench.logbook import read_log
 from pitotbench.reconcile.decide.judgment import hold_out
+from pitotbench.reconcile.signatures.hypotheses import returns
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import SURE, Closure
@@ -67,7 +68,12 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None, advise
     if advise and told["kind"] == "one_of" and len(paths) == 1:
         with suppress(Exception):
             told |= _next_flight(first, read_log(paths[0]))
-    if held is not None and held.is_file() and told["kind"] in ("named", "one_of") and first.naming.chosen:
+    if (
+        held is not None
+        and held.is_file()
+        and told["kind"] in ("named", "one_of")
+        and any(map(returns, first.naming.chosen))
+    ):
         try:
             closed = hold_out(
                 read_log(held), aircraft_model(aircraft), first.null, first.naming, first.layout.setting

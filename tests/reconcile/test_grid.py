@@ -74,6 +74,14 @@ def test_lost_rows_are_filled_and_gaps_split() -> None:
     assert abs(lateness(log.select(rows))) < 0.004
 
 
+@pytest.mark.parametrize("gps_rate", [1.0, 2.0, 2.5, 20.0])
+def test_the_step_is_the_time_between_instants(gps_rate: float) -> None:
+    """Of a GPS of 2.5 Hz every second fix is taken; the step was told as 0.5 s, not as 0.8 s."""
+    track = track_of(log_of(20.0, gps_rate))
+    grid = grid_of(track)
+    assert np.allclose(np.diff(track.time[grid.rows]), grid.step)
+
+
 def test_mean_between_is_exact_for_a_constant_rate() -> None:
     track = track_of(log_of(50.0, 50.0))
     grid = grid_of(track)

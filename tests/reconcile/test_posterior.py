@@ -10,6 +10,7 @@ from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.decide.answer import answer_of
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.log_evidence import LogEvidence, Rest
+from pitotbench.reconcile.decide.parting import doubt_of
 from pitotbench.reconcile.decide.posterior import CausePosterior, cause_posterior
 from pitotbench.reconcile.decide.search import CauseSearch
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
@@ -194,6 +195,16 @@ def test_two_logs_name_what_neither_can_and_one_that_contradicts_takes_it_back()
     assert answer_of(cause_posterior([one, other])).groups == (("pitot_lag",),)  # type: ignore[list-item]
     size = cause_posterior([one, silent]).weights[0].explained.weighed.sizes  # type: ignore[list-item]
     assert not len(size) or abs(size[0]) < 0.15 * EFFECTS["pitot_lag"].parameter("lag_s").typical
+
+
+def test_the_prior_of_an_explanation_is_that_of_its_effects() -> None:
+    """The next flight starts from it. It held the difference between the tempered evidence and the whole one."""
+    log = log_of({LAG: AXES[0], LATE: AXES[0] + AXES[3] / 4.0, POD: AXES[2]}, AXES[0])
+    search = CauseSearch([log])  # type: ignore[list-item]
+    contenders = doubt_of(cause_posterior([log]), 1).contenders  # type: ignore[list-item]
+    assert len(contenders) > 1
+    for each in contenders:
+        assert each.log_prior == pytest.approx(search.log_prior(each.effects))
 
 
 def test_no_log_is_refused() -> None:

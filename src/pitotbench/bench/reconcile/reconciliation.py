@@ -15,7 +15,7 @@ from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting as An
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.residuals.scene import AircraftModel
-from pitotbench.reconcile.signatures.hypotheses import lasts
+from pitotbench.reconcile.signatures.hypotheses import returns
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.joined_flight import JoinedFlight
@@ -133,7 +133,7 @@ def reconcile_logs(
         for flight, each in zip(joint.flights, judged, strict=True)
     )
     found = Reconciliation(joint.verdict, joint, tuple(judged), flights)
-    if holdout is not None and any(map(lasts, found.naming.chosen)):
+    if holdout is not None and any(map(returns, found.naming.chosen)):
         held = hold_out(holdout, model, found.null, found.naming, found.layout.setting)
         found = replace(found, verdict=with_hold_out(found.verdict, held))
     return found

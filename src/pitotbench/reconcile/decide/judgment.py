@@ -19,9 +19,9 @@ from pitotbench.reconcile.null_flights.periodic import periodic_channels
 from pitotbench.reconcile.null_flights.wander import wandering_channels
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import DAY, Layout, lay_out
-from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log, scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.scene import AircraftModel
-from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, lasts
+from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, returns
 from pitotbench.reconcile.signatures.refine import at_sizes, without_sensor_effects
 from pitotbench.reconcile.signatures.signatures import columns_of, times_of
 from pitotbench.records.log import FlightLog
@@ -182,9 +182,11 @@ def hold_out(
 ) -> Closure:
     """Return the closure of the named effects on another log, with the sizes fitted before.
 
-    Effects for a part of one flight are left out: the other flight has them at other times, or not at all.
+    Events and effects for a part of one flight are left out: the other flight has them at other times, or not at
+    all. So are sizes that the other log cannot show. The noise is that of the other log alone where it has other
+    channels.
     """
-    chosen: Catalog[Effect] = Catalog("effect", {n: FITTED[n] for n in naming.chosen if lasts(n)})
+    chosen: Catalog[Effect] = Catalog("effect", {n: FITTED[n] for n in naming.chosen if returns(n)})
     layout = lay_out(log, aircraft, setting, chosen)
     signatures = [naming.layout.signatures[c] for c in naming.fit.columns]
     sizes = {(s.effect, s.parameter): float(v) for s, v in zip(signatures, naming.fit.sizes, strict=True)}
@@ -193,12 +195,16 @@ def hold_out(
         if each.effect in entries:
             entries[each.effect] |= {**each.shapes, each.parameter: float(size)}
     layout = at_sizes(without_sensor_effects(layout, entries), sizes)
-    equations = whitened_equations(layout, scaled_to(null.noise, layout))
-    keys = [(s.effect, s.parameter) for s in layout.signatures]
+    same = null.noise.names == layout.residuals.names
+    equations = whitened_equations(layout, scaled_to(null.noise, layout) if same else noise_of_log(layout))
     own = [(s.effect, s.parameter) for s in signatures]
-    places = [own.index(key) for key in keys]
-    errors = with_form_error(naming.fit.covariance[np.ix_(places, places)], [sizes[key] for key in keys])
-    return closure_of(equations, range(len(keys)), [sizes[key] for key in keys], _cells(layout), errors)
+    shown = [
+        (i, s.effect, s.parameter) for i, s in enumerate(layout.signatures) if (s.effect, s.parameter) in sizes
+    ]
+    fitted = [sizes[effect, parameter] for _, effect, parameter in shown]
+    places = [own.index((effect, parameter)) for _, effect, parameter in shown]
+    errors = with_form_error(naming.fit.covariance[np.ix_(places, places)], fitted)
+    return closure_of(equations, [column for column, *_ in shown], fitted, _cells(layout), errors)
 
 
 def closes(held: Closure) -> bool:

@@ -88,7 +88,7 @@ def doubt_of(posterior: CausePosterior, flights: int) -> Doubt:
             w.explained.weighed.sizes,
             w.explained.weighed.covariance,
             p / whole,
-            w.explained.log_weight - w.explained.weighed.log_evidence,
+            w.explained.log_prior,
         )
         for w, p in kept
     )

@@ -82,7 +82,7 @@ def cause_posterior(logs: Sequence[LogEvidence]) -> CausePosterior:
     weights = _weights(search, found, 1.0)
     nothing = next(w.alone for w in weights if not w.causes) - float(logsumexp([w.total for w in weights]))
     gap = float(np.log(max(-np.expm1(min(nothing, -TINY)), TINY)))
-    prior = THRESHOLDS.prior_of_number[0] * (1.0 - THRESHOLDS.prior_of_rest)
+    prior = THRESHOLDS.prior_of_number[0] * (1.0 - THRESHOLDS.prior_of_rest) ** len(logs)
     log_bayes_factor = gap - nothing - float(np.log((1.0 - prior) / prior))
     tempered = _tempered(search, found, log_bayes_factor)
     whole = float(logsumexp([w.total for w in tempered])) - gap

@@ -29,13 +29,14 @@ Names = tuple[str, ...]
 class Explained:
     """A set of effects, weighed: `log_weight` is the logarithm of prior times evidence, without a rest.
 
-    `keys` name the sizes in their order, by effect and parameter.
+    `keys` name the sizes in their order, by effect and parameter. `log_prior` is the logarithm of the prior alone.
     """
 
     effects: Names
     keys: tuple[tuple[str, str], ...]
     log_weight: float
     weighed: Weighed
+    log_prior: float
 
 
 class CauseSearch:
@@ -59,8 +60,9 @@ class CauseSearch:
 
     def run(self) -> list[Explained]:
         """Return the best sets of up to three effects and the empty set, the most probable first."""
+        prior = self.log_prior(())
         found: dict[Names, Explained] = {
-            (): Explained((), (), self.log_prior(()), weigh(Evidence(np.zeros((1, 1))), (), ()))
+            (): Explained((), (), prior, weigh(Evidence(np.zeros((1, 1))), (), ()), prior)
         }
         beam: list[Names] = [()]
         stems: list[Names] = [()]
@@ -107,8 +109,8 @@ class CauseSearch:
             sizes = np.clip(weighed.sizes * shares, *self._range(names))
             if np.all(moved < SETTLED * np.abs(sizes)):
                 break
-        weight = self.log_prior(names) + weighed.log_evidence
-        return Explained(names, tuple(self.keys_of(names)), weight, weighed)
+        prior = self.log_prior(names)
+        return Explained(names, tuple(self.keys_of(names)), prior + weighed.log_evidence, weighed, prior)
 
     def _own_shares(self, names: Names) -> Array:
         """What is left of the significance of each size beside the others, as a share, without form error.
@@ -138,7 +140,7 @@ class CauseSearch:
         sizes = each.weighed.sizes * self._own_shares(names) if large else np.zeros(0)
         evidence, log_evidence = self.reduced(names, sizes, each.keys, power)
         weighed = weigh(evidence, self._columns(names), [self.priors[n] for n in names])
-        return replace(each, log_weight=self.log_prior(names) + weighed.log_evidence + log_evidence)
+        return replace(each, log_weight=each.log_prior + weighed.log_evidence + log_evidence)
 
     def reduced(
         self, names: Names, sizes: Array, kept: Sequence[tuple[str, str]], power: float = 1.0

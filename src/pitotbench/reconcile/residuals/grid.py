@@ -95,17 +95,17 @@ def grid_of(track: Track) -> Grid:
     slow = track.fix_period >= SLOW_GPS
     margin = int(np.ceil(MARGIN / track.row_period))
     half = max(1, round(HALF_WINDOW / track.row_period))
+    every = max(1, int(np.ceil(STEP / track.fix_period - 0.01))) if slow else max(1, round(STEP / track.row_period))
     rows, first = [], []
     for begin, end in zip(track.start[:-1], track.start[1:], strict=True):
         if slow:
             fixes = track.fix[(track.fix >= begin + margin) & (track.fix < end - margin)]
-            every = max(1, int(np.ceil(STEP / track.fix_period - 0.01)))
             chosen = fixes[::every]
         else:
-            chosen = np.arange(begin + margin, end - margin, max(1, round(STEP / track.row_period)))
+            chosen = np.arange(begin + margin, end - margin, every)
         rows.append(chosen)
         first.append(np.arange(len(chosen)) == 0)
-    step = max(STEP, track.fix_period) if slow else max(1, round(STEP / track.row_period)) * track.row_period
+    step = every * (track.fix_period if slow else track.row_period)
     taps = np.ones(2 * half + 1)
     taps[[0, -1]] = 0.5
     return Grid(np.concatenate(rows), np.concatenate(first), step, taps / taps.sum(), not slow)

@@ -53,4 +53,4 @@ def happens_once(name: str) -> bool:
 
 def returns(name: str) -> bool:
     """Whether an effect is to be seen in another flight of the airplane: it lasts, and is no event at a time."""
-    return lasts(name) and not any(p.shape and p.name == EVENT for p in FITTED[name].parameters)
+    return lasts(name) and not any(p.shape and p.name in (EVENT, FROM) for p in FITTED[name].parameters)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,13 +14,12 @@ from pitotbench.bench.reconcile.reflight import as_the_log_shows, error_curve_of
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.card_comparison import compare_cards, features_of
-from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import DAY, lay_out
 from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.records.log import FlightLog
-from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
 
 LEG, DECEL = "leg 150 kt 000°", "decel 1"
 
@@ -116,10 +115,13 @@ def fitted(**sizes: float) -> Any:
         setting=AnalysisSetting(),
         curves=(),
     )
+    return naming_of(layout, np.array(list(sizes.values())))
+
+
+def naming_of(layout: Any, sizes: Array) -> Any:
+    """A naming without effects: a layout and the sizes of its free parameters."""
     return SimpleNamespace(
-        layout=layout,
-        fit=SimpleNamespace(columns=()),
-        equations=SimpleNamespace(free_sizes=lambda columns: np.array(list(sizes.values()))),
+        layout=layout, fit=SimpleNamespace(columns=()), equations=SimpleNamespace(free_sizes=lambda columns: sizes)
     )
 
 
@@ -163,11 +165,6 @@ def test_a_card_is_flown_in_the_temperature_of_the_flight(offset: float, feet: f
         sense(fly(case), "20/20"), aircraft_model("navajo"), untold, Catalog("effect", {DAY: EFFECTS[DAY]})
     )
     fit = fit_free_parameters(layout.residuals.values, layout.free, layout.used)
-    naming = SimpleNamespace(
-        layout=layout,
-        fit=SimpleNamespace(columns=()),
-        equations=SimpleNamespace(free_sizes=lambda columns: fit.sizes),
-    )
-    shown = as_the_log_shows(replace(case, temperature_offset=0.0), cast(Naming, naming))
+    shown = as_the_log_shows(replace(case, temperature_offset=0.0), naming_of(layout, fit.sizes))
     assert shown is not None
     assert shown.temperature_offset == pytest.approx(offset, abs=0.1)

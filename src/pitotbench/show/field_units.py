@@ -17,6 +17,11 @@ class FieldUnit:
     unit: str
     factor: float
 
+    @property
+    def title(self) -> str:
+        """The name as it begins a heading."""
+        return f"{self.name[0].upper()}{self.name[1:]}"
+
 
 _FORCE = POUND * STANDARD_GRAVITY  # N, for a specific force times the mass of the airplane
 CHANNELS = {

@@ -131,8 +131,7 @@ def _clearness(trace: Trace) -> float:
 
 
 def _trace_panel(trace: Trace) -> Panel:
-    name = unit_without_mass(trace.channel).name
-    return panel(f"{name[0].upper()}{name[1:]}", lambda axes: draw_trace(axes, trace))
+    return panel(unit_without_mass(trace.channel).title, lambda axes: draw_trace(axes, trace))
 
 
 def draw_trace(axes: Axes, trace: Trace) -> None:

@@ -54,9 +54,8 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
         axes.set(xlabel="east of the start [nmi]", ylabel="north of the start [nmi]")
         axes.set_aspect("equal", adjustable="datalim")
 
-    name = f"{shown.name[0].upper()}{shown.name[1:]}"
     return [
-        panel(f"{name}, over time", over_time, f"Means of {seconds}.", NARROW),
+        panel(f"{shown.title}, over time", over_time, f"Means of {seconds}.", NARROW),
         panel(f"The same over {variable.name}", over_variable, "Means and standard deviations of bins.", NARROW),
         panel("Where it is", over_ground, "The dot is the start.", NARROW),
     ]

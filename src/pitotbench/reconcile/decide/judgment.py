@@ -197,14 +197,12 @@ def hold_out(
     layout = at_sizes(without_sensor_effects(layout, entries), sizes)
     same = null.noise.names == layout.residuals.names
     equations = whitened_equations(layout, scaled_to(null.noise, layout) if same else noise_of_log(layout))
-    own = [(s.effect, s.parameter) for s in signatures]
-    shown = [
-        (i, s.effect, s.parameter) for i, s in enumerate(layout.signatures) if (s.effect, s.parameter) in sizes
-    ]
-    fitted = [sizes[effect, parameter] for _, effect, parameter in shown]
-    places = [own.index((effect, parameter)) for _, effect, parameter in shown]
+    keys = [(s.effect, s.parameter) for s in layout.signatures]
+    columns = [i for i, key in enumerate(keys) if key in sizes]
+    fitted, own = [sizes[keys[i]] for i in columns], list(sizes)
+    places = [own.index(keys[i]) for i in columns]
     errors = with_form_error(naming.fit.covariance[np.ix_(places, places)], fitted)
-    return closure_of(equations, [column for column, *_ in shown], fitted, _cells(layout), errors)
+    return closure_of(equations, columns, fitted, _cells(layout), errors)
 
 
 def closes(held: Closure) -> bool:

@@ -19,7 +19,7 @@ ONE_MODEL = {"gear_not_up": "belly_pod", "impact_pressure_scale": "total_pressur
 # Told by the level of the gusts, beside the effects that are fitted.
 GUSTS = ("turbulence_level", "turbulence_scale")
 
-EVENT = "at_s"  # the shape of an effect that is an event: its time in the flight
+EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its time in the flight
 
 
 def searched_shapes(effect: Effect) -> tuple[Parameter, ...]:
@@ -53,4 +53,4 @@ def happens_once(name: str) -> bool:
 
 def returns(name: str) -> bool:
     """Whether an effect is to be seen in another flight of the airplane: it lasts, and is no event at a time."""
-    return lasts(name) and not any(p.shape and p.name in (EVENT, FROM) for p in FITTED[name].parameters)
+    return lasts(name) and not any(p.shape and p.name in EVENTS for p in FITTED[name].parameters)

@@ -6,6 +6,8 @@ A stretch is a part of a log between two breaks. There are two kinds of break:
   filter, must start anew there.
 - A *pause* (`pauses`): the airplane moved unobserved for so long that nothing may be interpolated across it. A few
   lost samples are not a pause: a straight line or a spline bridges them.
+
+An *outage* (`in_outage`) is a part of a log in which rows go on, but one sensor repeats its last sample.
 """
 
 from itertools import pairwise
@@ -20,6 +22,8 @@ Indices = NDArray[np.intp]
 MISSING = 1.5  # sample intervals, midway between a step with every sample and one with a sample missing
 PAUSE_SAMPLES = 5.0  # sample intervals: four lost samples in a row are still a fault of the recorder
 PAUSE_SECONDS = 2.0  # s: at a high rate five samples pass before the airplane has moved from a smooth curve
+OUTAGE_SAMPLES = 2.5  # intervals of the sensor: one lost sample is no outage, two in a row are
+OUTAGE_SECONDS = 0.5  # s: a spline through noisy samples at a high rate leaves the flight path after more
 
 
 def interval(time: Seconds) -> float:
@@ -38,6 +42,21 @@ def pauses(time: Seconds) -> Indices:
     There the time step is longer than `PAUSE_SAMPLES` sample intervals and longer than `PAUSE_SECONDS`.
     """
     return _after(time, PAUSE_SAMPLES, PAUSE_SECONDS)
+
+
+def in_outage(time: Seconds, fresh: Booleans) -> Booleans:
+    """Return the rows in which a sensor holds a sample for too long, (n,); `fresh` (n,) marks its new samples.
+
+    It is too long from `OUTAGE_SAMPLES` of its intervals and from `OUTAGE_SECONDS`. Rows with a new sample are in
+    no outage. A sensor without two new samples is in outage throughout.
+    """
+    new = time[fresh]
+    if len(new) < 2:
+        return ~fresh
+    marks = np.concatenate([time[:1], new, time[-1:]])
+    lasting = np.diff(marks)[np.clip(np.searchsorted(marks, time, side="right") - 1, 0, len(marks) - 2)]
+    held: Booleans = ~fresh & (lasting > max(OUTAGE_SAMPLES * interval(new), OUTAGE_SECONDS))
+    return held
 
 
 def stretches(time: Seconds, breaks: Indices) -> list[slice]:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from pitotbench import Case, fly, sense
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.decide.judgment import hold_out
@@ -13,6 +14,7 @@ from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
 from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.signatures.hypotheses import returns
+from pitotbench.records.case import EffectSpec
 
 LATE = Catalog("effect", {"gps_latency": EFFECTS["gps_latency"]})
 
@@ -33,3 +35,20 @@ def test_a_held_out_log_may_lack_channels(sensed, missing: tuple[str, ...]) -> N
 def test_an_event_does_not_return_in_another_flight(event: str) -> None:
     assert not returns(event)
     assert returns("gps_latency")
+
+
+def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
+    """A narrow error of the static source: with the typical airspeed instead of the fitted one nothing closes."""
+    bump = Catalog("effect", {"local_static_bump": EFFECTS["local_static_bump"]})
+    hidden = EffectSpec("local_static_bump", {"coefficient": 0.05, "center_mps": 55.0, "width_mps": 4.0})
+    logs = [
+        sense(fly(Case(maneuver="rapid_decel", truth_seed=seed, sensor_seed=seed, effects=(hidden,))), "50/50")
+        for seed in (33_001, 33_002)
+    ]
+    layout = lay_out(logs[0], None, AnalysisSetting(), bump)
+    null = theoretical_distribution(noise_of_log(layout))
+    naming = name_effects(layout, null)
+    assert naming.chosen == ("local_static_bump",)
+    shapes = naming.layout.signatures[naming.fit.columns[0]].shapes
+    assert shapes["center_mps"] == pytest.approx(55.0, abs=3.0)
+    assert hold_out(logs[1], None, null, naming, layout.setting).share > 0.9

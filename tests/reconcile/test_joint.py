@@ -16,7 +16,7 @@ from pitotbench.reconcile.decide.joint_judgment import judge_together
 from pitotbench.reconcile.decide.joint_naming import OwnSizes, contradiction
 from pitotbench.reconcile.decide.judgment import closes, doubted, taken_back
 from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
-from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, ScoreScale
 from pitotbench.reconcile.picture_data import waterfall
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
@@ -124,7 +124,7 @@ def test_an_event_of_a_flight_is_no_part_of_what_the_others_can_close() -> None:
 def laid(maneuver: str, seed: int, *effects: EffectSpec, shown: Catalog = FEW):
     case = Case(maneuver=maneuver, turbulence="light", truth_seed=seed, sensor_seed=seed, effects=effects)
     layout = lay_out(sense(fly(case), "20/20"), None, AnalysisSetting(day_known=True), shown)
-    return layout, theoretical_distribution(noise_of_log(layout))
+    return layout, NullDistribution(noise_of_log(layout), ScoreScale({}, {}, {}, {}), 6.0, 6.0, flights=8)
 
 
 @pytest.fixture(scope="module")

@@ -42,7 +42,7 @@ def doubt(size: float, deviation: float, probability: float = 0.5) -> Doubt:
     def contender(key: tuple[str, str], p: float) -> Contender:
         return Contender((key[0],), (key,), np.array([size]), np.array([[deviation**2]]), p, 0.0)
 
-    return Doubt((contender(LAG, probability), contender(LATE, 1.0 - probability)), 30.0, 1)
+    return Doubt((contender(LAG, probability), contender(LATE, 1.0 - probability)), 30.0)
 
 
 def by_dense_draws(columns: tuple[Array, Array], asked: Doubt, draws: int) -> float:
@@ -61,8 +61,9 @@ def by_dense_draws(columns: tuple[Array, Array], asked: Doubt, draws: int) -> fl
         logs = np.atleast_2d(density.rvs(draws, random_state=random))
         added = np.stack([each.logpdf(logs) - nothing.logpdf(logs) for each in known], axis=1)
         gap = np.log(np.exp(np.log(prior) + added).sum(axis=1))
-        old = 1.0 / (1.0 + THRESHOLDS.table_error**2 * 2.0 * asked.log_bayes_factor / asked.flights)
-        square = 2.0 * np.maximum(0.0, asked.log_bayes_factor + gap) / (asked.flights + 1)
+        before, after = asked.log_bayes_factor, np.maximum(0.0, gap)
+        old = 1.0 / (1.0 + THRESHOLDS.table_error**2 * 2.0 * before)
+        square = 2.0 * (before * before / (before + after) + after * after / (before + after))
         new = 1.0 / (1.0 + THRESHOLDS.table_error**2 * square)
         values = new[:, None] * (np.log(prior) / old + added)
         weights = np.exp(values - values.max(axis=1, keepdims=True))

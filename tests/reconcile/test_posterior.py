@@ -34,6 +34,7 @@ class PlainLog:
     base: Evidence
     signatures: tuple[Signature, ...]
     rests: tuple[Rest, ...] = ()
+    least_bayes_factor: float = THRESHOLDS.gap_bayes_factor
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -201,10 +202,27 @@ def test_the_prior_of_an_explanation_is_that_of_its_effects() -> None:
     """The next flight starts from it. It held the difference between the tempered evidence and the whole one."""
     log = log_of({LAG: AXES[0], LATE: AXES[0] + AXES[3] / 4.0, POD: AXES[2]}, AXES[0])
     search = CauseSearch([log])  # type: ignore[list-item]
-    contenders = doubt_of(cause_posterior([log]), 1).contenders  # type: ignore[list-item]
+    contenders = doubt_of(cause_posterior([log])).contenders  # type: ignore[list-item]
     assert len(contenders) > 1
     for each in contenders:
         assert each.log_prior == pytest.approx(search.log_prior(each.effects))
+
+
+def test_a_flight_that_shows_nothing_changes_no_probability() -> None:
+    """Three blind flights once brought a cause from 0.7 above 0.9: the strength of the evidence was their mean."""
+    columns = {LAG: AXES[0], LATE: AXES[0] + AXES[3] / 10.0, POD: AXES[2]}
+    seen = log_of(columns, 3.0 * AXES[0])
+    blind = log_of({key: np.zeros(6) for key in columns}, np.zeros(6))
+    alone = cause_posterior([seen])  # type: ignore[list-item]
+    with_blind = cause_posterior([seen, blind, blind, blind])  # type: ignore[list-item]
+    assert 0.5 < alone.of_causes()["pitot_lag"] < 0.99
+    assert with_blind.of_causes()["pitot_lag"] == pytest.approx(alone.of_causes()["pitot_lag"], abs=1e-3)
+    assert with_blind.concentration == pytest.approx(1.0)
+
+
+def test_flights_that_show_the_same_share_the_evidence() -> None:
+    seen = log_of({LAG: AXES[0], LATE: AXES[1]}, AXES[0])
+    assert cause_posterior([seen, seen]).concentration == pytest.approx(0.5)  # type: ignore[list-item]
 
 
 def test_no_log_is_refused() -> None:

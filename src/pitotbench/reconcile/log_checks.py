@@ -14,10 +14,11 @@ from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Candidate, Check
-from pitotbench.timeline import gaps, interval
+from pitotbench.timeline import gaps, in_outage, interval
 from pitotbench.units import Array, Booleans
 
 AIR_DATA = numbers_from("air")
+LISTED = 3  # outages of the GPS whose times are told
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,5 +142,13 @@ def _gps(log: FlightLog) -> Check:
     fresh = log.fresh_fixes()
     if fresh.all():
         return Check("GPS", "passed", "velocity is new on every row")
+    held = in_outage(log.time, fresh)
+    if held.any():
+        begins = np.flatnonzero(np.diff(held.astype(np.int8), prepend=0) == 1)
+        lasted = float(np.sum(held)) * interval(log.time)
+        places = ", ".join(f"{log.time[row] - log.time[0]:.0f}" for row in begins[:LISTED])
+        more = ", …" if len(begins) > LISTED else ""
+        why = f"no new fix for {lasted:.1f} s in all, from {places}{more} s after the start: not used"
+        return Check("GPS", "failed", why)
     period = interval(log.time[fresh])
     return Check("GPS", "passed", f"velocity is renewed every {period:.3g} s and interpolated between")

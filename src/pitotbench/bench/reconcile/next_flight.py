@@ -20,7 +20,7 @@ from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.decide.null_wander import wander_of
 from pitotbench.reconcile.decide.parting import Doubt, doubt_of, parting_of
 from pitotbench.reconcile.decide.posterior import CausePosterior
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, ScoreScale
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
 from pitotbench.reconcile.residuals.layout_noise import scaled_to
@@ -53,8 +53,8 @@ DIGITS = 4  # of a varied number
 class CardQuestion:
     """What every card is asked: the explanations to part, and what is expected of its log.
 
-    `aircraft` is the analyst's model, `noise`, `wander` and `setting` are those of the last log, and `shapes` the
-    fitted shapes of its effects.
+    `aircraft` is the analyst's model. `noise`, `wander` and `setting` are those of the last log, `null_scores` the
+    scores of its null flights, and `shapes` the fitted shapes of its effects.
     """
 
     doubt: Doubt
@@ -63,6 +63,7 @@ class CardQuestion:
     wander: Mapping[str, float]
     setting: AnalysisSetting
     shapes: Mapping[str, Mapping[str, float]]
+    null_scores: ScoreScale
 
 
 def next_flight_after(
@@ -77,8 +78,8 @@ def next_flight_after(
     if not doubtful or last.card is None:
         return None
     together = found.joint.together
-    layout, flights = together.namings[-1].layout, len(found.logs)
-    return choose_next_flight(together.posterior, last.log, last.card, layout, last.null, flights, progress, varied)
+    layout = together.namings[-1].layout
+    return choose_next_flight(together.posterior, last.log, last.card, layout, last.null, progress, varied)
 
 
 def choose_next_flight(
@@ -87,7 +88,6 @@ def choose_next_flight(
     card: Case,
     layout: Layout,
     null: NullDistribution,
-    flights: int = 1,
     progress: Progress | None = None,
     varied: int = VARIED,
 ) -> AdvisedFlight | None:
@@ -98,7 +98,7 @@ def choose_next_flight(
     one flight in smooth air and one layout with the signatures of the explanations that are left.
     None where a single set of causes is left, or where no card can be flown.
     """
-    doubt = doubt_of(posterior, flights)
+    doubt = doubt_of(posterior)
     if len(doubt.of_causes()) < 2:
         return None
     question = question_of(doubt, layout, null)
@@ -132,8 +132,15 @@ def question_of(doubt: Doubt, layout: Layout, null: NullDistribution) -> CardQue
     """Return what cards are asked after a log that is laid out."""
     model = layout.scene.force_model
     aircraft = "none" if model is None else model.aircraft.name
-    wander = wander_of(null, layout.residuals.names)
-    return CardQuestion(doubt, aircraft, scaled_to(null.noise, layout), wander, layout.setting, _shapes_of(layout))
+    return CardQuestion(
+        doubt,
+        aircraft,
+        scaled_to(null.noise, layout),
+        wander_of(null, layout.residuals.names),
+        layout.setting,
+        _shapes_of(layout),
+        null.scores,
+    )
 
 
 def advice_of(advised: AdvisedFlight) -> tuple[str, ...]:
@@ -241,7 +248,8 @@ def evidence_of_card(question: CardQuestion, log: FlightLog) -> LogEvidence | No
         moved = residual_change(effect, layout.scene, effect.complete({**shapes, parameter: size}))
         if moved is not None and np.any(moved):
             signatures.append(Signature(name, parameter, size, moved / size, shapes))
-    return LogEvidence(replace(layout, signatures=tuple(signatures)), question.noise, question.wander)
+    asked = replace(layout, signatures=tuple(signatures))
+    return LogEvidence(asked, question.noise, question.wander, question.null_scores)
 
 
 def _sizes_of(doubt: Doubt) -> dict[tuple[str, str], float]:

@@ -14,6 +14,7 @@ from pitotbench.reconcile.decide.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.signatures.hypotheses import FITTED, GUSTS
 from pitotbench.reconcile.signatures.patched_model import with_effects
+from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import Round
 from pitotbench.records.verdict import SURE, Candidate, Closure, Verdict
 
@@ -165,7 +166,16 @@ def _joined(effects: Sequence[Candidate]) -> tuple[Candidate, ...]:
     """Return the effects with the corrections of later rounds added to their sizes."""
     joined: dict[str, Candidate] = {}
     for effect in effects:
-        old = {s.name: s.value for s in joined[effect.name].sizes} if effect.name in joined else {}
-        sizes = tuple(replace(s, value=s.value + old.get(s.name, 0.0)) for s in effect.sizes)
-        joined[effect.name] = replace(effect, sizes=sizes)
+        first = joined.get(effect.name)
+        joined[effect.name] = effect if first is None else replace(first, sizes=_corrected(first, effect))
     return tuple(joined.values())
+
+
+def _corrected(first: Candidate, later: Candidate) -> tuple[Estimate, ...]:
+    """The sizes of an effect with its correction by a later look; what the correction does not name stays."""
+    added = {s.name: s for s in later.sizes}
+    old = tuple(
+        replace(added[s.name], value=s.value + added[s.name].value) if s.name in added else s for s in first.sizes
+    )
+    known = {s.name for s in first.sizes}
+    return (*old, *(s for s in later.sizes if s.name not in known))

@@ -51,7 +51,7 @@ def answer_of(posterior: CausePosterior) -> Answer:
     probabilities = {cause: p / gap for cause, p in posterior.of_causes().items()}
     outside = posterior.outside / gap
     empty = next(w for w in posterior.weights if not w.causes)
-    if posterior.log_bayes_factor < THRESHOLDS.gap_bayes_factor:
+    if posterior.log_bayes_factor < posterior.least_bayes_factor:
         return Answer("no_gap", (), probabilities, empty, 0.0, "")
     if outside > THRESHOLDS.outside_likely:
         return Answer("unknown", (), probabilities, empty, outside, empty.place)

@@ -194,7 +194,8 @@ def hold_out(
     for each, size in zip(signatures, naming.fit.sizes, strict=True):
         if each.effect in entries:
             entries[each.effect] |= {**each.shapes, each.parameter: float(size)}
-    layout = at_sizes(without_sensor_effects(layout, entries), sizes)
+    shapes = {s.effect: dict(s.shapes) for s in signatures if s.shapes}
+    layout = at_sizes(without_sensor_effects(layout, entries), sizes, shapes)
     same = null.noise.names == layout.residuals.names
     equations = whitened_equations(layout, scaled_to(null.noise, layout) if same else noise_of_log(layout))
     keys = [(s.effect, s.parameter) for s in layout.signatures]

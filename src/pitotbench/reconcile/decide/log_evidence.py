@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from pitotbench.effects import SensorEffect
 from pitotbench.reconcile.decide.evidence import Evidence
 from pitotbench.reconcile.decide.form_error import form_directions
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
@@ -14,7 +13,7 @@ from pitotbench.reconcile.null_flights.null_distribution import ScoreScale, size
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.residuals.layout_noise import whitened_columns
 from pitotbench.reconcile.residuals.whitening import NoiseModel
-from pitotbench.reconcile.signatures.hypotheses import FITTED, cause_of
+from pitotbench.reconcile.signatures.hypotheses import FITTED, cause_of, reads_gusts
 from pitotbench.reconcile.signatures.signatures import columns_of
 from pitotbench.units import Array
 
@@ -22,7 +21,6 @@ ROOMS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
 SMALLEST = 1e-300
 SINGULAR = 1e-9  # singular value below which cells and free parameters are the same
 LEAST_POWER = 1e-9  # of a direction that the free parameters take up whole
-VANES = {"angle_of_attack", "sideslip"}
 SEEN = 1e-3  # squared significance of a typical size below which free parameters take it up whole
 SMOOTH_LEAST = 0.2  # σ; a smooth form error below it changes nothing
 
@@ -42,7 +40,8 @@ class LogEvidence:
 
     Free parameters are eliminated, and so are the wander that null flights have in the cells, the sizes that
     effects have there (`null_scores`), and the form error of the effects that are in the model. Directions of form
-    error are added when an effect first needs them.
+    error are added when an effect first needs them. `least_bayes_factor` is the logarithm of the Bayes factor from
+    which the log shows a gap.
     """
 
     def __init__(
@@ -51,7 +50,9 @@ class LogEvidence:
         noise: NoiseModel,
         wander: Mapping[str, float],
         null_scores: ScoreScale | None = None,
+        least_bayes_factor: float = THRESHOLDS.gap_bayes_factor,
     ) -> None:
+        self.least_bayes_factor = least_bayes_factor
         self.layout, self._noise = layout, noise
         self.signatures = layout.signatures
         self.columns = columns_of(layout.signatures)
@@ -212,7 +213,7 @@ class LogEvidence:
         so that twice the size of null flights is usual.
         """
         scores = dict(self._fluctuating)
-        for name in filter(_reads_gusts, self.columns):
+        for name in filter(reads_gusts, self.columns):
             largest = THRESHOLDS.null_size_margin * self._null_scores.effect_spread.get(cause_of(name), 0.0)
             own = [c for c in self.columns[name] if plain.inner[c, c] * self.typical[c] ** 2 > SEEN]
             scores |= dict.fromkeys(own, largest)
@@ -266,12 +267,6 @@ def without_score(evidence: Evidence, column: int, score: float) -> Evidence:
     if power <= SMALLEST:
         return evidence
     return evidence.given([column], [np.sqrt((score**2 - 1.0) / power)])[0]
-
-
-def _reads_gusts(name: str) -> bool:
-    """Whether an effect is one of the flow vanes alone."""
-    effect = FITTED[name]
-    return isinstance(effect, SensorEffect) and set(effect.changes) <= VANES
 
 
 def _room(channel: str) -> str:

@@ -62,7 +62,7 @@ class Renewed:
     def evidence(self, null: NullDistribution) -> LogEvidence:
         """Return the evidence of the log."""
         wander = wander_of(null, self.layout.residuals.names)
-        return LogEvidence(self.layout, self.noise, wander, null.scores)
+        return LogEvidence(self.layout, self.noise, wander, null.scores, null.gap_bayes_factor)
 
 
 def name_effects(layout: Layout, null: NullDistribution) -> Naming:

@@ -16,7 +16,7 @@ from scipy.special import logsumexp
 
 from pitotbench.reconcile.decide.doubt import is_named, most_probable
 from pitotbench.reconcile.decide.log_evidence import LogEvidence
-from pitotbench.reconcile.decide.posterior import CausePosterior
+from pitotbench.reconcile.decide.posterior import CausePosterior, tempering_power
 from pitotbench.reconcile.decide.search import Names
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.signatures.hypotheses import cause_of
@@ -26,6 +26,7 @@ LEAST_PROBABILITY = 0.004  # of an explanation that is a contender: less cannot 
 MOST = 12  # contenders; the rest of a posterior are forms of the same causes
 DRAWS = 400  # logs a card: a probability of a half is then known to 0.025
 SEED = 20_001  # of the draws, the same for every card, so that cards differ by their geometry alone
+SMALLEST = 1e-12  # of the logarithm of a Bayes factor, so that a share of it is defined
 ROUNDING = 1e-12  # eigenvalues of inner products below this share of the largest are rounding
 
 
@@ -48,19 +49,23 @@ class Contender:
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """The explanations that are left after some flights, and the strength of their evidence for a gap."""
+    """The explanations that are left after some flights, and the strength of their evidence for a gap.
+
+    `concentration` is that of the posterior: 1 where one flight gives all of the evidence.
+    """
 
     contenders: tuple[Contender, ...]
     log_bayes_factor: float
-    flights: int
+    concentration: float = 1.0
 
-    def power(self, added: Array | float = 0.0, flights: int = 0) -> Array:
+    def power(self, added: Array | float = 0.0) -> Array:
         """Return the power to which evidence is raised, (n,) like `added`.
 
-        `added` is what further flights add to the logarithm of the Bayes factor.
+        `added` is what one further flight adds to the logarithm of the Bayes factor.
         """
-        square = 2.0 * np.maximum(0.0, self.log_bayes_factor + added) / (self.flights + flights)
-        return np.asarray(1.0 / (1.0 + THRESHOLDS.table_error**2 * square))
+        before, after = max(0.0, self.log_bayes_factor), np.maximum(0.0, added)
+        mean = (before**2 * self.concentration + after**2) / np.maximum(before + after, SMALLEST)
+        return tempering_power(mean)
 
     def of_causes(self) -> dict[Names, float]:
         """Return the probability of each set of causes that is left, the most probable first."""
@@ -75,7 +80,7 @@ class Doubt:
         return float(_entropy(np.array([list(self.of_causes().values())]))[0])
 
 
-def doubt_of(posterior: CausePosterior, flights: int) -> Doubt:
+def doubt_of(posterior: CausePosterior) -> Doubt:
     """Return the explanations that are left by the posterior of some flights, those without any cause excepted."""
     found = [(w, float(np.exp(w.total))) for w in posterior.weights if w.causes]
     whole = sum(p for _, p in found)
@@ -92,7 +97,7 @@ def doubt_of(posterior: CausePosterior, flights: int) -> Doubt:
         )
         for w, p in kept
     )
-    return Doubt(contenders, posterior.log_bayes_factor, flights)
+    return Doubt(contenders, posterior.log_bayes_factor, posterior.concentration)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +142,7 @@ def _weights_after(
     evidence = (before - prior) / doubt.power()  # so that nothing new leaves the probabilities as they are
     added = np.stack([each.log_evidence(products, noise) for each in predictions], axis=1)
     gap = logsumexp(before + added, axis=1)
-    logs = prior + doubt.power(gap, flights=1)[:, None] * (evidence + added)
+    logs = prior + doubt.power(gap)[:, None] * (evidence + added)
     weights = np.exp(logs - logsumexp(logs, axis=1, keepdims=True))
     return np.asarray(weights), np.asarray(doubt.log_bayes_factor + gap)
 

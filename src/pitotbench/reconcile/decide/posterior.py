@@ -10,6 +10,7 @@ from pitotbench.reconcile.decide.log_evidence import LogEvidence
 from pitotbench.reconcile.decide.search import CauseSearch, Explained, Names
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.signatures.hypotheses import cause_of
+from pitotbench.units import Array
 
 RESTED = 10  # best sets with which a rest is weighed
 SMALLEST = 1e-12  # so that the logarithm of a difference is defined
@@ -38,10 +39,16 @@ class Weight:
 
 @dataclass(frozen=True, slots=True)
 class CausePosterior:
-    """The posterior over causes of one or several logs; `weights` are normalized, the most probable set first."""
+    """The posterior over causes of one or several logs; `weights` are normalized, the most probable set first.
+
+    A gap is shown from `least_bayes_factor` on. `concentration` is the sum of the squared shares of the logs in the
+    evidence: 1 where one log gives it all, 1/n where n logs give the same.
+    """
 
     weights: tuple[Weight, ...]
     log_bayes_factor: float
+    concentration: float = 1.0
+    least_bayes_factor: float = THRESHOLDS.gap_bayes_factor
 
     def of_sets(self) -> dict[Names, float]:
         """Return the probability of each set of causes, in any form, with or without a rest."""
@@ -84,11 +91,25 @@ def cause_posterior(logs: Sequence[LogEvidence]) -> CausePosterior:
     gap = float(np.log(max(-np.expm1(min(nothing, -TINY)), TINY)))
     prior = THRESHOLDS.prior_of_number[0] * (1.0 - THRESHOLDS.prior_of_rest) ** len(logs)
     log_bayes_factor = gap - nothing - float(np.log((1.0 - prior) / prior))
-    tempered = _tempered(search, found, log_bayes_factor)
+    concentration = float(np.sum(search.shares(found[0]) ** 2))
+    tempered = _tempered(search, found, float(tempering_power(log_bayes_factor * concentration)))
     whole = float(logsumexp([w.total for w in tempered])) - gap
     normal = [replace(w, alone=w.alone - whole, with_rest=w.with_rest - whole) for w in tempered]
     normal = [w if w.causes else replace(w, alone=nothing) for w in normal]
-    return CausePosterior(tuple(sorted(normal, key=lambda w: -w.total)), log_bayes_factor)
+    least = max(log.least_bayes_factor for log in logs)
+    return CausePosterior(tuple(sorted(normal, key=lambda w: -w.total)), log_bayes_factor, concentration, least)
+
+
+def tempering_power(log_bayes_factor: Array | float) -> Array:
+    """Return the power 1 / (1 + τ²χ²) to which the evidence of a log is raised.
+
+    χ² of one log is twice the logarithm of its Bayes factor. The likelihood takes the table for exact, but a
+    signature that is wrong in an unknown direction makes it err in proportion to χ². So beyond 1/τ² a hypothesis is
+    preferred by its share of the gap, however strong the gap is. Of several logs χ² is the mean weighted by each
+    log's own: logs that show the same are more evidence, and a log that shows nothing changes nothing. Source: the
+    coarsened posterior of Miller and Dunson (2019); τ is estimated on development logs.
+    """
+    return np.asarray(1.0 / (1.0 + 2.0 * THRESHOLDS.table_error**2 * np.maximum(0.0, log_bayes_factor)))
 
 
 def _weights(search: CauseSearch, found: Sequence[Explained], power: float) -> list[Weight]:
@@ -103,17 +124,11 @@ def _weights(search: CauseSearch, found: Sequence[Explained], power: float) -> l
     return weights
 
 
-def _tempered(search: CauseSearch, found: Sequence[Explained], log_bayes_factor: float) -> list[Weight]:
-    """The weights given a gap, with the likelihood to the power of 1 / (1 + τ²χ²).
+def _tempered(search: CauseSearch, found: Sequence[Explained], power: float) -> list[Weight]:
+    """The weights given a gap, with the likelihood to some power.
 
-    χ² of one log is twice its share of the logarithm of the Bayes factor. The likelihood takes the table for exact,
-    but a signature that is wrong in an unknown direction makes it err in proportion to χ². So beyond 1/τ² a
-    hypothesis is preferred by its share of the gap, however strong the gap is. The price of a size is not
-    tempered: a log that fixes it well still tells that a further size is zero. Source: the coarsened posterior of
-    Miller and Dunson (2019); τ is estimated on development logs.
+    The price of a size is not tempered: a log that fixes it well still tells that a further size is zero.
     """
-    square = 2.0 * max(0.0, log_bayes_factor) / len(search.logs)
-    power = 1.0 / (1.0 + THRESHOLDS.table_error**2 * square)
     depth = THRESHOLDS.beam_depth / power
     near = [e for e in found if found[0].log_weight - e.log_weight < depth or not e.effects]
     again = sorted((search.tempered(each, power) for each in near), key=lambda e: -e.log_weight)

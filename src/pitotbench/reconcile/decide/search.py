@@ -1,6 +1,6 @@
 """Search the sets of effects that can explain one or several logs, and weigh each of them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import comb
 
@@ -18,7 +18,7 @@ LEADING = 14  # sets of each number of effects whose form error is weighed
 STEMS = 14  # sets from which larger ones are tried
 BEAM = 5  # sets that are extended by a further effect
 EXTENDED = 5  # further effects of each of them whose form error is weighed
-ROUNDS = 3  # of fitting sizes and the form error that is in proportion to them
+ROUNDS = 6  # at most, of fitting sizes and the form error that is in proportion to them
 SMALLEST = 1e-12  # significance of an effect that this log does not show
 SETTLED = 0.05  # change of a size, as a share, that ends them
 
@@ -30,6 +30,7 @@ class Explained:
     """A set of effects, weighed: `log_weight` is the logarithm of prior times evidence, without a rest.
 
     `keys` name the sizes in their order, by effect and parameter. `log_prior` is the logarithm of the prior alone.
+    `form_sizes` are the sizes to which its form error was in proportion, (k,), or none, (0,).
     """
 
     effects: Names
@@ -37,6 +38,7 @@ class Explained:
     log_weight: float
     weighed: Weighed
     log_prior: float
+    form_sizes: Array
 
 
 class CauseSearch:
@@ -62,7 +64,7 @@ class CauseSearch:
         """Return the best sets of up to three effects and the empty set, the most probable first."""
         prior = self.log_prior(())
         found: dict[Names, Explained] = {
-            (): Explained((), (), prior, weigh(Evidence(np.zeros((1, 1))), (), ()), prior)
+            (): Explained((), (), prior, weigh(Evidence(np.zeros((1, 1))), (), ()), prior, np.zeros(0))
         }
         beam: list[Names] = [()]
         stems: list[Names] = [()]
@@ -96,21 +98,26 @@ class CauseSearch:
 
     def explained(self, names: Names) -> Explained:
         """Weigh one set of effects with its form error."""
-        sizes, weighed = np.zeros(0), Weighed(0.0, np.zeros(0), np.zeros((0, 0)))
-        shares = self._own_shares(names)
-        for _ in range(ROUNDS):
-            evidence, log_evidence = self.reduced(names, sizes, self.keys_of(names))
-            weighed = weigh(evidence, self._columns(names), [self.priors[n] for n in names])
-            weighed = Weighed(weighed.log_evidence + log_evidence, weighed.sizes, weighed.covariance)
-            moved = np.abs(weighed.sizes - sizes) if len(sizes) else np.abs(weighed.sizes)
-            if not len(sizes) and not self._is_large(weighed):
-                break
-            # No size beyond the plausible range has a form error: it would explain what the effect cannot.
-            sizes = np.clip(weighed.sizes * shares, *self._range(names))
-            if np.all(moved < SETTLED * np.abs(sizes)):
-                break
+        keys, sizes = self.keys_of(names), np.zeros(0)
+        weighed = self._weighed(names, sizes, 1.0)
+        if self._is_large(weighed):
+            shares, (low, high) = self._own_shares(names), self._range(names)
+            for count in range(ROUNDS):
+                # No size beyond the plausible range has a form error: it would explain what the effect cannot.
+                wanted = np.clip(weighed.sizes * shares, low, high)
+                if len(sizes) and np.all(np.abs(wanted - sizes) < SETTLED * np.abs(wanted)):
+                    break
+                # A size and its form error may take each other's place in turn: halfway between they meet.
+                sizes = wanted if count < ROUNDS // 3 else 0.5 * (wanted + sizes)
+                weighed = self._weighed(names, sizes, 1.0)
         prior = self.log_prior(names)
-        return Explained(names, tuple(self.keys_of(names)), prior + weighed.log_evidence, weighed, prior)
+        return Explained(names, tuple(keys), prior + weighed.log_evidence, weighed, prior, sizes)
+
+    def _weighed(self, names: Names, form_sizes: Array, power: float) -> Weighed:
+        """Weigh a set of effects with the form error of some sizes, by the likelihood to some power."""
+        evidence, log_evidence = self.reduced(names, form_sizes, self.keys_of(names), power)
+        weighed = weigh(evidence, self._columns(names), [self.priors[n] for n in names])
+        return replace(weighed, log_evidence=weighed.log_evidence + log_evidence)
 
     def _own_shares(self, names: Names) -> Array:
         """What is left of the significance of each size beside the others, as a share, without form error.
@@ -135,12 +142,8 @@ class CauseSearch:
 
     def tempered(self, each: Explained, power: float) -> Explained:
         """Weigh a set of effects again, by the likelihood to some power, with the form error that it had."""
-        names = each.effects
-        large = self._is_large(each.weighed) if names else False
-        sizes = each.weighed.sizes * self._own_shares(names) if large else np.zeros(0)
-        evidence, log_evidence = self.reduced(names, sizes, each.keys, power)
-        weighed = weigh(evidence, self._columns(names), [self.priors[n] for n in names])
-        return replace(each, log_weight=each.log_prior + weighed.log_evidence + log_evidence)
+        weighed = self._weighed(each.effects, each.form_sizes, power)
+        return replace(each, log_weight=each.log_prior + weighed.log_evidence)
 
     def reduced(
         self, names: Names, sizes: Array, kept: Sequence[tuple[str, str]], power: float = 1.0
@@ -153,15 +156,20 @@ class CauseSearch:
         total, log_evidence = Evidence(np.zeros((len(kept) + 1, len(kept) + 1))), 0.0
         by_key = dict(zip(self.keys_of(names), sizes, strict=True)) if len(sizes) else {}
         for log in self.logs:
-            index = {(s.effect, s.parameter): i for i, s in enumerate(log.signatures)}
-            directions, deviations = log.form_error(by_key)
-            places = [(row, index[key]) for row, key in enumerate(kept) if key in index]
-            one, part = log.base.tempered(power).given(directions, deviations, [column for _, column in places])
-            rows = [*(row for row, _ in places), len(kept)]
-            inner = np.zeros_like(total.inner)
-            inner[np.ix_(rows, rows)] = one.inner
-            total, log_evidence = total + Evidence(inner), log_evidence + part
+            one, part = _reduced(log, by_key, kept, power)
+            total, log_evidence = total + one, log_evidence + part
         return total, log_evidence
+
+    def shares(self, each: Explained) -> Array:
+        """Return the share that each log has in what a set of effects explains, (n,); equal shares of nothing."""
+        by_key = dict(zip(each.keys, each.form_sizes, strict=True)) if len(each.form_sizes) else {}
+        size, found = each.weighed.sizes, []
+        for log in self.logs:
+            evidence, part = _reduced(log, by_key, each.keys, 1.0)
+            inner = evidence.inner
+            found.append(max(0.0, part + float(size @ inner[:-1, -1] - 0.5 * size @ inner[:-1, :-1] @ size)))
+        whole = sum(found)
+        return np.array(found) / whole if whole > 0.0 else np.full(len(found), 1.0 / len(found))
 
     def _plain_sets(self, stems: Sequence[Names]) -> tuple[list[Names], list[Names]]:
         """The best sets with one more effect than some stems, without form error: further stems, and a few."""
@@ -241,6 +249,23 @@ class CauseSearch:
         else:
             share = (1.0 - in_part) * (1.0 if len(whole) == 1 else 0.5 if name == cause else 0.5 / others)
         return float(np.log(share)) - THRESHOLDS.search_penalty * len(searched_shapes(FITTED[name]))
+
+
+def _reduced(
+    log: LogEvidence, by_key: Mapping[tuple[str, str], float], kept: Sequence[tuple[str, str]], power: float
+) -> tuple[Evidence, float]:
+    """The evidence of one log over some sizes, with the form error of effects of these sizes eliminated.
+
+    Sizes that the log does not show have rows of zeros.
+    """
+    index = {(s.effect, s.parameter): i for i, s in enumerate(log.signatures)}
+    directions, deviations = log.form_error(by_key)
+    places = [(row, index[key]) for row, key in enumerate(kept) if key in index]
+    one, part = log.base.tempered(power).given(directions, deviations, [column for _, column in places])
+    rows = [*(row for row, _ in places), len(kept)]
+    inner = np.zeros((len(kept) + 1, len(kept) + 1))
+    inner[np.ix_(rows, rows)] = one.inner
+    return Evidence(inner), part
 
 
 def _sizes(name: str, logs: Sequence[LogEvidence]) -> list[Parameter]:

@@ -5,13 +5,13 @@ model is perfect. Therefore flights of the same card, data system and turbulence
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from pitotbench.reconcile.decide.locate import Cell
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.null_measure import Measure
 from pitotbench.reconcile.residuals.whitening import NoiseModel
-from pitotbench.reconcile.signatures.hypotheses import FITTED
+from pitotbench.reconcile.signatures.hypotheses import FITTED, reads_gusts
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +65,11 @@ class NullDistribution:
     channel_powers: Mapping[str, Measure] = field(default_factory=dict)
     spectral_lines: Mapping[str, Measure] = field(default_factory=dict)
 
+    @property
+    def gap_bayes_factor(self) -> float:
+        """The logarithm of the Bayes factor from which a log shows a gap."""
+        return THRESHOLDS.gap_bayes_factor if self.flights else THRESHOLDS.gap_without_null_flights
+
     def threshold_of(self, name: str) -> float:
         """Return the score [σ] at which an effect reaches the threshold."""
         return self.scores.search_gain.get(name, 0.0) + self.threshold * self.scores.effect_spread.get(name, 1.0)
@@ -73,10 +78,19 @@ class NullDistribution:
 def theoretical_distribution(noise: NoiseModel) -> NullDistribution:
     """Return the null distribution where no null flight can be flown.
 
-    Its thresholds come from theory, with a margin of one half for a noise model that the log itself has to give.
+    Its thresholds come from theory, and its scores are those that null flights usually have. The noise, which the
+    log itself has to give, counts one half more.
     """
     limit = THRESHOLDS.without_null_flights
-    return NullDistribution(noise, ScoreScale({}, {}, {}, {}), limit, limit, 0)
+    noise = replace(noise, deviations=THRESHOLDS.noise_without_null_flights * noise.deviations)
+    vanes = {name: THRESHOLDS.vanes_unknown for name in FITTED if reads_gusts(name)}
+    fluctuation = {
+        size_label(name, p.name): THRESHOLDS.vanes_moving if name in vanes else THRESHOLDS.fluctuation_unknown
+        for name, effect in FITTED.items()
+        for p in effect.parameters
+        if not p.shape and not effect.part_of
+    }
+    return NullDistribution(noise, ScoreScale({}, vanes, {}, {}, fluctuation), limit, limit, 0)
 
 
 def size_label(effect: str, parameter: str) -> str:

@@ -33,6 +33,7 @@ CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a s
 DAY = "nonstandard_temperature"  # a gap where the day is told; a free parameter where nobody told it
 USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
 Curves = tuple[Mapping[str, float], ...]
+FEWEST_INSTANTS = 40  # of a log: three times the memory of its noise
 UNUSABLE = 1e6  # slack of instants that are not used, in the unit of any channel
 
 
@@ -129,6 +130,11 @@ def _laid_out(
         else None
     )
     scene = set_scene(track, mean_wind_of(track, measured), replay, aircraft, kept)
+    if len(scene.grid) < FEWEST_INSTANTS:
+        raise BadInputError(
+            f"the log gives {len(scene.grid)} instants to compare, and {FEWEST_INSTANTS} are needed: "
+            f"give at least {FEWEST_INSTANTS * scene.grid.step:.0f} s without a pause or an outage"
+        )
     setting = replace(setting, pressure_step=_coarse_step(checked))
     residuals = scene.residuals_of(track)
     unusable = np.where(_usable(track, measured, scene.grid, setting), 0.0, UNUSABLE)

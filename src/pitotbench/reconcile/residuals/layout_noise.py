@@ -9,7 +9,7 @@ from pitotbench.reconcile.decide.normal_equations import NormalEquations, equati
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
-from pitotbench.reconcile.residuals.whitening import NoiseModel, learned
+from pitotbench.reconcile.residuals.whitening import ORDER, NoiseModel, learned
 from pitotbench.units import Array
 
 SAME_SHAPE = 1e-9  # singular value of the cells' shapes below which two of them are the same
@@ -22,8 +22,14 @@ def noise_residuals(layout: Layout) -> Array:
 
 
 def noise_of_log(layout: Layout) -> NoiseModel:
-    """Return the noise that the log itself shows, once free parameters and cells are fitted."""
-    residuals = _without_cells(layout)
+    """Return the noise that the log itself shows, once free parameters are fitted.
+
+    Cells are fitted as well where the log is long: so a gap that has a place does not count as noise. In a log of
+    a minute they would take most of what wanders, and leave too little noise.
+    """
+    instants = len(layout.grid) / (layout.shapes.shape[1] + ORDER)
+    long = instants > THRESHOLDS.instants_a_size
+    residuals = _without_cells(layout) if long else noise_residuals(layout)
     return learned(layout.residuals.names, [(residuals, layout.grid, layout.residuals.slack)])
 
 

@@ -16,7 +16,7 @@ from pitotbench import air
 from pitotbench.channels import CHANNELS, numbers_from
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.timeline import interval, pauses, stretches
+from pitotbench.timeline import in_outage, interval, pauses, stretches
 from pitotbench.units import Array, Booleans, Seconds
 
 Indices = NDArray[np.intp]
@@ -58,19 +58,21 @@ class Track:
 def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
     """Return the track of a log; `fresh_air` is false on rows whose air data only repeat the previous row.
 
-    Lost rows are filled by interpolation; a pause in the recording ends a stretch.
+    Lost rows are filled by interpolation. A pause in the recording ends a stretch, and so does an outage of the GPS
+    or of the air data, of which no row is used.
     Raises BadInputError where no stretch is long enough to be used, or where the GPS velocity never changes.
     """
     period = interval(log.time)
-    used = [rows for rows in stretches(log.time, pauses(log.time)) if _long_enough(log.time[rows])]
-    if not used:
-        raise BadInputError(
-            f"the log holds no stretch of {SHORTEST:.0f} s without a pause: nothing can be compared"
-        )
     fresh = log.fresh_fixes()
     fix_time = log.time[fresh]
     if len(fix_time) < 2:
         raise BadInputError("the log holds fewer than two GPS fixes: nothing can be compared; use another log")
+    used = [rows for rows in _observed(log.time, fresh, fresh_air) if _long_enough(log.time[rows])]
+    if not used:
+        raise BadInputError(
+            f"the log holds no stretch of {SHORTEST:.0f} s without a pause or an outage of the GPS or air data: "
+            "nothing can be compared"
+        )
     fix_period = interval(fix_time)
     times = [_uniform(log.time[rows], period) for rows in used]
     names = [n for n, a in log.channels().items() if a.dtype == np.float64 and n != "time"]
@@ -88,6 +90,16 @@ def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
 def mach_number(track: Track) -> Array:
     """Return the Mach number of the pressures, (n,); impact pressures below 1 Pa count as 1 Pa."""
     return air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
+
+
+def _observed(time: Seconds, fixes: Booleans, fresh_air: Booleans | None) -> list[slice]:
+    """The rows of each stretch in which GPS and air data are new often enough."""
+    held = in_outage(time, fixes)
+    if fresh_air is not None:
+        held |= in_outage(time, fresh_air)
+    changes = np.flatnonzero(np.diff(held.astype(np.int8))) + 1
+    parts = stretches(time, np.union1d(pauses(time), changes))
+    return [rows for rows in parts if not held[rows.start]]
 
 
 def _long_enough(time: Seconds) -> bool:

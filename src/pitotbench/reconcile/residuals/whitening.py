@@ -111,18 +111,18 @@ def complete_past(grid: Grid, order: int) -> NDArray[np.bool_]:
 
 
 def autocovariance(values: Array, grid: Grid, order: int = ORDER) -> Array:
-    """Return means of lagged products of residuals (n, c) at lags 0 to p, (c, p + 1), with none over a gap.
+    """Return sums of lagged products of residuals (n, c) over the instants, at lags 0 to p, (c, p + 1).
 
-    A residual of exactly zero is that of an instant that is not used, and does not count.
+    None is over a gap. A residual of exactly zero is that of an instant that is not used, and does not count. All
+    lags are divided by the number of instants, not each by its own number of pairs: so no noise has a negative
+    power (Brockwell and Davis 1991, §7.2), which would leave a short log innovations of nearly zero.
     """
-    used = values != 0.0
     since = _since_start(grid)
+    instants = np.maximum(1, np.count_nonzero(values[since >= 1], axis=0))
     means = np.empty((values.shape[1], order + 1))
     for lag in range(order + 1):
-        inside = since >= lag + 1
-        pairs = np.count_nonzero((used & np.roll(used, lag, axis=0))[inside], axis=0)
-        products = (values * np.roll(values, lag, axis=0))[inside]
-        means[:, lag] = np.sum(products, axis=0) / np.maximum(1, pairs)
+        products = (values * np.roll(values, lag, axis=0))[since >= lag + 1]
+        means[:, lag] = np.sum(products, axis=0) / instants
     return means
 
 

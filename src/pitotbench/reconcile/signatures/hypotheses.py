@@ -19,6 +19,7 @@ ONE_MODEL = {"gear_not_up": "belly_pod", "impact_pressure_scale": "total_pressur
 # Told by the level of the gusts, beside the effects that are fitted.
 GUSTS = ("turbulence_level", "turbulence_scale")
 
+VANES = {"angle_of_attack", "sideslip"}  # the channels of the flow vanes
 EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its time in the flight
 
 
@@ -54,3 +55,9 @@ def happens_once(name: str) -> bool:
 def returns(name: str) -> bool:
     """Whether an effect is to be seen in another flight of the airplane: it lasts, and is no event at a time."""
     return lasts(name) and not any(p.shape and p.name in EVENTS for p in FITTED[name].parameters)
+
+
+def reads_gusts(name: str) -> bool:
+    """Whether an effect is one of the flow vanes alone."""
+    effect = FITTED[name]
+    return isinstance(effect, SensorEffect) and set(effect.changes) <= VANES

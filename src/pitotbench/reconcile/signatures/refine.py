@@ -37,15 +37,17 @@ Shapes = dict[str, float]
 Entries = Mapping[str, Mapping[str, float]]  # effects with their sizes and shapes
 
 
-def at_sizes(layout: Layout, sizes: Mapping[tuple[str, str], float]) -> Layout:
+def at_sizes(layout: Layout, sizes: Mapping[tuple[str, str], float], shapes: Entries | None = None) -> Layout:
     """Return the layout with signatures renewed at fitted sizes, keyed by effect and parameter.
 
-    Sizes outside the plausible range are taken at its end.
+    Sizes outside the plausible range are taken at its end. `shapes` holds the shapes by effect, where they are not
+    those of the signatures.
     """
     signatures = list(layout.signatures)
     for i, old in enumerate(signatures):
         if (old.effect, old.parameter) in sizes:
-            signatures[i] = _renewed(layout.scene, old, sizes[old.effect, old.parameter])
+            own = (shapes or {}).get(old.effect, old.shapes)
+            signatures[i] = _renewed(layout.scene, old, sizes[old.effect, old.parameter], own)
     if all(new is old for new, old in zip(signatures, layout.signatures, strict=True)):
         return layout
     return replace(layout, signatures=tuple(signatures))
@@ -142,18 +144,19 @@ def _from_scene(scene: Scene, old: Signature) -> Signature:
     return old if moved is None else replace(old, column=moved / old.size)
 
 
-def _renewed(scene: Scene, old: Signature, size: float) -> Signature:
+def _renewed(scene: Scene, old: Signature, size: float, shapes: Mapping[str, float]) -> Signature:
     effect = FITTED[old.effect]
     parameter = effect.parameter(old.parameter)
     least = SMALLEST * abs(parameter.typical)
     size = float(np.clip(size, parameter.low, parameter.high))
     size = float(np.copysign(max(abs(size), least), size))
-    if abs(size - old.size) < max(least, LINEAR_WITHIN[effect.acts_on] * abs(old.size)):
+    near = abs(size - old.size) < max(least, LINEAR_WITHIN[effect.acts_on] * abs(old.size))
+    if near and shapes == old.shapes:
         return old
-    moved = residual_change(effect, scene, effect.complete({**old.shapes, old.parameter: size}))
+    moved = residual_change(effect, scene, effect.complete({**shapes, old.parameter: size}))
     if moved is None or not np.any(moved):
         return old
-    return replace(old, size=size, column=moved / size)
+    return replace(old, size=size, column=moved / size, shapes=dict(shapes))
 
 
 def placed_in_time(layout: Layout, noise: NoiseModel) -> Layout:

@@ -1,0 +1,94 @@
+"""An outage of the GPS or of the air data inside a log: what is held is no measurement."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pitotbench.reconcile.decide.judgment import judge
+from pitotbench.reconcile.log_checks import check_log
+from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
+from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
+from pitotbench.reconcile.residuals.layout import lay_out
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log
+from pitotbench.reconcile.residuals.track import GPS_CHANNELS, track_of
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.timeline import in_outage, interval
+from pitotbench.units import Booleans
+
+HELD = (60.0, 68.0)  # s after the start
+
+
+def held(log: FlightLog, since: float, until: float, names: frozenset[str] = GPS_CHANNELS) -> FlightLog:
+    """The log with some channels held at their last sample, as a recorder does when a receiver falls silent."""
+    rows = _between(log, since, until)
+    channels = {}
+    for name, values in log.channels().items():
+        if name in names:
+            changed = values.copy()
+            changed[rows] = values[np.flatnonzero(rows)[0] - 1]
+            channels[name] = changed
+    return replace(log, **channels, gps_fresh=None)
+
+
+def _between(log: FlightLog, since: float, until: float) -> Booleans:
+    time = log.time - log.time[0]
+    return (time > since) & (time < until)
+
+
+def test_rows_in_an_outage_are_those_of_a_loop_over_them() -> None:
+    random = np.random.default_rng(4)
+    time = 0.05 * np.arange(400)
+    for share in (0.02, 0.1, 0.4, 0.9):
+        fresh = random.random(400) < share
+        new = [float(t) for t, one in zip(time, fresh, strict=True) if one]
+        limit = max(2.5 * interval(np.array(new)), 0.5)
+        expected = []
+        for t, one in zip(time, fresh, strict=True):
+            before = max([s for s in new if s <= t], default=float(time[0]))
+            after = min([s for s in new if s > t], default=float(time[-1]))
+            expected.append(not one and after - before > limit)
+        assert in_outage(time, fresh).tolist() == expected
+
+
+def test_a_sensor_that_never_renews_is_in_outage_throughout() -> None:
+    fresh = np.array([True, False, False, False])
+    assert in_outage(np.arange(4.0), fresh).tolist() == [False, True, True, True]
+
+
+def test_a_held_fix_is_not_used_and_names_nothing(sensed) -> None:
+    """Eight seconds of held fixes, joined by a curve, once made two names with a Bayes factor of e^12,000."""
+    log = held(sensed(das="20/20"), *HELD)
+    track = track_of(log)
+    time = track.time - log.time[0]
+    assert not np.any((time > HELD[0] + 0.05) & (time < HELD[1] - 0.05))
+    assert len(track.start) == 3
+    told = next(check for check in check_log(log).checks if check.name == "GPS")
+    assert told.status == "failed"
+    assert "no new fix for 8." in told.why
+    assert "from 60 s" in told.why
+    layout = lay_out(log, None, AnalysisSetting())
+    verdict = judge(layout, theoretical_distribution(noise_of_log(layout)))[0]
+    assert verdict.kind == "no_gap"
+
+
+def test_a_log_with_an_outage_is_that_with_a_pause(sensed) -> None:
+    log = sensed(das="20/20")
+    cut = replace(log, gps_fresh=None).select(~_between(log, *HELD))
+    residuals = [lay_out(each, None, AnalysisSetting()).residuals.values for each in (held(log, *HELD), cut)]
+    np.testing.assert_allclose(residuals[0], residuals[1], atol=1e-9)
+
+
+def test_a_log_that_is_mostly_outage_is_refused(sensed) -> None:
+    log = sensed(das="20/20")
+    with pytest.raises(BadInputError, match=r"outage|instants"):
+        lay_out(held(log, 9.0, float(log.time[-1] - log.time[0]) - 9.0), None, AnalysisSetting())
+
+
+@pytest.mark.parametrize("seconds", [15.0, 30.0])
+def test_a_piece_that_is_too_short_is_refused_with_the_length_that_would_do(sensed, seconds: float) -> None:
+    """It ended with an error of linear algebra, or with a name."""
+    log = sensed(das="20/1")
+    with pytest.raises(BadInputError, match=r"instants to compare, and 40 are needed: give at least 40 s"):
+        lay_out(log.select(log.time - log.time[0] < seconds), None, AnalysisSetting())

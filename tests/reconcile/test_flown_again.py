@@ -10,14 +10,14 @@ import pytest
 from pitotbench import Case, air, fly, sense
 from pitotbench.bench.flights import true_correction
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.reflight import as_the_log_shows, error_curve_of
+from pitotbench.bench.reconcile.reflight import as_the_log_shows, error_curve_of, fly_again
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.card_comparison import compare_cards, features_of
+from pitotbench.reconcile.card_comparison import compare_cards, features_of, hand_apart
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import DAY, lay_out
 from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
-from pitotbench.records.case import PressureErrorSpec
+from pitotbench.records.case import DataSystem, PressureErrorSpec
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
 
@@ -168,3 +168,28 @@ def test_a_card_is_flown_in_the_temperature_of_the_flight(offset: float, feet: f
     shown = as_the_log_shows(replace(case, temperature_offset=0.0), naming_of(layout, fit.sizes))
     assert shown is not None
     assert shown.temperature_offset == pytest.approx(offset, abs=0.1)
+
+
+def test_the_hand_is_told_by_what_moves_to_and_fro():
+    still = log(noise=1)
+    time = still.time
+
+    def moved(amplitude: float) -> FlightLog:
+        wave = amplitude * DEGREE * np.sin(2.0 * np.pi * time / 9.0)
+        return replace(still, roll=wave, pitch=still.pitch + wave, heading=wave)
+
+    assert hand_apart(moved(1.0), [moved(1.0), moved(1.0)]) == pytest.approx(0.0, abs=1e-9)
+    assert hand_apart(moved(1.0), [moved(0.5), moved(0.5)]) == pytest.approx(np.log(2.0), abs=1e-6)
+    assert hand_apart(still, [still]) == 0.0
+    assert hand_apart(log(segments=False), [still]) == 0.0
+
+
+@pytest.mark.parametrize(("pilot", "found"), [("none", ""), ("busy", "busy")])
+def test_the_card_is_flown_by_the_hand_that_the_log_shows(pilot: str, found: str):
+    """The header tells of no pilot, and the log was flown by one."""
+    card = Case(maneuver="circle", turbulence="light", das=DataSystem(20.0, 20.0))
+    flight = sense(fly(replace(card, pilot=pilot, truth_seed=36_001)), "20/20")
+    again = fly_again(flight, card, ())
+    assert again.pilot == found
+    bank = next(t for t in again.tolerances if t.quantity == "bank")
+    assert bank.before > 0.8 * bank.by_chance

@@ -25,6 +25,10 @@ SMOOTHED = 1.0  # s over which gusts and sensor noise are averaged on both sides
 BEGINNING = 20.0  # s at the start of a segment over which its change of airspeed is taken
 SHORTEST = 5.0  # s of a segment that is summed up
 
+HAND = ("bank", "pitch", "heading")  # what a pilot's hand moves to and fro
+STILL = 0.01  # °; less than this is the noise of an attitude, and no hand
+CURVED = 3  # degree of the polynomial that is taken out of a segment: it is the maneuver, not the hand
+
 Parts = Mapping[str, FlightLog]  # the segments of a log by their labels
 
 
@@ -61,6 +65,34 @@ def compare_cards(measured: FlightLog, simulated: Sequence[FlightLog], patched: 
     histories = [h for label in labels for h in _histories(label, begin, flown, before[0], after[0])]
     limits = [_tolerance(name, labels, flown, before, after) for name in LIMITS]
     return FlownAgain(tuple(features), tuple(t for t in limits if t is not None), tuple(histories))
+
+
+def hand_apart(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
+    """Return how far the hand that flew a log is from that of some flights of its card.
+
+    It is the root mean square, over bank, pitch and heading, of the logarithm of how much more they move to and fro
+    within the segments. Two flights by one hand are some 0.15 apart, the autopilot alone and a good pilot 0.6, a
+    good pilot and a busy one 0.4 (three flights each of three cards). 0 where the logs have no segments in common.
+    """
+    labels = _common(measured, flights)
+    own, others = _to_and_fro(measured, labels), [_to_and_fro(log, labels) for log in flights]
+    ratios = [np.mean([np.log(each[name] / own[name]) for each in others]) for name in own]
+    return float(np.sqrt(np.mean(np.square(ratios)))) if ratios else 0.0
+
+
+def _to_and_fro(log: FlightLog, labels: Sequence[str]) -> dict[str, float]:
+    """The root mean square of each quantity of a hand around a smooth course of each segment."""
+    found: dict[str, float] = {}
+    for name in HAND:
+        squares = []
+        for part in _parts(log, labels).values():
+            values, time = QUANTITIES[name][1](part), part.time - part.time[0]
+            if values is not None and time[-1] >= SHORTEST:
+                smooth = _smooth(time, values)
+                squares.append((smooth - np.polyval(np.polyfit(time, smooth, CURVED), time)) ** 2)
+        if squares:
+            found[name] = max(STILL, float(np.sqrt(np.mean(np.concatenate(squares)))))
+    return found
 
 
 def _common(measured: FlightLog, flights: Sequence[FlightLog]) -> list[str]:

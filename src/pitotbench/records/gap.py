@@ -137,12 +137,16 @@ class Tolerance:
 
 @dataclass(frozen=True, slots=True)
 class FlownAgain:
-    """The card of a log flown again, or the reason in `skipped` why it was not."""
+    """The card of a log flown again, or the reason in `skipped` why it was not.
+
+    `pilot` is the one who flew it where the log shows another hand than its card tells, else empty.
+    """
 
     features: tuple[Feature, ...] = ()
     tolerances: tuple[Tolerance, ...] = ()
     histories: tuple[History, ...] = ()
     skipped: str = ""
+    pilot: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from pitotbench.show.verdict_tables import (
     candidate_columns,
     kind_words,
     noticed,
+    pilot_words,
     round_columns,
 )
 
@@ -94,6 +95,7 @@ def _flown(name: str, flown: FlownAgain) -> dict[str, object]:
     return {
         "name": name,
         "skipped": flown.skipped,
+        "pilot": pilot_words(flown),
         "tolerances": html_table(TOLERANCE_COLUMNS, flown.tolerances),
         "panels": history_panels(flown.histories),
         "features": html_table(FEATURE_COLUMNS, features) if features else "",

@@ -63,6 +63,7 @@ def account_json(account: Account) -> dict[str, Any]:
 def _flown(flown: FlownAgain) -> dict[str, Any]:
     return {
         "skipped": flown.skipped or None,
+        "pilot": flown.pilot or None,
         "within_tolerance": json_rows(TOLERANCE_COLUMNS, flown.tolerances),
     }
 

@@ -1,7 +1,7 @@
 """The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features, smallest sizes."""
 
 from pitotbench.effects import EFFECTS
-from pitotbench.records.gap import Account, Feature, Tolerance
+from pitotbench.records.gap import Account, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import Candidate, Check, Detectable, Located, Verdict
 from pitotbench.show.columns import Column
 from pitotbench.show.gap_words import effect_words, told_rivals
@@ -64,6 +64,14 @@ FEATURE_COLUMNS: tuple[Column[Feature], ...] = (
     Column("measured − simulated", lambda f: _difference(f, f.simulated), "σ", "+.1f"),
     Column("measured − patched", lambda f: _difference(f, f.patched), "σ", "+.1f"),
 )
+
+
+def pilot_words(flown: FlownAgain) -> str:
+    """Return who flew the card again, where it is another one than the card tells; else nothing."""
+    if not flown.pilot:
+        return ""
+    hand = "the autopilot alone" if flown.pilot == "none" else f"a {flown.pilot} pilot"
+    return f"Flown by {hand}: bank, pitch and heading of the log move to and fro as under this hand."
 
 
 def noticed(features: tuple[Feature, ...]) -> list[Feature]:

@@ -8,7 +8,7 @@ from pitotbench.show.columns import print_table
 from pitotbench.show.flight_tables import FLIGHT_COLUMNS
 from pitotbench.show.gap_words import effect_words, evidence_words, sentences
 from pitotbench.show.terminal import outside, print_warnings
-from pitotbench.show.verdict_tables import PLACE_COLUMNS, TOLERANCE_COLUMNS, kind_words
+from pitotbench.show.verdict_tables import PLACE_COLUMNS, TOLERANCE_COLUMNS, kind_words, pilot_words
 
 _PLACES = 6
 
@@ -35,6 +35,8 @@ def print_account(account: Account, console: Console) -> None:
             console.print()
             title = f"the card of {log} flown again: share of the time within the tolerance"
             print_table(TOLERANCE_COLUMNS, flown.tolerances, console, title)
+            if flown.pilot:
+                console.print(outside(pilot_words(flown)), soft_wrap=True)
     _print_remarks(verdict, console)
 
 

@@ -10,16 +10,17 @@ import numpy as np
 from pitotbench import air
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.flights import flown  # of a light module: each worker loads it
-from pitotbench.reconcile.card_comparison import compare_cards
+from pitotbench.reconcile.card_comparison import compare_cards, hand_apart
 from pitotbench.reconcile.decide.naming import Naming
 from pitotbench.reconcile.residuals.free_parameters import curve_of
 from pitotbench.reconcile.residuals.layout import DAY, Layout, below_range_end, mean_wind_of
 from pitotbench.reconcile.residuals.track import track_of
-from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
+from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.gap import FlownAgain
 from pitotbench.records.log import FlightLog
 
+OTHER_HAND = 0.3  # apart from which another pilot is tried: two flights by one hand are some 0.15 apart
 FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
 # The free parameters of the temperature, where no header tells it: by its effect on the airplane, and as measured
 WARMER, MEASURED_WARMER = f"{DAY} warmer_k", "temperature offset"
@@ -30,7 +31,8 @@ SEED = 760_001  # truth and sensor seeds count up from here
 def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) -> FlownAgain:
     """Compare a log with its card as the simulator flies it, in the wind of the log, without and with effects.
 
-    Returns only a reason where there is no card, or where it cannot be flown.
+    Where the airplane of the log moves to and fro as under another hand than that of the card, the pilot flies
+    whose hand is nearest. Returns only a reason where there is no card, or where it cannot be flown.
     """
     if card is None:
         return FlownAgain(skipped="no card: the header of the log holds none and --card was not given")
@@ -39,13 +41,28 @@ def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) 
             skipped="the log has no column `segment`: its parts cannot be matched to those of the card"
         )
     base = replace(card, wind=wind_of_log(log), effects=())
-    cases = [replace(base, truth_seed=SEED + i, sensor_seed=SEED + i) for i in range(FLIGHTS)]
-    patched = [replace(case, effects=tuple(effects)) for case in cases] if effects else []
     try:
-        logs = require_all(run_tasks(flown, [*cases, *patched], min(os.cpu_count() or 1, FLIGHTS)))
+        found = _flights([base], effects)
+        if hand_apart(log, found[base.pilot][1]) > OTHER_HAND:
+            found |= _flights([replace(base, pilot=p) for p in PILOTS if p != base.pilot], effects)
     except BadInputError as error:
         return FlownAgain(skipped=f"the card cannot be flown: {error}")
-    return compare_cards(log, logs[:FLIGHTS], logs[FLIGHTS:] or logs[:FLIGHTS])
+    pilot = min(found, key=lambda p: hand_apart(log, found[p][1]))
+    compared = compare_cards(log, *found[pilot])
+    return compared if pilot == base.pilot else replace(compared, pilot=pilot)
+
+
+def _flights(
+    cards: Sequence[Case], effects: Sequence[EffectSpec]
+) -> dict[str, tuple[list[FlightLog], list[FlightLog]]]:
+    """Flights of some cards by their pilots, without and with effects."""
+    numbers = range(SEED, SEED + FLIGHTS)
+    plain = [replace(card, truth_seed=n, sensor_seed=n) for card in cards for n in numbers]
+    patched = [replace(case, effects=tuple(effects)) for case in plain] if effects else []
+    logs = require_all(run_tasks(flown, [*plain, *patched], min(os.cpu_count() or 1, FLIGHTS)))
+    before, after = logs[: len(plain)], logs[len(plain) :] or logs
+    parts = [slice(i * FLIGHTS, (i + 1) * FLIGHTS) for i in range(len(cards))]
+    return {card.pilot: (before[part], after[part]) for card, part in zip(cards, parts, strict=True)}
 
 
 def as_the_log_shows(card: Case | None, naming: Naming) -> Case | None:

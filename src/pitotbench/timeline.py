@@ -22,8 +22,9 @@ Indices = NDArray[np.intp]
 MISSING = 1.5  # sample intervals, midway between a step with every sample and one with a sample missing
 PAUSE_SAMPLES = 5.0  # sample intervals: four lost samples in a row are still a fault of the recorder
 PAUSE_SECONDS = 2.0  # s: at a high rate five samples pass before the airplane has moved from a smooth curve
-OUTAGE_SAMPLES = 2.5  # intervals of the sensor: one lost sample is no outage, two in a row are
+OUTAGE_SAMPLES = 2.5  # usual holds of the sensor: one lost sample is no outage, two in a row are
 OUTAGE_SECONDS = 0.5  # s: a spline through noisy samples at a high rate leaves the flight path after more
+NEARLY_ALL = 0.95  # of the samples: for how long these are held is usual
 
 
 def interval(time: Seconds) -> float:
@@ -47,16 +48,26 @@ def pauses(time: Seconds) -> Indices:
 def in_outage(time: Seconds, fresh: Booleans) -> Booleans:
     """Return the rows in which a sensor holds a sample for too long, (n,); `fresh` (n,) marks its new samples.
 
-    It is too long from `OUTAGE_SAMPLES` of its intervals and from `OUTAGE_SECONDS`. Rows with a new sample are in
-    no outage. A sensor without two new samples is in outage throughout.
+    It is too long where it lasts longer than `OUTAGE_SECONDS`, and than `OUTAGE_SAMPLES` times what nearly all
+    samples of this sensor are held for. So a slow sensor, one that loses samples at random, and a coarse one that
+    often repeats a value have no outage. A pause of the recording is none. Rows with a new sample are in no outage.
+    A sensor without two new samples is in outage throughout.
     """
-    new = time[fresh]
-    if len(new) < 2:
+    if np.count_nonzero(fresh) < 2:
         return ~fresh
-    marks = np.concatenate([time[:1], new, time[-1:]])
-    lasting = np.diff(marks)[np.clip(np.searchsorted(marks, time, side="right") - 1, 0, len(marks) - 2)]
-    held: Booleans = ~fresh & (lasting > max(OUTAGE_SAMPLES * interval(new), OUTAGE_SECONDS))
+    held = np.zeros(len(time), dtype=np.bool_)
+    parts = [(rows, _holds(time[rows], fresh[rows])) for rows in stretches(time, pauses(time))]
+    usual = float(np.quantile(np.concatenate([lasting[new] for _, (lasting, new) in parts]), NEARLY_ALL))
+    for rows, (lasting, _) in parts:
+        held[rows] = ~fresh[rows] & (lasting > max(OUTAGE_SAMPLES * usual, OUTAGE_SECONDS))
     return held
+
+
+def _holds(time: Seconds, fresh: Booleans) -> tuple[Seconds, Indices]:
+    """How long the sample of each row of a stretch is held, (n,), and the row at which each hold begins."""
+    begins = np.flatnonzero(fresh | (np.arange(len(time)) == 0))
+    lengths = np.diff(np.append(time[begins], time[-1]))
+    return np.repeat(lengths, np.diff(np.append(begins, len(time)))), begins
 
 
 def stretches(time: Seconds, breaks: Indices) -> list[slice]:

@@ -193,3 +193,14 @@ def test_the_card_is_flown_by_the_hand_that_the_log_shows(pilot: str, found: str
     assert again.pilot == found
     bank = next(t for t in again.tolerances if t.quantity == "bank")
     assert bank.before > 0.8 * bank.by_chance
+
+
+def test_other_gusts_are_no_other_hand():
+    card = Case(maneuver="circle", turbulence="light", das=DataSystem(20.0, 20.0))
+    rough = sense(fly(replace(card, turbulence="moderate", truth_seed=36_002)), "20/20")
+    assert fly_again(rough, card, ()).pilot == ""
+
+
+def test_a_hand_is_compared_where_both_logs_are_long_enough():
+    assert hand_apart(log(), [log().select(np.arange(420))]) >= 0.0
+    assert hand_apart(log().select(np.arange(52)), [log().select(np.arange(48))]) == 0.0

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from pitotbench import Case, fly, sense
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.reconcile.decide.judgment import hold_out
@@ -14,6 +16,7 @@ from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
 from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.signatures.hypotheses import returns
+from pitotbench.reconcile.signatures.refine import at_sizes
 from pitotbench.records.case import EffectSpec
 
 LATE = Catalog("effect", {"gps_latency": EFFECTS["gps_latency"]})
@@ -52,3 +55,14 @@ def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
     shapes = naming.layout.signatures[naming.fit.columns[0]].shapes
     assert shapes["center_mps"] == pytest.approx(55.0, abs=3.0)
     assert hold_out(logs[1], None, null, naming, layout.setting).share > 0.9
+
+
+def test_a_shape_that_a_flight_does_not_reach_has_no_signature(flight) -> None:
+    """A polar that bends at a lift coefficient of 1.2: the column of the typical one, 0.4, stood in its place."""
+    bend = Catalog("effect", {"polar_bend": EFFECTS["polar_bend"]})
+    layout = lay_out(sense(flight, "20/20"), aircraft_model("navajo"), AnalysisSetting(), bend)
+    shown = at_sizes(layout, {("polar_bend", "factor"): 0.1}, {"polar_bend": {"onset": 1.2}})
+    (old,), (new,) = layout.signatures, shown.signatures
+    assert np.any(old.column)
+    assert np.abs(new.column).max() < 0.05 * np.abs(old.column).max()
+    assert new.shapes == {"onset": 1.2}

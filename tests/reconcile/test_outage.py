@@ -1,6 +1,8 @@
 """An outage of the GPS or of the air data inside a log: what is held is no measurement."""
 
+from collections.abc import Collection
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,16 +13,16 @@ from pitotbench.reconcile.null_flights.null_distribution import theoretical_dist
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
 from pitotbench.reconcile.residuals.layout_noise import noise_of_log
-from pitotbench.reconcile.residuals.track import GPS_CHANNELS, track_of
+from pitotbench.reconcile.residuals.track import AIR_CHANNELS, GPS_CHANNELS, track_of
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.timeline import in_outage, interval
+from pitotbench.timeline import in_outage
 from pitotbench.units import Booleans
 
 HELD = (60.0, 68.0)  # s after the start
 
 
-def held(log: FlightLog, since: float, until: float, names: frozenset[str] = GPS_CHANNELS) -> FlightLog:
+def held(log: FlightLog, since: float, until: float, names: Collection[str] = GPS_CHANNELS) -> FlightLog:
     """The log with some channels held at their last sample, as a recorder does when a receiver falls silent."""
     rows = _between(log, since, until)
     channels = {}
@@ -42,14 +44,50 @@ def test_rows_in_an_outage_are_those_of_a_loop_over_them() -> None:
     time = 0.05 * np.arange(400)
     for share in (0.02, 0.1, 0.4, 0.9):
         fresh = random.random(400) < share
+        fresh[120:160] = False
+        fresh[0] = True
         new = [float(t) for t, one in zip(time, fresh, strict=True) if one]
-        limit = max(2.5 * interval(np.array(new)), 0.5)
+        lengths = [after - before for before, after in pairwise([*new, float(time[-1])])]
+        limit = max(2.5 * float(np.quantile(lengths, 0.95)), 0.5)
         expected = []
         for t, one in zip(time, fresh, strict=True):
-            before = max([s for s in new if s <= t], default=float(time[0]))
+            before = max(s for s in new if s <= t)
             after = min([s for s in new if s > t], default=float(time[-1]))
             expected.append(not one and after - before > limit)
         assert in_outage(time, fresh).tolist() == expected
+
+
+def test_a_pause_of_the_recording_is_no_outage() -> None:
+    """The rows that hold a fix before and after a pause were told as a failure of the GPS."""
+    time = np.concatenate([0.05 * np.arange(1210), 90.0 + 0.05 * np.arange(1213)])
+    fresh = np.round(time * 20.0).astype(int) % 20 == 7
+    assert not in_outage(time, fresh).any()
+
+
+@pytest.mark.parametrize("rate", [1.0, 4.0])
+def test_samples_that_are_lost_at_random_are_no_outage(rate: float) -> None:
+    fresh = np.random.default_rng(8).random(1000) > 0.3
+    assert in_outage(np.arange(1000) / rate, fresh).mean() < 0.02
+
+
+def test_a_coarse_velocity_that_repeats_itself_is_no_outage(sensed) -> None:
+    log = replace(sensed(das="20/20"), gps_fresh=None)
+    step = 0.5144  # 1 kt
+    coarse = {n: step * np.round(getattr(log, n) / step) for n in ("velocity_north", "velocity_east")}
+    coarse["velocity_down"] = 0.1 * np.round(log.velocity_down / 0.1)
+    rounded = replace(log, **coarse)
+    assert not in_outage(log.time, rounded.renewed_fixes()).any()
+    assert len(track_of(rounded).time) == len(track_of(log).time)
+
+
+def test_air_data_that_stand_still_are_told_and_not_used(sensed) -> None:
+    log = held(sensed(das="20/20"), 60.0, 90.0, AIR_CHANNELS)
+    checked = check_log(log)
+    told = next(check for check in checked.checks if check.name == "repeated samples")
+    assert (told.status, checked.effects) == ("failed", ())
+    assert "stand still for 30" in told.why
+    time = track_of(log, checked.fresh).time - log.time[0]
+    assert not np.any((time > 60.1) & (time < 89.9))
 
 
 def test_a_sensor_that_never_renews_is_in_outage_throughout() -> None:
@@ -66,7 +104,7 @@ def test_a_held_fix_is_not_used_and_names_nothing(sensed) -> None:
     assert len(track.start) == 3
     told = next(check for check in check_log(log).checks if check.name == "GPS")
     assert told.status == "failed"
-    assert "no new fix for 8." in told.why
+    assert "stand still for 7.9" in told.why or "stand still for 8.0" in told.why
     assert "from 60 s" in told.why
     layout = lay_out(log, None, AnalysisSetting())
     verdict = judge(layout, theoretical_distribution(noise_of_log(layout)))[0]
@@ -82,7 +120,7 @@ def test_a_log_with_an_outage_is_that_with_a_pause(sensed) -> None:
 
 def test_a_log_that_is_mostly_outage_is_refused(sensed) -> None:
     log = sensed(das="20/20")
-    with pytest.raises(BadInputError, match=r"outage|instants"):
+    with pytest.raises(BadInputError, match="no stretch of 10 s without a pause or an outage"):
         lay_out(held(log, 9.0, float(log.time[-1] - log.time[0]) - 9.0), None, AnalysisSetting())
 
 
@@ -90,5 +128,6 @@ def test_a_log_that_is_mostly_outage_is_refused(sensed) -> None:
 def test_a_piece_that_is_too_short_is_refused_with_the_length_that_would_do(sensed, seconds: float) -> None:
     """It ended with an error of linear algebra, or with a name."""
     log = sensed(das="20/1")
-    with pytest.raises(BadInputError, match=r"instants to compare, and 40 are needed: give at least 40 s"):
+    with pytest.raises(BadInputError, match=r"instants to compare, and 40 are needed: give at least 44 s"):
         lay_out(log.select(log.time - log.time[0] < seconds), None, AnalysisSetting())
+    assert len(lay_out(log.select(log.time - log.time[0] < 44.0), None, AnalysisSetting()).grid) >= 40

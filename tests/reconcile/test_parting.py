@@ -1,7 +1,7 @@
 """The next flight, chosen: the forecast against dense densities and draws, and the variants of the cards."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -99,6 +99,20 @@ def test_the_wider_the_angle_the_surer_a_name() -> None:
     assert [f.name for f in found] == sorted(f.name for f in found)
     assert [f.entropy for f in found] == sorted((f.entropy for f in found), reverse=True)
     assert 0.9 < found[-1].name <= 1.0 - THRESHOLDS.doubt_least  # other causes keep their share
+
+
+def test_evidence_that_flights_share_is_tempered_less() -> None:
+    shared = replace(doubt(1.0, 0.1), concentration=0.5)
+    square = 2.0 * (30.0**2 * 0.5 + 10.0**2) / 40.0
+    assert shared.power(10.0) == pytest.approx(1.0 / (1.0 + THRESHOLDS.table_error**2 * square))
+
+
+def test_a_name_needs_the_evidence_that_the_flights_need() -> None:
+    first, second = np.array([6.0, 0.0, 0.0]), np.array([0.0, 6.0, 0.0])
+    asked = doubt(1.0, 0.1)
+    assert parting_of(asked, unflown(first, second)).name > 0.5  # type: ignore[arg-type]
+    careful = replace(asked, least_bayes_factor=200.0)
+    assert parting_of(careful, unflown(first, second)).name == 0.0  # type: ignore[arg-type]
 
 
 def test_the_variants_of_a_card_can_be_flown() -> None:

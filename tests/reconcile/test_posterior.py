@@ -220,9 +220,39 @@ def test_a_flight_that_shows_nothing_changes_no_probability() -> None:
     assert with_blind.concentration == pytest.approx(1.0)
 
 
-def test_flights_that_show_the_same_share_the_evidence() -> None:
-    seen = log_of({LAG: AXES[0], LATE: AXES[1]}, AXES[0])
-    assert cause_posterior([seen, seen]).concentration == pytest.approx(0.5)  # type: ignore[list-item]
+def test_two_flights_that_show_the_same_tell_more_than_one_of_twice_the_evidence() -> None:
+    """A signature may be wrong in an unknown direction on one flight, hardly in the same way on two."""
+    columns = {LAG: AXES[0], LATE: AXES[0] + AXES[3] / 10.0}
+    seen = log_of(columns, 3.0 * AXES[0])
+    strong = replace(seen, base=seen.base + seen.base)
+    two = cause_posterior([seen, seen])  # type: ignore[list-item]
+    one = cause_posterior([strong])  # type: ignore[list-item]
+    assert two.concentration == pytest.approx(0.5)
+    assert two.of_causes()["pitot_lag"] > one.of_causes()["pitot_lag"] + 0.005
+
+
+def test_a_blind_flight_without_null_flights_takes_no_name_away() -> None:
+    columns = {LAG: AXES[0], LATE: AXES[1]}
+    seen = log_of(columns, AXES[0] / 2.0)
+    blind = replace(log_of({key: np.zeros(6) for key in columns}, np.zeros(6)), least_bayes_factor=1000.0)
+    alone, both = cause_posterior([seen]), cause_posterior([seen, blind])  # type: ignore[list-item]
+    assert both.least_bayes_factor == pytest.approx(alone.least_bayes_factor)
+    assert answer_of(both).groups == answer_of(alone).groups == (("pitot_lag",),)
+
+
+def test_a_rest_counts_as_evidence_of_its_flight() -> None:
+    """A gap that no cause takes once had its evidence shared among flights that do not show it."""
+    smooth = Rest("airspeed_along", (2,), np.array([30.0]), 0.0)
+    columns = {LAG: AXES[0], LATE: AXES[1]}
+    cell = np.zeros(6)
+    cell[4] = 1.0
+    every = np.vstack([AXES[0], AXES[1], cell, 30.0 * cell])
+    seen = replace(log_of(columns, 30.0 * cell), base=Evidence(every @ every.T), rests=(smooth,))
+    silent = np.vstack([np.zeros((2, 6)), cell, np.zeros(6)])
+    blind = replace(seen, base=Evidence(silent @ silent.T))
+    found = cause_posterior([seen, blind, blind])  # type: ignore[list-item]
+    assert found.outside > 0.9
+    assert found.concentration > 0.99
 
 
 def test_no_log_is_refused() -> None:

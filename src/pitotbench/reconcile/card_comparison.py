@@ -26,7 +26,7 @@ BEGINNING = 20.0  # s at the start of a segment over which its change of airspee
 SHORTEST = 5.0  # s of a segment that is summed up
 
 HAND = ("bank", "pitch", "heading")  # what a pilot's hand moves to and fro
-STILL = 0.01  # °; less than this is the noise of an attitude, and no hand
+STILL = 0.01  # ° or m/s²; less than this is the noise of a sensor
 CURVED = 3  # degree of the polynomial that is taken out of a segment: it is the maneuver, not the hand
 
 Parts = Mapping[str, FlightLog]  # the segments of a log by their labels
@@ -76,8 +76,28 @@ def hand_apart(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
     """
     labels = _common(measured, flights)
     own, others = _to_and_fro(measured, labels), [_to_and_fro(log, labels) for log in flights]
-    ratios = [np.mean([np.log(each[name] / own[name]) for each in others]) for name in own]
+    common = [name for name in own if all(name in each for each in others)]
+    ratios = [np.mean([np.log(each[name] / own[name]) for each in others]) for name in common]
     return float(np.sqrt(np.mean(np.square(ratios)))) if ratios else 0.0
+
+
+def gusts_apart(measured: FlightLog, flights: Sequence[FlightLog]) -> float:
+    """Return how much more the load factor of a log shakes than that of some flights of its card, as a logarithm.
+
+    Gusts shake it within a second, and no hand does. It is 0.35 between smooth air and light turbulence, and 1.0
+    between light and moderate turbulence (circles of 20 Hz). Infinite where a log has no load factor.
+    """
+    own, others = _shaking(measured), [_shaking(log) for log in flights]
+    if own is None or any(each is None for each in others):
+        return np.inf
+    return float(abs(np.log(own) - np.mean([np.log(each) for each in others if each is not None])))
+
+
+def _shaking(log: FlightLog) -> float | None:
+    if log.specific_force_z is None:
+        return None
+    values = log.specific_force_z
+    return max(STILL, float(np.std(values - _smooth(log.time, values))))
 
 
 def _to_and_fro(log: FlightLog, labels: Sequence[str]) -> dict[str, float]:

@@ -65,7 +65,9 @@ def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, .
     if not repeated.any():
         return Check("repeated samples", "passed", "air data are new on every row"), ()
     period = interval(log.time)
-    lengths = np.diff(np.flatnonzero(~repeated))
+    out = in_outage(log.time, ~repeated)
+    where = f"; {_outages(log, out)}" if out.any() else ""
+    lengths = np.diff(np.flatnonzero(~repeated & ~out))
     typical = float(np.median(lengths))
     if typical > 1 and np.mean(np.abs(lengths - typical) <= 1) > THRESHOLDS.repeats_regular:
         held = float(np.mean(lengths)) * period
@@ -73,9 +75,13 @@ def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, .
         return Check("repeated samples", "failed", why), (
             _counted("sample_and_hold", Estimate("period_s", held, period)),
         )
-    share = float(np.mean(repeated))
+    lost = repeated & ~out
+    if not lost.any():
+        return Check("repeated samples", "failed", f"air data{where[1:]}"), ()
+    lengths = np.diff(np.flatnonzero(~repeated))
+    share = float(np.mean(lost))
     spread = 2.0 * float(np.sqrt(share * max(1.0, float(lengths[lengths > 1].mean()) - 1.0) / len(log)))
-    why = f"{100.0 * share:.1f} % of the rows repeat the air data of the row before: lost samples, filled in"
+    why = f"{100.0 * share:.1f} % of the rows repeat the air data of the row before: lost samples, filled in{where}"
     return Check("repeated samples", "failed", why), (
         _counted("dropped_samples", Estimate("fraction", share, spread)),
     )
@@ -142,13 +148,17 @@ def _gps(log: FlightLog) -> Check:
     fresh = log.fresh_fixes()
     if fresh.all():
         return Check("GPS", "passed", "velocity is new on every row")
-    held = in_outage(log.time, fresh)
+    held = in_outage(log.time, log.renewed_fixes())
     if held.any():
-        begins = np.flatnonzero(np.diff(held.astype(np.int8), prepend=0) == 1)
-        lasted = float(np.sum(held)) * interval(log.time)
-        places = ", ".join(f"{log.time[row] - log.time[0]:.0f}" for row in begins[:LISTED])
-        more = ", …" if len(begins) > LISTED else ""
-        why = f"no new fix for {lasted:.1f} s in all, from {places}{more} s after the start: not used"
-        return Check("GPS", "failed", why)
+        return Check("GPS", "failed", f"fixes {_outages(log, held)}")
     period = interval(log.time[fresh])
     return Check("GPS", "passed", f"velocity is renewed every {period:.3g} s and interpolated between")
+
+
+def _outages(log: FlightLog, held: Booleans) -> str:
+    """How long a sensor was silent in all, and when the first times began, in words."""
+    begins = np.flatnonzero(np.diff(held.astype(np.int8), prepend=0) == 1)
+    lasted = float(np.sum(held)) * interval(log.time)
+    places = ", ".join(f"{log.time[row] - log.time[0]:.0f}" for row in begins[:LISTED])
+    more = ", …" if len(begins) > LISTED else ""
+    return f"stand still for {lasted:.1f} s in all, from {places}{more} s after the start: not used"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.channels import CHANNELS, Recorded
+from pitotbench.channels import CHANNELS, Recorded, numbers_from
 from pitotbench.records.frozen import RecordError, check_lengths, freeze
 from pitotbench.records.shown import Shown
 from pitotbench.timeline import fresh_fixes
@@ -41,6 +41,21 @@ class FlightLog(Shown, Recorded):
     def fresh_fixes(self) -> Booleans:
         """Return whether the GPS velocity is new in each row, (n,): as logged, else found from repeated values."""
         return fresh_fixes(self.gps_fresh, self.velocity_north, self.velocity_east)
+
+    def renewed_fixes(self) -> Booleans:
+        """Return whether anything of the GPS is new in each row, (n,): as logged, else found from repeated values.
+
+        On a steady leg a coarse velocity repeats itself while the height goes on; in an outage all stand still.
+        """
+        if self.gps_fresh is not None:
+            return self.gps_fresh
+        new = np.zeros(len(self), dtype=np.bool_)
+        new[0] = True
+        for name in numbers_from("gps"):
+            values = getattr(self, name)
+            if values is not None:
+                new[1:] |= np.diff(values) != 0.0
+        return new
 
     def select(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "FlightLog":
         """Return the log of some rows (a mask or sorted indices), with the same header."""

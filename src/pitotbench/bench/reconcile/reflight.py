@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from math import atan2, hypot, pi
 
@@ -10,8 +11,9 @@ import numpy as np
 from pitotbench import air
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.flights import flown  # of a light module: each worker loads it
-from pitotbench.reconcile.card_comparison import compare_cards, hand_apart
+from pitotbench.reconcile.card_comparison import compare_cards, gusts_apart, hand_apart
 from pitotbench.reconcile.decide.naming import Naming
+from pitotbench.reconcile.log_checks import check_log
 from pitotbench.reconcile.residuals.free_parameters import curve_of
 from pitotbench.reconcile.residuals.layout import DAY, Layout, below_range_end, mean_wind_of
 from pitotbench.reconcile.residuals.track import track_of
@@ -21,6 +23,7 @@ from pitotbench.records.gap import FlownAgain
 from pitotbench.records.log import FlightLog
 
 OTHER_HAND = 0.3  # apart from which another pilot is tried: two flights by one hand are some 0.15 apart
+SAME_GUSTS = 0.25  # apart, in the logarithm, below which other gusts are no reason for another motion
 FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
 # The free parameters of the temperature, where no header tells it: by its effect on the airplane, and as measured
 WARMER, MEASURED_WARMER = f"{DAY} warmer_k", "temperature offset"
@@ -31,8 +34,9 @@ SEED = 760_001  # truth and sensor seeds count up from here
 def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) -> FlownAgain:
     """Compare a log with its card as the simulator flies it, in the wind of the log, without and with effects.
 
-    Where the airplane of the log moves to and fro as under another hand than that of the card, the pilot flies
-    whose hand is nearest. Returns only a reason where there is no card, or where it cannot be flown.
+    Where the airplane of the log moves to and fro as under another hand than that of the card, in gusts of the same
+    strength, the card is flown by the pilot whose hand is nearest. Returns only a reason where there is no card, or
+    where it cannot be flown.
     """
     if card is None:
         return FlownAgain(skipped="no card: the header of the log holds none and --card was not given")
@@ -43,10 +47,12 @@ def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) 
     base = replace(card, wind=wind_of_log(log), effects=())
     try:
         found = _flights([base], effects)
-        if hand_apart(log, found[base.pilot][1]) > OTHER_HAND:
-            found |= _flights([replace(base, pilot=p) for p in PILOTS if p != base.pilot], effects)
     except BadInputError as error:
         return FlownAgain(skipped=f"the card cannot be flown: {error}")
+    _, after = found[base.pilot]
+    if hand_apart(log, after) > OTHER_HAND and gusts_apart(log, after) < SAME_GUSTS:
+        with suppress(BadInputError):  # a card may be too hard for another pilot
+            found |= _flights([replace(base, pilot=p) for p in PILOTS if p != base.pilot], effects)
     pilot = min(found, key=lambda p: hand_apart(log, found[p][1]))
     compared = compare_cards(log, *found[pilot])
     return compared if pilot == base.pilot else replace(compared, pilot=pilot)
@@ -100,6 +106,6 @@ def error_curve_of(layout: Layout, sizes: Mapping[str, float]) -> PressureErrorS
 
 def wind_of_log(log: FlightLog) -> Wind:
     """Return the mean wind of a log: ground velocity less velocity through the air."""
-    track = track_of(log)
+    track = track_of(log, check_log(log).fresh)
     north, east, _ = mean_wind_of(track, below_range_end(track, log))
     return Wind(hypot(north, east), (atan2(-east, -north)) % (2.0 * pi), 0.0)

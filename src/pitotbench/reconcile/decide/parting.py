@@ -51,12 +51,13 @@ class Contender:
 class Doubt:
     """The explanations that are left after some flights, and the strength of their evidence for a gap.
 
-    `concentration` is that of the posterior: 1 where one flight gives all of the evidence.
+    `concentration` and `least_bayes_factor` are those of the posterior.
     """
 
     contenders: tuple[Contender, ...]
     log_bayes_factor: float
     concentration: float = 1.0
+    least_bayes_factor: float = THRESHOLDS.gap_bayes_factor
 
     def power(self, added: Array | float = 0.0) -> Array:
         """Return the power to which evidence is raised, (n,) like `added`.
@@ -97,7 +98,7 @@ def doubt_of(posterior: CausePosterior) -> Doubt:
         )
         for w, p in kept
     )
-    return Doubt(contenders, posterior.log_bayes_factor, posterior.concentration)
+    return Doubt(contenders, posterior.log_bayes_factor, posterior.concentration, posterior.least_bayes_factor)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +128,7 @@ def parting_of(doubt: Doubt, log: LogEvidence, draws: int = DRAWS) -> Parting:
         products = predictions[truth].drawn(random, count, noise)
         weights, gap = _weights_after(doubt, predictions, products, noise)
         sets = np.stack([weights[:, member == i].sum(axis=1) for i in range(len(of_cause))], axis=1)
-        right = is_named(sets[:, member[truth]]) & (gap > THRESHOLDS.gap_bayes_factor)
+        right = is_named(sets[:, member[truth]]) & (gap > doubt.least_bayes_factor)
         named += probabilities[truth] * float(np.mean(right))
         left += probabilities[truth] * float(np.mean(_entropy(sets)))
     return Parting(most_probable() * float(named), float(left))

@@ -91,12 +91,13 @@ def cause_posterior(logs: Sequence[LogEvidence]) -> CausePosterior:
     gap = float(np.log(max(-np.expm1(min(nothing, -TINY)), TINY)))
     prior = THRESHOLDS.prior_of_number[0] * (1.0 - THRESHOLDS.prior_of_rest) ** len(logs)
     log_bayes_factor = gap - nothing - float(np.log((1.0 - prior) / prior))
-    concentration = float(np.sum(search.shares(found[0]) ** 2))
+    shares = _shares(search, max(weights, key=lambda w: w.total))
+    concentration = float(np.sum(shares**2))
     tempered = _tempered(search, found, float(tempering_power(log_bayes_factor * concentration)))
     whole = float(logsumexp([w.total for w in tempered])) - gap
     normal = [replace(w, alone=w.alone - whole, with_rest=w.with_rest - whole) for w in tempered]
     normal = [w if w.causes else replace(w, alone=nothing) for w in normal]
-    least = max(log.least_bayes_factor for log in logs)
+    least = float(shares @ [log.least_bayes_factor for log in logs])
     return CausePosterior(tuple(sorted(normal, key=lambda w: -w.total)), log_bayes_factor, concentration, least)
 
 
@@ -105,11 +106,21 @@ def tempering_power(log_bayes_factor: Array | float) -> Array:
 
     χ² of one log is twice the logarithm of its Bayes factor. The likelihood takes the table for exact, but a
     signature that is wrong in an unknown direction makes it err in proportion to χ². So beyond 1/τ² a hypothesis is
-    preferred by its share of the gap, however strong the gap is. Of several logs χ² is the mean weighted by each
-    log's own: logs that show the same are more evidence, and a log that shows nothing changes nothing. Source: the
+    preferred by its share of the gap, however strong the gap is. Of several logs it is the mean of their χ², each
+    weighted by its share of the evidence: logs that show the same are more evidence, and a log that shows nothing
+    changes nothing. Source: the
     coarsened posterior of Miller and Dunson (2019); τ is estimated on development logs.
     """
     return np.asarray(1.0 / (1.0 + 2.0 * THRESHOLDS.table_error**2 * np.maximum(0.0, log_bayes_factor)))
+
+
+def _shares(search: CauseSearch, best: Weight) -> Array:
+    """The share of each log in what the best explanation explains, (n,), with its rest; equal shares of nothing."""
+    found = np.maximum(0.0, search.explained_of(best.explained))
+    if best.with_rest > best.alone:
+        found = found + [max(0.0, value) for value, _ in _rests(search, best.explained, 1.0)]
+    whole = float(np.sum(found))
+    return found / whole if whole > 0.0 else np.full(len(found), 1.0 / len(found))
 
 
 def _weights(search: CauseSearch, found: Sequence[Explained], power: float) -> list[Weight]:
@@ -140,16 +151,22 @@ def _with_rest(search: CauseSearch, each: Explained, power: float) -> tuple[floa
 
     Each log may have a rest of its own, in one of several places and sizes.
     """
-    by_key = dict(zip(each.keys, each.weighed.sizes, strict=True))
     yes, no = np.log(THRESHOLDS.prior_of_rest), np.log1p(-THRESHOLDS.prior_of_rest)
-    every, best = 0.0, (-np.inf, "")
+    found = _rests(search, each, power)
+    every = sum(float(np.logaddexp(no, yes + value)) for value, _ in found)
+    in_none = len(search.logs) * no - every
+    _, place = max((best for _, best in found), default=(-np.inf, ""))
+    return every + float(np.log(-np.expm1(min(in_none, -SMALLEST)))), place
+
+
+def _rests(search: CauseSearch, each: Explained, power: float) -> list[tuple[float, tuple[float, str]]]:
+    """The logarithm of the evidence of a rest beyond a set of effects in each log, and that of the best place."""
+    by_key, found = dict(zip(each.keys, each.weighed.sizes, strict=True)), []
     for log in search.logs:
         evidence = log.beyond(by_key, power)
         values = [
             (rest.log_prior + evidence.log_evidence_of(rest.columns, rest.deviations), rest.place)
             for rest in log.rests
         ]
-        every += float(np.logaddexp(no, yes + logsumexp([value for value, _ in values])))
-        best = max([best, *values])
-    in_none = len(search.logs) * no - every
-    return every + float(np.log(-np.expm1(min(in_none, -SMALLEST)))), best[1]
+        found.append((float(logsumexp([value for value, _ in values])), max(values, default=(-np.inf, ""))))
+    return found

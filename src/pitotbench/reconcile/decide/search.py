@@ -105,7 +105,7 @@ class CauseSearch:
             for count in range(ROUNDS):
                 # No size beyond the plausible range has a form error: it would explain what the effect cannot.
                 wanted = np.clip(weighed.sizes * shares, low, high)
-                if len(sizes) and np.all(np.abs(wanted - sizes) < SETTLED * np.abs(wanted)):
+                if len(sizes) and np.all(np.abs(wanted - sizes) <= SETTLED * np.abs(wanted)):
                     break
                 # A size and its form error may take each other's place in turn: halfway between they meet.
                 sizes = wanted if count < ROUNDS // 3 else 0.5 * (wanted + sizes)
@@ -160,16 +160,15 @@ class CauseSearch:
             total, log_evidence = total + one, log_evidence + part
         return total, log_evidence
 
-    def shares(self, each: Explained) -> Array:
-        """Return the share that each log has in what a set of effects explains, (n,); equal shares of nothing."""
+    def explained_of(self, each: Explained) -> Array:
+        """Return what a set of effects explains of each log, as a logarithm of a likelihood ratio, (n,)."""
         by_key = dict(zip(each.keys, each.form_sizes, strict=True)) if len(each.form_sizes) else {}
         size, found = each.weighed.sizes, []
         for log in self.logs:
             evidence, part = _reduced(log, by_key, each.keys, 1.0)
             inner = evidence.inner
-            found.append(max(0.0, part + float(size @ inner[:-1, -1] - 0.5 * size @ inner[:-1, :-1] @ size)))
-        whole = sum(found)
-        return np.array(found) / whole if whole > 0.0 else np.full(len(found), 1.0 / len(found))
+            found.append(part + float(size @ inner[:-1, -1] - 0.5 * size @ inner[:-1, :-1] @ size))
+        return np.array(found)
 
     def _plain_sets(self, stems: Sequence[Names]) -> tuple[list[Names], list[Names]]:
         """The best sets with one more effect than some stems, without form error: further stems, and a few."""

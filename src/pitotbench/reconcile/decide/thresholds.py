@@ -27,8 +27,7 @@ class Thresholds:
     effect_threshold_lowest: float = 3.5  # σ; a few null flights can all have small scores by chance
     largest_score_deviation: float = 0.5  # σ from flight to flight: 0.4 to 0.7 on 48 null flights of four cards
     largest_score_weight: int = 8  # flights that this prior deviation counts for: as many as are flown
-    without_null_flights: float = 6.0  # σ; one half above theory, for the noise comes from the log itself
-    noise_without_null_flights: float = 1.5  # times the noise that the log itself gives, for the same reason
+    noise_without_null_flights: float = 1.5  # times the noise that the log itself gives
     gap_without_null_flights: float = 30.0  # logarithm; it reached 27 on 16 flights without an effect in gusts
     fluctuation_unknown: float = 4.0  # σ of what gusts imitate of a signature: 1 to 10 on null flights
     vanes_unknown: float = 16.0  # σ of vane effects: 6 to 15 on null flights of two cards

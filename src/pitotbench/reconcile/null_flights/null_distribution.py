@@ -7,6 +7,8 @@ model is perfect. Therefore flights of the same card, data system and turbulence
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from pitotbench.reconcile.decide.locate import Cell
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.null_measure import Measure
@@ -81,7 +83,7 @@ def theoretical_distribution(noise: NoiseModel) -> NullDistribution:
     Its thresholds come from theory, and its scores are those that null flights usually have. The noise, which the
     log itself has to give, counts one half more.
     """
-    limit = THRESHOLDS.without_null_flights
+    limit = float(np.sqrt(2.0 * THRESHOLDS.gap_without_null_flights))  # the score of one size that shows a gap
     noise = replace(noise, deviations=THRESHOLDS.noise_without_null_flights * noise.deviations)
     vanes = {name: THRESHOLDS.vanes_unknown for name in FITTED if reads_gusts(name)}
     fluctuation = {

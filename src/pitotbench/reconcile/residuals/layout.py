@@ -16,7 +16,7 @@ from pitotbench.reconcile.residuals.free_parameters import (
     free_parameters_of,
     without_curve,
 )
-from pitotbench.reconcile.residuals.grid import Grid
+from pitotbench.reconcile.residuals.grid import MARGIN, Grid
 from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
 from pitotbench.reconcile.residuals.predicted_channels import ChannelResiduals, air_velocity, slack
 from pitotbench.reconcile.residuals.replay import can_replay, replay_motion
@@ -132,8 +132,8 @@ def _laid_out(
     scene = set_scene(track, mean_wind_of(track, measured), replay, aircraft, kept)
     if len(scene.grid) < FEWEST_INSTANTS:
         raise BadInputError(
-            f"the log gives {len(scene.grid)} instants to compare, and {FEWEST_INSTANTS} are needed: "
-            f"give at least {FEWEST_INSTANTS * scene.grid.step:.0f} s without a pause or an outage"
+            f"the log gives {len(scene.grid)} instants to compare, and {FEWEST_INSTANTS} are needed: give at least "
+            f"{(FEWEST_INSTANTS + 2) * scene.grid.step + 2.0 * MARGIN:.0f} s without a pause or an outage"
         )
     setting = replace(setting, pressure_step=_coarse_step(checked))
     residuals = scene.residuals_of(track)

@@ -24,8 +24,8 @@ def noise_residuals(layout: Layout) -> Array:
 def noise_of_log(layout: Layout) -> NoiseModel:
     """Return the noise that the log itself shows, once free parameters are fitted.
 
-    Cells are fitted as well where the log is long: so a gap that has a place does not count as noise. In a log of
-    a minute they would take most of what wanders, and leave too little noise.
+    Cells are fitted as well where the log is long, some 350 instants: so a gap that has a place does not count as
+    noise. In a shorter log they would take most of what wanders, and leave too little noise.
     """
     instants = len(layout.grid) / (layout.shapes.shape[1] + ORDER)
     long = instants > THRESHOLDS.instants_a_size

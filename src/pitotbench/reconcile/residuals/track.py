@@ -1,4 +1,4 @@
-"""The track: a measured log on uniform rows, in stretches between pauses, with the GPS interpolated between fixes.
+"""The track: a measured log on uniform rows, in stretches between pauses and outages, with the GPS interpolated.
 
 Both sides of every comparison pass the same symmetric filter at the same instants. A comparison must not contain a
 hold of the last fix, a window that is not symmetric, or a rectangle rule: each looks like a delay of half a sample
@@ -67,7 +67,7 @@ def track_of(log: FlightLog, fresh_air: Booleans | None = None) -> Track:
     fix_time = log.time[fresh]
     if len(fix_time) < 2:
         raise BadInputError("the log holds fewer than two GPS fixes: nothing can be compared; use another log")
-    used = [rows for rows in _observed(log.time, fresh, fresh_air) if _long_enough(log.time[rows])]
+    used = [rows for rows in _observed(log, fresh_air) if _long_enough(log.time[rows])]
     if not used:
         raise BadInputError(
             f"the log holds no stretch of {SHORTEST:.0f} s without a pause or an outage of the GPS or air data: "
@@ -92,13 +92,13 @@ def mach_number(track: Track) -> Array:
     return air.mach_from_impact_pressure(np.maximum(track["impact_pressure"], 1.0), track["static_pressure"])
 
 
-def _observed(time: Seconds, fixes: Booleans, fresh_air: Booleans | None) -> list[slice]:
+def _observed(log: FlightLog, fresh_air: Booleans | None) -> list[slice]:
     """The rows of each stretch in which GPS and air data are new often enough."""
-    held = in_outage(time, fixes)
+    held = in_outage(log.time, log.renewed_fixes())
     if fresh_air is not None:
-        held |= in_outage(time, fresh_air)
+        held = held | in_outage(log.time, fresh_air)
     changes = np.flatnonzero(np.diff(held.astype(np.int8))) + 1
-    parts = stretches(time, np.union1d(pauses(time), changes))
+    parts = stretches(log.time, np.union1d(pauses(log.time), changes))
     return [rows for rows in parts if not held[rows.start]]
 
 
@@ -124,7 +124,7 @@ def _regular(log: FlightLog, name: str, rows: slice, time: Seconds, fresh: Boole
     recorded = log.time[rows]
     if fresh is not None and not fresh[rows].all():
         new = fresh[rows].copy()
-        new[0] = False  # a fix that is held from before the stretch has no known time
+        new[0] = False  # a fix that may be held from before the stretch has no known time
         if new.sum() < FEWEST_FIXES:
             return np.interp(time, recorded, values)
         inside = np.clip(time, recorded[new][0], recorded[new][-1])

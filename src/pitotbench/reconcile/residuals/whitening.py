@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import toeplitz
 
 from pitotbench.estimate.autoregression import yule_walker
 from pitotbench.reconcile.residuals.grid import Grid
@@ -111,19 +112,24 @@ def complete_past(grid: Grid, order: int) -> NDArray[np.bool_]:
 
 
 def autocovariance(values: Array, grid: Grid, order: int = ORDER) -> Array:
-    """Return sums of lagged products of residuals (n, c) over the instants, at lags 0 to p, (c, p + 1).
+    """Return means of lagged products of residuals (n, c) at lags 0 to p, (c, p + 1), with none over a gap.
 
-    None is over a gap. A residual of exactly zero is that of an instant that is not used, and does not count. All
-    lags are divided by the number of instants, not each by its own number of pairs: so no noise has a negative
-    power (Brockwell and Davis 1991, §7.2), which would leave a short log innovations of nearly zero.
+    A residual of exactly zero is that of an instant that is not used, and does not count. The mean at a lag is
+    tapered by the share of the instants that have a partner in a log without gaps, so that no noise has a negative
+    power (Brockwell and Davis 1991, §7.2): a short log would get innovations of nearly zero. Where gaps still make
+    one, the sums are divided by the number of instants.
     """
-    since = _since_start(grid)
+    used, since = values != 0.0, _since_start(grid)
     instants = np.maximum(1, np.count_nonzero(values[since >= 1], axis=0))
-    means = np.empty((values.shape[1], order + 1))
+    tapered, divided = np.empty((2, values.shape[1], order + 1))
     for lag in range(order + 1):
-        products = (values * np.roll(values, lag, axis=0))[since >= lag + 1]
-        means[:, lag] = np.sum(products, axis=0) / instants
-    return means
+        inside = since >= lag + 1
+        pairs = np.count_nonzero((used & np.roll(used, lag, axis=0))[inside], axis=0)
+        sums = np.sum((values * np.roll(values, lag, axis=0))[inside], axis=0)
+        tapered[:, lag] = sums / np.maximum(1, pairs) * np.maximum(0.0, 1.0 - lag / instants)
+        divided[:, lag] = sums / instants
+    positive = [np.linalg.eigvalsh(toeplitz(row))[0] > 0.0 for row in tapered]
+    return np.where(np.array(positive)[:, None], tapered, divided)
 
 
 def learned(names: tuple[str, ...], logs: Iterable[tuple[Array, Grid, Array]]) -> NoiseModel:

@@ -155,7 +155,7 @@ def _renewed(scene: Scene, old: Signature, size: float, shapes: Mapping[str, flo
         return old
     moved = residual_change(effect, scene, effect.complete({**shapes, old.parameter: size}))
     if moved is None or not np.any(moved):
-        return old
+        return old if shapes == old.shapes else replace(old, column=np.zeros_like(old.column), shapes=dict(shapes))
     return replace(old, size=size, column=moved / size, shapes=dict(shapes))
 
 

@@ -142,7 +142,7 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
     """Sentences on the limits of a verdict."""
     notes = []
     if null.flights == 0:
-        notes.append("no null flights of this card: the log’s own noise counts half as much again, a gap from e³⁰ on")
+        notes.append("no null flights of this card: its own noise counts half as much again, a gap from e³⁰ on")
     if layout.scene.force_model is None:
         notes.append("no aircraft model: sensors and air alone are judged")
     shown = {s.effect for s in layout.signatures}

@@ -24,19 +24,14 @@ from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.logbook import write_log
 from pitotbench.records.case import Case, PressureErrorSpec
 from pitotbench.records.case_file import read_case
-from pitotbench.simulate import MANEUVERS
 
 ADVISED = 5  # number of the flight
 BANDS = ("above 7", "4 to 7")
 
 
 def card_in(answer: Mapping[str, Any]) -> Case | None:
-    """The card that an answer advises: its case file, else the first maneuver that its sentences name."""
-    if answer.get("advised"):
-        return read_case(answer["advised"])
-    words = " ".join(answer.get("advice", ())).replace(",", " ").replace(".", " ").split()
-    maneuver = next((word for word in words if word in MANEUVERS), None)
-    return Case(maneuver=maneuver) if maneuver is not None else None
+    """The card that an answer advises by forecast; none where it asked for none, or where no card can part."""
+    return read_case(answer["advised"]) if answer.get("advised") else None
 
 
 def case_of(told: Mapping[str, Any]) -> HiddenCase:

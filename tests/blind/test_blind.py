@@ -267,9 +267,9 @@ def test_flights_are_matched_by_their_place_in_each_segment() -> None:
 
 
 def test_the_advised_card_is_read_from_the_case_or_from_the_sentences() -> None:
-    assert card_in({"advice": ["to part a, b: fly figure_eight at 6000 ft, 6 minutes"]}).maneuver == "figure_eight"
     assert card_in({"advised": 'maneuver = "circle"\n', "advice": ["fly diagnostic"]}).maneuver == "circle"
-    assert card_in({"advice": ["look at the airplane"]}) is None
+    assert card_in({"advised": "", "advice": ["no card of this airplane can part them"]}) is None
+    assert card_in({"advice": ["to part a, b: fly figure_eight at 6000 ft, 6 minutes"]}) is None
 
 
 def test_wilson_is_the_published_interval() -> None:

@@ -266,7 +266,7 @@ def test_flights_are_matched_by_their_place_in_each_segment() -> None:
     assert matched(values, segments, wanted) == pytest.approx([*np.linspace(0.0, 1.0, 9), 5.0, 7.0])
 
 
-def test_the_advised_card_is_read_from_the_case_or_from_the_sentences() -> None:
+def test_the_advised_card_is_that_of_the_forecast() -> None:
     assert card_in({"advised": 'maneuver = "circle"\n', "advice": ["fly diagnostic"]}).maneuver == "circle"
     assert card_in({"advised": "", "advice": ["no card of this airplane can part them"]}) is None
     assert card_in({"advice": ["to part a, b: fly figure_eight at 6000 ft, 6 minutes"]}) is None

@@ -52,7 +52,9 @@ JOBS ?= 2
 blind: $(STAMP)
 	$(BIN)/python -m tests.blind.signatures --jobs $(JOBS) --place $(BLIND)/signatures
 	$(BIN)/python -m tests.blind.generate --seed $(SEED) --jobs $(JOBS) --logs $(BLIND)/logs --seal $(BLIND)/seal --place $(BLIND)/signatures
-	$(BIN)/python -m tests.blind.analyze --jobs $(JOBS) --logs $(BLIND)/logs --results $(BLIND)/results.jsonl
+	$(BIN)/python -m tests.blind.analyze --jobs $(JOBS) --logs $(BLIND)/logs --results $(BLIND)/results.jsonl --advise 25
+	$(BIN)/python -m tests.blind.advised --jobs $(JOBS) --logs $(BLIND)/logs --results $(BLIND)/results.jsonl --seal $(BLIND)/seal
+	$(BIN)/python -m tests.blind.analyze --jobs $(JOBS) --logs $(BLIND)/logs --results $(BLIND)/advised.jsonl --advised
 	$(BIN)/python -m tests.blind.observer --jobs $(JOBS) --logs $(BLIND)/logs --seal $(BLIND)/seal --results $(BLIND)/observed.jsonl --place $(BLIND)/signatures
 	$(BIN)/python -m tests.blind.score --results $(BLIND)/results.jsonl --observed $(BLIND)/observed.jsonl --advised $(BLIND)/advised.jsonl --seal $(BLIND)/seal --out docs
 

@@ -7,7 +7,7 @@ import pytest
 
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out, mean_wind_of
-from pitotbench.reconcile.residuals.layout_noise import noise_residuals
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log, noise_residuals
 from pitotbench.reconcile.residuals.whitening import autocovariance
 
 CHANNELS = ("airspeed_along", "airspeed_across")
@@ -43,3 +43,16 @@ def test_instants_that_are_not_used_do_not_count_in_a_mean_product(pair) -> None
     unused = np.arange(len(noise)) % 40 < 20
     level = autocovariance(np.where(unused[:, None], 0.0, noise), pair[0].grid)[0, 0]
     assert level == pytest.approx(np.mean(noise[~unused] ** 2), rel=0.05)
+
+
+def test_nothing_is_predicted_from_an_instant_that_is_not_used(pair) -> None:
+    """What stood at the end of the range counted as the past of the next six seconds, and was named a sea breeze."""
+    layout = pair[1]
+    random = np.random.default_rng(2)
+    values = random.standard_normal(layout.residuals.values.shape)
+    unused = ~layout.used[:, 0]
+    assert 0 < unused.sum() < len(unused)
+    noise = noise_of_log(layout)
+    other = np.where(unused[:, None], 1e3 * random.standard_normal(values.shape), values)
+    found = [noise.whiten(each, layout.grid, layout.residuals.slack)[~unused] for each in (values, other)]
+    np.testing.assert_array_equal(found[0], found[1])

@@ -22,6 +22,7 @@ from pitotbench.reconcile.residuals.predicted_channels import ChannelResiduals, 
 from pitotbench.reconcile.residuals.replay import can_replay, replay_motion
 from pitotbench.reconcile.residuals.scene import AircraftModel, Scene, set_scene
 from pitotbench.reconcile.residuals.track import Track, mach_number, track_of
+from pitotbench.reconcile.residuals.whitening import UNUSABLE
 from pitotbench.reconcile.signatures.hypotheses import WHOLE_FLIGHT
 from pitotbench.reconcile.signatures.signatures import Signature, signatures_of
 from pitotbench.records.errors import BadInputError
@@ -34,7 +35,6 @@ DAY = "nonstandard_temperature"  # a gap where the day is told; a free parameter
 USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
 Curves = tuple[Mapping[str, float], ...]
 FEWEST_INSTANTS = 40  # of a log: three times the memory of its noise
-UNUSABLE = 1e6  # slack of instants that are not used, in the unit of any channel
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from pitotbench.units import Array
 ORDER = 12  # instants, so 6 s at two instants a second
 INDEPENDENT = 0.02  # share of each channel's innovations taken as independent, so that no combination has no noise
 SMALLEST = 1e-30  # sum of squares of a channel that does not change
+UNUSABLE = 1e6  # slack of instants that are not used, in the unit of any channel
 UNCHANGED = 1e-6  # share of a deviation that slack may add before the correlation is computed anew
 
 
@@ -40,7 +41,8 @@ class NoiseModel:
     def innovations(self, values: Array, grid: Grid, slack: Array) -> Array:
         """Return the innovations of each channel over their deviations, for values (n, c) or (n, c, k).
 
-        `slack` (n, c) adds to the deviations. Rows whose past is not complete are zero.
+        `slack` (n, c) adds to the deviations. Rows whose past is not complete, or holds an unused instant,
+        are zero.
         """
         out = values.copy()
         predicted = np.empty_like(out)
@@ -50,7 +52,7 @@ class NoiseModel:
             out[lag:] -= np.multiply(values[:-lag], weight, out=predicted[lag:])
         scale = np.hypot(self.deviations, slack)
         out /= scale if values.ndim == 2 else scale[:, :, None]
-        out[~complete_past(grid, self.coefficients.shape[1])] = 0.0
+        out[~complete_past(grid, slack, self.coefficients.shape[1])] = 0.0
         return out
 
     def decorrelation(self, slack: Array) -> Array:
@@ -102,12 +104,14 @@ class NoiseModel:
         return np.asarray(self.decorrelation(slack)[:, :, :, None] * innovations[:, None]).reshape(n, c, c * s)
 
 
-def complete_past(grid: Grid, order: int) -> NDArray[np.bool_]:
-    """Return the instants with `order` + 1 instants of their stretch before them.
+def complete_past(grid: Grid, slack: Array, order: int) -> NDArray[np.bool_]:
+    """Return the instants with `order` + 1 used instants of their stretch before them.
 
-    One more than the order, because differences are 0 at the first instant of a stretch.
+    One more than the order, because differences are 0 at the first instant of a stretch. An instant at the end of a
+    sensor's range holds no measurement, and none is predicted from it.
     """
-    complete: NDArray[np.bool_] = _since_start(grid) > order
+    unused = np.all(slack >= UNUSABLE, axis=1)
+    complete: NDArray[np.bool_] = _since_start(grid, unused) > order
     return complete
 
 
@@ -148,10 +152,10 @@ def learned(names: tuple[str, ...], logs: Iterable[tuple[Array, Grid, Array]]) -
     return replace(uncorrelated, correlation=(1.0 - INDEPENDENT) * correlation + INDEPENDENT * np.eye(len(names)))
 
 
-def _since_start(grid: Grid) -> NDArray[np.intp]:
-    """Number of instants since the start of the stretch, (n,)."""
+def _since_start(grid: Grid, unused: NDArray[np.bool_] | bool = False) -> NDArray[np.intp]:
+    """Number of instants since the start of the stretch, or since the last unused instant, (n,)."""
     place = np.arange(len(grid))
-    return np.asarray(place - np.maximum.accumulate(np.where(grid.first, place, 0)))
+    return np.asarray(place - np.maximum.accumulate(np.where(grid.first | unused, place, 0)))
 
 
 def _autoregressions(names: tuple[str, ...], covariance: Array) -> NoiseModel:

@@ -46,7 +46,7 @@ def test_instants_that_are_not_used_do_not_count_in_a_mean_product(pair) -> None
 
 
 def test_nothing_is_predicted_from_an_instant_that_is_not_used(pair) -> None:
-    """What stood at the end of the range counted as the past of the next six seconds, and was named a sea breeze."""
+    """What stood at the end of the range counted as the past of the next six seconds: a sea breeze was named."""
     layout = pair[1]
     random = np.random.default_rng(2)
     values = random.standard_normal(layout.residuals.values.shape)

@@ -18,7 +18,10 @@ def check_attitude(draft: Draft, flown: FlownRows, factor: Factor) -> None:
         _compare(draft, "roll", np.arctan(right / STANDARD_GRAVITY), draft.channels["roll"][flown.rows], False)
     if "pitch" in draft.channels and "specific_force_x" in draft.channels:
         force = draft.channels["specific_force_x"][flown.rows] - forward
-        expected = np.arcsin(np.clip(force / STANDARD_GRAVITY, -0.9, 0.9))
+        # In a turn of bank φ the force along the airplane is that of the angle of attack times the load factor,
+        # 1/cos φ, and the pitch is cos φ of the angle of attack.
+        in_level_flight = force / (1.0 + (right / STANDARD_GRAVITY) ** 2)
+        expected = np.arcsin(np.clip(in_level_flight / STANDARD_GRAVITY, -0.9, 0.9))
         _compare(draft, "pitch", expected, draft.channels["pitch"][flown.rows], True)
 
 

@@ -102,7 +102,7 @@ def cause_posterior(logs: Sequence[LogEvidence]) -> CausePosterior:
 
 
 def tempering_power(log_bayes_factor: Array | float) -> Array:
-    """Return the power 1 / (1 + τ²χ²) to which the evidence of a log is raised.
+    """Return the power 1 / (1 + τ²χ²) to which the evidence of a log is raised, (n,) like `log_bayes_factor`.
 
     χ² of one log is twice the logarithm of its Bayes factor. The likelihood takes the table for exact, but a
     signature that is wrong in an unknown direction makes it err in proportion to χ². So beyond 1/τ² a hypothesis is

@@ -81,15 +81,15 @@ def stretch_numbers(time: Seconds, breaks: Indices) -> Indices:
     return np.searchsorted(breaks, np.arange(len(time)), side="right")
 
 
-def fresh_fixes(marked: Booleans | None, velocity_north: Array, velocity_east: Array) -> Booleans:
-    """Return whether the GPS velocity is new in each row, (n,); velocities [m/s], (n,).
+def fresh_fixes(marked: Booleans | None, *channels: Array) -> Booleans:
+    """Return whether the GPS fix is new in each row, (n,); channels of the GPS, (n,) each, at least one.
 
-    `marked` is the log's column `gps_fresh`. Without it, a fix is new where the velocity differs from that of the
-    row before: the recorder repeats the fixes of a slower receiver.
+    `marked` is the log's column `gps_fresh`. Without it, a fix is new where a channel differs from that of the row
+    before: the recorder repeats the fixes of a slower receiver.
     """
     if marked is not None:
         return marked
-    changed = (np.diff(velocity_north) != 0.0) | (np.diff(velocity_east) != 0.0)
+    changed = np.any([np.diff(values) != 0.0 for values in channels], axis=0)
     return np.concatenate([[True], changed])
 
 

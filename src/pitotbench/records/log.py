@@ -47,15 +47,8 @@ class FlightLog(Shown, Recorded):
 
         On a steady leg a coarse velocity repeats itself while the height goes on; in an outage all stand still.
         """
-        if self.gps_fresh is not None:
-            return self.gps_fresh
-        new = np.zeros(len(self), dtype=np.bool_)
-        new[0] = True
-        for name in numbers_from("gps"):
-            values = getattr(self, name)
-            if values is not None:
-                new[1:] |= np.diff(values) != 0.0
-        return new
+        present = [values for name in numbers_from("gps") if (values := getattr(self, name)) is not None]
+        return fresh_fixes(self.gps_fresh, *present)
 
     def select(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> "FlightLog":
         """Return the log of some rows (a mask or sorted indices), with the same header."""

@@ -14,8 +14,8 @@ DOUBTED = 0.1  # probability of causes in no form of the table, from which it is
 
 _WITHOUT_NULL_FLIGHTS = (
     "There were no simulated flights without an effect to compare with: the noise level is that of this log, "
-    "which counts half as much again, and a gap is told from a Bayes factor of e³⁰ on. Repeat the flight before "
-    "you believe a size of a few σ."
+    "which counts half as much again, and far more evidence is asked for. Repeat the flight before you believe a "
+    "size of a few σ."
 )
 
 

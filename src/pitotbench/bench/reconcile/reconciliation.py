@@ -8,12 +8,11 @@ from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.log_card import as_flown, card_of, tells_the_day
 from pitotbench.bench.reconcile.null_learning import NULL_FLIGHTS, null_distribution_of
 from pitotbench.reconcile.decide.joint_judgment import JointVerdict, judge_together
-from pitotbench.reconcile.decide.judgment import hold_out, with_hold_out
+from pitotbench.reconcile.decide.judgment import for_channels, hold_out, with_hold_out
 from pitotbench.reconcile.decide.naming import Naming
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, theoretical_distribution
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting as AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout, lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.hypotheses import returns
 from pitotbench.records.case import Case
@@ -158,11 +157,4 @@ def _judged(
     )
     of_card = null_distribution_of(flown, null_flights, progress, setting, keep) if flown is not None else None
     layout = lay_out(named.log, model, setting)
-    return JudgedLog(named.name, named.log, layout, _for_channels(of_card, layout), flown)
-
-
-def _for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistribution:
-    """Return the null distribution of the card if it has the channels of the log; else one from the log itself."""
-    if of_card is not None and of_card.noise.names == layout.residuals.names:
-        return of_card
-    return theoretical_distribution(noise_of_log(layout))
+    return JudgedLog(named.name, named.log, layout, for_channels(of_card, layout), flown)

@@ -49,11 +49,11 @@ def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) 
         found = _flights([base], effects)
     except BadInputError as error:
         return FlownAgain(skipped=f"the card cannot be flown: {error}")
-    _, after = found[base.pilot]
+    pilot, (_, after) = base.pilot, found[base.pilot]
     if hand_apart(log, after) > OTHER_HAND and gusts_apart(log, after) < SAME_GUSTS:
         with suppress(BadInputError):  # a card may be too hard for another pilot
             found |= _flights([replace(base, pilot=p) for p in PILOTS if p != base.pilot], effects)
-    pilot = min(found, key=lambda p: hand_apart(log, found[p][1]))
+        pilot = min(found, key=lambda p: hand_apart(log, found[p][1]))
     compared = compare_cards(log, *found[pilot])
     return compared if pilot == base.pilot else replace(compared, pilot=pilot)
 

@@ -14,7 +14,7 @@ from pitotbench.reconcile.decide.normal_equations import Fit, NormalEquations
 from pitotbench.reconcile.decide.sizes import estimates, significant
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.gust_levels import turbulence_candidates
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
+from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, theoretical_distribution
 from pitotbench.reconcile.null_flights.periodic import periodic_channels
 from pitotbench.reconcile.null_flights.wander import wandering_channels
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
@@ -142,7 +142,10 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
     """Sentences on the limits of a verdict."""
     notes = []
     if null.flights == 0:
-        notes.append("no null flights of this card: its own noise counts half as much again, a gap from e³⁰ on")
+        least = THRESHOLDS.gap_without_null_flights
+        notes.append(
+            f"no null flights of this card: the log's noise counts half as much again, a gap from e^{least:.0f} on"
+        )
     if layout.scene.force_model is None:
         notes.append("no aircraft model: sensors and air alone are judged")
     shown = {s.effect for s in layout.signatures}
@@ -177,6 +180,13 @@ def _without_the_parts(names: Sequence[str], layout: Layout) -> list[str]:
     return [] if model is None else [n for n, effect in acting if not effect.fitting(model.aircraft.baseline)]
 
 
+def for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistribution:
+    """Return the null distribution of a card if it has the channels of a log; else one from the log itself."""
+    if of_card is not None and of_card.noise.names == layout.residuals.names:
+        return of_card
+    return theoretical_distribution(noise_of_log(layout))
+
+
 def hold_out(
     log: FlightLog, aircraft: AircraftModel | None, null: NullDistribution, naming: Naming, setting: AnalysisSetting
 ) -> Closure:
@@ -196,8 +206,7 @@ def hold_out(
             entries[each.effect] |= {**each.shapes, each.parameter: float(size)}
     shapes = {s.effect: dict(s.shapes) for s in signatures if s.shapes}
     layout = at_sizes(without_sensor_effects(layout, entries), sizes, shapes)
-    same = null.noise.names == layout.residuals.names
-    equations = whitened_equations(layout, scaled_to(null.noise, layout) if same else noise_of_log(layout))
+    equations = whitened_equations(layout, scaled_to(for_channels(null, layout).noise, layout))
     keys = [(s.effect, s.parameter) for s in layout.signatures]
     columns = [i for i, key in enumerate(keys) if key in sizes]
     fitted, own = [sizes[keys[i]] for i in columns], list(sizes)

@@ -124,11 +124,6 @@ def groups_of(answer: Mapping[str, Any]) -> list[set[str]]:
     return [{model_of(n) for n in (name, *others)} for name, others in pairs]
 
 
-def is_named(answer: Mapping[str, Any], wanted: set[str]) -> bool:
-    """Whether an answer names exactly the causes wanted."""
-    return are_named(groups_of(answer), wanted)
-
-
 def are_named(groups: Sequence[set[str]], wanted: set[str]) -> bool:
     """Whether the sets of an answer are the causes wanted, each alone."""
     return bool(groups) and all(len(g) == 1 for g in groups) and set().union(*groups) == wanted

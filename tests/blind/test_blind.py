@@ -340,21 +340,15 @@ def test_a_variant_counts_as_its_cause_and_a_fault_outside_the_table_as_itself()
 
 @pytest.mark.parametrize(("own", "named", "verdict"), [(True, True, "named"), (False, False, "named")])
 def test_gusts_of_the_generator_are_no_cause_too_many(own: bool, named: bool, verdict: str) -> None:
-    truth = {
-        "kind": "above 7",
-        "settings": ["A"],
-        "environment": {"own_gusts": own},
-        "effects": [{"name": "pitot_lag", "strengths": [9.0]}],
-    }
-    answer = {
-        "kind": "named",
-        "effects": ["pitot_lag", "turbulence_level"],
-        "alternatives": [[], ["turbulence_scale"]],
-    }
-    judged = JudgedCase(truth, answer)
+    truth = {**hidden("above 7", "pitot_lag", strength=9.0), "environment": {"own_gusts": own}}
+    told = answer("named", ["pitot_lag"], ["turbulence_level", "turbulence_scale"])
+    judged = JudgedCase(truth, told)
     assert (judged.named, judged.verdict) == (named, verdict)
-    nothing = JudgedCase({**truth, "kind": "none", "effects": []}, {**answer, **NOTHING_BUT_GUSTS})
+    nothing = JudgedCase({**truth, "kind": "none", "effects": []}, {**told, **NOTHING_BUT_GUSTS})
     assert nothing.verdict == ("no_gap" if own else "one_of")
+    advised = JudgedCase(truth, answer("unknown"), advised=told)
+    row = next(r for r in table([advised]) if r.what == "above 7, with the flight advised: named cleanly")
+    assert (row.hits, row.cases) == (int(named), 1)
 
 
 NOTHING_BUT_GUSTS = {"kind": "one_of", "effects": ["turbulence_level"], "alternatives": [["turbulence_scale"]]}

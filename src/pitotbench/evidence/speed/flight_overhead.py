@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from os import devnull
 from statistics import median
 from time import process_time
 
@@ -68,7 +69,8 @@ def _shipped_time(steps: int) -> float:
     fdm, _ = load_fdm(SHIPPED, library() / "aircraft" / SHIPPED, USUAL_RATE, parts)
     for path, value in (("ic/h-sl-ft", 6000.0), ("ic/vc-kts", SHIPPED_SPEED), ("fcs/mixture-cmd-norm", 1.0)):
         fdm[path] = value
-    fdm.disable_output()  # its file asks for a log of its own, in the folder where it flies
+    fdm.set_output_filename(0, devnull)  # its file asks for a log of its own, in the folder where it flies
+    fdm.disable_output()
     fdm.run_ic()
     fdm["propulsion/set-running"] = -1
     fdm["fcs/throttle-cmd-norm"] = 0.7

@@ -8,3 +8,9 @@ from tests.effects.both_ends import ENDS, judged
 @pytest.mark.parametrize("name", ["compass_deviation", "alpha_vane_calibration", "inertial_unit_misalignment"])
 def test_an_extreme_instrument_gets_an_answer(name, end):
     assert judged(name, end, "none").error == ""
+
+
+@pytest.mark.parametrize("name", ["compass_deviation", "gps_latency"])
+def test_an_extreme_instrument_shows_in_two_minutes_without_null_flights(name):
+    # Where the gap counted as the noise of so short a log, both were passed over in silence.
+    assert judged(name, "high", "none").verdict == "named"

@@ -18,7 +18,6 @@ from pitotbench.bench.reconcile.workflow import FullReconciliation, NamedLog, re
 from pitotbench.reconcile.formula.find import closure_on, find_formula
 from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.signatures.patched_model import lay_out_with
 from pitotbench.records.formula import FoundFormula
 from pitotbench.records.verdict import SURE
@@ -40,7 +39,7 @@ def alone(outsider: Outsider | None, number: int, folder: Path) -> FoundFormula 
     """The formula of a flight, in the noise that its log shows, with its closure on another flight."""
     model, setting = aircraft_model("navajo"), AnalysisSetting(day_known=True)
     fit, held = (lay_out_with(flown(outsider, number + i, folder), model, setting, {}) for i in (0, 1))
-    null = theoretical_distribution(noise_of_log(fit))
+    null = theoretical_distribution(fit)
     formula = find_formula(fit, null)
     return None if formula is None else replace(formula, closure_holdout=closure_on(held, null, formula))
 

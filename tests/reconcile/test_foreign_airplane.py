@@ -10,7 +10,6 @@ from pitotbench.reconcile.decide.judgment import judge
 from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.errors import BadInputError
 
@@ -41,7 +40,7 @@ def test_a_hidden_effect_of_another_twin_is_named(effect, parameter, true):
     )
     layout = lay_out(sense(fly(case), "50/50"), aircraft_model("c310"), AnalysisSetting(day_known=True), FEW)
     assert not LACKING & {signature.effect for signature in layout.signatures}
-    verdict = judge(layout, theoretical_distribution(noise_of_log(layout)))[0]
+    verdict = judge(layout, theoretical_distribution(layout))[0]
     assert [each.name for each in verdict.effects] == [effect]
     size = verdict.effects[0].sizes[0]
     assert abs(size.value - true) < size.two_sigma < 0.5 * true

@@ -22,7 +22,6 @@ from pitotbench.reconcile.formula.term_signatures import signatures_at
 from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, theoretical_distribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import Layout
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.residuals.predicted_channels import change_by_answer
 from pitotbench.reconcile.residuals.replay import COARSE, motion_of, replay_rows, spread
 from pitotbench.reconcile.signatures.patched_model import lay_out_with
@@ -41,7 +40,7 @@ def laid_out(log: FlightLog) -> Layout:
 
 def null_of(layout: Layout) -> NullDistribution:
     """The noise that a log itself shows: no null flight is flown."""
-    return theoretical_distribution(noise_of_log(layout))
+    return theoretical_distribution(layout)
 
 
 @pytest.fixture(scope="module")

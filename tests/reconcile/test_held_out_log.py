@@ -14,7 +14,6 @@ from pitotbench.reconcile.decide.naming import name_effects
 from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.signatures.hypotheses import returns
 from pitotbench.reconcile.signatures.refine import at_sizes
 from pitotbench.records.case import EffectSpec
@@ -27,7 +26,7 @@ def test_a_held_out_log_may_lack_channels(sensed, missing: tuple[str, ...]) -> N
     """A log without the vertical velocity and the height ended with an error."""
     log = sensed("gps_latency", das="50/50")
     layout = lay_out(log, None, AnalysisSetting(), LATE)
-    null = theoretical_distribution(noise_of_log(layout))
+    null = theoretical_distribution(layout)
     naming = name_effects(layout, null)
     assert naming.chosen == ("gps_latency",)
     held = replace(log, **dict.fromkeys(missing))
@@ -49,7 +48,7 @@ def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
         for seed in (33_001, 33_002)
     ]
     layout = lay_out(logs[0], None, AnalysisSetting(), bump)
-    null = theoretical_distribution(noise_of_log(layout))
+    null = theoretical_distribution(layout)
     naming = name_effects(layout, null)
     assert naming.chosen == ("local_static_bump",)
     shapes = naming.layout.signatures[naming.fit.columns[0]].shapes

@@ -15,7 +15,6 @@ from pitotbench.reconcile.decide.patches import patch_of_effects
 from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.signatures.hypotheses import cause_of
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
@@ -30,7 +29,7 @@ def pod():
         "effect", {n: EFFECTS[n] for n in ("belly_pod", "power_deficit", "mass", "pitot_lag", "gps_latency")}
     )
     layout = lay_out(sense(fly(case), "50/50"), aircraft_model("navajo"), AnalysisSetting(day_known=True), few)
-    return judge(layout, theoretical_distribution(noise_of_log(layout)))[0]
+    return judge(layout, theoretical_distribution(layout))[0]
 
 
 def test_sensors_alone_without_an_effect_name_nothing(sensed) -> None:

@@ -12,7 +12,6 @@ from pitotbench.reconcile.log_checks import check_log
 from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
 from pitotbench.reconcile.residuals.track import AIR_CHANNELS, GPS_CHANNELS, track_of
 from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
@@ -107,7 +106,7 @@ def test_a_held_fix_is_not_used_and_names_nothing(sensed) -> None:
     assert "stand still for 7.9" in told.why or "stand still for 8.0" in told.why
     assert "from 60 s" in told.why
     layout = lay_out(log, None, AnalysisSetting())
-    verdict = judge(layout, theoretical_distribution(noise_of_log(layout)))[0]
+    verdict = judge(layout, theoretical_distribution(layout))[0]
     assert verdict.kind == "no_gap"
 
 

@@ -19,7 +19,7 @@ from pitotbench.reconcile.null_flights.periodic import periodic_channels
 from pitotbench.reconcile.null_flights.wander import wandering_channels
 from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
 from pitotbench.reconcile.residuals.layout import DAY, Layout, lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log, scaled_to, whitened_equations
+from pitotbench.reconcile.residuals.layout_noise import scaled_to, whitened_equations
 from pitotbench.reconcile.residuals.scene import AircraftModel
 from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of, returns
 from pitotbench.reconcile.signatures.refine import at_sizes, without_sensor_effects
@@ -142,9 +142,9 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
     """Sentences on the limits of a verdict."""
     notes = []
     if null.flights == 0:
-        least = THRESHOLDS.gap_without_null_flights
         notes.append(
-            f"no null flights of this card: the log's noise counts half as much again, a gap from e^{least:.0f} on"
+            "no null flights of this card: the log's noise counts half as much again, "
+            f"a gap from e^{null.gap_bayes_factor:.0f} on"
         )
     if layout.scene.force_model is None:
         notes.append("no aircraft model: sensors and air alone are judged")
@@ -184,7 +184,7 @@ def for_channels(of_card: NullDistribution | None, layout: Layout) -> NullDistri
     """Return the null distribution of a card if it has the channels of a log; else one from the log itself."""
     if of_card is not None and of_card.noise.names == layout.residuals.names:
         return of_card
-    return theoretical_distribution(noise_of_log(layout))
+    return theoretical_distribution(layout)
 
 
 def hold_out(

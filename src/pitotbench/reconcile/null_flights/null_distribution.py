@@ -12,6 +12,8 @@ import numpy as np
 from pitotbench.reconcile.decide.locate import Cell
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.null_flights.null_measure import Measure
+from pitotbench.reconcile.residuals.layout import Layout
+from pitotbench.reconcile.residuals.layout_noise import noise_of_log, shortness_of
 from pitotbench.reconcile.residuals.whitening import NoiseModel
 from pitotbench.reconcile.signatures.hypotheses import FITTED, reads_gusts
 
@@ -70,20 +72,25 @@ class NullDistribution:
     @property
     def gap_bayes_factor(self) -> float:
         """The logarithm of the Bayes factor from which a log shows a gap."""
-        return THRESHOLDS.gap_bayes_factor if self.flights else THRESHOLDS.gap_without_null_flights
+        return THRESHOLDS.gap_bayes_factor if self.flights else 0.5 * self.threshold**2
 
     def threshold_of(self, name: str) -> float:
         """Return the score [σ] at which an effect reaches the threshold."""
         return self.scores.search_gain.get(name, 0.0) + self.threshold * self.scores.effect_spread.get(name, 1.0)
 
 
-def theoretical_distribution(noise: NoiseModel) -> NullDistribution:
-    """Return the null distribution where no null flight can be flown.
+def theoretical_distribution(layout: Layout) -> NullDistribution:
+    """Return the null distribution of a log for which no null flight can be flown.
 
     Its thresholds come from theory, and its scores are those that null flights usually have. The noise, which the
-    log itself has to give, counts one half more.
+    log itself has to give, counts one half more. A short log knows its noise badly, so that it needs a larger Bayes
+    factor.
     """
-    limit = float(np.sqrt(2.0 * THRESHOLDS.gap_without_null_flights))  # the score of one size that shows a gap
+    least, shortness = THRESHOLDS.gap_without_null_flights, shortness_of(layout)
+    if shortness > 1.0:
+        least = THRESHOLDS.gap_of_short_log * shortness**2
+    limit = float(np.sqrt(2.0 * least))  # the score of one size that shows a gap
+    noise = noise_of_log(layout)
     noise = replace(noise, deviations=THRESHOLDS.noise_without_null_flights * noise.deviations)
     vanes = {name: THRESHOLDS.vanes_unknown for name in FITTED if reads_gusts(name)}
     fluctuation = {

@@ -22,15 +22,17 @@ def noise_residuals(layout: Layout) -> Array:
 
 
 def noise_of_log(layout: Layout) -> NoiseModel:
-    """Return the noise that the log itself shows, once free parameters are fitted.
+    """Return the noise that the log itself shows, once free parameters and the means of the cells are fitted.
 
-    Cells are fitted as well where the log is long, some 350 instants: so a gap that has a place does not count as
-    noise. In a shorter log they would take most of what wanders, and leave too little noise.
+    So a gap that has a place does not count as noise. In a short log the cells take a part of what wanders.
     """
-    instants = len(layout.grid) / (layout.shapes.shape[1] + ORDER)
-    long = instants > THRESHOLDS.instants_a_size
-    residuals = _without_cells(layout) if long else noise_residuals(layout)
-    return learned(layout.residuals.names, [(residuals, layout.grid, layout.residuals.slack)])
+    return learned(layout.residuals.names, [(_without_cells(layout), layout.grid, layout.residuals.slack)])
+
+
+def shortness_of(layout: Layout) -> float:
+    """Return how many times longer a log should be for the noise that it shows itself: 1 is some 350 instants."""
+    wanted = THRESHOLDS.instants_a_size * (layout.shapes.shape[1] + ORDER)
+    return float(wanted / len(layout.grid))
 
 
 def scaled_to(noise: NoiseModel, layout: Layout) -> NoiseModel:

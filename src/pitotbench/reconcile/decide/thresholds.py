@@ -29,9 +29,7 @@ class Thresholds:
     largest_score_weight: int = 8  # flights that this prior deviation counts for: as many as are flown
     noise_without_null_flights: float = 1.5  # times the noise that the log itself gives
     gap_without_null_flights: float = 30.0  # logarithm; it reached 27 on 16 flights without an effect in gusts
-    gap_of_short_log: float = (
-        45.0  # the same, times the squared shortness: at most 0.72 of it on 32 pieces in gusts
-    )
+    gap_of_short_log: float = 45.0  # times the squared shortness; 47 pieces in gusts had 0.75 of it at most
     fluctuation_unknown: float = 4.0  # σ of what gusts imitate of a signature: 1 to 10 on null flights
     vanes_unknown: float = 16.0  # σ of vane effects: 6 to 15 on null flights of two cards
     vanes_moving: float = 1000.0  # σ of what gusts imitate of a vane's effect: it does not count at all

@@ -20,7 +20,7 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-from tests.blind.flown import flown, known_effects, recorded
+from tests.blind.flown import flown, has_wind, known_effects, recorded
 from tests.blind.outside_airplane import HIDDEN_EFFECTS
 from tests.blind.settings import SETTINGS, Setting
 
@@ -136,6 +136,22 @@ def residuals_of(log: FlightLog) -> Residuals:
     return Residuals(found.names, found.values, segments_at(log, track.time[grid.rows]))
 
 
+def without_steady_wind(other: Layout, log: FlightLog, noise: NoiseModel) -> Residuals:
+    """The residual channels of a log in a wind, less what its own free parameters take of them.
+
+    A steady wind swings with the heading. Two flights of a card do not turn at the same instants, so that the free
+    wind of the one does not take the swing of the other out.
+    """
+    place = other.grid, other.residuals.slack
+    free = noise.whiten(other.free.columns, *place)
+    flat = free.reshape(-1, free.shape[2])
+    white = noise.whiten(other.residuals.values, *place).reshape(-1)
+    normal = flat.T @ flat + np.diag(1.0 / other.free.deviations**2)
+    taken = other.free.columns @ np.linalg.solve(normal, flat.T @ white)
+    segments = segments_at(log, other.track.time[other.grid.rows])
+    return Residuals(other.residuals.names, other.residuals.values - taken, segments)
+
+
 def matched(values: Array, segments: Array, wanted: Array) -> Array:
     """Values (n, …) of one flight at the instants of another with segments (m,): by place in each, in order."""
     out = np.zeros((len(wanted), *values.shape[1:]))
@@ -182,6 +198,7 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
     base = layout_of(log)
     segments = segments_at(log, base.track.time[base.grid.rows])
     still, alone = base.scene.residuals_of(track_of(log)).values, residuals_of(log)
+    steady = without_steady_wind(base, log, noise)
     values = {}
     wanted = all_effects()
     if only:
@@ -195,9 +212,12 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
                     other = _unrounded(partial(recorded, replace(flight, case=spec)))
                 values[name] = base.scene.residuals_of(track_of(other)).values - still
             else:
-                other = residuals_of(_unrounded(lambda spec=spec: recorded(flown(spec))))
-                columns = [other.names.index(name) for name in alone.names]
-                values[name] = matched(other.values[:, columns], other.segments, segments) - alone.values
+                made = _unrounded(lambda spec=spec: recorded(flown(spec)))
+                other, before = residuals_of(made), alone
+                if has_wind([name]):
+                    other, before = without_steady_wind(layout_of(made), made, noise), steady
+                columns = [other.names.index(name) for name in before.names]
+                values[name] = matched(other.values[:, columns], other.segments, segments) - before.values
         except Exception as error:  # an effect that cannot be flown in a setting has no signature in it
             print(f"{letter} {name}: {error}", flush=True)
     strengths, unit = _strengths(base, noise, values)

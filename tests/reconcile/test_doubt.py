@@ -23,6 +23,23 @@ def test_a_probability_is_worth_what_sealed_cases_were():
     assert calibrated({"turn_drag": 0.9999}, 0.08)["turn_drag"] == pytest.approx(24 / 31, abs=0.05)
 
 
+@pytest.mark.parametrize(
+    ("told", "right", "cases"),
+    [(0.55, 33, 56), (0.65, 16, 24), (0.75, 26, 34), (0.85, 32, 39), (0.95, 42, 48), (0.99, 24, 32)],
+)
+def test_a_probability_below_certainty_is_worth_what_the_causes_of_closed_gaps_were(told, right, cases):
+    # The fifth to the tenth set: causes of the table by the posterior's own probability, and how many were right.
+    share = right / cases
+    three_sigma = 3.0 * (share * (1.0 - share) / cases) ** 0.5
+    assert calibrated({"turn_drag": told}, 0.0)["turn_drag"] == pytest.approx(share, abs=three_sigma)
+
+
+def test_calibrated_odds_rise_with_the_odds():
+    told = [i / 1000.0 for i in range(1, 1000)]
+    found = [calibrated({"mass": p}, 0.0)["mass"] for p in told]
+    assert found == sorted(found)
+
+
 def test_doubt_grows_with_what_is_left_and_keeps_the_order():
     found = [
         calibrated({"mass": 0.99, "belly_pod": 0.3, "creep": 0.0}, left) for left in (-0.1, 0.0, 0.1, 0.5, 1.0)

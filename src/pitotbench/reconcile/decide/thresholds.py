@@ -55,13 +55,15 @@ class Thresholds:
     form_error_from: float = 6.0  # σ from which an effect's form error counts: it is half a σ there
     search_penalty: float = 2.0  # logarithm of the trials that a searched shape has
     gap_bayes_factor: float = 2.3  # ln 10: strong evidence (Jeffreys 1961); 2 of 88 nulls of other making exceed it
-    # The doubt that the posterior cannot have itself: fitted to 367 probabilities of 387 logs of other making.
+    # The doubt that the posterior cannot have itself: fitted to 367 probabilities of 387 logs of other making;
+    # the trusted odds, to those of 1,411 later cases (docs/reconcile.md).
     doubt_least: float = 0.04  # share of probability for other causes where an answer closes the gap
     doubt_most: float = 0.38  # the same where it leaves much
     doubt_most_left: float = 0.15  # share of the gap left from which the doubt does not grow any more
     doubt_probable: float = 0.38  # further share where a check speaks against the names: 16 of 34 were right
     doubt_taken_back: float = 0.58  # the same where it takes the names back: 5 of 19 were right
-    odds_above_even: float = 0.5  # power of odds above even: the posterior is surer than it is right
+    odds_trusted: float = 4.0  # to one: up to these odds the posterior is as sure as it is right
+    odds_above_even: float = 0.5  # power of odds far above even: the posterior is surer than it is right
     odds_below_even: float = 0.8  # power of odds below even
     named_from: float = 0.9  # probability from which a cause is named
     set_holds: float = 0.95  # probability that the reported set holds the cause

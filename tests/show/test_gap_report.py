@@ -234,10 +234,12 @@ def test_initials_are_capitals_wherever_a_name_is_written():
 def test_an_example_gives_answer_and_truth_in_one_row(tmp_path):
     chapter = ExampleChapter("pod", "The belly pod", "Steeper.", account(), {"belly_pod": {"drag_area_m2": 0.125}})
     page = examples_page([chapter], "Seeds 1.")
-    assert "| The belly pod | named | belly pod: drag area 0.12 ± 0.01 m² | belly pod: drag area 0.125 m² |" in page
+    row = "| The belly pod | named | belly pod: drag area 0.12 ± 0.01 m² | – | belly pod: drag area 0.125 m² |"
+    assert row in page
     assert "0.990 | 0.950 | 2 |" in page
     assert "for 25% of the time before and 97% with the patch" in page
-    example_picture(account(), tmp_path / "pod.png")
+    assert "**Answer: named.** The model lacks belly pod (drag area 0.12 ± 0.01 m²)" in page
+    example_picture(replace(account(), telling=telling()), tmp_path / "pod.png")
     assert (tmp_path / "pod.png").stat().st_size > 10_000
 
 

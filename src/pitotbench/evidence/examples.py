@@ -9,9 +9,10 @@ from pitotbench.bench import calibrate, fly, sense
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
 from pitotbench.calibrate.options import CalibrationOptions
-from pitotbench.evidence.pages.examples_page import ExampleChapter, example_picture, examples_page
+from pitotbench.evidence.pages.examples_page import ExampleChapter, example_picture, examples_page, second_name
 from pitotbench.logbook import write_text
 from pitotbench.records.case import Case, EffectSpec
+from pitotbench.records.case_file import read_case
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog
 from pitotbench.show.gap_page import account_page
@@ -19,6 +20,7 @@ from pitotbench.units import KNOT
 
 SYSTEM = "50/50"
 HELD_OUT = 1000  # added to the seeds of a flight to get those of its held-out flight
+SECOND = 2000  # the same for the flight of the advised card
 
 Progress = Callable[[str], None]
 
@@ -42,11 +44,15 @@ class Example:
 
 @dataclass(frozen=True, slots=True)
 class WorkedExample:
-    """An example with its reconciliation; `calibrations` has pairs of a description and a residual 2σ [kt]."""
+    """An example with its reconciliation; `calibrations` has pairs of a description and a residual 2σ [kt].
+
+    `second` is the reconciliation of both flights where a second card was advised and flown, else None.
+    """
 
     example: Example
     account: Account
     calibrations: tuple[tuple[str, float], ...] = ()
+    second: Account | None = None
 
 
 def fuel_flow_low(log: FlightLog) -> FlightLog:
@@ -112,7 +118,7 @@ EXAMPLES = (
         "outside",
         "One outside the table",
         "The transducer of the left engine's fuel flow reads 8 % low. No effect of the table does that, and the "
-        "right answer is a gap of unknown cause, at the right place.",
+        "right answer is a gap of unknown cause, at the right place, with a formula that closes it.",
         "rapid_decel",
         9107,
         fault=fuel_flow_low,
@@ -133,7 +139,26 @@ def work_out(example: Example, progress: Progress | None = None) -> WorkedExampl
         NamedLog(f"{example.name}.csv", measured), "navajo", holdout, progress=progress, refly_holdout=False
     )
     calibrations = _calibrations(example, measured, outcome.account) if example.turn_data else ()
-    return WorkedExample(example, outcome.account, calibrations)
+    second = _with_second_card(example, measured, outcome.account, progress)
+    return WorkedExample(example, outcome.account, calibrations, second)
+
+
+def _with_second_card(
+    example: Example, measured: FlightLog, account: Account, progress: Progress | None
+) -> Account | None:
+    """Return the reconciliation of a flight and of the one that was advised after it; None where none was.
+
+    The card is flown by the same airplane, in the air that its case file tells.
+    """
+    advised = account.next_flight
+    if account.rounds[0].verdict.kind != "one_of" or advised is None or not advised.parts:
+        return None
+    seed = example.seed + SECOND
+    card = replace(read_case(advised.case), effects=example.effects, truth_seed=seed, sensor_seed=seed)
+    log = sense(fly(card), SYSTEM)
+    second = log if example.fault is None else example.fault(log)
+    logs = [NamedLog(f"{example.name}.csv", measured), NamedLog(f"{example.name}-second-card.csv", second)]
+    return reconcile_fully(logs, "navajo", progress=progress, refly=False).account
 
 
 def write_examples(worked: Sequence[WorkedExample], out: Path, reports: Path | None = None) -> None:
@@ -145,17 +170,22 @@ def write_examples(worked: Sequence[WorkedExample], out: Path, reports: Path | N
     chapters = []
     for one in worked:
         example, account = one.example, one.account
-        example_picture(account, out / "reconcile-examples" / f"{example.name}.png")
+        pictures = out / "reconcile-examples"
+        example_picture(account, pictures / f"{example.name}.png")
+        if one.second is not None:
+            example_picture(one.second, pictures / f"{second_name(example.name)}.png")
         if reports is not None:
             reports.mkdir(parents=True, exist_ok=True)
             write_text(reports / f"{example.name}.html", account_page(account))
         truth = {e.name: e.parameters for e in example.effects} or "no effect of the table"
         chapters.append(
-            ExampleChapter(example.name, example.title, example.symptom, account, truth, one.calibrations)
+            ExampleChapter(
+                example.name, example.title, example.symptom, account, truth, one.calibrations, one.second
+            )
         )
     seeds = ", ".join(str(one.example.seed) for one in worked)
     provenance = (
-        f"Seeds {seeds}, held out + {HELD_OUT}; {SYSTEM} Hz, light turbulence.\nWritten by "
+        f"Seeds {seeds}, held out + {HELD_OUT}, second card + {SECOND}; {SYSTEM} Hz, light turbulence.\nWritten by "
         "`scripts/reconcile_examples.py`; with `--reports DIR` it writes the full report of each as well."
     )
     write_text(out / "reconcile-examples.md", examples_page(chapters, provenance))

@@ -1,5 +1,8 @@
 """The first picture of a reconciliation: the telling channel over time, a variable, and the ground track."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -14,8 +17,22 @@ FEWEST = 4  # instants of a bin that is drawn
 BAND = 2.0  # standard deviations of the noise band
 
 
+@dataclass(frozen=True, slots=True)
+class TellingDrawing:
+    """A drawing of the telling channel: `draw` fills axes, `title` and `note` are the text beside them."""
+
+    title: str
+    draw: Callable[[Axes], None]
+    note: str
+
+
 def telling_panels(telling: TellingChannel) -> list[Panel]:
     """The panels of the telling channel, in the units of the field."""
+    return [panel(each.title, each.draw, each.note, NARROW) for each in telling_drawings(telling)]
+
+
+def telling_drawings(telling: TellingChannel) -> list[TellingDrawing]:
+    """The telling channel over time and over a variable, and the ground track, in the units of the field."""
     shown = _unit(telling)
     before, after, noise = _in_field_units(telling, shown)
     used, sides = telling.used, [(before, BLUE, "before the patch")]
@@ -55,9 +72,9 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
         axes.set_aspect("equal", adjustable="datalim")
 
     return [
-        panel(f"{shown.title}, over time", over_time, f"Means of {seconds}.", NARROW),
-        panel(f"The same over {variable.name}", over_variable, "Means and standard deviations of bins.", NARROW),
-        panel("Where it is", over_ground, "The dot is the start.", NARROW),
+        TellingDrawing(f"{shown.title}, over time", over_time, f"Means of {seconds}."),
+        TellingDrawing(f"The same over {variable.name}", over_variable, "Means and standard deviations of bins."),
+        TellingDrawing("Where it is", over_ground, "The dot is the start."),
     ]
 
 

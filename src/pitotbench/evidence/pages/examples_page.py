@@ -4,24 +4,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from matplotlib.axes import Axes
-
 from pitotbench.records.gap import Account, Tolerance
-from pitotbench.records.verdict import SURE, Candidate, Located, Verdict
+from pitotbench.records.verdict import SURE, Candidate, Verdict
 from pitotbench.show.columns import Column, markdown_table
-from pitotbench.show.gap_panels import draw_closures, draw_trace, telling
-from pitotbench.show.gap_words import place_words, told_rivals
-from pitotbench.show.quantity_words import size_words, words
-from pitotbench.show.style import BLUE, GREY, canvas
+from pitotbench.show.gap_words import place_words, sentences, told_rivals
+from pitotbench.show.quantity_words import heading, size_words, words
+from pitotbench.show.style import canvas
+from pitotbench.show.telling_panels import telling_drawings
 from pitotbench.show.verdict_tables import kind_words
 
-_PLACES = 6
 _HEAD = """# Reconcile, on flights with a hidden cause
 
 Each flight contains an effect that the model of the airplane lacks. `pitotbench reconcile` gets the log, the
 model, and simulated flights of the same card without an effect (null flights); it does not get the truth. ± is 2σ.
-G is the share of the explainable gap that the patch closes, on the fitted flight and on another flight of that
-card that was not used.
+G is the share of the explainable gap that the patch or the formula closes, on the fitted flight and on another
+flight of that card that was not used. Where the answer leaves more than one cause and a card can part them, the
+same airplane flies that card, and both logs are judged together.
 {provenance}
 
 {table}
@@ -32,6 +30,7 @@ card that was not used.
 class ExampleChapter:
     """The content of the page on one flight: `symptom` is the report of a crew, `truth` holds the hidden sizes by
     effect, or words where no effect of the table was hidden. `calibrations`: (turn data, 2σ of the residual [kt]).
+    `second` is the account of this flight and the one that was advised after it, None where none was flown.
     """
 
     name: str
@@ -40,6 +39,7 @@ class ExampleChapter:
     account: Account
     truth: Mapping[str, Mapping[str, float]] | str
     calibrations: tuple[tuple[str, float], ...] = ()
+    second: Account | None = None
 
 
 def examples_page(chapters: Sequence[ExampleChapter], provenance: str) -> str:
@@ -53,18 +53,32 @@ def _verdict(chapter: ExampleChapter) -> Verdict:
 
 
 def _effects(chapter: ExampleChapter) -> str:
-    return "; ".join(_named(chapter.account)) if _verdict(chapter).kind in SURE else "nothing"
+    return _answer(chapter.account)
+
+
+def _answer(account: Account) -> str:
+    if account.rounds[0].verdict.kind in SURE:
+        return "; ".join(_named(account))
+    return "a formula" if account.formula is not None else "nothing"
+
+
+def _after_second(chapter: ExampleChapter) -> str:
+    if chapter.second is None:
+        return "–"
+    return f"{kind_words(chapter.second.rounds[0].verdict)}: {_answer(chapter.second)}"
 
 
 def _fitted_closure(chapter: ExampleChapter) -> float | None:
-    verdict = _verdict(chapter)
-    return verdict.closure.share if verdict.kind in SURE else None
+    verdict, formula = _verdict(chapter), chapter.account.formula
+    if verdict.kind in SURE:
+        return verdict.closure.share
+    return formula.closure.share if formula is not None else None
 
 
 def _held_out_closure(chapter: ExampleChapter) -> float | None:
-    verdict = _verdict(chapter)
-    held = verdict.closure_holdout
-    return held.share if verdict.kind in SURE and held is not None else None
+    verdict, formula = _verdict(chapter), chapter.account.formula
+    held = verdict.closure_holdout if verdict.kind in SURE else (formula.closure_holdout if formula else None)
+    return held.share if held is not None else None
 
 
 def _truth(chapter: ExampleChapter) -> str:
@@ -97,6 +111,7 @@ _COLUMNS: tuple[Column[ExampleChapter], ...] = (
     Column("example", lambda chapter: chapter.title),
     Column("verdict", lambda chapter: kind_words(_verdict(chapter))),
     Column("named", _effects),
+    Column("with the second card", _after_second),
     Column("truth", _truth),
     Column("G, fitted", _fitted_closure, style=".3f"),
     Column("G, held out", _held_out_closure, style=".3f"),
@@ -107,20 +122,35 @@ _COLUMNS: tuple[Column[ExampleChapter], ...] = (
 def _chapter(chapter: ExampleChapter) -> str:
     account, verdict = chapter.account, chapter.account.rounds[0].verdict
     lines = [f"\n## {chapter.title}\n", f"**Symptom.** {chapter.symptom}{_turn_data(chapter)}\n"]
+    lines.append(f"**Answer: {kind_words(verdict)}.** {' '.join(sentences(account))}\n")
+    lines += _picture(account, chapter.name, f"{chapter.title}: {_title(account)}, before and after")
+    lines.append(f"**Truth.** {_truth(chapter)[0].upper()}{_truth(chapter)[1:]}.\n")
     lines.append(f"**Place of the gap.** {'; '.join(place_words(p) for p in verdict.located[:3])}.\n")
-    said = f"**{kind_words(verdict).capitalize()}.**"
-    if verdict.kind in SURE:
-        lines.append(f"{said} {'; '.join(_named(account))}. Truth: {_truth(chapter)}.\n")
+    if "[[effects]]" in account.patch:
         lines.append(f"**Patch.**\n\n```toml\n{_entries(account.patch)}```\n")
-    else:
-        best = verdict.candidates[0]
-        ratio = f"gain on held-out parts / gain on fitted parts {best.held_out_ratio:.2f}"
-        lines.append(f"{said} Truth: {_truth(chapter)}.\n")
-        lines.append(f"The best candidate is {_sized(best)} ({best.score:.0f}σ, {ratio}).\n")
     lines.append(f"**The gap.** {_gap(account)}\n")
-    caption = f"{chapter.title}: where and when the gap is, and how much of it remains"
-    lines.append(f"![{caption}](reconcile-examples/{chapter.name}.png)\n")
+    if verdict.advice and verdict.kind == "one_of":
+        lines.append(f"**What to fly next.** {'. '.join(heading(line) for line in verdict.advice)}.\n")
+    if chapter.second is not None and account.next_flight is not None:
+        lines.append(f"```toml\n{account.next_flight.case.strip()}\n```\n")
+        answer = kind_words(chapter.second.rounds[0].verdict)
+        lines.append(f"**With the second card: {answer}.** {' '.join(sentences(chapter.second))}\n")
+        caption = f"{chapter.title}: {_title(chapter.second)}, with the second card"
+        lines += _picture(chapter.second, second_name(chapter.name), caption)
     return "\n".join(lines)
+
+
+def second_name(name: str) -> str:
+    """The name of an example's picture with the second card."""
+    return f"{name}-second-card"
+
+
+def _title(account: Account) -> str:
+    return words(account.telling.channel) if account.telling else "no gap"
+
+
+def _picture(account: Account, name: str, caption: str) -> list[str]:
+    return [f"![{caption}](reconcile-examples/{name}.png)\n"] if account.telling else []
 
 
 def _turn_data(chapter: ExampleChapter) -> str:
@@ -144,6 +174,9 @@ def _gap(account: Account) -> str:
             text += f"; held out {held.before:,.0f}, {held.after:,.0f}, {held.noise:,.0f} (G = {held.share:.3f})"
         if len(account.rounds) > 1:
             text += f". Pass {len(account.rounds)}, with all of that in the model: {kind_words(last)}"
+    elif account.formula is not None:
+        found = account.formula.closure
+        text += f", {found.after:,.0f} with the formula, {found.noise:,.0f} noise (G = {found.share:.3f})"
     else:
         text += f", {closed.noise:,.0f} noise; nothing is added"
     return text + "." + _flown(account)
@@ -165,31 +198,12 @@ def _moved(tolerance: Tolerance) -> float:
 
 
 def example_picture(account: Account, path: Path) -> None:
-    """Draw where and when the gap is, and how much of it remains, as PNG."""
-    verdict = account.rounds[0].verdict
-    closures = [("fitted", verdict.closure)]
-    if verdict.closure_holdout is not None:
-        closures.append(("held out", verdict.closure_holdout))
-    with canvas(1, 3, 13.5, 3.3) as (figure, (where, when, left)):
-        draw_places(where, verdict.located[:_PLACES], account.gap_map.threshold)
-        draw_trace(when, telling(account.traces, verdict.located)[0])
-        when.legend(fontsize=7, loc="best")
-        if verdict.kind in SURE:
-            draw_closures(left, closures)
-            left.legend(loc="lower right")
-        else:
-            left.set_axis_off()
-            left.text(0.5, 0.5, "no patch: the cause is unknown", ha="center", va="center", fontsize=11)
+    """Draw the telling channel over time, over a variable and over the ground as PNG; nothing without a gap."""
+    if account.telling is None:
+        return
+    with canvas(1, 3, 13.5, 3.6) as (figure, axes):
+        for each, drawing in zip(axes, telling_drawings(account.telling), strict=True):
+            drawing.draw(each)
+            each.set_title(drawing.title, fontsize=9)
+            each.legend(fontsize=7, loc="best")
         figure.savefig(path, dpi=100)
-
-
-def draw_places(axes: Axes, places: Sequence[Located], threshold: float) -> None:
-    """Draw the most significant place of every channel as bars [σ], and the threshold of the null flights."""
-    names = [f"{words(p.channel)},\n{words(p.where)}" for p in places]
-    axes.barh(range(len(places)), [p.significance for p in places], color=BLUE, height=0.6)
-    for side in (-threshold, threshold):
-        axes.axvline(side, color=GREY, ls="--", lw=0.9)
-    axes.set_yticks(range(len(places)), names, fontsize=7.5)
-    axes.invert_yaxis()
-    axes.set(xlabel="measured − simulated [σ]; dashed: threshold of null flights")
-    axes.grid(axis="y", visible=False)

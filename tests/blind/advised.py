@@ -13,16 +13,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from tests.blind.drawn import HiddenCase, HiddenEffect
 from tests.blind.flown import Environment
 from tests.blind.score import opened
 from tests.blind.settings import SETTINGS, Setting
-from tests.blind.written import APART, log_of
+from tests.blind.written import APART, bend_of, log_of
 
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.logbook import write_log
-from pitotbench.records.case import Case, PressureErrorSpec
+from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case
 
 ADVISED = 5  # number of the flight
@@ -51,9 +50,8 @@ def setting_with(setting: Setting, card: Case) -> Setting:
 
 def _write(logs: Path, work: tuple[Mapping[str, Any], Case]) -> None:
     told, card = work
-    bend = np.array(PressureErrorSpec().parameters) * np.random.default_rng([told["seed"], 1]).uniform(0.5, 1.5)
     setting = setting_with(SETTINGS[told["settings"][0]], card)
-    log = log_of(case_of(told), setting, told["seed"] + APART * ADVISED, bend)
+    log = log_of(case_of(told), setting, told["seed"] + APART * ADVISED, bend_of(told["seed"]))
     write_log(log, logs / f"{told['name']}-advised.parquet")
 
 

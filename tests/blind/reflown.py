@@ -1,9 +1,9 @@
 """Fly the cards of named cases again with the patch: how much of the gap in power, pitch and speed it closes.
 
 python -m tests.blind.reflown --logs out/blind/logs --results out/blind/results.jsonl --seal out/blind/seal
-The cases are those of one flight whose effect on the airplane was named rightly, in their order. A gap is the root
-mean square over the segments of the card, of measured less simulated, in units of the chance between two flights;
-the chance itself is taken out.
+The cases are those of one flight whose effect on the airplane was named rightly, in their order. A log that is not
+in the folder is flown anew from the truth. A gap is the root mean square over the segments of the card, of measured
+less simulated, in units of the chance between two flights; the chance itself is taken out.
 """
 
 import json
@@ -12,14 +12,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tests.blind.advised import case_of
 from tests.blind.case import JudgedCase
 from tests.blind.outside_airplane import HIDDEN_EFFECTS
 from tests.blind.score import judged_cases
+from tests.blind.settings import SETTINGS
+from tests.blind.written import bend_of, log_of
 
 from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
 from pitotbench.effects import FORMS, Effect, SensorEffect
-from pitotbench.logbook import read_log
+from pitotbench.logbook import read_log, write_log
 from pitotbench.records.gap import Feature
+from pitotbench.records.log import FlightLog
 
 KNOWN: Mapping[str, Effect] = {**FORMS, **HIDDEN_EFFECTS}
 SHOWN = 3.0  # gap before, in units of chance, from which a case shows anything
@@ -44,7 +48,7 @@ def reflown(logs: Path, cases: Sequence[JudgedCase], most: int) -> Iterator[Mapp
         if case.flights != 1 or not case.named or any(isinstance(KNOWN[n], SensorEffect) for n in names):
             continue
         name = case.truth["name"]
-        full = reconcile_fully(NamedLog(name, read_log(logs / f"{name}.parquet")), next_flight=False)
+        full = reconcile_fully(NamedLog(name, _log(logs / f"{name}.parquet", case.truth)), next_flight=False)
         every = full.account.flown.features
         wanted = [f for f in every if f.name in QUANTITIES]
         if gap(wanted, patched=False) < SHOWN:
@@ -60,6 +64,17 @@ def reflown(logs: Path, cases: Sequence[JudgedCase], most: int) -> Iterator[Mapp
         }
         if told == most:
             return
+
+
+def _log(path: Path, told: Mapping[str, Any]) -> FlightLog:
+    """The log of the first flight of a case, as it was written or flown anew."""
+    if path.is_file():
+        return read_log(path)
+    bend = bend_of(told["seed"])
+    log = log_of(case_of(told), SETTINGS[told["settings"][0]], told["seed"], bend)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_log(log, path)
+    return read_log(path)
 
 
 if __name__ == "__main__":

@@ -65,12 +65,16 @@ def write_cases(logs: Path, seed: int, cases: Sequence[HiddenCase], held: Sequen
 
 def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> None:
     number, seed, case, held = work
-    # The error curve is the airplane's: the same in all flights.
-    bend = np.array(PressureErrorSpec().parameters) * np.random.default_rng([seed, 1]).uniform(0.5, 1.5)
+    bend = bend_of(seed)
     flights = [*((HELD, case.settings[-1]) for _ in range(held)), *reversed(list(enumerate(case.settings)))]
     for flight, letter in flights:  # the first log last: who sees it may judge it
         log = log_of(case, SETTINGS[letter], seed + APART * flight, bend)
         write_log(log, logs / f"{name_of(number, flight)}.parquet")
+
+
+def bend_of(seed: int) -> Array:
+    """The parameters of the error curve of a case, (3,): that of its airplane, the same in all flights."""
+    return np.array(PressureErrorSpec().parameters) * np.random.default_rng([seed, 1]).uniform(0.5, 1.5)
 
 
 def log_of(case: HiddenCase, setting: Setting, seed: int, bend: Array) -> FlightLog:

@@ -1,13 +1,13 @@
 """Where the table of effects leaves a gap, describe the gap by a formula and put the formula into the model."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from pitotbench.bench.reconcile import Progress
 from pitotbench.bench.reconcile.aircraft_models import aircraft_model
 from pitotbench.bench.reconcile.reconciliation import Reconciliation
 from pitotbench.bench.reconcile.rounds import Looks, patch_of, without_names
-from pitotbench.reconcile.formula.find import closure_on, find_formula
+from pitotbench.reconcile.formula.find import closure_on, find_formula, free_sizes_beside
 from pitotbench.reconcile.residuals.layout import Layout
 from pitotbench.reconcile.signatures.patched_model import lay_out_with
 from pitotbench.records.calibration import Estimate
@@ -23,11 +23,13 @@ class BeyondTable:
     """A reconciliation and its looks, with the formula of what they leave; None where nothing is left to describe.
 
     Where a formula alone says more than names with a formula beside them, the names are taken back in both.
+    `free_sizes` are the free parameters of the log beside the formula, by name.
     """
 
     first: Reconciliation
     looks: Looks
     formula: FoundFormula | None = None
+    free_sizes: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def entries(self) -> tuple[Candidate, ...]:
@@ -63,9 +65,10 @@ def beyond_the_table(
     if formula is None:
         return BeyondTable(first, looks)
     formula = replace(formula, beside=tuple(names))
-    return BeyondTable(
-        first, looks, formula if holdout is None else _held_out(formula, aircraft, first, holdout, names)
-    )
+    free = free_sizes_beside(_remaining(looks), first.null, formula)
+    if holdout is not None:
+        formula = _held_out(formula, aircraft, first, holdout, names)
+    return BeyondTable(first, looks, formula, free)
 
 
 def _remaining(looks: Looks) -> Layout:

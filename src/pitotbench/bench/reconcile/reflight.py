@@ -71,15 +71,19 @@ def _flights(
     return {card.pilot: (before[part], after[part]) for card, part in zip(cards, parts, strict=True)}
 
 
-def as_the_log_shows(card: Case | None, naming: Naming) -> Case | None:
+def as_the_log_shows(
+    card: Case | None, naming: Naming, beside_formula: Mapping[str, float] | None = None
+) -> Case | None:
     """Return a card with the error curve of a log and, where its header does not tell the day, in its temperature.
 
-    The free parameters beside the named effects tell how much warmer the air is than the card says.
+    The free parameters beside the named effects tell how much warmer the air is than the card says. Where a formula
+    takes a part of the gap, `beside_formula` holds them as they are beside it.
     """
     if card is None:
         return card
     layout = naming.layout
     sizes = dict(zip(layout.free.names, naming.equations.free_sizes(naming.fit.columns), strict=True))
+    sizes |= beside_formula or {}
     card = replace(card, pressure_error=error_curve_of(layout, sizes))
     if WARMER not in sizes:
         return card

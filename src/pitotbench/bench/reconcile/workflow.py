@@ -114,7 +114,7 @@ def reconcile_fully(
     patch = patch_of(first, added, looks.shapes, source, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
     flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
-    shown = as_the_log_shows(first.card, first.naming) if refly else None
+    shown = as_the_log_shows(first.card, first.naming, beyond.free_sizes) if refly else None
     if refly:
         say("flying the card again")
         flown = fly_again(first.logs[first.shown].log, shown, effects)

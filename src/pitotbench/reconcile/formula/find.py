@@ -70,11 +70,26 @@ def _formula(layout: Layout, null: NullDistribution, chosen: Chosen) -> FoundFor
 
 def closure_on(layout: Layout, null: NullDistribution, formula: FoundFormula) -> Closure:
     """Return the closure of a formula on another log, with its coefficients as they are."""
-    sizes: Sizes = {(t.effect, t.size.name): t.size.value for t in formula.terms}
+    sizes = _sizes_of(formula)
     trial = replace(layout, signatures=signatures_at(layout.scene, sizes))
     equations = folded_equations(trial, scaled_to(null.noise, trial))
     values = [sizes[s.effect, s.parameter] for s in trial.signatures]
     return closure_of(equations, range(len(values)), values, _cells(trial))
+
+
+def free_sizes_beside(layout: Layout, null: NullDistribution, formula: FoundFormula) -> dict[str, float]:
+    """Return the free parameters of a log by name, fitted together with the coefficients of a formula.
+
+    Without the formula the error curve and the temperature would take what they can of the gap.
+    """
+    trial = replace(layout, signatures=signatures_at(layout.scene, _sizes_of(formula)))
+    equations = folded_equations(trial, scaled_to(null.noise, trial))
+    free = equations.free_sizes(range(len(trial.signatures)))
+    return dict(zip(layout.free.names, free.tolist(), strict=True))
+
+
+def _sizes_of(formula: FoundFormula) -> Sizes:
+    return {(t.effect, t.size.name): t.size.value for t in formula.terms}
 
 
 def _cells(layout: Layout) -> Sequence[int]:

@@ -132,7 +132,8 @@ def _chapter(chapter: ExampleChapter) -> str:
     if verdict.advice and verdict.kind == "one_of":
         lines.append(f"**What to fly next.** {'. '.join(heading(line) for line in verdict.advice)}.\n")
     if chapter.second is not None and account.next_flight is not None:
-        lines.append(f"```toml\n{account.next_flight.case.strip()}\n```\n")
+        card, _, _ = account.next_flight.case.partition("\n[wind]")  # the rest is as in the first flight
+        lines.append(f"Its case file begins:\n\n```toml\n{card.strip()}\n```\n")
         answer = kind_words(chapter.second.rounds[0].verdict)
         lines.append(f"**With the second card: {answer}.** {' '.join(sentences(chapter.second))}\n")
         caption = f"{chapter.title}: {_title(chapter.second)}, with the second card"

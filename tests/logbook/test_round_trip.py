@@ -1,9 +1,10 @@
 """Whatever is written reads back equal, in every format; nothing is ever half written."""
 
 from dataclasses import replace
-from time import perf_counter
+from time import process_time
 
 import numpy as np
+import pandas as pd
 import pytest
 import sample_log as sample
 from hypothesis import HealthCheck, given, settings
@@ -94,8 +95,8 @@ def test_unknown_formats_name_the_known(tmp_path, name):
         write_log(sample.log(), tmp_path / name)
 
 
-def test_a_long_log_is_read_in_a_second(tmp_path):
-    """120,000 rows of 34 columns: measured 0.5 s for CSV; the bound leaves room for a busy machine."""
+def test_a_long_log_is_read_in_some_readings_of_its_numbers(tmp_path):
+    """120,000 rows of 34 columns, in processor time of the same run, against the reader of pandas alone."""
     log = sample.log()
     many = {name: np.tile(values, 200) for name, values in log.channels().items() if name != "time"}
     extra = {
@@ -113,6 +114,10 @@ def test_a_long_log_is_read_in_a_second(tmp_path):
         )
     }
     path = write_log(FlightLog(time=np.arange(120_000) / 100.0, **{**many, **extra}), tmp_path / "log.csv")
-    begin = perf_counter()
+    begin = process_time()
+    assert len(pd.read_csv(path, comment="#")) == 120_000
+    middle = process_time()
     assert len(read_log(path)) == 120_000
-    assert perf_counter() - begin < 3.0
+    ratio = (process_time() - middle) / (middle - begin)
+    print(f"read_log over pandas: {ratio:.2f}")
+    assert ratio < 6.0

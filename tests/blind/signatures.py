@@ -144,10 +144,9 @@ def without_steady_wind(other: Layout, log: FlightLog, noise: NoiseModel) -> Res
     """
     place = other.grid, other.residuals.slack
     free = noise.whiten(other.free.columns, *place)
-    flat = free.reshape(-1, free.shape[2])
-    white = noise.whiten(other.residuals.values, *place).reshape(-1)
-    normal = flat.T @ flat + np.diag(1.0 / other.free.deviations**2)
-    taken = other.free.columns @ np.linalg.solve(normal, flat.T @ white)
+    products = inner_products(free, noise.whiten(other.residuals.values, *place), blocks=1)
+    sizes = equations_from(products, free.shape[2], other.free.deviations).free_sizes()
+    taken = other.free.columns @ sizes
     segments = segments_at(log, other.track.time[other.grid.rows])
     return Residuals(other.residuals.names, other.residuals.values - taken, segments)
 
@@ -213,9 +212,10 @@ def measure(letter: str, place: Path = PLACE, only: int = 0) -> float:
                 values[name] = base.scene.residuals_of(track_of(other)).values - still
             else:
                 made = _unrounded(lambda spec=spec: recorded(flown(spec)))
-                other, before = residuals_of(made), alone
                 if has_wind([name]):
                     other, before = without_steady_wind(layout_of(made), made, noise), steady
+                else:
+                    other, before = residuals_of(made), alone
                 columns = [other.names.index(name) for name in before.names]
                 values[name] = matched(other.values[:, columns], other.segments, segments) - before.values
         except Exception as error:  # an effect that cannot be flown in a setting has no signature in it

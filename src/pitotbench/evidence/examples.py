@@ -155,9 +155,8 @@ def _with_second_card(
         return None
     seed = example.seed + SECOND
     card = replace(read_case(advised.case), effects=example.effects, truth_seed=seed, sensor_seed=seed)
-    log = sense(fly(card), SYSTEM)
-    second = log if example.fault is None else example.fault(log)
-    logs = [NamedLog(f"{example.name}.csv", measured), NamedLog(f"{example.name}-second-card.csv", second)]
+    second = NamedLog(f"{second_name(example.name)}.csv", _recorded(example, card))
+    logs = [NamedLog(f"{example.name}.csv", measured), second]
     return reconcile_fully(logs, "navajo", progress=progress, refly=False).account
 
 
@@ -196,7 +195,11 @@ def _case(example: Example, seed: int) -> Case:
 
 
 def _log(example: Example, seed: int) -> FlightLog:
-    log = sense(fly(_case(example, seed)), SYSTEM)
+    return _recorded(example, _case(example, seed))
+
+
+def _recorded(example: Example, case: Case) -> FlightLog:
+    log = sense(fly(case), SYSTEM)
     return log if example.fault is None else example.fault(log)
 
 

@@ -52,10 +52,6 @@ def _verdict(chapter: ExampleChapter) -> Verdict:
     return chapter.account.rounds[0].verdict
 
 
-def _effects(chapter: ExampleChapter) -> str:
-    return _answer(chapter.account)
-
-
 def _answer(account: Account) -> str:
     if account.rounds[0].verdict.kind in SURE:
         return "; ".join(_named(account))
@@ -110,7 +106,7 @@ def _sized(effect: Candidate) -> str:
 _COLUMNS: tuple[Column[ExampleChapter], ...] = (
     Column("example", lambda chapter: chapter.title),
     Column("verdict", lambda chapter: kind_words(_verdict(chapter))),
-    Column("named", _effects),
+    Column("named", lambda chapter: _answer(chapter.account)),
     Column("with the second card", _after_second),
     Column("truth", _truth),
     Column("G, fitted", _fitted_closure, style=".3f"),
@@ -142,7 +138,7 @@ def _chapter(chapter: ExampleChapter) -> str:
 
 
 def second_name(name: str) -> str:
-    """The name of an example's picture with the second card."""
+    """The name of an example's log and picture with the second card."""
     return f"{name}-second-card"
 
 

@@ -10,6 +10,7 @@ from pitotbench.effects.formula.coefficients import term_of
 from pitotbench.effects.formula.force_formulas import AXES, FORCE_AXES
 from pitotbench.effects.formula.sensor_formulas import READINGS
 from pitotbench.reconcile.decide.closure import closure_of
+from pitotbench.reconcile.decide.normal_equations import NormalEquations
 from pitotbench.reconcile.decide.thresholds import THRESHOLDS
 from pitotbench.reconcile.formula.stepwise import Chosen, choose_terms, folded_equations, offered
 from pitotbench.reconcile.formula.term_signatures import Sizes, signatures_at, term_signatures
@@ -70,11 +71,8 @@ def _formula(layout: Layout, null: NullDistribution, chosen: Chosen) -> FoundFor
 
 def closure_on(layout: Layout, null: NullDistribution, formula: FoundFormula) -> Closure:
     """Return the closure of a formula on another log, with its coefficients as they are."""
-    sizes = _sizes_of(formula)
-    trial = replace(layout, signatures=signatures_at(layout.scene, sizes))
-    equations = folded_equations(trial, scaled_to(null.noise, trial))
-    values = [sizes[s.effect, s.parameter] for s in trial.signatures]
-    return closure_of(equations, range(len(values)), values, _cells(trial))
+    trial, equations, sizes = _trial_of(layout, null, formula)
+    return closure_of(equations, range(len(sizes)), sizes, _cells(trial))
 
 
 def free_sizes_beside(layout: Layout, null: NullDistribution, formula: FoundFormula) -> dict[str, float]:
@@ -82,14 +80,19 @@ def free_sizes_beside(layout: Layout, null: NullDistribution, formula: FoundForm
 
     Without the formula the error curve and the temperature would take what they can of the gap.
     """
-    trial = replace(layout, signatures=signatures_at(layout.scene, _sizes_of(formula)))
-    equations = folded_equations(trial, scaled_to(null.noise, trial))
-    free = equations.free_sizes(range(len(trial.signatures)))
+    _, equations, sizes = _trial_of(layout, null, formula)
+    free = equations.free_sizes(range(len(sizes)))
     return dict(zip(layout.free.names, free.tolist(), strict=True))
 
 
-def _sizes_of(formula: FoundFormula) -> Sizes:
-    return {(t.effect, t.size.name): t.size.value for t in formula.terms}
+def _trial_of(
+    layout: Layout, null: NullDistribution, formula: FoundFormula
+) -> tuple[Layout, NormalEquations, list[float]]:
+    """A layout with the terms of a formula as its signatures, its normal equations, and the coefficients."""
+    sizes: Sizes = {(t.effect, t.size.name): t.size.value for t in formula.terms}
+    trial = replace(layout, signatures=signatures_at(layout.scene, sizes))
+    equations = folded_equations(trial, scaled_to(null.noise, trial))
+    return trial, equations, [sizes[s.effect, s.parameter] for s in trial.signatures]
 
 
 def _cells(layout: Layout) -> Sequence[int]:

@@ -33,6 +33,7 @@ lint: $(STAMP)
 docs: $(STAMP)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[docs]'
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs out/docs
+	@cp out/docs/README.html out/docs/index.html
 	@echo "open out/docs/index.html"
 
 bench: $(STAMP)

@@ -207,7 +207,8 @@ def test_wrong_flags_are_refused(flags, capsys):
 
 def test_the_plan_of_the_page_on_scale_is_one(tmp_path):
     page = (Path(__file__).parents[2] / "docs" / "scale.md").read_text(encoding="utf-8")
-    plan = plan_of(tmp_path, page.split("```toml\n")[1].split("```")[0])
+    text = page.partition("## The plan")[2].partition("```toml\n")[2].partition("```")[0]
+    plan = plan_of(tmp_path, text)
     assert plan.count == 2 * 2 * 3 * 200 * 30
     assert [label for label, _ in plan.calibrations] == ["", "", "paper"]
     cases = [task.case for task in islice(plan.tasks(), 0, 6001, 30)]

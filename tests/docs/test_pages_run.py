@@ -11,9 +11,9 @@ from pitotbench.cli.app import main
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = [
     page
-    for page in [*(DOCS / "tutorials").glob("*.md"), *(DOCS / "howto").glob("*.md"), DOCS / "api.md"]
+    for page in [*(DOCS / "tutorials").glob("*.md"), *(DOCS / "howto").glob("*.md")]
     if page.name != "read-the-page.md"  # it shows no command that runs
-]
+] + [DOCS / name for name in ("api.md", "case.md", "reconcile.md", "scale.md")]
 _BLOCK = re.compile(r"^```(console|toml|python|csv)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _NAME = re.compile(r"# (\S+\.(?:toml|csv))\n")
 

@@ -28,7 +28,7 @@ STATIC = ("bodies", "strings")
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a guard found: what it counted, its differences, and the seconds it took in either tree."""
+    """What a guard found: what it counted, its differences, and the processor seconds it took in either tree."""
 
     guard: str
     counted: str
@@ -39,7 +39,7 @@ class Outcome:
 
 def compare_bodies(before: Path, renames: Path | None) -> Outcome:
     """Compare the code of both trees."""
-    begun = time.monotonic()
+    begun = time.process_time()
     found = compare(read_tree(before), read_tree(TODAY), read_renames(renames))
     lines = []
     for name, module, was, now in changed_pairs(found):
@@ -49,14 +49,14 @@ def compare_bodies(before: Path, renames: Path | None) -> Outcome:
             lines.append(f"{'gone    ' if was else 'new     '} {module}:{name}")
     lines += [f"fewer    {module}:{body.name} (a copy remains)" for body, module in found.fewer.items()]
     counted = f"{found.total:,} bodies before; {len(found.gone)} gone or changed, {len(found.new)} new"
-    return Outcome("bodies", counted, lines, f"{time.monotonic() - begun:.0f}")
+    return Outcome("bodies", counted, lines, f"{time.process_time() - begun:.0f}")
 
 
 def check_names(before: Path) -> Outcome:
     """Look for names in today's texts that name nothing."""
-    begun = time.monotonic()
+    begun = time.process_time()
     lines = list(missing_names(TODAY, before))
-    return Outcome("strings", f"{len(lines)} name nothing", lines, f"{time.monotonic() - begun:.0f}")
+    return Outcome("strings", f"{len(lines)} name nothing", lines, f"{time.process_time() - begun:.0f}")
 
 
 def start_probe(tree: Path, place: Path, data: Path, names: Sequence[str]) -> subprocess.Popen[bytes]:
@@ -92,7 +92,7 @@ def compare_probes(place: Path, names: Sequence[str]) -> Iterator[Outcome]:
             yield Outcome(name, f"no answer {lost}", ["the probe failed; its error stands above"], "")
             continue
         before, today = (json.loads(file.read_text("utf-8")) for file in files)
-        seconds = f"{before['seconds']:.0f}, {today['seconds']:.0f}"
+        seconds = f"{before['cpu_s']:.0f} + {today['cpu_s']:.0f}"
         skipped = [answers["skipped"] for each in (before, today) if "skipped" in (answers := each["answers"])]
         lines = skipped or list(differences(before["answers"], today["answers"]))
         yield Outcome(name, f"{len(before['answers'])} answers", lines, seconds, skipped=bool(skipped))
@@ -138,7 +138,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def told(outcome: Outcome, most: int) -> str:
     """Return the line of a guard and the lines of its differences."""
     word = "skipped" if outcome.skipped else "differs" if outcome.lines else "equal"
-    head = f"{outcome.guard:9}{word:9}{outcome.counted}  [{outcome.seconds} s]"
+    head = f"{outcome.guard:9}{word:9}{outcome.counted}  [{outcome.seconds} CPU s]"
     rest = [f"    … and {len(outcome.lines) - most} more lines"] if len(outcome.lines) > most else []
     return "\n".join([head, *(f"    {line}" for line in islice(outcome.lines, most)), *rest])
 

@@ -16,7 +16,6 @@ import shutil
 import struct
 import subprocess
 import sys
-import time
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
@@ -345,9 +344,9 @@ def main(tree: Path, place: Path, data: Path, names: list[str]) -> None:
     os.chdir(bench.place)
     write_files(bench)
     for name in names:
-        begun = time.monotonic()
+        begun = sum(os.times()[:4])
         answers = {**QUICK, **FULL}[name](bench)
-        text = json.dumps({"seconds": time.monotonic() - begun, "answers": answers})
+        text = json.dumps({"cpu_s": sum(os.times()[:4]) - begun, "answers": answers})
         (place / f"{name}.json").write_text(text, encoding="utf-8")
 
 

@@ -35,7 +35,7 @@ COMMANDS = {
     "speed": "pitotlab.speed.ratios:command",
     "speed growth": "pitotlab.speed.growth:command",
     "speed packages": "pitotlab.speed.fits:command",
-    "drills": "pitotlab.drills.command:command",
+    "drills": "pitotlab.drills.costs:command",
 }
 
 

@@ -5,6 +5,7 @@ is reconciled. Where a doubt is left, the advised card is flown with the same ef
 reconciled together.
 """
 
+from argparse import ArgumentParser
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -26,6 +27,7 @@ from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import read_case
 from pitotbench.records.verdict import Verdict
 from pitotbench.sense import data_system
+from pitotlab.experiment import say
 
 SYSTEM = "50/50"
 SEED = 41_000  # development seeds: those of scored flights begin at 600,000
@@ -143,3 +145,18 @@ def case_lines(tried: Sequence[Tried]) -> list[str]:
             alone, after = (sum(getattr(t, a) == "right" for t in some) for a in ("alone", "after"))
             lines.append(f"SNR {band}: right name alone {alone} of {len(some)}, after the advised flight {after}")
     return lines
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Count how often a hidden cause is named by one flight alone, and after the flight that is advised next."""
+    parser.add_argument("--only", help="effects to hide, with commas: " + ", ".join(CONFUSED))
+    parser.add_argument("--cards", default=",".join(CARDS), help="of the first flight (default: %(default)s)")
+    parser.add_argument("--varied", type=int, default=VARIED, help="cards with variants (default: %(default)s)")
+    options = parser.parse_args(words)
+    wanted = options.only.split(",") if options.only else CONFUSED
+    tried = []
+    for row in cases(CONFUSED, options.cards.split(",")):
+        if row[0] in wanted:
+            tried.append(try_out(*row, say, options.varied))
+            print(case_lines(tried[-1:])[0], flush=True)
+    print("\n".join(case_lines(tried)))

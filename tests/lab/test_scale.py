@@ -1,4 +1,4 @@
-"""What long logs cost is measured by `make bench`; here only that the log is long and the ratios are found."""
+"""What long logs cost is measured by `make lab-bench`; here only that the log is long and the ratios are found."""
 
 import numpy as np
 import pytest
@@ -22,4 +22,4 @@ def test_a_tiled_log_repeats_the_rows_without_a_pause(log):
 def test_ratios_are_measured(log, tmp_path):
     times = reading_times(log, tmp_path / "log.csv")
     assert min(times.arrow, times.read, times.calibrate) > 0.0
-    assert 0.0 < cross_check_growth(log, len(log), 2) < 10.0  # the limit of 1.3 belongs to `make bench`
+    assert 0.0 < cross_check_growth(log, len(log), 2) < 10.0  # the limit of 1.3 belongs to `make lab-bench`

@@ -1,14 +1,13 @@
-"""What the engine of campaigns costs, and a simulation of a driver and its workers at sizes that are not flown."""
+"""What the engine of campaigns costs, and the table of all drills."""
 
 import json
 import os
-import random
 import time
-from collections.abc import Iterator
-from dataclasses import dataclass
-from heapq import heappop, heappush
+from argparse import ArgumentParser
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from statistics import mean
+from tempfile import TemporaryDirectory
 
 from pitotbench.bench.campaign.engine import fly_missing
 from pitotbench.bench.campaign.perform import perform_task
@@ -28,6 +27,16 @@ from pitotlab.drills.drivers import (
     stub_outcome,
     stubs,
     write_plan_file,
+)
+from pitotlab.drills.survival import (
+    bad_flights,
+    bad_stores,
+    fly_long,
+    full_disks,
+    kill_drivers,
+    kill_workers,
+    second_driver,
+    stop_drivers,
 )
 
 
@@ -121,56 +130,41 @@ def driver_memory(folder: Path, tasks: int) -> Iterator[str]:
     yield f"  {used / tasks * 1e3:.2f} ms of the driver's CPU a task, {tasks / seconds:,.0f} tasks a second"
 
 
-# Measured (docs/scale.md): the driver's time for a flight, most of which it waits for the disk, and the flights.
-DRIVER_SECONDS = 0.0085
-FLIGHT_SECONDS = 1.0
-_AHEAD = 3  # tasks submitted for each worker, as on a cluster
+Measurement = Callable[[Path, int], Iterator[str]]
 
 
-@dataclass(frozen=True, slots=True)
-class Simulated:
-    """The hours of a campaign, the share of the workers' time that they fly, and the most tasks in memory."""
-
-    hours: float
-    busy: float
-    most_in_memory: int
+def _faults(folder: Path, _: int) -> Iterator[str]:
+    yield from bad_flights(folder / "flights")
+    yield from bad_stores(folder / "stores")
+    yield from second_driver(folder / "second")
+    yield from full_disks(folder / "full")
 
 
-def simulate_campaign(flights: int, workers: int, driver_seconds: float, flight_seconds: float) -> Simulated:
-    """Simulate one driver that submits, takes and keeps results one by one, and its workers.
+# Each measurement with its usual number of flights or tasks.
+MEASUREMENTS: dict[str, tuple[Measurement, int]] = {
+    "kills": (kill_drivers, 60),
+    "long": (fly_long, 10_000),
+    "workers": (kill_workers, 30),
+    "faults": (_faults, 0),
+    "resume": (resume, 10_000),
+    "memory": (driver_memory, 1_000_000),
+    "efficiency": (lambda folder, flights: efficiency(folder, flights, dask=False), 1_000),
+    "efficiency-dask": (lambda folder, flights: efficiency(folder, flights, dask=True), 1_000),
+    "sigterm": (stop_drivers, 60),
+    "overhead": (overhead, 30),
+}
 
-    Flights last 0.5 to 1.5 times the mean, uniformly. The window of tasks is that of the fleet on a cluster.
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Measure what campaigns survive and cost. For Linux; `faults` needs the right to mount a disk.
+
+    Without `--flights` a measurement has the usual number of them.
     """
-    draw = random.Random(1).random
-    window = _AHEAD * workers
-    ended: list[float] = []  # of flights that the driver has not taken, in time
-    free = [0.0] * workers
-    flown = driver = total = 0.0
-    submitted = taken = most = 0
-    while taken < flights:
-        while submitted < flights and submitted - taken < window:
-            seconds = flight_seconds * (0.5 + draw())
-            begun = max(heappop(free), driver)
-            heappush(free, begun + seconds)
-            heappush(ended, begun + seconds)
-            flown += seconds
-            submitted += 1
-            most = max(most, submitted - taken)
-        driver = max(driver, heappop(ended)) + driver_seconds
-        taken += 1
-    total = max(driver, max(free))
-    return Simulated(total / 3600.0, flown / (workers * total), most)
-
-
-def schedules(_: Path, flights: int) -> Iterator[str]:
-    """Simulate one driver with more and more workers, and the shards that a hundred million flights need."""
-    yield f"{DRIVER_SECONDS * 1e3:g} ms of the driver a flight, {FLIGHT_SECONDS:g} s a flight"
-    for workers in (2, 16, 64, 100, 128, 256):
-        found = simulate_campaign(flights, workers, DRIVER_SECONDS, FLIGHT_SECONDS)
-        yield (
-            f"  {flights:,} flights, {workers} workers: {found.hours:,.1f} h, workers busy {found.busy:.1%}, "
-            f"{found.most_in_memory} tasks in memory"
-        )
-    # The shards of a campaign do not meet, so that one of them shows what each of them does.
-    part = simulate_campaign(1_000_000, 100, DRIVER_SECONDS, FLIGHT_SECONDS)
-    yield f"  100,000,000 flights, 100 shards of 100 workers: {part.hours:,.1f} h, workers busy {part.busy:.1%}"
+    parser.add_argument("what", choices=[*MEASUREMENTS], help="the measurement")
+    parser.add_argument("--flights", type=int, help="number of flights or tasks")
+    parser.add_argument("--folder", type=Path, help="folder for the stores, which stay (default: a temporary one)")
+    options = parser.parse_args(words)
+    measure, usual = MEASUREMENTS[options.what]
+    with TemporaryDirectory(prefix="pitotbench-") as scratch:
+        for line in measure(options.folder or Path(scratch), options.flights or usual):
+            print(line, flush=True)

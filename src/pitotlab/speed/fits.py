@@ -1,19 +1,17 @@
-"""Time public packages on the fit of one log in one run: `python -m pitotlab speed packages`.
+"""Time fits of one log beside a plain SciPy fit of the same rows, and beside statsmodels.
 
 The log has 36,000 rows of three outputs; five parameters are unknown (Inverse+ and the wind). SciPy searches the
-minimum. statsmodels, filterpy and aeroid are given our linearization at zero, which is most of their work saved:
-they solve a linear problem. filterpy and aeroid take a share of the rows; their time is that of all rows, by
-proportion. A package that is not installed is left out (`pip install statsmodels filterpy aeroid`).
+minimum. statsmodels is given our linearization at zero, which saves most of its work: it solves a linear problem.
 """
 
 from argparse import ArgumentParser
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from importlib.util import find_spec
 
 import numpy as np
 from scipy.optimize import least_squares
+from statsmodels.api import GLSAR, OLS
 from threadpoolctl import threadpool_limits
 
 from pitotbench.calibrate import CalibrationOptions, calibrate
@@ -30,6 +28,7 @@ from pitotbench.units import Array
 from pitotlab.speed.commands import least
 
 FIT_ROWS = 36_000
+LAGS = 800
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,67 +86,18 @@ def _panel_time(log: FlightLog) -> float:
     return least(lambda: log_section("log", log, found)) / panels
 
 
-LAGS = 800
-FILTERED, INTEGRATED = 10, 30  # one row in so many
-
-
-def peers(residual: Array, jacobian: Array) -> Iterator[tuple[str, float]]:
-    """Yield name and CPU time [s] of each package, for a residual (3, n) and its Jacobian (3, n, 5)."""
+def statsmodels_times(residual: Array, jacobian: Array) -> Iterator[tuple[str, float]]:
+    """Yield name and CPU time [s] of each fit, for a residual (3, n) and its Jacobian (3, n, 5)."""
     response, regressors = residual.T.ravel(), np.ascontiguousarray(np.moveaxis(jacobian, 0, 1)).reshape(-1, 5)
-    if find_spec("statsmodels"):
-        from statsmodels.api import GLSAR, OLS
-
-        for order in (1, 12):
-            fit = partial(GLSAR(response, regressors, rho=order).iterative_fit, 4)
-            yield f"statsmodels GLSAR({order})", least(fit, 3)
-        hac = {"cov_type": "HAC", "cov_kwds": {"maxlags": LAGS}}
-        yield f"statsmodels OLS with HAC, {LAGS} lags", least(lambda: OLS(response, regressors).fit(**hac), 1)
-    if find_spec("filterpy"):
-        yield (
-            "filterpy extended Kalman filter, 5 states",
-            FILTERED * least(lambda: filtered(residual[:, ::FILTERED], jacobian[:, ::FILTERED]), 2),
-        )
-    if find_spec("aeroid"):
-        yield (
-            "aeroid output_error",
-            INTEGRATED * least(lambda: integrated(residual[:, ::INTEGRATED], jacobian[:, ::INTEGRATED]), 1),
-        )
-
-
-def filtered(residual: Array, jacobian: Array) -> Array:
-    """Return the parameters, (5,), after one pass of filterpy's extended Kalman filter."""
-    from filterpy.kalman import ExtendedKalmanFilter
-
-    kalman = ExtendedKalmanFilter(dim_x=5, dim_z=3)
-    kalman.Q *= 1e-9
-    for z, row in zip(residual.T, np.moveaxis(jacobian, 0, 1), strict=True):
-        kalman.predict()
-        kalman.update(z[:, None], lambda _: row, lambda x: row @ x)  # noqa: B023
-    return np.asarray(kalman.x[:, 0])
-
-
-def integrated(residual: Array, jacobian: Array) -> Array:
-    """Return the parameters, (5,), by aeroid, for which the outputs depend on the inputs and on a state at rest."""
-    import aeroid
-
-    names, inputs = [f"p{i}" for i in range(5)], [f"u{i}" for i in range(15)]
-
-    def outputs(_: float, state: Array, control: Array, p: dict[str, float]) -> Array:
-        return np.asarray(control.reshape(3, 5) @ np.array([p[name] for name in names]) + 0.0 * state[0])
-
-    model = aeroid.Model(
-        states=["rest"], controls=inputs, parameters=dict.fromkeys(names, 0.1),
-        dynamics=lambda _, state, control, p: 0.0 * state, outputs=["north", "east", "down"], measurement=outputs,
-    )  # fmt: skip
-    columns = np.moveaxis(jacobian, 0, 1).reshape(residual.shape[1], 15).T
-    channels = dict(zip(inputs, columns, strict=True)) | dict(zip(model.outputs, residual, strict=True))
-    data = aeroid.FlightData(time=0.01 * INTEGRATED * np.arange(residual.shape[1]), channels=channels)
-    found = aeroid.identify(model, data, names, x0=[0.0])
-    return np.array([found.parameters[name] for name in names])
+    for order in (1, 12):
+        fit = partial(lambda order: GLSAR(response, regressors, rho=order).iterative_fit(4), order)
+        yield f"statsmodels GLSAR({order})", least(fit, 3)
+    hac = {"cov_type": "HAC", "cov_kwds": {"maxlags": LAGS}}
+    yield f"statsmodels OLS with HAC, {LAGS} lags", least(lambda: OLS(response, regressors).fit(**hac), 1)
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Time our fit, SciPy and the packages that are installed; print a table."""
+    """Time our fit, SciPy and statsmodels; print a table."""
     parser.parse_args(words)
     log = record(fly(Case(maneuver="circle")), data_system("100/100"), 1)
     log = log.select(np.arange(min(FIT_ROWS, len(log))))
@@ -164,5 +114,5 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         print("| fit | CPU [s] | over ours |\n|---|---|---|")
         for name, seconds in rows:
             print(f"| {name} | {seconds:.3f} | {seconds / fit.covering:.2f} |")
-        for name, seconds in peers(*outputs(np.zeros(5))):
+        for name, seconds in statsmodels_times(*outputs(np.zeros(5))):
             print(f"| {name} | {seconds:.3f} | {seconds / fit.covering:.2f} |", flush=True)

@@ -5,8 +5,8 @@ import re
 import pytest
 from tests.lab.study import made_up
 
-from pitotbench.cli.app import main
 from pitotbench.records.errors import BadInputError
+from pitotlab.__main__ import main
 from pitotlab.study.claims import CLAIMS
 from pitotlab.study.conduct import StudyRequest, run_study
 from pitotlab.study.content import study_page_of
@@ -76,6 +76,15 @@ def test_numbers_are_told_again_without_flying(tmp_path, capsys):
     assert {n: f.ours for n, f in again.findings.items()} == {n: c.answer(evidence).ours for n, c in CLAIMS.items()}
     assert main(["study", "--tables", str(tmp_path / "nothing"), "--out", str(tmp_path / "x")]) == 2
     assert "--tables takes" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("out", ["taken", "taken/below", "/proc/out"])
+def test_a_folder_that_cannot_be_made_is_refused_before_the_work(out, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").write_text("mine")
+    assert main(["study", "--out", out]) == 2
+    assert out in capsys.readouterr().err
+    assert (tmp_path / "taken").read_text() == "mine"
 
 
 def test_the_claims_alone_are_answered_without_the_sweeps(tmp_path):

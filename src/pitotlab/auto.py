@@ -18,11 +18,10 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT, Array
 from pitotlab.experiment import (
+    Budget,
     Experiment,
     Row,
     Trial,
-    add_budget,
-    budget_of,
     random_case,
     random_parameters,
     run_experiment,
@@ -169,12 +168,12 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--turbulence", default="light", help="none, light or moderate (default: %(default)s)")
     parser.add_argument("--seeds", type=int, default=10, help="flights of each maneuver (default: %(default)s)")
     parser.add_argument("--first", type=int, default=FIRST_DEVELOPMENT_SEED, help="first seed (default: 1)")
-    add_budget(parser)
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
     options = parser.parse_args(words)
     from pitotlab.pages import auto_page  # loads the drawing library
 
     seeds = range(options.first, options.first + options.seeds)
     experiment = outside_experiment(options.maneuver.split(","), options.turbulence, options.das)
-    rows = run_experiment(experiment, seeds, budget_of(options))
+    rows = run_experiment(experiment, seeds, Budget(options.jobs))
     asked = {name: getattr(options, name) for name in ("maneuver", "turbulence", "das")}
     print(auto_page(summarize(rows), list(TRUTHS), seeds, asked), end="")

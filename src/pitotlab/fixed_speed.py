@@ -16,7 +16,7 @@ from pitotbench.records.case import Case, Wind
 from pitotbench.records.fixed_speed_point import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT
-from pitotlab.experiment import NO_LIMIT, Budget, Experiment, Row, Trial, add_budget, budget_of, run_experiment
+from pitotlab.experiment import NO_LIMIT, Budget, Experiment, Row, Trial, run_experiment
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,9 +133,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--seeds", type=int, default=10, help="flights a cell (default: %(default)s)")
     parser.add_argument("--das", default="50/50", help="data system (default: %(default)s)")
     parser.add_argument("--turbulence", default="none,light", help="comma list (default: %(default)s)")
-    add_budget(parser)
+    parser.add_argument("--jobs", type=int, help="processes (default: one a core)")
     options = parser.parse_args(words)
     for turbulence in options.turbulence.split(","):
         seeds = range(1, options.seeds + 1)
-        for line in score_fixed_speed(turbulence, options.das, seeds, budget_of(options)):
+        for line in score_fixed_speed(turbulence, options.das, seeds, Budget(options.jobs)):
             print(line, flush=True)

@@ -8,6 +8,7 @@ import pytest
 
 from pitotbench.cli.app import main as pitotbench_command
 from pitotbench.records.calibration import ErrorCurve
+from pitotlab.__main__ import main
 from pitotlab.outside import judge
 from pitotlab.outside import judge as tally
 from pitotlab.outside.generator import generate, write_csv
@@ -82,7 +83,7 @@ def test_other_options_are_other_rows(tmp_path, monkeypatch):
 @pytest.mark.parametrize(("seed", "flights"), [(50_000, 1), (49_999, 2), (599_999, 5), (-1, 3), (1, 0)])
 def test_seeds_are_either_of_development_or_scored(seed, flights, tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
-        judge.main(["--seed", str(seed), "--flights", str(flights), "--out", str(tmp_path / "rows.csv")])
+        main(["outside", "--seed", str(seed), "--flights", str(flights), "--out", str(tmp_path / "rows.csv")])
     assert ended.value.code == 2
     assert "600000" in capsys.readouterr().err
 

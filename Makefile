@@ -4,13 +4,17 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-processors bench verify wheel-check blind docs lint clean
+.PHONY: demo test test-lab test-processors lab-bench lab-verify lab-blind wheel-check docs lint clean
 
 demo: $(STAMP)
 	$(BIN)/python scripts/run_campaign.py --maneuver step_decrease --das 20/1
 
 test: lint
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --ignore tests/lab
+
+# The laboratory's own tests: it proves the product, and no user runs it.
+test-lab: $(STAMP)
+	$(BIN)/python -m pytest -n 2 tests/lab
 
 # The numeric tests with the BLAS kernels of an old processor, and without the vector code of NumPy above SSE4.2.
 # NumPy passes over names that it does not know: of 2.4 the levels, before it the single features.
@@ -36,28 +40,29 @@ docs: $(STAMP)
 	@cp out/docs/README.html out/docs/index.html
 	@echo "open out/docs/index.html"
 
-bench: $(STAMP)
-	$(BIN)/python scripts/bench.py
+lab-bench: $(STAMP)
+	$(BIN)/python -m pitotlab speed
 
-verify: $(STAMP)
-	$(BIN)/python scripts/verify_coverage.py
+lab-verify: $(STAMP)
+	$(BIN)/python -m pitotlab coverage
 
 # The wheel in a fresh environment outside the checkout, used as a user does.
 wheel-check: $(STAMP)
 	$(BIN)/python -m tests.wheel
 
-BLIND := out/blind
 SEED ?= 900000
 JOBS ?= 2
+LAB := $(BIN)/python -m pitotlab
 
-blind: $(STAMP)
-	$(BIN)/python -m tests.blind.signatures --jobs $(JOBS) --place $(BLIND)/signatures
-	$(BIN)/python -m tests.blind.generate --seed $(SEED) --jobs $(JOBS) --logs $(BLIND)/logs --seal $(BLIND)/seal --place $(BLIND)/signatures
-	$(BIN)/python -m tests.blind.analyze --jobs $(JOBS) --logs $(BLIND)/logs --results $(BLIND)/results.jsonl --advise 25
-	$(BIN)/python -m tests.blind.advised --jobs $(JOBS) --logs $(BLIND)/logs --results $(BLIND)/results.jsonl --seal $(BLIND)/seal
-	$(BIN)/python -m tests.blind.analyze --jobs $(JOBS) --logs $(BLIND)/logs --results $(BLIND)/advised.jsonl --advised
-	$(BIN)/python -m tests.blind.observer --jobs $(JOBS) --logs $(BLIND)/logs --seal $(BLIND)/seal --results $(BLIND)/observed.jsonl --place $(BLIND)/signatures
-	$(BIN)/python -m tests.blind.score --results $(BLIND)/results.jsonl --observed $(BLIND)/observed.jsonl --advised $(BLIND)/advised.jsonl --seal $(BLIND)/seal --out docs
+# Signatures, a sealed set, its answers, those with the flight advised, the ideal observer, the score: in out/lab.
+lab-blind: $(STAMP)
+	$(LAB) blind signatures --jobs $(JOBS)
+	$(LAB) blind generate --seed $(SEED) --jobs $(JOBS)
+	$(LAB) blind analyze --jobs $(JOBS) --advise 25
+	$(LAB) blind advised --jobs $(JOBS)
+	$(LAB) blind analyze --jobs $(JOBS) --results out/lab/blind/advised.jsonl --advised
+	$(LAB) blind observer --jobs $(JOBS)
+	$(LAB) blind score
 
 $(STAMP): pyproject.toml requirements.lock
 	@$(PYTHON) -c 'import sys; sys.exit("pitotbench needs Python 3.11 or newer; set PYTHON=...") if sys.version_info < (3, 11) else None'

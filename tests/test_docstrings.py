@@ -31,7 +31,7 @@ WITHOUT_FORMULA = {
     "pressure_error/table_curve.py": "a linear interpolation",
 }
 # Packages whose arrays are described by figures and tables rather than read by a caller.
-WITHOUT_ARRAYS = ("evidence", "show")
+WITHOUT_ARRAYS = ("show",)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
+from zipfile import ZipFile
 
 ROOT = Path(__file__).resolve().parents[1]
 CASE = 'maneuver = "decel_circle"\nturbulence = "light"\n'
@@ -54,6 +55,9 @@ def _clone(place: Path, _: bool) -> None:
 def _wheel(place: Path, everything: bool) -> None:
     _step([sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", str(place), str(ROOT)], place)
     (wheel,) = place.glob("*.whl")
+    foreign = [name for name in ZipFile(wheel).namelist() if not name.startswith("pitotbench")]
+    if foreign:
+        raise SystemExit(f"not of the product: {', '.join(foreign)}")
     _step([sys.executable, "-m", "venv", "fresh"], place)
     programs = place / "fresh" / ("Scripts" if os.name == "nt" else "bin")
     pip = [str(programs / "python"), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]

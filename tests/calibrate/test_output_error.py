@@ -11,11 +11,10 @@ from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.output_error import fit_output_error
 from pitotbench.calibrate.paper import airspeed_outputs
 from pitotbench.calibrate.rows.observations import observe
-from pitotbench.evidence.experiment import Trial
-from pitotbench.evidence.random_truth import random_case
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.errors import NoAnswerError
 from pitotbench.units import KNOT
+from pitotlab.experiment import Trial, random_case
 
 MODEL = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
 

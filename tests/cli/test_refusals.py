@@ -133,7 +133,6 @@ def test_a_log_that_cannot_be_written_is_refused_before_the_flight(out, case, mo
     [
         ["plan"],
         ["campaign", "--maneuver", "circle", "--das", "20/1"],
-        ["study"],
         ["reconcile", "no-such-log.csv"],
     ],
     ids=lambda command: command[0],

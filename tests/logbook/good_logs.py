@@ -12,14 +12,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tests.logbook.mistakes import Columns, good_columns, read
-from tests.outside.cells import CELLS
-from tests.outside.generator import generate, write_csv
 
 from pitotbench.logbook import read_log
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError
 from pitotbench.sense import data_system, record
 from pitotbench.simulate import MANEUVERS, fly
+from pitotlab.outside.generator import generate, write_csv
+from pitotlab.outside.moving_air import CELLS
 
 SYSTEMS = ("50/50", "20/5", "20/1")
 TURBULENCE = ("none", "light", "moderate")

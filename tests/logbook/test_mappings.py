@@ -1,11 +1,11 @@
 """Foreign logs by a mapping: one file or several on one time base, shipped or the user's own."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 import sample_log as sample
+from tests.shared_data import real_log
 
 from pitotbench import air
 from pitotbench.catalog import UnknownNameError
@@ -17,7 +17,6 @@ from pitotbench.logbook.table import Table
 from pitotbench.records.errors import BadInputError
 from pitotbench.units import FOOT, KNOT, PSI
 
-DATA = Path(os.environ.get("PITOTBENCH_DATA", Path(__file__).parents[3] / "shared" / "data"))
 OWN = """
 [columns]
 clock = "time_s"
@@ -41,13 +40,6 @@ us = { name = "time_s", factor = 1e-6 }
 n = "velocity_north_mps"
 e = "velocity_east_mps"
 """
-
-
-def real(*parts: str) -> Path:
-    path = DATA.joinpath(*parts)
-    if not path.exists():
-        pytest.skip(f"no {path.name}: set PITOTBENCH_DATA to the folder of the real logs")
-    return path
 
 
 @pytest.mark.parametrize("name", list(shipped_mappings()))
@@ -178,7 +170,7 @@ def test_a_mapping_file_that_is_not_there(tmp_path):
 @pytest.mark.parametrize(("name", "rows"), [("CLASS55.csv", 8885), ("CLASS65.csv", 8178)])
 def test_jmoss_logs(name, rows):
     """A jet at Mach 0.52 to 1.05, 20 Hz, velocity renewed at 5 Hz; against the raw file by another reader."""
-    path = real("jmoss", name)
+    path = real_log("jmoss", name)
     log = read_log(path, mapping="jmoss")
     raw = np.genfromtxt(path, delimiter=",", names=True)
     assert len(log) == rows == len(raw)
@@ -194,7 +186,7 @@ def test_jmoss_logs(name, rows):
 @pytest.mark.parametrize("parts", [("seaway",), ("seaway", "differential_pressure_0.csv")])
 def test_seaway_log(parts):
     """A solar airplane: 1 Hz, differential pressure with its zero near 100 Pa, which the reader reports."""
-    log = read_log(real(*parts), mapping="seaway")
+    log = read_log(real_log(*parts), mapping="seaway")
     assert 950 < len(log) <= 974
     assert 90.0 < np.median(log.impact_pressure[:100]) < 125.0
     assert 95e3 < np.median(log.static_pressure) < 103e3

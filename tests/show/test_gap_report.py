@@ -8,7 +8,6 @@ import pytest
 from rich.console import Console
 
 from pitotbench.effects import EFFECTS
-from pitotbench.evidence.pages.examples_page import ExampleChapter, example_picture, examples_page
 from pitotbench.reconcile.residuals.predicted_channels import UNITS as RESIDUAL_UNITS
 from pitotbench.records.advised_flight import AdvisedFlight, CardForecast
 from pitotbench.records.calibration import Estimate
@@ -37,6 +36,7 @@ from pitotbench.show.style import stacked
 from pitotbench.show.telling_panels import telling_panels
 from pitotbench.show.verdict_json import account_json
 from pitotbench.show.verdict_text import print_account
+from pitotlab.examples import ExampleChapter, example_picture, examples_page
 
 TIME = np.arange(200) / 2.0
 EVERY = np.full(len(TIME), True)

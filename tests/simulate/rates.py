@@ -12,7 +12,6 @@ from time import process_time
 from unittest.mock import patch
 
 import numpy as np
-from tests.blind.flown import Environment, flown
 
 from pitotbench import bench
 from pitotbench.bench.plan import forecasting
@@ -24,6 +23,7 @@ from pitotbench.sense import CALIBRATION_CHANNELS, data_system
 from pitotbench.simulate import fly
 from pitotbench.simulate.maneuvers import maneuvers_named
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
+from pitotlab.blind.flown import Environment, flown
 
 SYSTEMS = {50.0: "50/50", 40.0: "20/1"}  # by rate: a data system that it serves
 CHANNELS = {"calibrated_airspeed": KNOT, "altitude": FOOT, "roll": DEGREE}

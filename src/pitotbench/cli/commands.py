@@ -1,7 +1,6 @@
 """The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and one line here.
 
-A module is named by a string, so that only the module of the chosen command is loaded and the product never imports
-the evidence.
+A module is named by a string, so that only the module of the chosen command is loaded.
 """
 
 from typing import NamedTuple  # not a dataclass: that import takes longer than all else that `--help` needs
@@ -26,7 +25,6 @@ COMMANDS = (
     Command("results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"),
     Command("reproduce", "pitotbench.cli.reproduce", "fly one stored result again, and compare"),
     Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
-    Command("study", "pitotbench.evidence.study.command", "the paper's simulator study, claim by claim"),
     Command("plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"),
     Command("completion", "pitotbench.cli.completion", "print the script with which bash, zsh or fish completes"),
 )

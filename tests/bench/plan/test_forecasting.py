@@ -12,13 +12,13 @@ from pitotbench.bench.plan.plan_request import PlanRequest
 from pitotbench.bench.plan.recommend import make_plan
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.calibrate.expected_bound import ExpectedNoise, expected_two_sigma
-from pitotbench.evidence.height_check import HEIGHT, TRIANGLE, VELOCITY, request_with
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.sense import has_velocity_down
 from pitotbench.simulate import MANEUVERS
 from pitotbench.units import KNOT
+from pitotlab.plan_check import HEIGHT, TRIANGLE, VELOCITY, request_with
 
 REQUEST = PlanRequest(Case(), draws=4, maneuvers=("step_decrease", "decel_circle"))
 THETA = np.array([-0.06, 0.006, 0.06, -3.9, 6.7])

@@ -1,8 +1,6 @@
 """Real logs: nobody hid anything, so the report must say what it sees and how sure it is."""
 
-from pathlib import Path
-
-import pytest
+from tests.shared_data import real_log
 
 from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
 from pitotbench.cli.reconcile import _setting
@@ -11,19 +9,10 @@ from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import sentences
 
 ADVICE = {"error_location": "static", "mach_max": 0.93}  # of the mapping jmoss
-DATA = Path(__file__).parents[4] / "shared" / "data" / "jmoss"
-
-
-def jmoss() -> Path:
-    """The log where it is kept, beside the checkout or in the place that the team shares."""
-    for folder in (DATA, *(parent / "work" / "shared" / "data" / "jmoss" for parent in Path(__file__).parents)):
-        if (folder / "CLASS55.csv").is_file():
-            return folder / "CLASS55.csv"
-    pytest.skip("the JMOSS logs are not on this machine")
 
 
 def test_a_measured_log_without_an_aircraft_is_judged_with_its_doubt():
-    path = jmoss()
+    path = real_log("jmoss", "CLASS55.csv")
     log = read_log(path, "jmoss")
     account = reconcile_fully(NamedLog(path.name, log), "none", setting=_setting(ADVICE)).account
     verdict = account.rounds[0].verdict

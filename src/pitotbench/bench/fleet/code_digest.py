@@ -9,7 +9,7 @@ from pitotbench.simulate.hangar import PACKAGE, find_aircraft
 
 # Packages whose code shows results and cannot change them. All other code counts: a list of the code that counts
 # would miss a module that a later change adds.
-NOT_DECIDING = ("cli", "evidence", "show")
+NOT_DECIDING = ("cli", "show")
 # What flies and calibrates needs neither the reconciler nor most of the bench.
 _NOT_FLYING = (*NOT_DECIDING, "reconcile", "bench")
 _FLYING_BENCH = ("bench/flights.py", "bench/truth_comparison.py", "bench/campaign/perform.py")

@@ -1,1 +1,0 @@
-"""Measure the coverage of the bounds: over seeds, for truths outside the models, and against other methods."""

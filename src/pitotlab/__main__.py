@@ -1,0 +1,61 @@
+"""`python -m pitotlab NAME`: run one measurement. A new one is a function and a line of the table."""
+
+import sys
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Sequence
+from importlib import import_module
+
+from pitotbench.cli.app import guarded
+from pitotbench.cli.exit_codes import BAD_INPUT, DONE
+
+# Name: module and function, which adds its flags to a parser, reads the words, and does the work.
+COMMANDS = {
+    "study": "pitotlab.study.conduct:command",
+    "coverage": "pitotlab.coverage:command",
+    "auto": "pitotlab.auto:command",
+    "fixed-speed": "pitotlab.fixed_speed:command",
+    "aircraft": "pitotlab.aircraft:command",
+    "reference": "pitotlab.reference_figures:command",
+    "plan": "pitotlab.plan_check:command",
+    "peers": "pitotlab.peers:command",
+    "examples": "pitotlab.examples:command",
+    "next-flight": "pitotlab.next_flight:command",
+    "outside": "pitotlab.outside.judge:command",
+    "blind signatures": "pitotlab.blind.signatures:command",
+    "blind generate": "pitotlab.blind.drawn:command",
+    "blind develop": "pitotlab.blind.drawn:develop",
+    "blind analyze": "pitotlab.blind.analyze:command",
+    "blind advised": "pitotlab.blind.flown_again:advised_command",
+    "blind observer": "pitotlab.blind.observer:command",
+    "blind score": "pitotlab.blind.score:command",
+    "blind pooled": "pitotlab.blind.score:pooled_command",
+    "blind pack": "pitotlab.blind.sealed:command",
+    "blind forced": "pitotlab.blind.flown_again:forced_command",
+    "blind reflown": "pitotlab.blind.flown_again:reflown_command",
+    "speed": "pitotlab.speed.ratios:command",
+    "speed growth": "pitotlab.speed.growth:command",
+    "speed packages": "pitotlab.speed.fits:command",
+    "drills": "pitotlab.drills.costs:command",
+}
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run the command that the first words name; return its exit code."""
+    given = list(sys.argv[1:] if words is None else words)
+    name = next((" ".join(given[:n]) for n in (2, 1) if " ".join(given[:n]) in COMMANDS), None)
+    if name is None:
+        print("usage: python -m pitotlab NAME [--help]\n\n" + "\n".join(f"  {each}" for each in COMMANDS))
+        return DONE if not given or given[0] in ("-h", "--help") else BAD_INPUT
+    module, _, function = COMMANDS[name].partition(":")
+    command = getattr(import_module(module), function)
+    parser = ArgumentParser(
+        prog=f"python -m pitotlab {name}",
+        description=command.__doc__,
+        formatter_class=RawDescriptionHelpFormatter,
+    )
+    rest = given[len(name.split()) :]
+    return guarded(Namespace(run=lambda _: command(parser, rest) or DONE))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,219 @@
+"""Fly airplanes that the bench did not write: how well they fly, and how often the bound holds the truth."""
+
+import os
+import shutil
+import subprocess
+import sys
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pitotbench import bench
+from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms, scored
+from pitotbench.logbook import atomic
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.show.columns import Column, markdown_table
+from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
+from pitotbench.simulate.attach.library import library_aircraft
+from pitotbench.simulate.attach.record import read_record
+from pitotbench.simulate.hangar import find_aircraft, known_aircraft
+from pitotbench.simulate.maneuvers.scaled_card import scaled_case
+from pitotbench.units import KNOT
+from pitotlab.experiment import (
+    NO_LIMIT,
+    OUT,
+    Budget,
+    Experiment,
+    Row,
+    Trial,
+    add_budget,
+    budget_of,
+    random_case,
+    run_experiment,
+)
+
+FOREIGN = ("c172x", "pa28", "J3Cub", "c310", "DHC6", "pc7", "T38", "B747", "aerosonde")
+SYSTEM = "20/1"
+LONGEST = 300.0  # s, for a first flight
+
+
+@dataclass(frozen=True, slots=True)
+class FirstFlight:
+    """The times [s] of the command that flies a case of an aircraft which the bench sees for the first time.
+
+    `wall` is that of the clock, `cpu` that of the processor. `failure` is what the command said where it failed.
+    """
+
+    aircraft: str
+    wall: float
+    cpu: float
+    failure: str = ""
+
+
+def fly_foreign(seeds: range, aircraft: tuple[str, ...] = FOREIGN, budget: Budget = NO_LIMIT) -> pd.DataFrame:
+    """Fly airplanes through the paper's five maneuvers in light turbulence, one flight a seed; return the rows.
+
+    Wind and pressure error are drawn from the seed as for the coverage campaign, the error scaled to the card of
+    the airplane. A flight that fails is a row with the reason.
+    """
+    experiment = Experiment(_measure, PAPER_MANEUVERS, ("light",), aircraft, "aircraft")
+    return run_experiment(experiment, seeds, budget)
+
+
+def _measure(trial: Trial, aircraft: tuple[str, ...]) -> list[Row]:
+    return [_flown(trial, name) for name in aircraft]
+
+
+def _flown(trial: Trial, aircraft: str) -> Row:
+    row: Row = {
+        "aircraft": aircraft,
+        "maneuver": trial.maneuver,
+        "turbulence": trial.turbulence,
+        "seed": trial.seed,
+    }
+    try:
+        case = scaled_case(replace(random_case(trial), aircraft=aircraft))
+        flight = bench.fly(case)
+        found = bench.calibrate(bench.sense(flight, SYSTEM))
+    except (BadInputError, NoAnswerError) as error:
+        return row | {"failed": " ".join(str(error).split())}
+    judged = np.char.startswith(flight.segment, MANEUVERS[trial.maneuver].kind)
+    curve = compare_curve(found.curve, case.pressure_error)
+    band = replace(curve, two_sigma=found.curve.simultaneous_two_sigma[scored(found.curve)])
+    return row | {
+        "failed": "",
+        "minutes": flight.duration / 60.0,
+        "on_condition": float(flight.on_condition[judged].mean()),
+        "coverage": curve.inside,
+        "band_coverage": float(band.all_inside),
+        "wind_coverage": compare_wind(found.wind, bench.wind_toward(case.wind)[:2]).inside,
+        "two_sigma_kt": curve.mean_two_sigma / KNOT,
+        "rms_error_kt": curve.rms_error / KNOT,
+    }
+
+
+def summarize_foreign(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return one line an airplane and maneuver, and one for all maneuvers: shares [%], minutes, errors [kt].
+
+    The standard error of the coverage takes flights as independent.
+    """
+    every = pd.concat([rows, rows.assign(maneuver="all")])
+    groups = every.groupby(["aircraft", "maneuver"], sort=False)
+    good = every[every["failed"] == ""].groupby(["aircraft", "maneuver"], sort=False)
+    table = pd.DataFrame({"flights": groups.size()})
+    table["failed"] = groups["failed"].apply(lambda said: int((said != "").sum()))
+    table["minutes"] = good["minutes"].mean()
+    for name in ("on_condition", "coverage", "band_coverage", "wind_coverage"):
+        table[f"{name}_percent"] = 100.0 * good[name].mean()
+    table["least_on_condition_percent"] = 100.0 * good["on_condition"].min()
+    table["coverage_se_percent"] = 100.0 * good["coverage"].sem()
+    table["two_sigma_kt"] = good["two_sigma_kt"].mean()
+    table["rms_error_kt"] = good["rms_error_kt"].apply(rms)
+    return table.reset_index()
+
+
+def speeds_of(aircraft: str) -> str:
+    """Return the kind of an airplane's engines and the speeds of its envelope, for a table."""
+    found = read_record(find_aircraft(aircraft))
+    if found is None:
+        return "the bench's own"
+    limit = "Mach 0.7" if found.mach_limited else "level"
+    return f"{found.engines} × {found.engine_kind}, {found.stall_kt:.0f} to {found.fastest_kt:.0f} KCAS ({limit})"
+
+
+def time_first_flight(aircraft: str) -> FirstFlight:
+    """Time `pitotbench fly` with the path of an airplane's file, copied to an empty place and with an empty cache.
+
+    The maneuver is a Rapid Deceleration in light turbulence.
+    """
+    folder = known_aircraft().get(aircraft) or library_aircraft()[aircraft].parent
+    with TemporaryDirectory(prefix="pitotbench-") as place:
+        file = Path(shutil.copytree(folder, Path(place) / aircraft)) / f"{aircraft}.xml"
+        case = Path(place) / "case.toml"
+        text = 'aircraft = "{}"\nmaneuver = "rapid_decel"\nturbulence = "light"\n'
+        case.write_text(text.format(file.as_posix()), encoding="utf-8")
+        command = [sys.executable, "-m", "pitotbench", "fly", str(case), "-o", str(Path(place) / "flight.csv")]
+        before, cpu = perf_counter(), _children_cpu()
+        done = subprocess.run(
+            command,
+            env=os.environ | {"PITOTBENCH_CACHE": str(Path(place) / "cache")},
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            timeout=LONGEST,
+            check=False,
+        )
+        failure = "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no message"])[-1]
+        return FirstFlight(aircraft, perf_counter() - before, _children_cpu() - cpu, failure)
+
+
+def _children_cpu() -> float:
+    times = os.times()
+    return times.children_user + times.children_system
+
+
+_FLOWN: tuple[Column[Any], ...] = (
+    Column("airplane", lambda row: f"`{row.aircraft}`"),
+    Column("engines and speeds", lambda row: speeds_of(row.aircraft)),
+    Column("flights", lambda row: str(row.flights)),
+    Column("without an answer", lambda row: str(row.failed)),
+    Column("on condition, mean [%]", lambda row: f"{row.on_condition_percent:.1f}"),
+    Column("the worst flight [%]", lambda row: f"{row.least_on_condition_percent:.0f}"),
+    Column("curve inside [%]", lambda row: f"{row.coverage_percent:.1f} ± {row.coverage_se_percent:.1f}"),
+    Column("mean 2σ [kt]", lambda row: f"{row.two_sigma_kt:.2f}"),
+    Column("rms error [kt]", lambda row: f"{row.rms_error_kt:.2f}"),
+)
+_FIRST: tuple[Column[FirstFlight], ...] = (
+    Column("airplane", lambda one: f"`{one.aircraft}`"),
+    Column("clock [s]", lambda one: f"{one.wall:.1f}"),
+    Column("processor [s]", lambda one: f"{one.cpu:.1f}"),
+    Column("outcome", lambda one: one.failure or "flown and recorded"),
+)
+
+
+def foreign_table(table: pd.DataFrame) -> str:
+    """Return one line (Markdown) an airplane, all maneuvers together, of the summary of its flights."""
+    return markdown_table(_FLOWN, list(table[table["maneuver"] == "all"].itertuples()))
+
+
+def first_flights_table(times: Sequence[FirstFlight]) -> str:
+    """Return one line (Markdown) an airplane: the time from the path of its file to its first recorded flight."""
+    return markdown_table(_FIRST, times)
+
+
+def verify_aircraft(seeds: range, names: tuple[str, ...], budget: Budget, out: Path) -> str:
+    """Fly airplanes, write aircraft-flights.csv into `out`, and return the table (Markdown) and each failure."""
+    rows = fly_foreign(seeds, names, budget)
+    table = summarize_foreign(rows)
+    out.mkdir(parents=True, exist_ok=True)
+    with atomic(out / "aircraft-flights.csv") as scratch:
+        table.to_csv(scratch, index=False, float_format="%.4f", lineterminator="\n")
+    failed = rows[rows["failed"] != ""].itertuples()
+    return "\n".join([foreign_table(table), *(f"{r.aircraft} {r.maneuver} {r.seed}: {r.failed}" for r in failed)])
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Fly airplanes of JSBSim's library: how well they fly, how often the bound holds the truth.
+
+    Writes aircraft-flights.csv and prints its table. About 80 CPU seconds a seed.
+    """
+    parser.add_argument("--seeds", type=int, default=20, help="flights of each maneuver (default: %(default)s)")
+    parser.add_argument("--first", type=int, default=40_001, help="first seed (default: %(default)s, development)")
+    parser.add_argument("--aircraft", default=",".join(FOREIGN), help="comma list (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
+    parser.add_argument("--times", action="store_true", help="only time the first flight of each airplane")
+    add_budget(parser)
+    options = parser.parse_args(words)
+    names = tuple(options.aircraft.split(","))
+    if options.times:
+        print(first_flights_table([time_first_flight(name) for name in names]))
+        return
+    seeds = range(options.first, options.first + options.seeds)
+    print(verify_aircraft(seeds, names, budget_of(options), options.out))

@@ -1,0 +1,239 @@
+"""The analyser of the blind test: it sees a folder of logs and the baseline aircraft, nothing else.
+
+A line of JSON a case, written as it comes; a run that was stopped goes on where it was. The null flights of each
+card are flown once, by the first log that needs them: logs of one card are judged one after the other. The answer
+is that of the whole command: with the effects that later looks add, and the names that it takes back.
+"""
+
+import json
+import os
+from argparse import ArgumentParser
+from collections import defaultdict
+from collections.abc import Sequence
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from time import monotonic
+from typing import Any
+from zlib import crc32
+
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.reconcile.log_card import as_flown, card_of, tells_the_day
+from pitotbench.bench.reconcile.next_flight import choose_next_flight
+from pitotbench.bench.reconcile.null_cache import cache_entry
+from pitotbench.bench.reconcile.null_learning import NULL_FLIGHTS
+from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
+from pitotbench.bench.reconcile.workflow import FullReconciliation, NamedLog, reconcile_fully
+from pitotbench.logbook import read_log
+from pitotbench.reconcile.decide.judgment import hold_out
+from pitotbench.reconcile.signatures.hypotheses import returns
+from pitotbench.records.case_file import write_case
+from pitotbench.records.errors import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.records.verdict import SURE, Closure
+from pitotlab.experiment import OUT
+
+LEAST = 1e-3  # probability of a cause that is written down
+
+
+def spent() -> float:
+    """Processor seconds of this process and of its children."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
+def is_warm(path: Path, aircraft: str) -> bool:
+    """Whether the null flights of a log are in the cache, or none are needed."""
+    if aircraft == "none":
+        return True
+    log = read_log(path)
+    card = card_of(log.header, aircraft)
+    if card is None:
+        return True
+    card = replace(as_flown(card, log), effects=(), truth_seed=1, sensor_seed=1)
+    setting = AnalysisSetting(day_known=tells_the_day(log.header), instruments_known=True)
+    return cache_entry(card, NULL_FLIGHTS, setting).is_file()
+
+
+def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None, advise: bool = False) -> dict[str, Any]:
+    """Return the answer on the flights of one case. A crash of the tool is an answer as well.
+
+    `held` is a flight to close with what was named. With `advise` the tool chooses the next flight where it did not
+    come to a name: a minute of simulation.
+    """
+    wall, processor = monotonic(), spent()
+    told: dict[str, Any] = {"name": paths[0].stem, "flights": len(paths), "warm": True}
+    try:
+        told["warm"] = all(is_warm(path, aircraft) for path in paths)
+        made = _reconciled(paths, aircraft)
+        told |= _told(made)
+    except BadInputError as error:
+        return {**told, "kind": "refused", "why": str(error), **_seconds(wall, processor)}
+    except Exception as error:  # whatever it is, it is no answer
+        return {**told, "kind": "crash", "why": f"{type(error).__name__}: {error}", **_seconds(wall, processor)}
+    told |= _seconds(wall, processor)
+    first = made.reconciliation
+    if advise and told["kind"] == "one_of" and len(paths) == 1:
+        with suppress(Exception):
+            told |= _next_flight(first, read_log(paths[0]))
+    if (
+        held is not None
+        and held.is_file()
+        and told["kind"] in ("named", "one_of")
+        and any(map(returns, first.naming.chosen))
+    ):
+        try:
+            closed = hold_out(
+                read_log(held), aircraft_model(aircraft), first.null, first.naming, first.layout.setting
+            )
+            told["held_out"] = _share(closed)
+        except Exception as error:
+            told["held_out_why"] = f"{type(error).__name__}: {error}"
+    return told
+
+
+def _reconciled(paths: Sequence[Path], aircraft: str) -> FullReconciliation:
+    """One log or several as the command judges them, with all its looks and the formula of what they leave."""
+    logs = [NamedLog(f"flight {i}", read_log(path)) for i, path in enumerate(paths, start=1)]
+    return reconcile_fully(logs, aircraft, refly=False, next_flight=False)
+
+
+def _told(made: FullReconciliation) -> dict[str, Any]:
+    """The answer with what later looks add to it; the figures are those of the first look, the closure of all."""
+    verdict, rounds = made.verdict, made.account.rounds
+    effects = {e.name: list(others) for e, others in zip(verdict.effects, verdict.alternatives, strict=True)}
+    sizes = {e.name: {s.name: [s.value, s.two_sigma] for s in e.sizes} for e in verdict.effects}
+    for later in rounds[1:]:
+        each = zip(later.verdict.effects, later.verdict.alternatives, strict=True) if later.added else ()
+        for effect, others in each:
+            effects.setdefault(effect.name, list(others))
+            sizes.setdefault(effect.name, {s.name: [s.value, s.two_sigma] for s in effect.sizes})
+    sure = verdict.kind in SURE and verdict.effects
+    kind = ("one_of" if any(effects.values()) else "named") if sure else verdict.kind
+    return {
+        "kind": kind,
+        "effects": list(effects),
+        "alternatives": list(effects.values()),
+        "sizes": sizes,
+        "probabilities": {c: round(p, 5) for c, p in verdict.probabilities.items() if p > LEAST},
+        "log_bayes_factor": round(verdict.log_bayes_factor, 2),
+        "remains": rounds[-1].verdict.remains or rounds[-1].verdict.kind == "unknown",
+        "closure": _share(verdict.closure),
+        "looks": len(rounds),
+        "doubts": list(verdict.doubts),
+        "notes": [note for note in verdict.notes if "taken back" in note],
+        "advice": list(verdict.advice),
+        "located": [[p.channel, p.where, round(p.significance, 1)] for p in verdict.located[:4]],
+        **_formula(made),
+    }
+
+
+def _formula(made: FullReconciliation) -> dict[str, Any]:
+    """The closure of the gap by a formula, where the table leaves one."""
+    found = made.account.formula
+    if not (made.verdict.kind == "unknown" or made.verdict.doubts):
+        return {}
+    if found is None:
+        return {"formula": None}
+    return {"formula": {"closure": _share(found.closure), "terms": [t.effect for t in found.terms]}}
+
+
+def _next_flight(made: Any, log: FlightLog) -> dict[str, Any]:
+    """The case file of the flight that the tool advises, where it can choose one; empty where no card can part."""
+    begun = spent()
+    found = choose_next_flight(made.naming.posterior, log, made.card, made.layout, made.null)
+    return {"advised": found.case if found is not None else "", "advised_s": round(spent() - begun, 2)}
+
+
+def _share(closure: Closure) -> float:
+    return round(closure.share, 4)
+
+
+def _seconds(wall: float, processor: float) -> dict[str, float]:
+    return {"wall_s": round(monotonic() - wall, 2), "processor_s": round(spent() - processor, 2)}
+
+
+FURTHER = ("-b", "-c", "-advised")  # ends of the names of the further flights of a case
+
+
+def analyze(
+    logs: Path,
+    results: Path,
+    jobs: int = 1,
+    aircraft: str = "navajo",
+    part: str = "1/1",
+    advised: bool = False,
+    advise: int = 0,
+) -> None:
+    """Judge every case of a folder that has no line in the results yet."""
+    told = results.read_text("utf-8").splitlines() if results.is_file() else []
+    done = {json.loads(line)["name"] for line in told}
+    flown = [flights_of(path) for path in sorted(logs.glob("log-????.parquet"))]
+    if advised:
+        flown = [[*flights, extra] for flights in flown if (extra := _ending(flights[0], "-advised")).is_file()]
+    cards: dict[str, list[list[Path]]] = defaultdict(list)
+    for flights in flown:
+        cards[_card(flights, aircraft)].append(flights)
+    mine, parts = (int(number) for number in part.split("/"))
+    cards = {key: each for key, each in cards.items() if crc32(key.encode()) % parts == mine - 1}
+    todo = [[f for f in each if f[0].stem not in done] for each in cards.values()]
+    work = partial(judged, aircraft, advise)
+    count, begun = sum(map(len, todo)), monotonic()
+    results.parent.mkdir(parents=True, exist_ok=True)
+    with ProcessPoolExecutor(jobs, get_context("spawn")) as pool, results.open("a", encoding="utf-8") as out:
+        # The first of each card learns its null flights; the others of it wait until they are there.
+        waiting = {pool.submit(work, each[0]): each[1:] for each in todo if each}
+        finished = 0
+        while waiting:
+            for job in wait(waiting, return_when=FIRST_COMPLETED).done:
+                out.write(json.dumps(job.result()) + "\n")
+                out.flush()
+                finished += 1
+                print(f"judged: {finished} of {count}, {(monotonic() - begun) / 60.0:.1f} min", flush=True)
+                for flights in waiting.pop(job):
+                    waiting[pool.submit(work, flights)] = []
+
+
+def judged(aircraft: str, advise: int, flights: Sequence[Path]) -> dict[str, Any]:
+    """The answer on one case."""
+    asks = crc32(flights[0].stem.encode()) % 100 < advise
+    return judge(flights, aircraft, _ending(flights[0], "-held"), asks)
+
+
+def flights_of(path: Path) -> list[Path]:
+    """The logs of a case: its own, and those of further flights of the same airplane."""
+    return [path, *(more for end in FURTHER[:2] if (more := _ending(path, end)).is_file())]
+
+
+def _ending(path: Path, end: str) -> Path:
+    return path.with_name(f"{path.stem}{end}{path.suffix}")
+
+
+def _card(flights: Sequence[Path], aircraft: str) -> str:
+    """The cards of a case as text: what decides its null flights; without an airplane there are none."""
+    told: list[str] = []
+    if aircraft == "none":
+        return flights[0].stem
+    for path in flights:
+        try:
+            log = read_log(path)
+            card = card_of(log.header, aircraft)
+            told.append(write_case(as_flown(card, log)) if card is not None else "")
+        except BadInputError:  # is refused when it is judged
+            told.append("refused")
+    return "\n".join(told)
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Judge every case of a folder of logs: it sees the logs and the baseline aircraft, nothing else."""
+    parser.add_argument("--logs", type=Path, default=OUT / "blind" / "logs")
+    parser.add_argument("--results", type=Path, default=OUT / "blind" / "results.jsonl")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--part", default="1/1", help="which part of the cards, for several machines: 2/3")
+    parser.add_argument("--aircraft", default="navajo")
+    parser.add_argument("--advised", action="store_true", help="judge only the cases with an advised flight")
+    parser.add_argument("--advise", type=int, default=0, help="percent of the cases that ask for the next flight")
+    analyze(**vars(parser.parse_args(words)))

@@ -1,0 +1,138 @@
+"""One judged case: what was hidden, what was answered, and what the ideal observer saw."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from pitotlab.blind.drawn import cause_of
+
+# Effects that are one model with another: no log can tell them apart.
+ONE_MODEL = {"gear_not_up": "belly_pod", "impact_pressure_scale": "total_pressure_loss"}
+BANDS = ((7.0, "above 7"), (4.0, "4 to 7"), (2.0, "2 to 4"), (0.0, "below 2"))
+GUST_CAUSES = {"turbulence_level", "turbulence_scale"}
+NO_ANSWER = ("crash", "refused", "not scored")
+SURE = ("named", "one_of")
+
+
+def model_of(name: str) -> str:
+    """The cause that stands for an effect: that of its plain form, and one name for effects of one model."""
+    cause = cause_of(name)
+    return ONE_MODEL.get(cause, cause)
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedCase:
+    """One case, as read from the files of truth, answers and observations.
+
+    `advised` is the answer with the flight that the tool advised; empty where there is none.
+    """
+
+    truth: Mapping[str, Any]
+    answer: Mapping[str, Any]
+    observed: Mapping[str, Any] = field(default_factory=dict)
+    advised: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def kind(self) -> str:
+        """A band, none, two, outside or counted."""
+        return str(self.truth["kind"])
+
+    @property
+    def flights(self) -> int:
+        """The number of flights of the case."""
+        return len(self.truth["settings"])
+
+    @property
+    def is_single(self) -> bool:
+        """Whether one effect of the table is hidden that has a strength."""
+        return self.kind in {name for _, name in BANDS}
+
+    @property
+    def strength(self) -> float:
+        """The strength [σ] of the weakest effect hidden, over all flights."""
+        each = [float(np.sqrt(np.sum(np.square(e["strengths"])))) for e in self.truth["effects"]]
+        return min(each, default=0.0)
+
+    @property
+    def band(self) -> str:
+        """The band of the strength."""
+        return next(name for least, name in BANDS if self.strength >= least)
+
+    @property
+    def wanted(self) -> set[str]:
+        """The causes of the table to be named; none for a fault outside it."""
+        return set() if self.kind == "outside" else {model_of(e["name"]) for e in self.truth["effects"]}
+
+    @property
+    def verdict(self) -> str:
+        """The kind of the answer; an answer that holds nothing but the gusts of the generator finds no gap."""
+        kind = str(self.answer["kind"])
+        return "no_gap" if kind in SURE and groups_of(self.answer) and not self.groups else kind
+
+    @property
+    def groups(self) -> list[set[str]]:
+        """The sets of causes that were answered, one for each effect.
+
+        Where the gusts are the generator's own, they differ from those of the card: to say so is no cause too many.
+        """
+        own = self.truth.get("environment", {}).get("own_gusts", False)
+        return [group for group in groups_of(self.answer) if not (own and group <= GUST_CAUSES)]
+
+    @property
+    def named(self) -> bool:
+        """Named cleanly: each hidden cause alone, and nothing else."""
+        return are_named(self.groups, self.wanted)
+
+    @property
+    def in_set(self) -> bool:
+        """Every hidden cause stands in a reported set, or is named."""
+        return bool(self.groups) and all(any(c in group for group in self.groups) for c in self.wanted)
+
+    @property
+    def wrong_name(self) -> bool:
+        """Some cause stands alone in the answer that was not hidden."""
+        return any(len(group) == 1 and not group & self.wanted for group in self.groups)
+
+    @property
+    def probabilities(self) -> dict[str, float]:
+        """The probability of each cause; effects of one model are one cause."""
+        return probabilities_of(self.answer)
+
+    @property
+    def first(self) -> bool:
+        """The most probable cause is a hidden one."""
+        found = self.probabilities
+        return bool(found) and max(found, key=lambda c: found[c]) in self.wanted
+
+    @property
+    def observer_names(self) -> bool:
+        """The ideal observer gives a hidden cause more than 0.9 of the gap."""
+        found = {c: p for c, p in self.observed.get("probabilities", {}).items() if c != "none"}
+        gap = max(1e-9, 1.0 - self.observed.get("probabilities", {}).get("none", 0.0))
+        joined: dict[str, float] = {}
+        for cause, p in found.items():
+            joined[ONE_MODEL.get(cause, cause)] = joined.get(ONE_MODEL.get(cause, cause), 0.0) + p / gap
+        return any(joined.get(c, 0.0) > 0.9 for c in self.wanted) and gap > 0.5
+
+
+def groups_of(answer: Mapping[str, Any]) -> list[set[str]]:
+    """The sets of causes of an answer; none where nothing was named."""
+    if answer.get("kind") not in SURE:
+        return []
+    pairs = zip(answer["effects"], answer["alternatives"], strict=True)
+    return [{model_of(n) for n in (name, *others)} for name, others in pairs]
+
+
+def are_named(groups: Sequence[set[str]], wanted: set[str]) -> bool:
+    """Whether the sets of an answer are the causes wanted, each alone."""
+    return bool(groups) and all(len(g) == 1 for g in groups) and set().union(*groups) == wanted
+
+
+def probabilities_of(answer: Mapping[str, Any]) -> dict[str, float]:
+    """The probabilities of an answer, effects of one model joined."""
+    found: dict[str, float] = {}
+    for cause, p in answer.get("probabilities", {}).items():
+        found[ONE_MODEL.get(cause, cause)] = found.get(ONE_MODEL.get(cause, cause), 0.0) + p
+    return found

@@ -1,0 +1,391 @@
+"""The generator of the blind test: logs under neutral names, and the truth in a sealed file elsewhere.
+
+`blind signatures` comes first: it measures the strength of every effect in every setting. The truth is drawn and
+its salted SHA-256 written before the first log. A run that was stopped goes on where it was.
+"""
+
+import json
+import secrets
+from argparse import ArgumentParser
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from hashlib import sha256
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from pitotbench.bench.fleet import require_all, run_tasks
+from pitotbench.effects import EFFECTS, FORMS, Effect, SensorEffect
+from pitotbench.logbook import write_log
+from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
+from pitotbench.records.log import FlightLog
+from pitotbench.sense.recorder import header
+from pitotbench.units import KNOT, Array
+from pitotlab.blind.flown import DEVELOPMENT, SETTINGS, Environment, Setting, flown, has_wind, recorded
+from pitotlab.blind.forms import OWN_FORMS
+from pitotlab.blind.outsiders import HIDDEN_EFFECTS, OUTSIDERS, Part
+from pitotlab.blind.signatures import GUSTS, PLACE, SettingSignatures, read, typical
+from pitotlab.experiment import OUT
+
+BANDS = {"above 7": (8.0, 500.0), "4 to 7": (4.3, 6.7), "2 to 4": (2.2, 3.8)}
+WEAK = ("4 to 7", "2 to 4")
+USUAL_FACTORS = (0.5, 1.6)  # of typical sizes
+JITTER = (0.75, 1.25)  # of each size of an effect with several
+FORM_SHARE, WORLD_SHARE, PART_SHARE = 0.3, 0.3, 0.2
+WEAKEST, STRONGEST, LEAST_STRONG = 0.6, 500.0, 8.0
+PARTIAL = (  # effects that may act in a part of the flight only
+    "alpha_static_error", "belly_pod", "impact_zero_offset", "induced_drag", "line_leak", "manifold_pressure_gauge",
+    "pitot_lag", "power_deficit", "propeller_efficiency", "propwash_error", "recovery_deficit",
+    "static_source_change", "static_zero_offset", "temperature_bias", "total_pressure_loss", "trim_offset",
+    "turn_drag", "water_in_line",
+)  # fmt: skip
+INVISIBLE = ("nonstandard_temperature",)  # a gap only where the header tells the day, which no header here does
+COUNTED = {  # sizes of what is counted or shows in the spread only
+    "dropped_samples": {"fraction": (0.02, 0.12)},
+    "quantization": {"step_pa": (30.0, 80.0)},
+    "sample_and_hold": {"period_s": (0.2, 0.6)},
+    "saturation": {"ceiling_pa": (3400.0, 4000.0)},
+    "turbulence_level": {"change": (0.5, 1.5)},
+}
+
+
+@dataclass(frozen=True, slots=True)
+class HiddenEffect:
+    """An effect with its sizes, its strength (SNR) in each flight of the case, and the part of the flight [s] in
+    which it acts; None for all of it."""
+
+    name: str
+    sizes: Mapping[str, float]
+    strengths: tuple[float, ...]
+    part: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class HiddenCase:
+    """The truth of one case of one to three flights. `kind` is a band, none, two, outside or counted."""
+
+    kind: str
+    settings: tuple[str, ...]
+    effects: tuple[HiddenEffect, ...]
+    environment: Environment
+
+    @property
+    def formed(self) -> bool:
+        """Whether form, part, gusts, step or receiver are the generator's own."""
+        own = any(effect.name in HIDDEN_EFFECTS or effect.part is not None for effect in self.effects)
+        return own or not self.environment.usual
+
+
+def hidden_case(
+    draw: Generator, kind: str, settings: tuple[str, ...], measured: Mapping[str, SettingSignatures]
+) -> HiddenCase:
+    """Draw what a case hides. `measured` holds the signatures of each setting."""
+    effects: list[HiddenEffect] = []
+    if kind == "counted":
+        effects = [_counted(draw, settings)]
+    elif kind != "none":
+        for _ in range(2 if kind == "two" else 1):
+            taken = [cause_of(effect.name) for effect in effects]
+            effects.append(_effect(draw, kind, settings, measured, taken))
+    return HiddenCase(kind, settings, tuple(effects), _environment(draw, settings, [e.name for e in effects]))
+
+
+def cause_of(name: str) -> str:
+    """The cause of an effect of the table or of the generator; an outsider is its own."""
+    return _table()[name].cause
+
+
+def _table() -> dict[str, Effect]:
+    return {**FORMS, **HIDDEN_EFFECTS}
+
+
+def _by(draw: Generator, share: float) -> bool:
+    return bool(draw.random() < share)
+
+
+def _environment(draw: Generator, settings: Sequence[str], names: Sequence[str]) -> Environment:
+    """Half of the cases without a form of their own have a world of their own in one respect or two."""
+    if not _by(draw, WORLD_SHARE):
+        return Environment()
+    flown = [SETTINGS[letter].flown for letter in settings]
+    fast = max(case.das.air_rate for case in flown) > 60.0
+    gusty = any(case.turbulence != "none" for case in flown) and not has_wind(names)
+    respects = [r for r in ("rate", "gusts", "receiver", "probes") if r != "gusts" or gusty]
+    chosen = draw.choice(respects, size=int(draw.integers(1, 3)), replace=False)
+    return Environment(
+        rate=float(240.0 if fast else draw.choice([60.0, 240.0])) if "rate" in chosen else 100.0,
+        own_gusts="gusts" in chosen,
+        receiver="receiver" in chosen,
+        probes="probes" in chosen,
+    )
+
+
+def _counted(draw: Generator, settings: Sequence[str]) -> HiddenEffect:
+    calm = any(SETTINGS[letter].flown.turbulence == "none" for letter in settings)
+    name = str(draw.choice([n for n in COUNTED if not (calm and n == "turbulence_level")]))
+    drawn = {key: float(draw.uniform(*limits)) for key, limits in COUNTED[name].items()}
+    return HiddenEffect(name, EFFECTS[name].typical() | drawn, tuple(0.0 for _ in settings))
+
+
+def _effect(
+    draw: Generator,
+    kind: str,
+    settings: tuple[str, ...],
+    measured: Mapping[str, SettingSignatures],
+    taken: Sequence[str],
+) -> HiddenEffect:
+    """An effect whose plausible sizes reach the strength of the kind in these settings."""
+    while True:
+        name = str(draw.choice(_pool(draw, kind)))
+        if cause_of(name) in taken or not all(name in measured[letter].names for letter in settings):
+            continue
+        part = _part(draw, name, measured[settings[0]]) if len(settings) == 1 else None
+        typicals = [_strength(measured[letter], name, part) for letter in settings]
+        whole = float(np.sqrt(np.sum(np.square(typicals))))
+        if whole < WEAKEST:
+            continue
+        factor = _factor(draw, kind, whole)
+        if not _within(name, factor):
+            continue
+        sign = -1.0 if _by(draw, 0.5) and _within(name, -factor) else 1.0
+        # The observer knows one direction of several sizes: where it is the ceiling, they keep their ratio.
+        varied = kind not in WEAK
+        sizes = _sizes(draw, name, sign * factor, measured[settings[0]], varied)
+        return HiddenEffect(name, sizes, tuple(round(factor * t, 2) for t in typicals), part)
+
+
+def _pool(draw: Generator, kind: str) -> list[str]:
+    if kind == "outside":
+        return list(OUTSIDERS)
+    if _by(draw, FORM_SHARE):
+        return list(OWN_FORMS)
+    never = (*GUSTS, *INVISIBLE)
+    seen = [n for n, e in EFFECTS.items() if n not in never and not (isinstance(e, SensorEffect) and e.after_noise)]
+    return [n for n in seen if n not in HIDDEN_EFFECTS]
+
+
+def _factor(draw: Generator, kind: str, whole: float) -> float:
+    """The factor on typical sizes. Where no band is asked for, sizes are typical, in bounds of strength."""
+    if kind in WEAK:
+        low, high = BANDS[kind]
+        return float(np.exp(draw.uniform(np.log(low), np.log(high)))) / whole
+    factor = float(np.exp(draw.uniform(*np.log(USUAL_FACTORS))))
+    if factor * whole < LEAST_STRONG:
+        return float(draw.uniform(LEAST_STRONG, 2.5 * LEAST_STRONG)) / whole
+    return min(factor, float(draw.uniform(0.3, 1.0)) * STRONGEST / whole)
+
+
+def _part(draw: Generator, name: str, signatures: SettingSignatures) -> tuple[float, float] | None:
+    if name not in PARTIAL or not _by(draw, PART_SHARE):
+        return None
+    last = float(signatures.time[-1])
+    begin = draw.uniform(0.1, 0.45) * last
+    return round(begin, 1), round(begin + draw.uniform(0.3, 0.5) * last, 1)
+
+
+def _strength(signatures: SettingSignatures, name: str, part: tuple[float, float] | None) -> float:
+    """Strength at typical sizes, in a part of the flight by the share of its instants."""
+    row = signatures.names.index(name)
+    whole = float(signatures.strengths[row])
+    if part is None or whole <= 0.0:
+        return whole
+    unit = signatures.unit[row]
+    return whole * float(np.sqrt(np.sum(Part(*part)(signatures.time) * unit) / max(1e-12, np.sum(unit))))
+
+
+def _sizes(
+    draw: Generator, name: str, factor: float, signatures: SettingSignatures, varied: bool
+) -> dict[str, float]:
+    effect = _table()[name]
+    shapes = {p.name for p in effect.parameters if p.shape}
+    several = varied and len(effect.parameters) - len(shapes) > 1
+    sizes = {}
+    for key, value in typical(effect).items():
+        drawn = value if key in shapes else factor * value
+        if several and key not in shapes:
+            own = effect.parameter(key)
+            drawn = float(np.clip(drawn * draw.uniform(*JITTER), own.low, own.high))
+        sizes[key] = drawn
+    last = float(signatures.time[-1])
+    for key in ("at_s", "from_s"):
+        if key in sizes:
+            sizes[key] = float(draw.uniform(0.2, 0.6)) * last
+    return sizes
+
+
+def _within(name: str, factor: float) -> bool:
+    """Whether all sizes, scaled, lie in their plausible ranges."""
+    return all(p.low <= factor * p.typical <= p.high for p in _table()[name].parameters if not p.shape)
+
+
+NOT_TOLD = ("temperature_offset_k", "pilot", "fuel", "ballast_kg")
+APART = 1000  # between the seeds of the flights of a case; a set has fewer cases
+HELD = 4  # number of the flight held out
+
+
+def name_of(number: int, flight: int = 0) -> str:
+    """The name of a log: the second and third flight of a case end in b and c, the one held out in held."""
+    return f"log-{number:04d}" + ("", "-b", "-c", "", "-held")[flight]
+
+
+def seal(folder: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool]) -> str:
+    """Write the truth of a set and its salted SHA-256; returns the latter."""
+    told = [
+        {"name": name_of(i), "seed": seed + i, "held_out": out, "formed": case.formed, **asdict(case)}
+        for i, (case, out) in enumerate(zip(cases, held, strict=True))
+    ]
+    text = json.dumps({"salt": secrets.token_hex(16), "seed": seed, "cases": told}, indent=1)
+    digest = sha256(text.encode()).hexdigest()
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "truth.json").write_text(text, encoding="utf-8")
+    (folder / "truth.sha256").write_text(digest + "\n", encoding="utf-8")
+    return digest
+
+
+def write_cases(logs: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool], jobs: int) -> None:
+    """Fly and write all logs that are not there yet."""
+    logs.mkdir(parents=True, exist_ok=True)
+    todo = [(i, seed + i, case, out) for i, (case, out) in enumerate(zip(cases, held, strict=True))]
+    todo = [work for work in todo if not (logs / f"{name_of(work[0])}.parquet").is_file()]
+    written = count(len(cases) - len(todo) + 1)
+
+    def step() -> None:
+        done = next(written)
+        if done % 10 == 0 or done == len(cases):
+            print(f"written: {done} of {len(cases)}", flush=True)
+
+    require_all(run_tasks(partial(_write, logs), todo, jobs, step=step))
+
+
+def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> None:
+    number, seed, case, held = work
+    bend = bend_of(seed)
+    flights = [*((HELD, case.settings[-1]) for _ in range(held)), *reversed(list(enumerate(case.settings)))]
+    for flight, letter in flights:  # the first log last: who sees it may judge it
+        log = log_of(case, SETTINGS[letter], seed + APART * flight, bend)
+        write_log(log, logs / f"{name_of(number, flight)}.parquet")
+
+
+def bend_of(seed: int) -> Array:
+    """The parameters of the error curve of a case, (3,): that of its airplane, the same in all flights."""
+    return np.array(PressureErrorSpec().parameters) * np.random.default_rng([seed, 1]).uniform(0.5, 1.5)
+
+
+def log_of(case: HiddenCase, setting: Setting, seed: int, bend: Array) -> FlightLog:
+    """Fly and record one flight of a case; its header tells what the setting's header tells."""
+    draw = np.random.default_rng([seed, 3])
+    schedules = {e.name: Part(*e.part) for e in case.effects if e.part is not None}
+    flight = flown(_case(draw, case, setting, seed, bend), case.environment, schedules)
+    log = recorded(flight, case.environment, schedules)
+    return replace(log, header=told_header(setting))
+
+
+def told_header(setting: Setting) -> Mapping[str, Any]:
+    """The header that a log of a setting has: the card, and nothing of the day, the pilot and the loading."""
+    every = header(setting.told, setting.told.das, 0)
+    case = {key: value for key, value in every["case"].items() if key not in NOT_TOLD}
+    return {"format": every["format"], "case": case}
+
+
+def _case(draw: Generator, case: HiddenCase, setting: Setting, seed: int, bend: Array) -> Case:
+    effects = tuple(EffectSpec(e.name, e.sizes) for e in case.effects)
+    wind = Wind(float(draw.uniform(2.0, 25.0)) * KNOT, float(draw.uniform(0.0, 2.0 * np.pi)))
+    curve = PressureErrorSpec(parameters=tuple(float(v) for v in bend))
+    return replace(
+        setting.flown, effects=effects, wind=wind, pressure_error=curve, truth_seed=seed, sensor_seed=seed
+    )
+
+
+KINDS = {"above 7": 150, "4 to 7": 75, "2 to 4": 40, "two": 50, "none": 65, "outside": 70, "counted": 20}
+DEVELOPMENT_SEEDS, SCORED = (30_000, 40_000), 900_000
+DEVELOPED = {"above 7": 45, "4 to 7": 15, "two": 10, "none": 15, "outside": 10}  # cases of a set of `develop`
+DEVELOPED_SEEDS = (40_000, 45_000)
+SEVERAL = {2: 0.12, 3: 0.08}  # share of the cases of so many flights
+HELD_OUT = 60  # cases with a flight held out
+
+
+def draw_set(
+    draw: Generator, kinds: Mapping[str, int], letters: Sequence[str], measured: Mapping[str, SettingSignatures]
+) -> tuple[list[HiddenCase], list[bool]]:
+    """Return the cases of a set in random order, and whether each has a flight held out."""
+    wanted = [kind for kind, number in kinds.items() for _ in range(number)]
+    wanted = [wanted[i] for i in draw.permutation(len(wanted))]
+    firsts = [letters[i % len(letters)] for i in draw.permutation(len(wanted))]
+    cases = []
+    for kind, first in zip(wanted, firsts, strict=True):
+        cases.append(hidden_case(draw, kind, (first, *_further(draw, kind, first, letters)), measured))
+    strong = [i for i, case in enumerate(cases) if case.kind == "above 7" and len(case.settings) == 1]
+    chosen = set(draw.permutation(strong)[:HELD_OUT].tolist())
+    return cases, [i in chosen for i in range(len(cases))]
+
+
+def _further(draw: Generator, kind: str, first: str, letters: Sequence[str]) -> list[str]:
+    """The settings of the further flights: other maneuvers of the same airplane."""
+    number = int(draw.choice([1, *SEVERAL], p=[1.0 - sum(SEVERAL.values()), *SEVERAL.values()]))
+    if kind == "counted":
+        return []
+    maneuver = SETTINGS[first].flown.maneuver
+    others = [letter for letter in letters if SETTINGS[letter].flown.maneuver != maneuver]
+    return [str(letter) for letter in draw.permutation(others)[: number - 1]]
+
+
+def generate(seed: int, jobs: int, logs: Path, folder: Path, place: Path, share: float = 1.0) -> str:
+    """Seal the truth, then write the logs; returns the salted SHA-256.
+
+    A truth that is there already is drawn again from its seed and must be the same; its logs are completed.
+    Raises ValueError for a seed of neither range, and for another truth.
+    """
+    if not (DEVELOPMENT_SEEDS[0] <= seed < DEVELOPMENT_SEEDS[1] or seed >= SCORED):
+        raise ValueError(f"seeds of development lie in {DEVELOPMENT_SEEDS}, scored ones begin at {SCORED}")
+    letters = [letter for letter in SETTINGS if (place / f"{letter}.npz").is_file()]
+    kinds = {kind: max(1, round(share * number)) for kind, number in KINDS.items()}
+    measured = {letter: read(letter, place) for letter in letters}
+    cases, held = draw_set(np.random.default_rng(seed), kinds, letters, measured)
+    if (folder / "truth.json").is_file():
+        there = json.loads((folder / "truth.json").read_text("utf-8"))["cases"]
+        drawn = [[e.name for e in case.effects] for case in cases]
+        if [[e["name"] for e in case["effects"]] for case in there] != drawn:
+            raise ValueError(f"{folder}: another truth is sealed there")
+        digest = (folder / "truth.sha256").read_text("utf-8").strip()
+    else:
+        digest = seal(folder, seed, cases, held)
+    print(f"sealed, SHA-256 {digest}", flush=True)
+    write_cases(logs, seed, cases, held, jobs)
+    return digest
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Draw a set, seal its truth, and write its logs. First measure the `blind signatures`."""
+    parser.add_argument("--seed", type=int, default=SCORED)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--logs", type=Path, default=OUT / "blind" / "logs")
+    parser.add_argument("--seal", type=Path, default=OUT / "blind" / "seal", dest="folder")
+    parser.add_argument("--place", type=Path, default=PLACE, help="folder of the signatures")
+    parser.add_argument("--share", type=float, default=1.0, help="of the cases of the full set")
+    generate(**vars(parser.parse_args(words)))
+
+
+def develop(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Draw a development set: one effect at typical and small sizes, pairs, none, and faults outside the table."""
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--seed", type=int, default=41_000)
+    parser.add_argument("--settings", default=",".join(DEVELOPMENT))
+    parser.add_argument("--signatures", type=Path, default=PLACE)
+    parser.add_argument("--like", default="", help="settings whose strengths are taken from another: A=B,D=C")
+    parser.add_argument("--jobs", type=int, default=1)
+    options = parser.parse_args(words)
+    if not DEVELOPED_SEEDS[0] <= options.seed < DEVELOPED_SEEDS[1]:
+        parser.error(f"seeds of development sets lie between {DEVELOPED_SEEDS[0]} and {DEVELOPED_SEEDS[1]}")
+    letters = options.settings.split(",")
+    like = dict(pair.split("=") for pair in options.like.split(",") if pair)
+    measured = {letter: read(like.get(letter, letter), options.signatures) for letter in letters}
+    draw = np.random.default_rng(options.seed)
+    kinds = [kind for kind, number in DEVELOPED.items() for _ in range(number)]
+    kinds = [kinds[i] for i in draw.permutation(len(kinds))]
+    cases = [hidden_case(draw, kind, (letters[i % len(letters)],), measured) for i, kind in enumerate(kinds)]
+    print(seal(options.out, options.seed, cases, [False] * len(cases)))
+    write_cases(options.out / "logs", options.seed, cases, [False] * len(cases), options.jobs)

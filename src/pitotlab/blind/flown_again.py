@@ -1,0 +1,209 @@
+"""Further looks at judged cases: the card that was advised, the card with the patch, a wrong effect forced in.
+
+`blind advised` stands between the analyzer and the truth: it reads the card of an answer and writes
+`<case>-advised.parquet`; `blind analyze --advised` then judges both flights together. `blind reflown` and
+`blind forced` take cases of one flight whose effect was named rightly. A gap flown again is the root mean square
+over the segments of the card, of measured less simulated, in units of the chance between two flights; the chance
+itself is taken out. The effects forced in are drawn among those that improve the log at a plausible size, and whose
+cause is neither the hidden one nor left by the answer.
+"""
+
+import json
+from argparse import ArgumentParser
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+
+from pitotbench.bench.fleet import require_all, run_tasks
+from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.reconcile.reconciliation import reconcile_log
+from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
+from pitotbench.effects import FORMS, Effect, SensorEffect
+from pitotbench.logbook import read_log, write_log
+from pitotbench.reconcile.decide.judgment import hold_out
+from pitotbench.reconcile.decide.scoring import significance
+from pitotbench.reconcile.decide.sizes import is_in_range
+from pitotbench.reconcile.signatures.hypotheses import returns
+from pitotbench.reconcile.signatures.signatures import columns_of
+from pitotbench.records.case import Case
+from pitotbench.records.case_file import read_case
+from pitotbench.records.gap import Feature
+from pitotbench.records.log import FlightLog
+from pitotlab.blind.case import JudgedCase, model_of
+from pitotlab.blind.drawn import APART, HiddenCase, HiddenEffect, bend_of, log_of
+from pitotlab.blind.flown import SETTINGS, Environment, Setting
+from pitotlab.blind.outsiders import HIDDEN_EFFECTS
+from pitotlab.blind.sealed import PLACE, judged_in, opened
+
+ADVISED = 5  # number of the flight
+ASKED_BANDS = ("above 7", "4 to 7")
+
+
+def card_in(answer: Mapping[str, Any]) -> Case | None:
+    """The card that an answer advises by forecast; none where it asked for none, or where no card can part."""
+    return read_case(answer["advised"]) if answer.get("advised") else None
+
+
+def case_of(told: Mapping[str, Any]) -> HiddenCase:
+    """The hidden case of an entry of the truth."""
+    effects = tuple(
+        HiddenEffect(e["name"], e["sizes"], tuple(e["strengths"]), tuple(e["part"]) if e["part"] else None)
+        for e in told["effects"]
+    )
+    return HiddenCase(told["kind"], tuple(told["settings"]), effects, Environment(**told["environment"]))
+
+
+def setting_with(setting: Setting, card: Case) -> Setting:
+    """The setting of the first flight with another card: the same day, pilot, loading and data system."""
+    flown, told = (replace(case, maneuver=card.maneuver, card=card.card) for case in (setting.flown, setting.told))
+    return Setting(flown, told)
+
+
+def _write_advised(logs: Path, work: tuple[Mapping[str, Any], Case]) -> None:
+    told, card = work
+    setting = setting_with(SETTINGS[told["settings"][0]], card)
+    log = log_of(case_of(told), setting, told["seed"] + APART * ADVISED, bend_of(told["seed"]))
+    write_log(log, logs / f"{told['name']}-advised.parquet")
+
+
+def fly_advised(results: Path, logs: Path, seal: Path, most: int, jobs: int) -> int:
+    """Fly the advised cards of the first `most` cases that were not named; returns how many were flown."""
+    answers = {each["name"]: each for each in map(json.loads, results.read_text("utf-8").splitlines())}
+    todo = []
+    for told in opened(seal)["cases"]:
+        answer = answers.get(told["name"], {})
+        asked = told["kind"] in ASKED_BANDS and len(told["settings"]) == 1 and answer.get("kind") == "one_of"
+        if asked and (card := card_in(answer)) is not None:
+            todo.append((told, card))
+    require_all(run_tasks(partial(_write_advised, logs), todo[:most], jobs))
+    return len(todo[:most])
+
+
+KNOWN: Mapping[str, Effect] = {**FORMS, **HIDDEN_EFFECTS}
+SHOWN = 3.0  # gap before, in units of chance, from which a case shows anything
+QUANTITIES = ("manifold pressure", "pitch", "change of airspeed")
+
+
+def gap(features: Sequence[Feature], patched: bool) -> float:
+    """The root mean square of the differences beyond chance, which is that of all segments of a quantity."""
+    ratios: list[float] = []
+    for name in {f.name for f in features}:
+        own = [f for f in features if f.name == name]
+        chance = float(np.mean([f.deviation**2 for f in own]))
+        ratios += [(f.measured - (f.patched if patched else f.simulated)) ** 2 / chance for f in own]
+    return float(np.sqrt(max(0.0, float(np.mean(ratios)) - 1.0))) if ratios else 0.0
+
+
+def reflown(logs: Path, cases: Sequence[JudgedCase], most: int) -> Iterator[Mapping[str, Any]]:
+    """The gap of each case before and after the patch, by quantity."""
+    told = 0
+    for case in cases:
+        names = [e["name"] for e in case.truth["effects"]]
+        if case.flights != 1 or not case.named or any(isinstance(KNOWN[n], SensorEffect) for n in names):
+            continue
+        name = case.truth["name"]
+        full = reconcile_fully(NamedLog(name, _flown_log(logs / f"{name}.parquet", case.truth)), next_flight=False)
+        every = full.account.flown.features
+        wanted = [f for f in every if f.name in QUANTITIES]
+        if gap(wanted, patched=False) < SHOWN:
+            continue
+        told += 1
+        rows = {q: [f for f in wanted if f.name == q] for q in QUANTITIES}
+        yield {
+            "case": name,
+            "effect": names,
+            "before": round(gap(wanted, patched=False), 2),
+            "after": round(gap(wanted, patched=True), 2),
+            **{q: [round(gap(r, patched=False), 2), round(gap(r, patched=True), 2)] for q, r in rows.items()},
+        }
+        if told == most:
+            return
+
+
+def _flown_log(path: Path, told: Mapping[str, Any]) -> FlightLog:
+    """The log of the first flight of a case, as it was written or flown anew."""
+    if path.is_file():
+        return read_log(path)
+    bend = bend_of(told["seed"])
+    log = log_of(case_of(told), SETTINGS[told["settings"][0]], told["seed"], bend)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_log(log, path)
+    return read_log(path)
+
+
+SEEN = 3.0  # σ by which a wrong effect improves the log that it is forced into; one of no gain is forced by nobody
+CLOSES = 0.3  # share of the gap held out that a wrong effect must not close
+
+
+def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapping[str, Any]]:
+    """The share of the gap of the flight held out that each forced effect closes, beside that of the named one."""
+    for case in cases:
+        name = case.truth["name"]
+        held = logs / f"{name}-held.parquet"
+        if case.flights != 1 or not case.named or len(case.wanted) != 1 or not held.is_file():
+            continue
+        found, other = reconcile_log(read_log(logs / f"{name}.parquet"), "navajo"), read_log(held)
+        naming, aircraft = found.naming, aircraft_model("navajo")
+        signatures = naming.layout.signatures
+        fits = {n: naming.equations.fit(own) for n, own in columns_of(signatures).items() if returns(n)}
+        fits = {n: fit for n, fit in fits.items() if is_in_range(signatures, fit)}
+        likely = {model_of(c) for c, p in naming.answer.probabilities.items() if p > 0.01}
+        open_to = [n for n, f in fits.items() if significance(f) > SEEN and model_of(n) not in case.wanted | likely]
+        random = np.random.default_rng(crc32(name.encode()))
+        for effect in random.permutation(open_to)[:wrong].tolist():
+            wrongly = replace(naming, chosen=(effect,), fit=fits[effect])
+            closed = hold_out(other, aircraft, found.null, wrongly, found.layout.setting)
+            yield {
+                "case": name,
+                "effect": case.truth["effects"][0]["name"],
+                "forced": effect,
+                "significance": round(significance(fits[effect]), 1),
+                "closure": round(closed.share, 3),
+                "named": case.answer.get("held_out"),
+            }
+
+
+def advised_command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Fly the card that the tool advised for cases whose cause it could not name, with the same hidden effects."""
+    parser.add_argument("--results", type=Path, default=PLACE / "results.jsonl")
+    parser.add_argument("--logs", type=Path, default=PLACE / "logs")
+    parser.add_argument("--seal", type=Path, default=PLACE / "seal")
+    parser.add_argument("--most", type=int, default=20)
+    parser.add_argument("--jobs", type=int, default=1)
+    print(f"flown: {fly_advised(**vars(parser.parse_args(words)))}")
+
+
+def reflown_command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Fly the cards of named cases with the patch: how much of the gap in power, pitch and speed it closes."""
+    logs, cases, most = _judged_cases(parser, words, "--most", 20)
+    closed = 0
+    for count, line in enumerate(reflown(logs, cases, most), start=1):
+        closed += line["after"] <= 0.1 * line["before"]
+        print(json.dumps(line), f"closed to a tenth: {closed} of {count}", flush=True)
+
+
+def forced_command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Force wrong effects into named cases: how much of the gap of the flight held out each closes."""
+    logs, cases, wrong = _judged_cases(parser, words, "--wrong", 4)
+    below = 0
+    for count, line in enumerate(forced(logs, cases, wrong), start=1):
+        below += line["closure"] < CLOSES
+        print(json.dumps(line), f"below {CLOSES}: {below} of {count}", flush=True)
+
+
+def _judged_cases(
+    parser: ArgumentParser, words: Sequence[str], most: str, default: int
+) -> tuple[Path, list[JudgedCase], int]:
+    """The folder of logs, the cases, and the value of the flag `most`."""
+    parser.add_argument("--logs", type=Path, default=PLACE / "logs")
+    parser.add_argument("--results", type=Path, default=PLACE / "results.jsonl")
+    parser.add_argument("--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all")
+    parser.add_argument(most, dest="most", type=int, default=default)
+    options = parser.parse_args(words)
+    answers = [] if options.seal.is_file() else [options.results]
+    return options.logs, judged_in(options.seal, *answers), options.most

@@ -1,0 +1,306 @@
+"""Forms of known causes that no hypothesis holds: written here, flown by the generator, and known to nobody else.
+
+Each is `variant_of` the effect of the table whose cause it shares.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.effects import EFFECTS, AircraftEffect, AirEffect, Baseline, Effect, Overlay, SensorEffect, Signals
+from pitotbench.effects.air.recorded_time import ELAPSED, elapsed
+from pitotbench.effects.effect import Parameter
+from pitotbench.effects.expression import Term, operation, product, quotient, size
+from pitotbench.effects.overlay import AxisFunction, PropertySetting, WindTerm
+from pitotbench.effects.propulsion.engines import left_and_right
+from pitotbench.effects.response import delayed, first_order, first_order_varying
+from pitotbench.units import FOOT, Array
+
+Sizes = Mapping[str, float]
+Sensed = Callable[[Signals, Sizes], Signals]
+Built = Callable[[Sizes, Baseline], Overlay]
+MACH = 0.2  # at which a growing recovery deficit is what its size says
+SWING = 90.0  # s, of the load of a data system that makes its latency wander
+BEGINS = 100.0  # s, when a late drift begins
+
+
+def _one_way_lag(signals: Signals, sizes: Sizes) -> Signals:
+    """A flap of dirt: the line fills more slowly than it empties."""
+    static = signals["static_pressure"]
+    total = signals["impact_pressure"] + static
+    fast, slow = (first_order(signals, total, share * sizes["lag_s"]) for share in (0.6, 1.4))
+    rising = np.gradient(total, signals.time) > 0.0
+    share = first_order(signals, rising.astype(np.float64), 2.0)
+    return signals.with_channels(impact_pressure=share * slow + (1.0 - share) * fast - static)
+
+
+def _wandering_latency(signals: Signals, sizes: Sizes) -> Signals:
+    """A latency that goes with the load of the data system."""
+    late = sizes["latency_s"] * (1.0 + 0.5 * np.sin(2.0 * pi * elapsed(signals) / SWING))
+    names = [n for n in ("velocity_north", "velocity_east", "velocity_down", "altitude") if n in signals]
+    return signals.with_channels(**{name: delayed(signals, signals[name], late) for name in names})
+
+
+def _late_drift(signals: Signals, sizes: Sizes) -> Signals:
+    """A zero that stands still at first and then drifts."""
+    minutes = np.maximum(0.0, elapsed(signals) - BEGINS) / 60.0
+    moved = signals["impact_pressure"] + sizes["rate_pa_per_min"] * minutes
+    return signals.with_channels(impact_pressure=moved)
+
+
+def _growing_recovery(signals: Signals, sizes: Sizes) -> Signals:
+    """A recovery deficit that grows with Mach number."""
+    mach = air.mach_from_impact_pressure(signals["impact_pressure"].clip(min=0.0), signals["static_pressure"])
+    static = air.air_temperature(signals["total_temperature"], mach)
+    felt = static * (1.0 + 0.2 * (1.0 - sizes["deficit"] * mach / MACH) * mach**2)
+    return signals.with_channels(total_temperature=np.asarray(felt))
+
+
+def _curved(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Array]:
+    minutes = elapsed(signals) / 60.0
+    bent = minutes * minutes
+    return sizes["north_mps_per_min2"] * bent, sizes["east_mps_per_min2"] * bent, np.zeros_like(bent)
+
+
+def _curving(sizes: Sizes, baseline: Baseline) -> Overlay:
+    minutes = product(1.0 / 60.0, ELAPSED)
+    paths = {key: size("curved_wind_drift", key) for key in sizes}
+    winds = tuple(
+        WindTerm(toward, product(path, 1.0 / FOOT, minutes, minutes))
+        for toward, path in zip(("north", "east"), paths.values(), strict=True)
+    )
+    return Overlay(sizes=tuple((path, sizes[key]) for key, path in paths.items()), winds=winds)
+
+
+def _drag(path: str, value: float, *factors: Term) -> Overlay:
+    drag = product("aero/qbar-psf", path, *factors)
+    return Overlay(sizes=((path, value),), functions=(AxisFunction("DRAG", drag),))
+
+
+def _cubed(sizes: Sizes, baseline: Baseline) -> Overlay:
+    """Drag due to lift that grows with the cube of lift."""
+    path = size("cubed_induced_drag", "factor")
+    lift = operation("sqrt", "aero/cl-squared")
+    return _drag(path, sizes["factor"], "metrics/Sw-sqft", "aero/cl-squared", lift)
+
+
+def _slow_pod(sizes: Sizes, baseline: Baseline) -> Overlay:
+    """A blunt pod whose drag area falls with Reynolds number, V^-0.6."""
+    path = size("slow_pod", "drag_area_m2")
+    rough = operation("pow", operation("max", 0.1, product(1.0 / 220.0, "velocities/vt-fps")), -0.6)
+    return _drag(path, sizes["drag_area_m2"], 1.0 / FOOT**2, rough)
+
+
+def _sensed(name: str, function: Sensed, parent: str, *parameters: Parameter) -> SensorEffect:
+    known = EFFECTS[parent]
+    assert isinstance(known, SensorEffect)
+    return replace(
+        known, name=name, parameters=parameters, variant_of=known.cause, what="hidden", function=function
+    )
+
+
+def _felt(name: str, build: Built, parent: str, *parameters: Parameter) -> AircraftEffect:
+    known = EFFECTS[parent]
+    assert isinstance(known, AircraftEffect)
+    return replace(known, name=name, parameters=parameters, variant_of=known.cause, what="hidden", build=build)
+
+
+def _wind() -> AirEffect:
+    known = EFFECTS["wind_drift"]
+    assert isinstance(known, AirEffect)
+    parameters = (
+        Parameter("north_mps_per_min2", 0.04, -1.0, 1.0, "hidden"),
+        Parameter("east_mps_per_min2", -0.03, -1.0, 1.0, "hidden"),
+    )
+    known = replace(known, name="curved_wind_drift", parameters=parameters, variant_of="wind_drift", what="hidden")
+    return replace(known, build=_curving, wind=_curved)
+
+
+_FIRST_FORMS: tuple[Effect, ...] = (
+    _sensed("one_way_lag", _one_way_lag, "pitot_lag", Parameter("lag_s", 0.4, 0.01, 3.0, "hidden")),
+    _sensed(
+        "wandering_latency", _wandering_latency, "gps_latency", Parameter("latency_s", 0.3, 0.01, 3.0, "hidden")
+    ),
+    _sensed("late_drift", _late_drift, "time_drift", Parameter("rate_pa_per_min", 10.0, -200.0, 200.0, "hidden")),
+    _sensed(
+        "growing_recovery", _growing_recovery, "recovery_deficit", Parameter("deficit", 0.2, -0.2, 1.0, "hidden")
+    ),
+    _wind(),
+    _felt("cubed_induced_drag", _cubed, "induced_drag", Parameter("factor", 0.012, -0.06, 0.1, "hidden")),
+    _felt("slow_pod", _slow_pod, "belly_pod", Parameter("drag_area_m2", 0.1, -0.2, 0.8, "hidden")),
+)
+FORMS: Mapping[str, Effect] = {effect.name: effect for effect in _FIRST_FORMS}
+
+
+REFERENCE = 3000.0  # Pa of impact pressure, 136 KCAS
+GROUND = ("velocity_north", "velocity_east", "velocity_down", "altitude")
+
+
+def _gps(signals: Signals) -> list[str]:
+    return [name for name in GROUND if name in signals]
+
+
+def _speed_lag(signals: Signals, sizes: Sizes) -> Signals:
+    """A line whose lag falls with the pressure in it."""
+    static = signals["static_pressure"]
+    lag = sizes["lag_s"] * np.clip(REFERENCE / np.maximum(signals["impact_pressure"], 300.0), 0.3, 3.0)
+    return signals.with_channels(
+        impact_pressure=first_order_varying(signals, signals["impact_pressure"] + static, lag) - static
+    )
+
+
+def _two_chamber(signals: Signals, sizes: Sizes) -> Signals:
+    """A static line with a bottle in it: two equal lags in a row."""
+    static, lag = signals["static_pressure"], 0.5 * sizes["lag_s"]
+    late = first_order(signals, first_order(signals, static, lag), lag)
+    return signals.with_channels(static_pressure=late, impact_pressure=signals["impact_pressure"] + static - late)
+
+
+def _filling_buffer(signals: Signals, sizes: Sizes) -> Signals:
+    """Air data from a buffer that fills over 40 s and is then emptied: between 0.6 and 1.4 of the latency."""
+    late = sizes["latency_s"] * (0.6 + 0.8 * np.mod(elapsed(signals) / 40.0, 1.0))
+    names = [n for n in ("impact_pressure", "static_pressure", "total_temperature") if n in signals]
+    return signals.with_channels(**{n: delayed(signals, signals[n], late) for n in names})
+
+
+def _leaping_clock(signals: Signals, sizes: Sizes) -> Signals:
+    """A clock that is set right each 30 s by a growing step instead of running slow."""
+    late = 1e-6 * sizes["drift_ppm"] * 30.0 * np.floor(elapsed(signals) / 30.0)
+    return signals.with_channels(**{n: delayed(signals, signals[n], late) for n in _gps(signals)})
+
+
+def _straining_receiver(signals: Signals, sizes: Sizes) -> Signals:
+    """A receiver that opens its tracking loop as the airplane accelerates, and is then less late."""
+    accelerated = np.hypot(*(np.gradient(signals[n], signals.time) for n in GROUND[:2]))
+    late = sizes["lag_s"] * (1.2 - 0.9 * np.tanh(first_order(signals, accelerated, 1.0) / 2.0))
+    return signals.with_channels(**{n: delayed(signals, signals[n], late) for n in _gps(signals)})
+
+
+def _backlash_growing(signals: Signals, sizes: Sizes) -> Signals:
+    """A bellows whose readings differ by a share of the range gone through, with a rounded turning point."""
+    pressure = signals["impact_pressure"]
+    rate = np.gradient(first_order(signals, pressure, 3.0), signals.time)
+    side = np.tanh(rate / 6.0)
+    return signals.with_channels(impact_pressure=pressure - 0.5 * sizes["width_pa"] * side)
+
+
+def _logarithmic_drift(signals: Signals, sizes: Sizes) -> Signals:
+    moved = 3.0 * sizes["rate_pa_per_min"] * np.log1p(elapsed(signals) / 40.0) / np.log(5.5)
+    return signals.with_channels(impact_pressure=signals["impact_pressure"] + moved)
+
+
+def _bent_temperature_drift(signals: Signals, sizes: Sizes) -> Signals:
+    """A zero that follows the temperature of its own case, 25 s behind the air, and more when it is far away."""
+    warm = signals["total_temperature"] - signals["total_temperature"][0]
+    case = first_order(signals, warm, 25.0)
+    moved = sizes["shift_pa_per_k"] * case * (1.0 + 0.1 * np.abs(case))
+    return signals.with_channels(impact_pressure=signals["impact_pressure"] + moved)
+
+
+def _curved_alpha(signals: Signals, sizes: Sizes) -> Signals:
+    """A static error with the square of angle of attack above 1.5°."""
+    over = np.maximum(0.0, signals["angle_of_attack"] - 0.026)
+    error = sizes["slope_per_rad"] * over * (1.0 + over / 0.1) * signals["impact_pressure"]
+    return _displaced(signals, error)
+
+
+def _one_sided_slip(signals: Signals, sizes: Sizes) -> Signals:
+    """A static error of one port: in sideslip from the left only."""
+    beta = np.minimum(0.0, signals["sideslip"])
+    return _displaced(signals, sizes["slope_per_rad"] * beta * signals["impact_pressure"])
+
+
+def _pulsing_propwash(signals: Signals, sizes: Sizes) -> Signals:
+    """A static error with the square root of power, as the slipstream's speed grows."""
+    power = np.sqrt(np.maximum(0.0, 0.5 * (signals["throttle_left"] + signals["throttle_right"])))
+    return _displaced(signals, sizes["pressure_pa"] * power)
+
+
+def _displaced(signals: Signals, error: Array) -> Signals:
+    return signals.with_channels(
+        static_pressure=signals["static_pressure"] + error, impact_pressure=signals["impact_pressure"] - error
+    )
+
+
+def _leak_by_speed(signals: Signals, sizes: Sizes) -> Signals:
+    """A leak that is turbulent: its loss grows with the square root of the pressure only."""
+    impact = signals["impact_pressure"]
+    lost = sizes["fraction"] * np.sqrt(np.maximum(impact, 0.0) * REFERENCE)
+    return signals.with_channels(
+        impact_pressure=impact - lost, static_pressure=signals["static_pressure"] + 0.5 * lost
+    )
+
+
+def _seasick_probe(signals: Signals, sizes: Sizes) -> Signals:
+    """A probe off by more as it warms up from the cold of the climb."""
+    return signals.with_channels(
+        total_temperature=signals["total_temperature"] + sizes["bias_k"] * (0.7 + 0.6 * elapsed(signals) / 300.0)
+    )
+
+
+def _quartic(sizes: Sizes, baseline: Baseline) -> Overlay:
+    """Drag due to lift with its fourth power."""
+    path = size("quartic_induced_drag", "factor")
+    return _drag(path, sizes["factor"], "metrics/Sw-sqft", "aero/cl-squared", "aero/cl-squared", 2.0)
+
+
+def _slipping_pod(sizes: Sizes, baseline: Baseline) -> Overlay:
+    """A pod whose drag rises slowly with Mach number."""
+    path = size("fast_pod", "drag_area_m2")
+    grows = operation("sum", 0.6, product(2.0, "velocities/mach"))
+    return _drag(path, sizes["drag_area_m2"], 1.0 / FOOT**2, grows)
+
+
+def _bank_drag(sizes: Sizes, baseline: Baseline) -> Overlay:
+    """Drag with the sine of the bank, not its square."""
+    path = size("sine_turn_drag", "coefficient_at_30deg")
+    sine = operation("abs", operation("sin", "attitude/phi-rad"))
+    return _drag(path, sizes["coefficient_at_30deg"], "metrics/Sw-sqft", sine, 2.0)
+
+
+def _lean_power(sizes: Sizes, baseline: Baseline) -> Overlay:
+    """Engines that lose a share that grows with the throttle."""
+    settings = []
+    for engine, (key, lever) in zip(
+        left_and_right("lean_power", baseline),
+        (("left_fraction", "fcs/throttle-pos-norm"), ("right_fraction", "fcs/throttle-pos-norm[1]")),
+        strict=True,
+    ):
+        fuel = baseline.engines[engine].fuel_per_power
+        lost = product(size("lean_power", key), 1.5, lever)
+        settings.append(
+            PropertySetting(
+                f"propulsion/engine[{engine}]/bsfc-lbs_hphr", quotient(fuel, operation("difference", 1.0, lost))
+            )
+        )
+    return Overlay(sizes=tuple((size("lean_power", k), v) for k, v in sizes.items()), settings=tuple(settings))
+
+
+def _one(parent: str, name: str = "") -> Parameter:
+    """The first size of the plain effect, or the one named."""
+    return next(p for p in EFFECTS[parent].parameters if (p.name == name or not name) and not p.shape)
+
+
+_LATER_FORMS: tuple[Effect, ...] = (
+    _sensed("speed_lag", _speed_lag, "pitot_lag", _one("pitot_lag")),
+    _sensed("two_chamber", _two_chamber, "static_lag", _one("static_lag")),
+    _sensed("filling_buffer", _filling_buffer, "air_data_latency", _one("air_data_latency")),
+    _sensed("leaping_clock", _leaping_clock, "clock_drift", _one("clock_drift")),
+    _sensed("straining_receiver", _straining_receiver, "gps_smoothing", _one("gps_smoothing")),
+    _sensed("rounded_hysteresis", _backlash_growing, "hysteresis", _one("hysteresis")),
+    _sensed("logarithmic_drift", _logarithmic_drift, "time_drift", _one("time_drift")),
+    _sensed("late_temperature_drift", _bent_temperature_drift, "temperature_drift", _one("temperature_drift")),
+    _sensed("curved_alpha_error", _curved_alpha, "alpha_static_error", _one("alpha_static_error")),
+    _sensed("one_sided_slip_error", _one_sided_slip, "sideslip_static_error", _one("sideslip_static_error")),
+    _sensed("root_propwash", _pulsing_propwash, "propwash_error", _one("propwash_error")),
+    _sensed("turbulent_leak", _leak_by_speed, "line_leak", _one("line_leak")),
+    _sensed("warming_bias", _seasick_probe, "temperature_bias", _one("temperature_bias")),
+    _felt("quartic_induced_drag", _quartic, "induced_drag", _one("induced_drag")),
+    _felt("fast_pod", _slipping_pod, "belly_pod", _one("belly_pod")),
+    _felt("sine_turn_drag", _bank_drag, "turn_drag", _one("turn_drag")),
+    _felt("lean_power", _lean_power, "power_deficit", *EFFECTS["power_deficit"].parameters),
+)
+OWN_FORMS: Mapping[str, Effect] = {**FORMS, **{effect.name: effect for effect in _LATER_FORMS}}

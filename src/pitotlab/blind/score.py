@@ -1,0 +1,345 @@
+"""The scorer of the blind test: opens the seal, holds answers against the truth, writes a page and a table.
+
+Cases without an answer yet (a run that was stopped) are counted and left out.
+"""
+
+import csv
+from argparse import ArgumentParser
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from math import sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pitotlab.blind.case import NO_ANSWER, JudgedCase, model_of
+from pitotlab.blind.sealed import PLACE, files_of, judged_in, kept_sets, opened
+from pitotlab.experiment import OUT
+
+Z = 1.959964  # of a two-sided interval of 95 %
+
+
+def wilson(hits: int, cases: int) -> tuple[float, float]:
+    """Return the 95 % interval of a share (Wilson 1927); from 0 to 1 without cases."""
+    if not cases:
+        return 0.0, 1.0
+    share, shrunk = hits / cases, 1.0 + Z * Z / cases
+    center = (share + Z * Z / (2 * cases)) / shrunk
+    half = Z * sqrt(share * (1.0 - share) / cases + Z * Z / (4 * cases * cases)) / shrunk
+    return max(0.0, center - half), min(1.0, center + half)
+
+
+SMALLEST_P = 0.02  # of a cause that counts in the calibration
+FEWEST = 10  # probabilities in a tenth, below which its difference is not looked at
+CLOSED = 0.8  # share of a gap
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A line of the table; `low` and `high` bound the share at 95 %. `remark` stands beside it."""
+
+    what: str
+    hits: int
+    cases: int
+    low: float
+    high: float
+    remark: str = ""
+
+    @property
+    def share(self) -> float:
+        """Hits over cases, nan without cases."""
+        return self.hits / self.cases if self.cases else float("nan")
+
+
+def row(what: str, flags: Iterable[bool], remark: str = "") -> Row:
+    """Count flags."""
+    each = [bool(flag) for flag in flags]
+    return Row(what, sum(each), len(each), *wilson(sum(each), len(each)), remark)
+
+
+def table(cases: Sequence[JudgedCase]) -> list[Row]:
+    """All rows that are shares."""
+    answered = [c for c in cases if c.verdict != "not scored"]  # a crash counts as a miss
+    one = [c for c in answered if c.is_single and c.flights == 1]
+    several = [c for c in answered if c.is_single and c.flights > 1]
+    none, two, outside, counted = (
+        [c for c in answered if c.kind == k] for k in ("none", "two", "outside", "counted")
+    )
+    single = one + several
+    named = [c for c in single if c.verdict == "named"]
+    return [
+        *_calibration(answered),
+        *_strong("above 7, one flight", [c for c in one if c.band == "above 7"]),
+        *_weak("4 to 7, one flight", [c for c in one if c.band == "4 to 7"]),
+        *_weak("2 to 4, one flight", [c for c in one if c.band == "2 to 4"]),
+        *_strong("above 7, two flights", [c for c in several if c.band == "above 7" and c.flights == 2]),
+        *_strong("above 7, three flights", [c for c in several if c.band == "above 7" and c.flights == 3]),
+        *_weak("4 to 7, two or three flights", [c for c in several if c.band == "4 to 7"]),
+        *_advised(one),
+        row("a second effect that was not hidden, of single effects named", (len(c.groups) > 1 for c in named)),
+        row("wrong name, any band", (c.wrong_name for c in single)),
+        row("nothing hidden: an answer other than no gap", (c.verdict != "no_gap" for c in none)),
+        row("nothing hidden: an effect reported", (bool(c.groups) for c in none)),
+        row("two at once: both in the answer", (c.in_set for c in two)),
+        row("two at once: at least one", (any(c.wanted & g for g in c.groups) for c in two)),
+        row("two at once: both named cleanly", (c.named for c in two)),
+        row("two at once: a wrong name", (c.wrong_name for c in two)),
+        row("outside the table: wrongly named", (c.wrong_name for c in outside)),
+        row("outside the table: named or one of", (bool(c.groups) for c in outside)),
+        row("outside the table: detected", (c.verdict != "no_gap" for c in outside)),
+        *_formulas(outside),
+        row("counted faults and gusts: named", (c.named for c in counted)),
+        _sizes(single),
+        row("crash, refusal or no answer", (c.verdict in ("crash", "refused") for c in cases)),
+        *_held_out(single),
+    ]  # fmt: skip
+
+
+def tenths(cases: Sequence[JudgedCase]) -> list[tuple[float, int, float, float]]:
+    """The calibration: lower end of each tenth, number of causes, mean probability, share right."""
+    pairs = [
+        (p, cause in c.wanted)
+        for c in cases
+        if c.verdict not in ("no_gap", *NO_ANSWER)
+        for cause, p in c.probabilities.items()
+        if p > SMALLEST_P
+    ]
+    found = []
+    for low in np.arange(0.0, 1.0, 0.1):
+        inside = [(p, right) for p, right in pairs if low <= p < low + 0.1 or (low > 0.85 and p >= 1.0)]
+        if inside:
+            p, right = np.array(inside, dtype=float).T
+            found.append((float(low), len(inside), float(p.mean()), float(right.mean())))
+    return found
+
+
+def _calibration(cases: Sequence[JudgedCase]) -> list[Row]:
+    of_table = [c for c in cases if c.is_single or c.kind == "two"]
+    worst = max((abs(mean - share) for _, n, mean, share in tenths(of_table) if n >= FEWEST), default=float("nan"))
+    sure = [
+        cause in c.wanted
+        for c in of_table
+        if c.verdict not in ("no_gap", *NO_ANSWER)
+        for cause, p in c.probabilities.items()
+        if p > 0.9
+    ]
+    remark = f"largest difference of a tenth: {worst:.2f}"
+    return [row("probabilities above 0.9 that are right, the cause being in the table", sure, remark)]
+
+
+def _strong(what: str, cases: Sequence[JudgedCase]) -> list[Row]:
+    sizes = [len(set().union(*c.groups)) for c in cases if c.groups]
+    remark = f"mean size of the reported sets: {np.mean(sizes):.1f}" if sizes else ""
+    return [
+        row(f"{what}: named cleanly", (c.named for c in cases), _ceiling(cases)),
+        row(f"{what}: truth named or in the set", (c.in_set for c in cases), remark),
+        row(f"{what}: wrong name", (c.wrong_name for c in cases)),
+    ]
+
+
+def _weak(what: str, cases: Sequence[JudgedCase]) -> list[Row]:
+    return [
+        row(f"{what}: detected", (c.verdict != "no_gap" for c in cases)),
+        row(f"{what}: first in the ranking", (c.first for c in cases)),
+        row(f"{what}: named cleanly", (c.named for c in cases), _ceiling(cases)),
+        row(f"{what}: truth named or in the set", (c.in_set for c in cases)),
+    ]
+
+
+def _ceiling(cases: Sequence[JudgedCase]) -> str:
+    seen = [c for c in cases if c.observed]
+    if not seen:
+        return ""
+    ideal, tool = sum(c.observer_names for c in seen), sum(c.named for c in seen)
+    ratio = f", ratio {tool / ideal:.2f}" if ideal else ""
+    return f"ideal observer: {ideal} of {len(seen)}{ratio}"
+
+
+def _advised(cases: Sequence[JudgedCase]) -> list[Row]:
+    rows = []
+    for band in ("above 7", "4 to 7"):
+        flown = [c for c in cases if c.band == band and c.advised]
+        before = sum(c.named for c in flown)
+        remark = f"before it: {before}" if flown else "not scored"
+        named = (replace(c, answer=c.advised).named for c in flown)
+        rows.append(row(f"{band}, with the flight advised: named cleanly", named, remark))
+    return rows
+
+
+def _formulas(cases: Sequence[JudgedCase]) -> list[Row]:
+    asked = [c for c in cases if "formula" in c.answer]
+    found = (bool(c.answer["formula"]) and c.answer["formula"]["closure"] >= CLOSED for c in asked)
+    return [row("outside the table: a formula closes at least 0.8", found, "" if asked else "not scored")]
+
+
+def _sizes(cases: Sequence[JudgedCase]) -> Row:
+    """Sizes of right names within their bounds, where the whole flight has the plain form of the effect."""
+    inside = []
+    for case in cases:
+        hidden: dict[str, Any] = {e["name"]: e for e in case.truth["effects"] if e["part"] is None}
+        for name, sizes in case.answer.get("sizes", {}).items() if case.in_set else ():
+            for parameter, (value, bound) in sizes.items():
+                if name in hidden and parameter in hidden[name]["sizes"]:
+                    inside.append(abs(value - hidden[name]["sizes"][parameter]) <= bound)
+    return row("size within 2σ of the truth", inside)
+
+
+def _held_out(cases: Sequence[JudgedCase]) -> list[Row]:
+    closed = [c.answer["held_out"] for c in cases if c.named and "held_out" in c.answer]
+    remark = (
+        f"median {np.median(closed):.3f}, a tenth below {np.quantile(closed, 0.1):.3f}" if closed else "not scored"
+    )
+    return [
+        row(
+            "closure of the flight held out at least 0.8, of names that are right",
+            (g >= CLOSED for g in closed),
+            remark,
+        )
+    ]
+
+
+def seconds(cases: Sequence[JudgedCase]) -> str:
+    """Processor seconds a case of one flight, with the null flights in the cache and without."""
+    told = []
+    for warm, name in ((True, "warm"), (False, "cold")):
+        each = [c.answer["processor_s"] for c in cases if c.flights == 1 and c.answer.get("warm") == warm]
+        if each:
+            told.append(f"{name}: median {np.median(each):.1f}, most {max(each):.1f} ({len(each)} cases)")
+    return "Processor seconds a flight, " + "; ".join(told) + "."
+
+
+def hidden_in(case: JudgedCase) -> str:
+    """What was hidden, in words."""
+    names = [model_of(e["name"]) for e in case.truth["effects"]]
+    return " + ".join(sorted(names)) or "none"
+
+
+def score(
+    results: Path, seal: Path, out: Path, observed: Path | None = None, advised: Path | None = None
+) -> list[Row]:
+    """Score an archive or a set in the making, write `blind.md` and `blind.csv`; returns the rows."""
+    truth = opened(seal)
+    cases = judged_in(seal, *([] if seal.is_file() else [results, observed, advised]))
+    rows = table(cases)
+    digest = files_of(seal)["truth.sha256"].decode().strip()
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "blind.md").write_text(_page(truth, cases, rows, digest), encoding="utf-8")
+    with (out / "blind.csv").open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["row", "hits", "cases", "share", "low", "high", "remark"])
+        for r in rows:
+            writer.writerow([r.what, r.hits, r.cases, f"{r.share:.4f}", f"{r.low:.4f}", f"{r.high:.4f}", r.remark])
+    return rows
+
+
+def _page(truth: dict[str, Any], cases: Sequence[JudgedCase], rows: Sequence[Row], digest: str) -> str:
+    day = datetime.now(UTC).strftime("%Y-%m-%d")
+    settings = len({letter for c in cases for letter in c.truth["settings"]})
+    several = sum(c.flights > 1 for c in cases)
+    formed = sum(c.truth["formed"] for c in cases)
+    first, count = truth["seed"], len(truth["cases"])
+    return "\n".join(
+        [
+            "# The blind test of reconcile",
+            "",
+            f"{len(cases)} of {count} sealed cases judged, seeds from {first}, {day}; SHA-256",
+            f"of the sealed truth `{digest}`. {several} cases have two or three flights, in",
+            f"{settings} settings of card, data system, air, day, pilot and loading. {formed} cases hold a form,",
+            "gusts, an integration step or a receiver of the generator's own, or an effect in a part of the",
+            "flight. The strength (SNR) is that of the difference of two flights of the generator, with wind,",
+            "curve and sensor biases taken out (`pitotlab.blind.signatures`). The ideal observer knows all forms",
+            "and the noise (`pitotlab.blind.observer`). Intervals are Wilson's, 95 %. A gear that is out and a pod",
+            "are one model and count as one cause; so do a scale of the impact pressure and a loss of total",
+            "pressure. A crash counts as a miss.",
+            "",
+            "| score | found | of | share | 95 % | |",
+            "|---|---|---|---|---|---|",
+            *map(_line, rows),
+            "",
+            seconds(cases),
+            "",
+            "## Probabilities and shares right",
+            "",
+            "| probability | causes | mean | share right |",
+            "|---|---|---|---|",
+            *(
+                f"| {low:.1f} to {low + 0.1:.1f} | {n} | {mean:.2f} | {share:.2f} |"
+                for low, n, mean, share in tenths([c for c in cases if c.is_single or c.kind == "two"])
+            ),
+            "",
+            "## Hidden against answered",
+            "",
+            "| hidden | answered | cases |",
+            "|---|---|---|",
+            *(f"| {hidden} | {answer} | {n} |" for (hidden, answer), n in _confusion(cases)),
+            "",
+            "## Every miss",
+            "",
+            "| case | settings | kind | hidden (SNR) | world | answered |",
+            "|---|---|---|---|---|---|",
+            *(_miss(c) for c in cases if not _well(c)),
+            "",
+        ]
+    )
+
+
+def _line(r: Row) -> str:
+    interval = f"{_percent(r.low)} to {_percent(r.high)}" if r.cases else "–"
+    return f"| {r.what} | {r.hits} | {r.cases} | {_percent(r.share)} | {interval} | {r.remark} |"
+
+
+def _percent(share: float) -> str:
+    return "–" if np.isnan(share) else f"{100.0 * share:.0f} %"
+
+
+def _answer(case: JudgedCase) -> str:
+    groups = [" / ".join(sorted(group)) for group in case.groups]
+    word = case.verdict.replace("_", " ")
+    return f"{word}: {' + '.join(groups)}" if groups else word
+
+
+def _confusion(cases: Sequence[JudgedCase]) -> list[tuple[tuple[str, str], int]]:
+    return sorted(Counter((hidden_in(c), _answer(c)) for c in cases).items())
+
+
+def _well(case: JudgedCase) -> bool:
+    if case.kind == "none":
+        return case.verdict == "no_gap"
+    return case.verdict == "unknown" if case.kind == "outside" else case.named
+
+
+def _miss(case: JudgedCase) -> str:
+    told = [f"{e['name']} ({', '.join(f'{s:.1f}' for s in e['strengths'])})" for e in case.truth["effects"]]
+    usual = {"rate": 100.0, "own_gusts": False, "receiver": False, "probes": False}
+    world = ", ".join(k for k, v in case.truth["environment"].items() if v != usual[k]) or "usual"
+    if any(e["part"] for e in case.truth["effects"]):
+        world += ", a part of the flight"
+    hidden = " + ".join(told) or "none"
+    columns = (case.answer["name"], "".join(case.truth["settings"]), case.kind, hidden, world, _answer(case))
+    return "| " + " | ".join(columns) + " |"
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Open the seal, hold the answers against the truth, print the table and write the page."""
+    parser.add_argument("--results", type=Path, default=PLACE / "results.jsonl")
+    parser.add_argument("--observed", type=Path, default=PLACE / "observed.jsonl")
+    parser.add_argument("--advised", type=Path, default=PLACE / "advised.jsonl")
+    parser.add_argument("--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all")
+    parser.add_argument("--out", type=Path, default=OUT)
+    for line in score(**vars(parser.parse_args(words))):
+        counted = f"{line.hits:4d} of {line.cases:4d}  {_percent(line.low)} to {_percent(line.high)}"
+        print(f"{line.what:70s} {counted:28s} {line.remark}")
+
+
+def pooled_command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Score several sets together, each held against its own seal: the archives of the results, or those named."""
+    parser.add_argument("sets", type=Path, nargs="*", help="archives (default: all that are kept)")
+    cases = [case for place in parser.parse_args(words).sets or kept_sets() for case in judged_in(place)]
+    print(f"{len(cases)} cases")
+    for row in table(cases):
+        print(f"{row.what:76s} {row.hits:5d} of {row.cases:5d}  {row.remark}")
+    for low, count, mean, share in tenths([c for c in cases if c.is_single or c.kind == "two"]):
+        print(f"{low:.1f} to {low + 0.1:.1f}: {count:4d} causes, mean {mean:.3f}, share right {share:.3f}")

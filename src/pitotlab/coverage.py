@@ -1,0 +1,229 @@
+"""Measure how often the bounds contain the truth, over flights with random truth and noise of unknown level."""
+
+from argparse import ArgumentParser
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pitotbench import air, bench
+from pitotbench.bench.flight_store import FlightStore
+from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms, scored
+from pitotbench.calibrate import Accuracies, CalibrationOptions
+from pitotbench.catalog import Catalog
+from pitotbench.logbook import atomic, write_text
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.errors import NoAnswerError
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.sense import SYSTEMS
+from pitotbench.simulate import PAPER_MANEUVERS
+from pitotbench.units import KNOT, Array
+from pitotlab.experiment import (
+    FIRST_SCORED_SEED,
+    NO_LIMIT,
+    OUT,
+    Budget,
+    Experiment,
+    Row,
+    Trial,
+    add_budget,
+    budget_of,
+    made_with,
+    random_case,
+    run_experiment,
+)
+
+STATED = Accuracies(temperature_k=1.0, recovery_factor=0.02, static_pressure_pa=50.0, velocity_mps=0.1)
+SLOW_CHANGE, SLOW_TIME = 1.0, 600.0  # a random walk: rms change [m/s] after a time [s]
+
+InWind = Callable[[Flight, int], tuple[Flight, Array]]
+WithErrors = Callable[[FlightLog, int], FlightLog]
+
+
+@dataclass(frozen=True, slots=True)
+class Scoring:
+    """One way to fly, sense and calibrate, for which the coverage is measured.
+
+    `in_wind` takes a flight and a seed and returns the flight in a changed wind with its mean wind toward north and
+    east [m/s]. `with_errors` takes a log and a seed and returns the log with sensor errors. `options` are those of
+    the calibration.
+    """
+
+    name: str
+    systems: tuple[str, ...]
+    options: CalibrationOptions
+    in_wind: InWind
+    with_errors: WithErrors
+    against_paper: bool = False
+
+
+def steady(flight: Flight, seed: int) -> tuple[Flight, Array]:
+    """Return the flight unchanged, in the wind of its case."""
+    return flight, bench.wind_toward(flight.case.wind)[:2]
+
+
+def slow(flight: Flight, seed: int) -> tuple[Flight, Array]:
+    """Return the flight in a wind that changes as a random walk.
+
+    The airplane flies relative to the air, so its ground velocity changes with the wind.
+    """
+    elapsed = flight["time"] - flight["time"][0]
+    steps = np.random.default_rng([seed, 79]).standard_normal((2, int(elapsed[-1]) + 2))
+    walk = np.cumsum(steps, axis=1) * SLOW_CHANGE / np.sqrt(2.0 * SLOW_TIME)
+    change = np.stack([np.interp(elapsed, np.arange(walk.shape[1]), part) for part in walk])
+    moved = {f"velocity_{axis}": flight[f"velocity_{axis}"] + part for axis, part in _axes(change)}
+    mean = bench.wind_toward(flight.case.wind)[:2] + change.mean(axis=1)
+    return replace(flight, channels={**flight.channels, **moved}), mean
+
+
+def as_sensed(log: FlightLog, seed: int) -> FlightLog:
+    """Return the log without further errors."""
+    return log
+
+
+def systematic(log: FlightLog, seed: int) -> FlightLog:
+    """Return the log with constant errors drawn from the stated accuracies.
+
+    Raises ValueError for a log without a temperature.
+    """
+    draw = 0.5 * np.random.default_rng([seed, 78]).standard_normal(5)
+    if log.total_temperature is None:
+        raise ValueError("a synthetic log has a total temperature")
+    mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
+    recovery = 0.2 * STATED.recovery_factor * draw[1] * mach**2 * log.total_temperature
+    velocity = STATED.velocity_mps * draw[3:5]
+    return replace(
+        log,
+        total_temperature=log.total_temperature + STATED.temperature_k * draw[0] + recovery,
+        static_pressure=log.static_pressure + STATED.static_pressure_pa * draw[2],
+        velocity_north=log.velocity_north + velocity[0],
+        velocity_east=log.velocity_east + velocity[1],
+    )
+
+
+def _axes(values: Array) -> list[tuple[str, Array]]:
+    return list(zip(("north", "east"), values, strict=True))
+
+
+_ALL = (
+    Scoring("constant wind", tuple(SYSTEMS), CalibrationOptions(), steady, as_sensed, against_paper=True),
+    Scoring("systematic errors", tuple(SYSTEMS), CalibrationOptions(accuracies=STATED), steady, systematic),
+    Scoring("slow wind", ("50/50",), CalibrationOptions(wind="drifting"), slow, as_sensed),
+)
+SCORINGS: Catalog[Scoring] = Catalog("scoring", {scoring.name: scoring for scoring in _ALL})
+
+
+TURBULENCE = ("none", "light", "moderate")
+
+
+def score_trial(trial: Trial, scorings: tuple[str, ...], store: FlightStore | None = None) -> list[Row]:
+    """Fly a trial once, sense it with every data system, calibrate it for every scoring; return a row for each."""
+    case = random_case(trial)
+    flight = bench.fly(case) if store is None else store.fly(case)
+    return [row for name in scorings for row in _rows(trial, flight, SCORINGS[name])]
+
+
+def _rows(trial: Trial, flight: Flight, scoring: Scoring) -> Iterator[Row]:
+    flown, wind = scoring.in_wind(flight, trial.seed)
+    cell: Row = {"scoring": scoring.name, "maneuver": trial.maneuver, "turbulence": trial.turbulence}
+    for system in scoring.systems:
+        log = scoring.with_errors(bench.sense(flown, system), trial.seed)
+        base = cell | {"das": system, "seed": trial.seed}
+        try:
+            ours = bench.calibrate(log, scoring.options)
+            paper = (
+                bench.calibrate(log, bench.CalibrationOptions(method="paper")) if scoring.against_paper else ours
+            )
+        except NoAnswerError as error:
+            yield base | {"failed": str(error)}
+            continue
+        yield base | {"failed": ""} | _figures(flown, wind, ours, paper)
+
+
+def _figures(flight: Flight, wind: Array, ours: Calibration, paper: Calibration) -> Row:
+    curve, truth, inside = ours.curve, flight.case.pressure_error, scored(ours.curve)
+    found = compare_curve(curve, truth)
+    return {
+        "coverage": found.inside,
+        "band_coverage": float(replace(found, two_sigma=curve.simultaneous_two_sigma[inside]).all_inside),
+        "white_coverage": replace(found, two_sigma=curve.white_two_sigma[inside]).inside,
+        "wind_coverage": compare_wind(ours.wind, wind).inside,
+        "two_sigma_kt": found.mean_two_sigma / KNOT,
+        "mean_error_kt": found.mean_error / KNOT,
+        "rms_error_kt": found.rms_error / KNOT,
+        "paper_rms_error_kt": compare_curve(paper.curve, truth).rms_error / KNOT,
+        "residual_two_sigma_kt": ours.residual_two_sigma / KNOT,
+        "finite": bool(np.all(np.isfinite(found.two_sigma)) and np.all(found.two_sigma > 0.0)),
+    }
+
+
+def summarize(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return one line for each cell: shares [%] with their standard errors, errors and bounds [kt]."""
+    good = rows[rows["failed"] == ""]
+    groups = good.groupby(["scoring", "maneuver", "turbulence", "das"], sort=False)
+    table = pd.DataFrame({"flights": groups.size()})
+    for name in ("coverage", "band_coverage", "wind_coverage", "white_coverage"):
+        table[f"{name}_percent"] = 100.0 * groups[name].mean()
+    table["coverage_se_percent"] = 100.0 * groups["coverage"].sem()
+    table["two_sigma_kt"] = groups["two_sigma_kt"].mean()
+    for name in ("rms_error_kt", "paper_rms_error_kt"):
+        table[name] = groups[name].apply(rms)
+    table["bias_kt"] = groups["mean_error_kt"].mean()
+    table["bias_over_se"] = groups["mean_error_kt"].mean() / groups["mean_error_kt"].sem()
+    table["residual_two_sigma_kt"] = groups["residual_two_sigma_kt"].mean()
+    return table.reset_index()
+
+
+def verify(
+    seeds: int,
+    out: Path,
+    budget: Budget = NO_LIMIT,
+    scorings: Sequence[str] = tuple(SCORINGS),
+    flights: Path | None = None,
+) -> pd.DataFrame:
+    """Score up to `seeds` seeds of every cell and write coverage.csv, coverage.png and coverage.md into `out`.
+
+    `flights` is a folder in which flights are kept for the next campaign. A budget of 0 minutes flies nothing and
+    writes the files from the kept rows.
+    """
+    score = partial(score_trial, store=None if flights is None else FlightStore(flights))
+    experiment = Experiment(score, PAPER_MANEUVERS, TURBULENCE, tuple(scorings), "scoring")
+    rows = run_experiment(experiment, range(FIRST_SCORED_SEED, FIRST_SCORED_SEED + seeds), budget)
+    _write(rows, out)
+    return rows
+
+
+def _write(rows: pd.DataFrame, out: Path) -> None:
+    from pitotlab.pages import coverage_page, coverage_picture
+
+    order = {name: place for place, name in enumerate(SCORINGS)}
+    cells = summarize(rows.sort_values("scoring", key=lambda names: names.map(order), kind="stable"))
+    out.mkdir(parents=True, exist_ok=True)
+    with atomic(out / "coverage.csv") as scratch:
+        cells.to_csv(scratch, index=False, float_format="%.6f", lineterminator="\n")
+    coverage_picture(cells, out / "coverage.png")
+    failures = int((rows["failed"] != "").sum())
+    provenance = (
+        f"Seeds {rows['seed'].min()} to {rows['seed'].max()}, {len(rows):,} calibrations, "
+        f"{failures} without an answer, {made_with()}."
+    )
+    write_text(out / "coverage.md", coverage_page(cells, provenance))
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Fly the coverage campaign: every maneuver, data system and turbulence, seeds never used in development.
+
+    Writes coverage.csv (one line a cell), coverage.png and coverage.md. About 25 CPU seconds a seed.
+    """
+    parser.add_argument("--seeds", type=int, default=400, help="flights a cell (default: %(default)s)")
+    parser.add_argument("--flights", type=Path, help="folder that keeps flights for the next run (40 MB a seed)")
+    parser.add_argument("--scoring", default=",".join(SCORINGS), help="comma list (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
+    add_budget(parser)
+    options = parser.parse_args(words)
+    scorings = [SCORINGS[name].name for name in options.scoring.split(",")]
+    verify(options.seeds, options.out, budget_of(options), scorings, options.flights)

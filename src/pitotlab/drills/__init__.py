@@ -1,0 +1,1 @@
+"""Drills of campaigns: what they survive, and what they cost."""

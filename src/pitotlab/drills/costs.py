@@ -1,0 +1,170 @@
+"""What the engine of campaigns costs, and the table of all drills."""
+
+import json
+import os
+import time
+from argparse import ArgumentParser
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from statistics import mean
+from tempfile import TemporaryDirectory
+
+from pitotbench.bench.campaign.engine import fly_missing
+from pitotbench.bench.campaign.perform import perform_task
+from pitotbench.bench.campaign.plan_file import read_plan
+from pitotbench.bench.campaign.result_store import ResultStore
+from pitotbench.bench.campaign.stored_result import stored
+from pitotbench.bench.campaign.watching import Watch
+from pitotbench.bench.fleet import open_fleet
+from pitotlab.drills.drivers import (
+    Stub,
+    act,
+    cpu_used,
+    dask_cluster,
+    descendants,
+    fly_campaign,
+    memory,
+    stub_outcome,
+    stubs,
+    write_plan_file,
+)
+from pitotlab.drills.survival import (
+    bad_flights,
+    bad_stores,
+    fly_long,
+    full_disks,
+    kill_drivers,
+    kill_workers,
+    second_driver,
+    stop_drivers,
+)
+
+
+def overhead(folder: Path, flights: int = 30) -> Iterator[str]:
+    """Compare the CPU time of planning, keeping and finding a result with that of the shortest flight."""
+    plan = read_plan(write_plan_file(folder, str(flights)))
+    store = ResultStore(folder / "store")
+    with store:
+        begun = time.process_time()
+        tasks = [*plan.tasks(keep_logs="none")]
+        planned = time.process_time()
+        results = [perform_task(task) for task in tasks]
+        flown = time.process_time()
+        for task, result in zip(tasks, results, strict=True):
+            store.put(task.key, *stored(task, result))
+        kept = time.process_time()
+        assert all(store.find(task.key) for task in tasks)
+        found = time.process_time()
+    flight = (flown - planned) / flights
+    parts = {"plan and key": planned - begun, "keep": kept - flown, "find": found - kept}
+    yield f"shortest flight: {flight * 1e3:.0f} ms of CPU"
+    for name, seconds in parts.items():
+        yield f"  {name}: {seconds / flights * 1e3:.2f} ms"
+    yield f"overhead of store and index: {sum(parts.values()) / flights / flight:.2%} of the flight's CPU"
+    sizes = [path.stat().st_size for path in (folder / "store").glob("flights/*/*.json")]
+    yield f"bytes of a part: {mean(sizes):.0f}"
+
+
+def efficiency(folder: Path, flights: int, dask: bool) -> Iterator[str]:
+    """Compare the CPU time inside the flights with that of all processes of a campaign."""
+    plan = write_plan_file(folder, str(flights))
+    where = ""
+    if dask:
+        before = os.times()
+        with dask_cluster() as cluster:
+            ended = fly_campaign(plan, folder / "dask", "--scheduler", cluster.address)
+            scheduler = cpu_used(cluster.scheduler)
+            workers = sum(map(cpu_used, [cluster.workers, *descendants(cluster.workers)]))
+            where = (
+                f"driver {ended.cpu:.1f} s, scheduler {scheduler:.1f} s, workers with their nannies {workers:.1f} s"
+            )
+        after = os.times()
+        cpu = after.children_user + after.children_system - before.children_user - before.children_system
+    else:
+        ended = fly_campaign(plan, folder / "local", "--jobs", "2")
+        cpu = ended.cpu
+    parts = (folder / ("dask" if dask else "local")).glob("store/flights/*/*.json")
+    inside = [json.loads(path.read_bytes())["made"]["cpu_s"] for path in parts]
+    kind, flown = "dask" if dask else "local", sum(inside)
+    yield f"{kind}, 2 workers, {len(inside)} flights: {flown:.1f} CPU s in flights, {cpu:.1f} in all processes"
+    yield f"  CPU efficiency {flown / cpu:.3f}; {mean(inside) * 1e3:.0f} ms a flight; wall {ended.seconds:.0f} s"
+    if where:
+        yield f"  {where}"
+
+
+def resume(folder: Path, flights: int) -> Iterator[str]:
+    """Measure the time of the command for a plan whose flights are all stored."""
+    path = write_plan_file(folder, str(flights))
+    tasks = read_plan(path).tasks(keep_logs="none")
+    store = ResultStore(folder / "out" / "store", sync=False)
+    with store:
+        first = next(tasks)
+        result = perform_task(first)
+        store.put(first.key, *stored(first, result))
+        for task in tasks:  # the numbers of one flight for all: only their storage counts here
+            store.put(task.key, *stored(task, result))
+    for what in ("table and page made", "table and page there"):
+        ended = fly_campaign(path, folder / "out", "--jobs", "2")
+        times = f"{ended.seconds:.1f} s of wall time, {ended.cpu:.1f} s of CPU"
+        yield f"resume with {flights:,} stored, {what}: {times}; exit code {ended.code}"
+
+
+def driver_memory(folder: Path, tasks: int) -> Iterator[str]:
+    """Measure the memory of a driver while it performs tasks without flights in two processes and keeps them."""
+    store = ResultStore(folder / "stubs", sync=False)
+    samples: list[tuple[int, float]] = []
+    watch = Watch(tasks, "none")
+
+    def sampled() -> Iterator[Stub]:
+        for number, task in enumerate(stubs(tasks)):
+            if number % max(tasks // 8, 1) == 0:
+                samples.append((number, memory(os.getpid())))
+            yield task
+
+    begun, cpu = time.monotonic(), time.process_time()
+    with open_fleet(2) as fleet, store:
+        fly_missing(sampled(), act, stub_outcome, store, fleet, watch)
+    samples.append((tasks, memory(os.getpid())))
+    yield f"driver memory, {tasks:,} tasks: " + ", ".join(f"{size:.0f} MB at {n:,}" for n, size in samples)
+    seconds, used = time.monotonic() - begun, time.process_time() - cpu
+    yield f"  {used / tasks * 1e3:.2f} ms of the driver's CPU a task, {tasks / seconds:,.0f} tasks a second"
+
+
+Measurement = Callable[[Path, int], Iterator[str]]
+
+
+def _faults(folder: Path, _: int) -> Iterator[str]:
+    yield from bad_flights(folder / "flights")
+    yield from bad_stores(folder / "stores")
+    yield from second_driver(folder / "second")
+    yield from full_disks(folder / "full")
+
+
+# Each measurement with its usual number of flights or tasks.
+MEASUREMENTS: dict[str, tuple[Measurement, int]] = {
+    "kills": (kill_drivers, 60),
+    "long": (fly_long, 10_000),
+    "workers": (kill_workers, 30),
+    "faults": (_faults, 0),
+    "resume": (resume, 10_000),
+    "memory": (driver_memory, 1_000_000),
+    "efficiency": (lambda folder, flights: efficiency(folder, flights, dask=False), 1_000),
+    "efficiency-dask": (lambda folder, flights: efficiency(folder, flights, dask=True), 1_000),
+    "sigterm": (stop_drivers, 60),
+    "overhead": (overhead, 30),
+}
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Measure what campaigns survive and cost. For Linux; `faults` needs the right to mount a disk.
+
+    Without `--flights` a measurement has the usual number of them.
+    """
+    parser.add_argument("what", choices=[*MEASUREMENTS], help="the measurement")
+    parser.add_argument("--flights", type=int, help="number of flights or tasks")
+    parser.add_argument("--folder", type=Path, help="folder for the stores, which stay (default: a temporary one)")
+    options = parser.parse_args(words)
+    measure, usual = MEASUREMENTS[options.what]
+    with TemporaryDirectory(prefix="pitotbench-") as scratch:
+        for line in measure(options.folder or Path(scratch), options.flights or usual):
+            print(line, flush=True)

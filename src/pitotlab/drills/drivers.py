@@ -1,0 +1,208 @@
+"""Campaigns driven from outside, and tasks without a flight that do nothing, crash, hang or eat memory."""
+
+import hashlib
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from pitotbench.bench.fleet import Failure
+from pitotbench.bench.fleet.canonical_flight import SHORTEST_CARD
+from pitotbench.records.toml_text import write_toml
+
+CLOCK = os.sysconf("SC_CLK_TCK")
+# As docs/scale.md recommends: no repetition of a task that kills its worker, no sampling of what workers do.
+DASK_SETTINGS = {
+    "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+}
+_SOURCE = Path(__file__).parents[2]
+
+
+def write_plan_file(folder: Path, seeds: str, **more: object) -> Path:
+    """Write the plan of the shortest flight that can be calibrated, at 2/1 Hz, with these seeds."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "short.toml"
+    table = {"das": ["2/1"], "seeds": seeds, "case": {"maneuver": "decel_circle", "card": SHORTEST_CARD}}
+    path.write_text(write_toml(table | more), encoding="utf-8")
+    return path
+
+
+def start(plan: Path, out: Path, *flags: str) -> "subprocess.Popen[str]":
+    """Start `pitotbench campaign` in a process of its own."""
+    command = [sys.executable, "-m", "pitotbench", "campaign", str(plan), "--out", str(out), "--keep-logs", "none"]
+    settings = os.environ | {"PYTHONPATH": str(_SOURCE), "COLUMNS": "200"}
+    return subprocess.Popen(
+        [*command, "--progress", "lines", *flags],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=settings,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a campaign ended: its exit code, its last line, the seconds, and the CPU seconds of all its processes."""
+
+    code: int
+    said: str
+    seconds: float
+    cpu: float
+
+
+def finish(driver: "subprocess.Popen[str]", begun: float) -> Ended:
+    """Wait for a campaign, and return how it ended."""
+    before = os.times()
+    out, said = driver.communicate()
+    after = os.times()
+    cpu = after.children_user + after.children_system - before.children_user - before.children_system
+    lines = (said.strip() or out.strip()).splitlines() or [""]
+    return Ended(driver.returncode, lines[-1], time.monotonic() - begun, cpu)
+
+
+def fly_campaign(plan: Path, out: Path, *flags: str) -> Ended:
+    """Run a campaign to its end."""
+    begun = time.monotonic()
+    return finish(start(plan, out, *flags), begun)
+
+
+def descendants(pid: int) -> list[int]:
+    """Return the processes that a process has started, and those that these have started."""
+    children: dict[int, list[int]] = {}
+    for place in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = place.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if fields[0] != "Z":
+            children.setdefault(int(fields[1]), []).append(int(place.parent.name))
+    found, todo = [], [pid]
+    while todo:
+        new = children.get(todo.pop(), [])
+        found += new
+        todo += new
+    return found
+
+
+def alive(pid: int) -> bool:
+    """Return whether a process runs; one that has ended and was not yet collected does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def memory(pid: int) -> float:
+    """Return the resident memory of a process [MB]; 0 where it has ended."""
+    try:
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    except OSError:
+        return 0.0
+    return next((float(line.split()[1]) / 1024.0 for line in lines if line.startswith("VmRSS")), 0.0)
+
+
+def wait_for_parts(out: Path, count: int, driver: "subprocess.Popen[str]") -> None:
+    """Wait until a store holds so many parts, or the driver has ended."""
+    while driver.poll() is None and parts(out) < count:
+        time.sleep(0.05)
+
+
+def parts(out: Path) -> int:
+    """Return the number of parts of a store."""
+    return sum(1 for _ in (out / "store" / "flights").glob("*/*.json"))
+
+
+def digest(path: Path) -> str:
+    """Return the digest of a file."""
+    return sha256(path.read_bytes()).hexdigest()[:16]
+
+
+def cpu_used(pid: int) -> float:
+    """Return the CPU seconds of a process that runs, without its children."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / CLOCK
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """A dask cluster: the address of its scheduler, and the processes of the scheduler and of all workers."""
+
+    address: str
+    scheduler: int
+    workers: int
+
+
+@contextmanager
+def dask_cluster(workers: int = 2, threads: int = 1, flags: Sequence[str] = ()) -> Iterator[Cluster]:
+    """Start a scheduler and workers as docs/scale.md says."""
+    port = 20000 + os.getpid() % 20000
+    address = f"{'tls' if flags else 'tcp'}://127.0.0.1:{port}"
+    settings = os.environ | {"PYTHONPATH": str(_SOURCE), **DASK_SETTINGS}
+    scheduler = ["scheduler", "--host", address.rpartition(":")[0], "--port", str(port), "--no-dashboard", *flags]
+    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard", *flags]
+    started = [_dask(command, settings) for command in (scheduler, worker)]
+    try:
+        yield Cluster(address, *(process.pid for process in started))
+    finally:
+        for process in reversed(started):
+            process.send_signal(signal.SIGINT)
+        for process in reversed(started):
+            try:
+                process.wait(20)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+def _dask(command: Sequence[str], settings: dict[str, str]) -> "subprocess.Popen[bytes]":
+    quiet = subprocess.DEVNULL
+    return subprocess.Popen([sys.executable, "-m", "dask", *command], env=settings, stdout=quiet, stderr=quiet)
+
+
+@dataclass(frozen=True, slots=True)
+class Stub:
+    """A task that does what its `deed` says."""
+
+    key: str
+    deed: str = ""
+
+
+def act(task: Stub) -> str:
+    """Do the deed of a task."""
+    match task.deed.split():
+        case ["crash"]:
+            os.abort()
+        case ["hang"]:
+            time.sleep(1e6)
+        case ["eat", gigabytes]:
+            return str(len(bytearray(int(float(gigabytes) * 1e9))))
+        case ["sleep", seconds]:
+            time.sleep(float(seconds))
+    return task.key
+
+
+def stubs(count: int, deed: str = "") -> Iterator[Stub]:
+    """Give so many tasks one by one."""
+    return (Stub(hashlib.md5(str(number).encode()).hexdigest(), deed) for number in range(count))
+
+
+def stub_outcome(task: Stub, result: str | Failure) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """Return the document of a stub: as long as that of a flight."""
+    failed = isinstance(result, Failure)
+    state = "quarantined" if isinstance(result, Failure) and result.quarantined else "failed" if failed else "done"
+    document = {
+        "name": task.deed or task.key,
+        "state": state,
+        "case": "x" * 3000,
+        "failures": [f"{task.deed}: {result.reason}"] if isinstance(result, Failure) else [],
+        "trace": result.trace if isinstance(result, Failure) else "",
+    }
+    return document, {}

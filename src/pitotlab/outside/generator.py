@@ -1,0 +1,272 @@
+"""Flights of a prescribed motion through prescribed air, recorded by prescribed sensors: logs with a known truth.
+
+The error sits in the static source: p_i = p(h) + Δp_s, the total pressure is right, so q_ci = q_c − Δp_s.
+Nothing here comes from the product: the judge writes the log to a file and reads it as a user would.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pitotlab.outside import moving_air
+from pitotlab.outside import physics as physics
+from pitotlab.outside.motion import MANEUVERS, NOISE, RATE, Motion, fixes, fly_maneuver, in_steps, receive, wander
+from pitotlab.outside.moving_air import Cell
+from pitotlab.outside.physics import (
+    FOOT,
+    Array,
+    Day,
+    StaticError,
+    draw_inverse_plus,
+    draw_two_slopes,
+    impact_from_indicated,
+    indicated_from_impact,
+    true_correction,
+)
+
+WIND_RMS = 6.0  # m/s, a component of the mean wind
+SPEED_WANDER, SPEED_SECONDS = 0.15, 8.0  # m/s, s: how well the pilot holds the speed
+HEIGHT_WANDER, HEIGHT_SECONDS = 4.0, 12.0  # m, s: and the height
+_PURPOSES = ("card", "error", "wind", "pilot", "gust", "slow_wind", "thermals", "sensors", "receiver")
+
+
+@dataclass(frozen=True, slots=True)
+class Sky:
+    """The air of one flight: the day, the mean wind, and the pressure gradient that the wind needs."""
+
+    day: Day
+    wind: Array  # m/s toward north, east, down (3,)
+    height: float  # m
+
+    def gradient(self) -> Array:
+        """Pressure gradient toward north and east [Pa/m] in geostrophic balance at 45° N."""
+        rho_f = float(self.day.density(np.array(self.height))) * physics.CORIOLIS
+        return np.array([-rho_f * self.wind[1], rho_f * self.wind[0]])
+
+    def pressure(self, height: Array, north: Array, east: Array) -> Array:
+        """True static pressure [Pa] at a height [m] and a place [m] from the start."""
+        toward_north, toward_east = self.gradient()
+        return np.asarray(self.day.pressure(height) + toward_north * north + toward_east * east)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """The true state, one entry a row."""
+
+    time: Array  # s
+    height: Array  # m
+    position: Array  # m, north and east of the start (n, 2)
+    ground_velocity: Array  # m/s toward north, east, down (n, 3)
+    slow_wind: Array  # m/s on top of the mean wind (n, 3)
+    gust: Array  # m/s (n, 3)
+    true_airspeed: Array  # m/s, gusts included
+    quiet_airspeed: Array  # m/s, without gusts
+    pressure: Array  # Pa
+    temperature: Array  # K
+    impact: Array  # Pa, true impact pressure
+    indicated_impact: Array  # Pa
+    heading: Array  # rad
+    turn_rate: Array  # rad/s
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What a calibration of the log should find."""
+
+    indicated_airspeed: Array  # m/s, every 5 kt
+    calibrated_airspeed: Array  # m/s
+    position_error: Array  # ft, true minus indicated pressure altitude
+    mean_wind: Array  # m/s toward north and east (2,): the mean over the log, gusts aside
+
+
+@dataclass(frozen=True, slots=True)
+class OutsideFlight:
+    """A flight, its log and its truth."""
+
+    cell: Cell
+    maneuver: str
+    seed: int
+    fix_rate: float  # Hz
+    sky: Sky
+    error: StaticError
+    state: State
+    columns: dict[str, Array]
+    truth: Truth
+
+    def correction(self, indicated_airspeed: Array) -> Array:
+        """True calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
+        return true_correction(self.error, indicated_airspeed)
+
+
+def generate(cell: Cell, maneuver: str, seed: int) -> OutsideFlight:
+    """One flight. The same seed draws the same day, wind, error curve and heading in every cell.
+
+    Even seeds have GPS at 20 Hz, odd ones at 1 Hz; every second pair of seeds logs the temperature of the air
+    instead of the total temperature. Raises KeyError for an unknown maneuver.
+    """
+    children = np.random.SeedSequence(seed).spawn(len(_PURPOSES))
+    dice = {name: np.random.default_rng(child) for name, child in zip(_PURPOSES, children, strict=True)}
+    sky = _draw_sky(cell, dice["wind"])
+    draw = draw_two_slopes if cell.two_slopes else draw_inverse_plus
+    error = draw(cell.low, cell.high, dice["error"])
+    state = _fly(cell, maneuver, sky, error, dice)
+    fix_rate = 20.0 if seed % 2 == 0 else 1.0
+    columns = _record(cell, state, fix_rate, seed // 2 % 2 == 1, dice)
+    return OutsideFlight(
+        cell, maneuver, seed, fix_rate, sky, error, state, columns, _truth(cell, sky, error, state)
+    )
+
+
+def _draw_sky(cell: Cell, dice: np.random.Generator) -> Sky:
+    day = Day(dice.normal(0.0, 8.0), physics.SEA_LEVEL_PRESSURE + dice.normal(0.0, 700.0))
+    north, east = WIND_RMS * dice.standard_normal(2)
+    return Sky(day, np.array([north, east, 0.0]), cell.height)
+
+
+def _fly(cell: Cell, maneuver: str, sky: Sky, error: StaticError, dice: dict[str, np.random.Generator]) -> State:
+    card = dice["card"]
+    motion = fly_maneuver(
+        MANEUVERS[maneuver],
+        cell.low,
+        cell.high,
+        _true_over_indicated(cell, sky.day),
+        card.uniform(0.0, 2.0 * np.pi),
+        float(card.choice([-1.0, 1.0])),
+    )
+    count = len(motion.time)
+    height = cell.height + wander(count, HEIGHT_WANDER, HEIGHT_SECONDS, dice["pilot"])
+    down = -np.gradient(height, 1.0 / RATE)
+    slow = cell.slow_wind(motion.time, dice["slow_wind"])
+    quiet = _commanded_airspeed(
+        motion, sky.day, error, height, wander(count, SPEED_WANDER, SPEED_SECONDS, dice["pilot"])
+    )
+    level = np.sqrt(quiet**2 - (down - slow[:, 2]) ** 2)
+    through_air = np.stack(
+        [level * np.cos(motion.heading), level * np.sin(motion.heading), down - slow[:, 2]], axis=-1
+    )
+    gust = _gust(cell, motion, quiet, dice)
+    velocity = through_air + sky.wind + slow
+    if cell.carried:
+        velocity = velocity + moving_air.answer(gust, motion.heading, RATE)
+    airspeed = np.linalg.norm(velocity - sky.wind - slow - gust, axis=1)
+    position = _integrate(velocity[:, :2])
+    pressure = sky.pressure(height, position[:, 0], position[:, 1])
+    temperature = sky.day.temperature(height)
+    impact = pressure * physics.impact_over_static(airspeed / physics.speed_of_sound(temperature))
+    return State(
+        time=motion.time,
+        height=height,
+        position=position,
+        ground_velocity=velocity,
+        slow_wind=slow,
+        gust=gust,
+        true_airspeed=airspeed,
+        quiet_airspeed=quiet,
+        pressure=pressure,
+        temperature=temperature,
+        impact=impact,
+        indicated_impact=indicated_from_impact(error, impact),
+        heading=motion.heading,
+        turn_rate=motion.turn_rate,
+    )
+
+
+def _true_over_indicated(cell: Cell, day: Day) -> float:
+    """Ratio of true to indicated airspeed in the middle of the range, near enough for the rate of a turn."""
+    h = np.array(cell.height)
+    middle = 0.5 * (cell.low + cell.high)
+    mach = physics.mach_number(physics.impact_pressure(np.array(middle)) / day.pressure(h))
+    return float(mach * physics.speed_of_sound(day.temperature(h)) / middle)
+
+
+def _commanded_airspeed(motion: Motion, day: Day, error: StaticError, height: Array, wandering: Array) -> Array:
+    """True airspeed [m/s] at which the gauge shows what the card asks for, in air without gusts."""
+    impact = impact_from_indicated(error, physics.impact_pressure(motion.indicated_airspeed + wandering))
+    mach = physics.mach_number(impact / day.pressure(height))
+    return mach * physics.speed_of_sound(day.temperature(height))
+
+
+def _gust(cell: Cell, motion: Motion, quiet: Array, dice: dict[str, np.random.Generator]) -> Array:
+    distance = _integrate(quiet[:, None])[:, 0]
+    if cell.gusts == "von_karman":
+        gust = moving_air.von_karman_gusts(
+            distance, motion.heading, cell.gust_sigma, cell.gust_length, dice["gust"]
+        )
+    else:
+        gust = moving_air.ou_gusts(distance, cell.gust_sigma, cell.gust_length, dice["gust"])
+    if cell.bursts:
+        gust = gust * moving_air.bursts(motion.time, dice["thermals"])
+    if cell.thermals:
+        gust = gust + moving_air.thermals(distance, motion.heading, dice["thermals"])
+    return gust
+
+
+def _integrate(rate: Array) -> Array:
+    """The integral of rows (n, k) from the first row, by the trapezoidal rule."""
+    steps = 0.5 * (rate[1:] + rate[:-1]) / RATE
+    return np.concatenate([np.zeros((1, rate.shape[1])), np.cumsum(steps, axis=0)])
+
+
+def _record(
+    cell: Cell, state: State, fix_rate: float, air_temperature: bool, dice: dict[str, np.random.Generator]
+) -> dict[str, Array]:
+    sensors, count = dice["sensors"], len(state.time)
+    total_pressure = state.pressure + state.impact
+    static = state.pressure + (state.impact - state.indicated_impact)
+    impact = total_pressure - static + NOISE.impact * sensors.standard_normal(count)
+    mach = physics.mach_number(state.impact / state.pressure)
+    temperature = state.temperature if air_temperature else physics.total_temperature(state.temperature, mach)
+    offset = cell.probe_offset * float(sensors.choice([-1.0, 1.0]))
+    velocity, height = receive(
+        state.time, state.ground_velocity, state.height, fix_rate, cell.gps_late, dice["receiver"]
+    )
+    attitude = _attitude(state) + NOISE.attitude * sensors.standard_normal((count, 3))
+    return {
+        "time_s": state.time,
+        "impact_pressure_pa": in_steps(impact, cell.airspeed_step) if cell.airspeed_step else impact,
+        "static_pressure_pa": static + NOISE.static * sensors.standard_normal(count),
+        "air_temperature_k" if air_temperature else "total_temperature_k": (
+            temperature + offset + NOISE.temperature * sensors.standard_normal(count)
+        ),
+        "velocity_north_mps": velocity[:, 0],
+        "velocity_east_mps": velocity[:, 1],
+        "velocity_down_mps": velocity[:, 2],
+        "gps_fresh": (fixes(state.time, fix_rate) == np.arange(count)).astype(float),
+        "altitude_m": height,
+        "roll_rad": attitude[:, 0],
+        "pitch_rad": attitude[:, 1],
+        "heading_rad": np.mod(attitude[:, 2], 2.0 * np.pi),
+    }
+
+
+def _attitude(state: State) -> Array:
+    """Roll, pitch and heading [rad] of a coordinated flight: (n, 3); 4° of angle of attack at the mean airspeed."""
+    quiet = state.quiet_airspeed
+    roll = np.arctan(quiet * state.turn_rate / physics.GRAVITY)
+    attack = np.radians(4.0) * (float(np.mean(quiet)) / quiet) ** 2 / np.cos(roll)
+    climb = -state.ground_velocity[:, 2] / quiet
+    return np.stack([roll, attack * np.cos(roll) + climb, state.heading], axis=-1)
+
+
+def _truth(cell: Cell, sky: Sky, error: StaticError, state: State) -> Truth:
+    step = 5.0 * physics.KNOT
+    points = np.arange(np.ceil(cell.low / step - 1e-9), np.floor(cell.high / step + 1e-9) + 1.0) * step
+    impact = impact_from_indicated(error, physics.impact_pressure(points))
+    pressure = sky.day.pressure(np.full(len(points), cell.height))
+    indicated_pressure = pressure + (impact - physics.impact_pressure(points))
+    above = physics.pressure_altitude(pressure) - physics.pressure_altitude(indicated_pressure)
+    return Truth(
+        indicated_airspeed=points,
+        calibrated_airspeed=physics.calibrated_airspeed(impact),
+        position_error=above / FOOT,
+        mean_wind=sky.wind[:2] + state.slow_wind[:, :2].mean(axis=0),
+    )
+
+
+def write_csv(flight: OutsideFlight, path: Path) -> None:
+    """The log as a table with a line of column names; no truth in it."""
+    names = list(flight.columns)
+    rows = np.column_stack([flight.columns[name] for name in names])
+    forms = ["%d" if name == "gps_fresh" else "%.9g" for name in names]
+    np.savetxt(path, rows, fmt=forms, delimiter=",", header=",".join(names), comments="")

@@ -1,0 +1,340 @@
+"""The judge's table: one line a cell, from one row a flight."""
+
+import argparse
+import csv
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.logbook import read_log
+from pitotbench.records.calibration import Calibration, ErrorCurve
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.units import Booleans
+from pitotlab.outside.generator import OutsideFlight, generate, write_csv
+from pitotlab.outside.moving_air import CELLS
+from pitotlab.outside.oracle import USUAL, Height, bound, known_covariance
+from pitotlab.outside.physics import FOOT, KNOT, Array
+
+TOLD = 0.9545  # the share of the curve that ±2σ is meant to contain; a flight with less is outside
+FORMS = ("text", "markdown")
+_SHORT = {
+    "step_decrease": "step",
+    "rapid_decel": "rapid",
+    "circle": "circle",
+    "race_track": "race",
+    "four_leg": "four",
+}
+
+
+def table(rows: Sequence[Mapping[str, Any]], form: str = "text") -> str:
+    """One line a cell: coverage with its standard error over flights, bound over oracle, share warned.
+
+    `/oracle` is the mean of the bound over that of the triangle alone, `/joined` over that of both equations; both
+    oracles allow for the usual constant errors of the sensors, as the calibration does. `ft` is the position error,
+    which `ft given` flights have. `outside` counts
+    the flights with less than 95.45 % of their curve inside the bound.
+    """
+    cells = list(dict.fromkeys(row["cell"] for row in rows))
+    lines = [line_of([row for row in rows if row["cell"] == cell]) for cell in cells]
+    columns = list(lines[0])
+    body = [[line[column] for column in columns] for line in lines]
+    if form == "markdown":
+        ruled = [columns, ["---"] * len(columns), *body]
+        return "\n".join("| " + " | ".join(cells) + " |" for cells in ruled)
+    widths = [max(len(text) for text in column) for column in zip(columns, *body, strict=True)]
+    return "\n".join(
+        "  ".join(text.rjust(width) for text, width in zip(cells, widths, strict=True))
+        for cells in (columns, *body)
+    )
+
+
+def line_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """The line of one cell; a number that no flight gives is a dash."""
+    answered = [row for row in rows if row["outcome"] == "answered"]
+    coverage = 100.0 * _column(answered, "curve_coverage")
+    bound, error = _column(answered, "two_sigma_kt"), _column(answered, "rms_error_kt")
+    outside = [row for row in answered if row["curve_coverage"] < TOLD]
+    rms = float(np.sqrt(np.mean(error**2))) if len(error) else float("nan")
+    return {
+        "cell": rows[0]["cell"],
+        "n": str(len(answered)),
+        "refused": str(sum(row["outcome"] == "refused" for row in rows)),
+        "crashed": str(sum(row["outcome"] == "crashed" for row in rows)),
+        "curve %": _text(_mean(coverage), 1),
+        "±": _text(standard_error(coverage), 1),
+        "whole %": _text(100.0 * _mean(_column(answered, "whole_band")), 0),
+        "wind %": _text(100.0 * _mean(_column(answered, "wind_inside")), 0),
+        "2σ kt": _text(_mean(bound), 3),
+        "rms kt": _text(rms, 3),
+        "mean kt": _text(_mean(_column(answered, "mean_error_kt")), 3),
+        "2σ/2rms": _text(_mean(bound) / (2.0 * rms) if rms else float("nan"), 2),
+        "/oracle": _text(_mean(bound / _column(answered, "oracle_two_sigma_kt")), 2),
+        "/joined": _text(_mean(bound / _column(answered, "joined_two_sigma_kt")), 2),
+        "ft %": _text(100.0 * _mean(_given(answered, "coverage_ft")), 1),
+        "2σ ft": _text(_mean(_given(answered, "two_sigma_ft")), 1),
+        "ft given": str(len(_given(answered, "coverage_ft"))),
+        "warned %": _text(100.0 * _mean(_column(answered, "warned")), 0),
+        "outside": str(len(outside)),
+        "warned of these %": _text(100.0 * _mean(_column(outside, "warned")), 0),
+        "by maneuver %": _by_maneuver(answered),
+    }
+
+
+def standard_error(values: Array) -> float:
+    """Standard error of the mean over flights; NaN for fewer than two."""
+    return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else float("nan")
+
+
+def _by_maneuver(rows: Sequence[Mapping[str, Any]]) -> str:
+    shares = {
+        short: 100.0 * _mean(_column([row for row in rows if row["maneuver"] == name], "curve_coverage"))
+        for name, short in _SHORT.items()
+    }
+    return ", ".join(f"{name} {share:.0f}" for name, share in shares.items() if np.isfinite(share)) or "–"
+
+
+def _column(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
+    return np.array([row[name] for row in rows], dtype=np.float64)
+
+
+def _given(rows: Sequence[Mapping[str, Any]], name: str) -> Array:
+    """The values of a column without those that are missing."""
+    values = _column(rows, name)
+    return values[np.isfinite(values)]
+
+
+def _mean(values: Array) -> float:
+    return float(np.mean(values)) if len(values) else float("nan")
+
+
+def _text(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}" if np.isfinite(value) else "–"
+
+
+DEVELOPMENT_BELOW, SCORED_FROM = 50_000, 600_000
+# Where the command's defaults are not those of CalibrationOptions.
+COMMAND_DEFAULTS = {"latency": "checked", "wind": "checked"}
+LONG_LOG = 600.0  # s; above it the oracle's blocks are twice as long, to save seven eighths of its time
+NAN = float("nan")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What came of one flight; speeds in kt. A column of the file each."""
+
+    cell: str
+    seed: int
+    options: str
+    maneuver: str
+    gps_hz: float
+    outcome: str  # answered, refused or crashed
+    curve_coverage: float = NAN  # share of the curve's points inside their bound
+    whole_band: float = NAN  # 1 where the band that is meant for the whole curve holds it
+    wind_inside: float = NAN  # share of the two components
+    two_sigma_kt: float = NAN  # mean over the curve
+    rms_error_kt: float = NAN
+    mean_error_kt: float = NAN
+    wind_error_kt: float = NAN
+    oracle_two_sigma_kt: float = NAN  # the triangle alone
+    joined_two_sigma_kt: float = NAN  # with the height and the vertical velocity
+    coverage_ft: float = NAN  # share of the points at which the position error is inside its bound; NaN without one
+    two_sigma_ft: float = NAN  # mean over the curve
+    rms_error_ft: float = NAN
+    warned: float = NAN  # 1 where there was any warning
+    seconds: float = NAN
+    says: str = ""  # the warnings, or why there is no answer
+
+
+def judge(cell: str, seed: int, stated: Mapping[str, str]) -> Row:
+    """Fly one flight, calibrate its log, and hold the answer against the truth."""
+    maneuvers = CELLS[cell].maneuvers
+    flight = generate(CELLS[cell], maneuvers[seed % len(maneuvers)], seed)
+    begun = time.perf_counter()
+    found = _answer(flight, options_for(stated))
+    entries: dict[str, float | str] = {
+        "cell": cell,
+        "options": options_text(stated),
+        "maneuver": flight.maneuver,
+        "gps_hz": flight.fix_rate,
+        "seconds": round(time.perf_counter() - begun, 2),
+    }
+    if isinstance(found, Calibration):
+        entries |= {"outcome": "answered", **_held_against_truth(found, flight), **_oracles(flight)}
+    else:
+        entries |= {"outcome": found[0], "says": found[1]}
+    return Row(seed=seed, **entries)  # type: ignore[arg-type]
+
+
+def options_for(stated: Mapping[str, str]) -> CalibrationOptions:
+    """What the command `pitotbench calibrate` chooses, with some choices stated."""
+    return CalibrationOptions(**{**COMMAND_DEFAULTS, **stated})  # type: ignore[arg-type]
+
+
+def _answer(flight: OutsideFlight, options: CalibrationOptions) -> Calibration | tuple[str, str]:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "log.csv"
+        write_csv(flight, path)
+        try:
+            return calibrate(read_log(path), options)
+        except (BadInputError, NoAnswerError) as error:
+            return "refused", str(error)
+        except Exception as error:  # a crash is a result of its kind and must not end a night's run
+            return "crashed", f"{type(error).__name__}: {error}"
+
+
+def _held_against_truth(found: Calibration, flight: OutsideFlight) -> dict[str, float | str]:
+    curve, cell = found.curve, flight.cell
+    inside = (curve.indicated_airspeed > cell.low - 0.01) & (curve.indicated_airspeed < cell.high + 0.01)
+    error = (curve.correction - flight.correction(curve.indicated_airspeed))[inside]
+    parts = (found.wind.north, found.wind.east)
+    wind_error = np.array([part.value for part in parts]) - flight.truth.mean_wind
+    within = np.abs(wind_error) <= np.array([part.two_sigma for part in parts])
+    return {
+        "curve_coverage": float(np.mean(np.abs(error) <= curve.two_sigma[inside])),
+        "whole_band": float(np.all(np.abs(error) <= curve.simultaneous_two_sigma[inside])),
+        "wind_inside": float(np.mean(within)),
+        "two_sigma_kt": float(np.mean(curve.two_sigma[inside])) / KNOT,
+        "rms_error_kt": float(np.sqrt(np.mean(error**2))) / KNOT,
+        "mean_error_kt": float(np.mean(error)) / KNOT,
+        "wind_error_kt": float(np.linalg.norm(wind_error)) / KNOT,
+        **_position_error_held(curve, flight, inside),
+        "warned": float(bool(found.warnings)),
+        "says": " | ".join(found.warnings),
+    }
+
+
+def _position_error_held(curve: ErrorCurve, flight: OutsideFlight, inside: Booleans) -> dict[str, float]:
+    """The position error against the truth; nothing where the answer has none, as for an error elsewhere."""
+    if curve.altitude_correction is None or curve.altitude_two_sigma is None:
+        return {}
+    truth = flight.truth
+    known = np.interp(curve.indicated_airspeed, truth.indicated_airspeed, truth.position_error)
+    error = (curve.altitude_correction / FOOT - known)[inside]
+    bound = curve.altitude_two_sigma[inside] / FOOT
+    return {
+        "coverage_ft": float(np.mean(np.abs(error) <= bound)),
+        "two_sigma_ft": float(np.mean(bound)),
+        "rms_error_ft": float(np.sqrt(np.mean(error**2))),
+    }
+
+
+def _oracles(flight: OutsideFlight) -> dict[str, float]:
+    if not known_covariance(flight):
+        return {}
+    block = 2.0 if flight.state.time[-1] > LONG_LOG else 1.0
+    return {
+        name: float(np.mean(bound(flight, height, block, accuracy=USUAL).curve)) / KNOT
+        for name, height in (("oracle_two_sigma_kt", Height.NONE), ("joined_two_sigma_kt", Height.WITH_VELOCITY))
+    }
+
+
+def options_text(stated: Mapping[str, str]) -> str:
+    """The stated choices as one word of the file."""
+    return ",".join(f"{name}={value}" for name, value in sorted(stated.items())) or "defaults"
+
+
+def read_rows(path: Path) -> list[Row]:
+    """The rows of a file of the judge, none where there is no file; a row that breaks off is cut from the file.
+
+    Raises ValueError for a file with other columns.
+    """
+    if not path.exists():
+        return []
+    whole = path.read_bytes()
+    kept = whole[: whole.rfind(b"\n") + 1]
+    if kept != whole:
+        path.write_bytes(kept)
+    names = [field.name for field in fields(Row)]
+    lines = list(csv.reader(kept.decode("utf-8").splitlines()))
+    if lines and lines[0] != names:
+        raise ValueError(f"{path} has other columns than this judge writes: give another --out")
+    return [_row(dict(zip(names, line, strict=True))) for line in lines[1:]]
+
+
+def _row(cells: Mapping[str, str]) -> Row:
+    kinds: dict[str, Callable[[str], object]] = {"seed": int}
+    texts = {"cell", "options", "maneuver", "outcome", "says"}
+    entries = {name: text if name in texts else kinds.get(name, float)(text) for name, text in cells.items()}
+    return Row(**entries)  # type: ignore[arg-type]
+
+
+def judge_all(
+    cells: Sequence[str], seeds: Sequence[int], stated: Mapping[str, str], jobs: int, out: Path
+) -> list[Row]:
+    """Judge what the file does not hold yet, append row by row, and return all rows that were asked for."""
+    held = {(row.cell, row.seed, row.options): row for row in read_rows(out)}
+    asked = [(cell, seed, options_text(stated)) for cell in cells for seed in seeds]
+    missing = [(cell, seed) for cell, seed, options in asked if (cell, seed, options) not in held]
+    new = not out.exists() or out.stat().st_size == 0
+    with out.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        if new:
+            writer.writerow([field.name for field in fields(Row)])
+        for count, row in enumerate(_judged(missing, stated, jobs), start=1):
+            writer.writerow(" ".join(str(value).split()) for value in asdict(row).values())
+            file.flush()
+            held[row.cell, row.seed, row.options] = row
+            _progress(f"[{count}/{len(missing)}] {row.cell} {row.maneuver} seed {row.seed}: {row.outcome}")
+    return [held[key] for key in asked]
+
+
+def _progress(line: str) -> None:
+    """One line that renews itself on a terminal, a line each elsewhere."""
+    live = sys.stderr.isatty()
+    print(f"\r{line:<60}" if live else line, end="" if live else "\n", file=sys.stderr, flush=True)
+
+
+def _judged(missing: Sequence[tuple[str, int]], stated: Mapping[str, str], jobs: int) -> Iterator[Row]:
+    if jobs == 1:
+        for cell, seed in missing:
+            yield judge(cell, seed, stated)
+        return
+    with ProcessPoolExecutor(jobs) as pool:
+        for done in as_completed([pool.submit(judge, cell, seed, stated) for cell, seed in missing]):
+            yield done.result()
+
+
+def _seeds(parser: argparse.ArgumentParser, first: int, flights: int) -> range:
+    seeds = range(first, first + flights)
+    if flights < 1 or first < 0 or (seeds[-1] >= DEVELOPMENT_BELOW and first < SCORED_FROM):
+        parser.error(
+            f"seeds {first} to {first + flights - 1}: stay below {DEVELOPMENT_BELOW} (development) "
+            f"or begin at {SCORED_FROM} or above (scored)"
+        )
+    return seeds
+
+
+def _stated(parser: argparse.ArgumentParser, text: str) -> dict[str, str]:
+    pairs = [part.partition("=") for part in text.split(",") if part]
+    if any(not equals for _, equals, _ in pairs):
+        parser.error(f"--options {text!r}: give NAME=VALUE,NAME=VALUE")
+    return {name: value for name, _, value in pairs}
+
+
+def command(parser: argparse.ArgumentParser, words: Sequence[str]) -> None:
+    """Judge the calibration on flights of the independent generator, cell by cell; print the table."""
+    parser.add_argument("--cells", default="base", help=f"with commas, or all: {', '.join(CELLS)}")
+    parser.add_argument("--flights", type=int, default=60, help="a cell")
+    parser.add_argument("--seed", type=int, default=1, help="of the first flight")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--options", default="", help="choices of the calibration, NAME=VALUE with commas")
+    parser.add_argument("--format", choices=FORMS, default="text", help="of the table")
+    parser.add_argument("--out", type=Path, required=True, help="one row a flight (CSV); read first, then added to")
+    choice = parser.parse_args(words)
+    cells = list(CELLS) if choice.cells == "all" else choice.cells.split(",")
+    unknown = [cell for cell in cells if cell not in CELLS]
+    if unknown:
+        parser.error(f"unknown cell {unknown[0]!r}; known: {', '.join(CELLS)}")
+    seeds, stated = _seeds(parser, choice.seed, choice.flights), _stated(parser, choice.options)
+    rows = judge_all(cells, seeds, stated, choice.jobs, choice.out)
+    if sys.stderr.isatty():
+        print(file=sys.stderr)
+    print(table([asdict(row) for row in rows], choice.format))

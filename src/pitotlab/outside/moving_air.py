@@ -1,0 +1,199 @@
+"""The air of the outside generator: slow winds and gusts, and the cells of flights in it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import gamma, kv
+
+from pitotlab.outside.physics import FOOT, KNOT, Array
+
+VON_KARMAN = 1.339  # the factor beside the length in the spectra of MIL-F-8785C
+
+
+def ou_gusts(distance: Array, sigma: float, length: float, dice: np.random.Generator) -> Array:
+    """Ornstein-Uhlenbeck gusts [m/s] along the distance flown through the air [m]: (n, 3), exact at each row."""
+    decay = np.exp(-np.diff(distance) / length)
+    push = sigma * np.sqrt(1.0 - decay**2)
+    noise = dice.standard_normal((len(distance), 3))
+    gust = np.empty_like(noise)
+    gust[0] = sigma * noise[0]
+    for row in range(1, len(distance)):
+        gust[row] = decay[row - 1] * gust[row - 1] + push[row - 1] * noise[row]
+    return gust
+
+
+def von_karman_gusts(
+    distance: Array, heading: Array, sigma: float, length: float, dice: np.random.Generator
+) -> Array:
+    """Von Karman gusts [m/s]: (n, 3), by spectral synthesis along the path, turned to north and east.
+
+    The spectra over the spatial frequency Ω [rad/m] are those of MIL-F-8785C: along the path
+    (1 + a²)^(-5/6), across it (1 + 8/3 a²)/(1 + a²)^(11/6), with a = 1.339 L Ω.
+    """
+    step = 2.0  # m, finer than the distance between two rows
+    count = int(2 ** np.ceil(np.log2((distance[-1] - distance[0] + 20.0 * length) / step)))
+    a = VON_KARMAN * length * 2.0 * np.pi * np.fft.rfftfreq(count, step)
+    along = (1.0 + a**2) ** (-5.0 / 6.0)
+    across = 0.5 * (1.0 + 8.0 / 3.0 * a**2) / (1.0 + a**2) ** (11.0 / 6.0)
+    s = distance - distance[0]
+    u, v, w = (
+        np.interp(s, step * np.arange(count), _synthesize(np.asarray(power), count, sigma, dice))
+        for power in (along, across, across)
+    )
+    c, n = np.cos(heading), np.sin(heading)
+    return np.stack([c * u - n * v, n * u + c * v, w], axis=-1)
+
+
+def _synthesize(power: Array, count: int, sigma: float, dice: np.random.Generator) -> Array:
+    """One record of a spectrum with the expected standard deviation `sigma`."""
+    spectrum = np.fft.rfft(dice.standard_normal(count)) * np.sqrt(power)
+    both_sides = 2.0 * power.sum() - power[0] - power[-1]
+    return np.asarray(sigma * np.fft.irfft(spectrum, count) / np.sqrt(both_sides / count))
+
+
+def von_karman_correlation(distance: Array, length: float) -> Array:
+    """Correlation of the gust along the path over a distance [m] (von Karman 1948)."""
+    z = np.maximum(np.abs(distance) / (VON_KARMAN * length), 1e-12)
+    return np.asarray(2.0 ** (2.0 / 3.0) / gamma(1.0 / 3.0) * z ** (1.0 / 3.0) * kv(1.0 / 3.0, z))
+
+
+def bursts(time: Array, dice: np.random.Generator) -> Array:
+    """A factor on the gusts: 1, and 4 in bursts of 8 s that come about every 80 s; (n, 1)."""
+    factor = np.ones_like(time)
+    start = dice.exponential(80.0)
+    while start < time[-1]:
+        factor = np.maximum(factor, 1.0 + 3.0 * np.exp(-0.5 * ((time - start) / 3.0) ** 2))
+        start += 8.0 + dice.exponential(72.0)
+    return factor[:, None]
+
+
+def thermals(distance: Array, heading: Array, dice: np.random.Generator) -> Array:
+    """Thermals: updrafts of 2 m/s, 150 m wide, about every 1,500 m, with 0.7 m/s of inflow; (n, 3)."""
+    up, along = np.zeros_like(distance), np.zeros_like(distance)
+    center = dice.exponential(1500.0)
+    while center < distance[-1]:
+        offset = (distance - center) / 150.0
+        bell = np.exp(-0.5 * offset**2)
+        up, along = up + 2.0 * bell, along - 0.7 * np.sqrt(np.e) * offset * bell
+        center += 300.0 + dice.exponential(1200.0)
+    return np.stack([along * np.cos(heading), along * np.sin(heading), -up], axis=-1)
+
+
+def answer(gust: Array, heading: Array, rate: float) -> Array:
+    """The ground velocity [m/s] with which an airplane answers gusts: 20 s along its path, 4 s across; (n, 3).
+
+    It has no vertical part: the pilot holds the height.
+    """
+    c, n = np.cos(heading), np.sin(heading)
+    along, across = c * gust[:, 0] + n * gust[:, 1], c * gust[:, 1] - n * gust[:, 0]
+    u, v = _lagged(along, 20.0, rate), _lagged(across, 4.0, rate)
+    return np.stack([c * u - n * v, n * u + c * v, np.zeros_like(u)], axis=-1)
+
+
+def _lagged(signal: Array, seconds: float, rate: float) -> Array:
+    gain, state = 1.0 / (seconds * rate), float(signal[0])
+    out = np.empty_like(signal)
+    for row, value in enumerate(signal):
+        state += gain * (float(value) - state)
+        out[row] = state
+    return out
+
+
+SlowWind = Callable[[Array, np.random.Generator], Array]  # time [s] to velocities [m/s], (n, 3)
+
+
+def still(time: Array, dice: np.random.Generator) -> Array:
+    """No slow wind."""
+    return np.zeros((len(time), 3))
+
+
+def mountain_wave(time: Array, dice: np.random.Generator) -> Array:
+    """A standing wave of 1 m/s, crossed in 300 s: horizontal in one direction, and vertical, 90° later."""
+    toward, phase = dice.uniform(0.0, 2.0 * np.pi, 2)
+    angle = 2.0 * np.pi * time / 300.0 + phase
+    level, up = np.cos(angle), np.sin(angle)
+    return np.stack([level * np.cos(toward), level * np.sin(toward), -up], axis=-1)
+
+
+def front(time: Array, dice: np.random.Generator) -> Array:
+    """A change of 3 m/s within 20 s, somewhere in the middle of the log."""
+    toward, middle = dice.uniform(0.0, 2.0 * np.pi), dice.uniform(0.25, 0.75) * time[-1]
+    level = 3.0 * np.clip((time - middle) / 20.0 + 0.5, 0.0, 1.0)
+    return np.stack([level * np.cos(toward), level * np.sin(toward), np.zeros_like(time)], axis=-1)
+
+
+def steady_change(time: Array, dice: np.random.Generator) -> Array:
+    """A wind that changes by 3 m/s in ten minutes."""
+    toward = dice.uniform(0.0, 2.0 * np.pi)
+    level = 3.0 * time / 600.0
+    return np.stack([level * np.cos(toward), level * np.sin(toward), np.zeros_like(time)], axis=-1)
+
+
+SHORT = ("step_decrease", "rapid_decel", "circle")
+# Mostly the short ones, as the long ones cost time; an odd number, so that each meets both rates of GPS.
+ALL = (*SHORT, *SHORT, "race_track", *SHORT, *SHORT, *SHORT, "four_leg")
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One row of the judge's table; the defaults are those of the cell `base`."""
+
+    name: str
+    says: str
+    maneuvers: tuple[str, ...] = SHORT  # flown in turn
+    low: float = 100.0 * KNOT  # m/s, indicated airspeeds of the maneuver
+    high: float = 160.0 * KNOT
+    height: float = 6000.0 * FOOT  # m
+    gusts: str = "ou"  # or von_karman
+    gust_sigma: float = 0.5  # m/s, a component
+    gust_length: float = 300.0  # m
+    bursts: bool = False
+    thermals: bool = False
+    carried: bool = False
+    slow_wind: SlowWind = still
+    probe_offset: float = 0.0  # K, of either sign
+    airspeed_step: float = 0.0  # m/s
+    gps_late: float = 0.0  # s
+    two_slopes: bool = False
+
+
+BASE = Cell("base", "gusts 0.5 m/s of 300 m, every assumption holds", maneuvers=ALL)
+_AIR = replace(BASE, maneuvers=SHORT)
+
+CELLS: dict[str, Cell] = {
+    cell.name: cell
+    for cell in (
+        BASE,
+        replace(_AIR, name="calm", says="no gusts at all", gust_sigma=0.0),
+        replace(
+            _AIR, name="jet", says="200-350 kt at 20,000 ft", low=200 * KNOT, high=350 * KNOT, height=20000 * FOOT
+        ),
+        replace(_AIR, name="probe_2k", says="temperature 2 K off", probe_offset=2.0),
+        replace(_AIR, name="probe_5k", says="temperature 5 K off", probe_offset=5.0),
+        replace(_AIR, name="length_100", says="gusts of 100 m", gust_length=100.0),
+        replace(_AIR, name="length_2000", says="gusts of 2,000 m", gust_length=2000.0),
+        replace(_AIR, name="von_karman", says="von Karman gusts of 533 m", gusts="von_karman", gust_length=533.0),
+        replace(_AIR, name="wave", says="mountain wave 1 m/s, 300 s", slow_wind=mountain_wave),
+        replace(_AIR, name="front", says="front 3 m/s in 20 s", slow_wind=front),
+        replace(_AIR, name="linear", says="wind changes by 3 m/s in 10 min", slow_wind=steady_change),
+        replace(_AIR, name="steps", says="airspeed in steps of 1 kt", airspeed_step=KNOT),
+        replace(
+            _AIR, name="calm_steps", says="airspeed in steps of 1 kt, calm", airspeed_step=KNOT, gust_sigma=0.0
+        ),
+        replace(_AIR, name="two_slope", says="error curve with a kink", two_slopes=True),
+        replace(_AIR, name="bursts", says="gusts in bursts x 4", bursts=True),
+        replace(_AIR, name="thermals", says="thermals 2 m/s over gusts 0.3 m/s", thermals=True, gust_sigma=0.3),
+        replace(_AIR, name="carried", says="the airplane answers the gusts", carried=True),
+        replace(_AIR, name="late", says="GPS 0.5 s late", gps_late=0.5),
+        replace(
+            _AIR,
+            name="uav",
+            says="29-58 kt at 500 ft, gusts of 150 m",
+            low=29 * KNOT,
+            high=58 * KNOT,
+            height=500 * FOOT,
+            gust_length=150.0,
+        ),
+    )
+}

@@ -1,0 +1,170 @@
+"""The formulas of the outside generator, from their sources: compressible flow, the standard day, static errors."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+KNOT: Final = 1852.0 / 3600.0  # m/s
+FOOT: Final = 0.3048  # m
+GRAVITY: Final = 9.80665  # m/s²
+GAS_CONSTANT: Final = 287.053  # J/(kg K)
+GAMMA: Final = 1.4
+SEA_LEVEL_PRESSURE: Final = 101325.0  # Pa
+SEA_LEVEL_TEMPERATURE: Final = 288.15  # K
+LAPSE: Final = 0.0065  # K/m
+SOUND_AT_SEA_LEVEL: Final = float(np.sqrt(GAMMA * GAS_CONSTANT * SEA_LEVEL_TEMPERATURE))  # m/s
+CORIOLIS: Final = float(2.0 * 7.292115e-5 * np.sin(np.radians(45.0)))  # rad/s, at 45° N
+
+
+@dataclass(frozen=True, slots=True)
+class Day:
+    """The air of one day: how far it is from the standard, the same offset at all heights."""
+
+    warmer: float = 0.0  # K
+    sea_level_pressure: float = SEA_LEVEL_PRESSURE  # Pa
+
+    def temperature(self, height: Array) -> Array:
+        """Temperature of the air [K] at heights [m]."""
+        return SEA_LEVEL_TEMPERATURE + self.warmer - LAPSE * height
+
+    def pressure(self, height: Array) -> Array:
+        """Hydrostatic pressure [Pa] at heights [m], closed form for a constant lapse."""
+        base = SEA_LEVEL_TEMPERATURE + self.warmer
+        exponent = GRAVITY / (GAS_CONSTANT * LAPSE)
+        return np.asarray(self.sea_level_pressure * (self.temperature(height) / base) ** exponent)
+
+    def density(self, height: Array) -> Array:
+        """Density of the air [kg/m³] at heights [m]."""
+        return self.pressure(height) / (GAS_CONSTANT * self.temperature(height))
+
+
+def speed_of_sound(temperature: Array) -> Array:
+    """Speed of sound [m/s] at an air temperature [K]."""
+    return np.sqrt(GAMMA * GAS_CONSTANT * temperature)
+
+
+def impact_over_static(mach: Array) -> Array:
+    """Impact pressure over static pressure at a Mach number below 1."""
+    # expm1 and log1p: at 30 kt the plain power loses five digits
+    return np.asarray(np.expm1(3.5 * np.log1p(0.2 * mach**2)))
+
+
+def mach_number(impact_over_static_pressure: Array) -> Array:
+    """Mach number from impact over static pressure."""
+    return np.sqrt(5.0 * np.expm1(np.log1p(impact_over_static_pressure) / 3.5))
+
+
+def impact_pressure(calibrated_airspeed: Array) -> Array:
+    """Impact pressure [Pa] of a calibrated airspeed [m/s]."""
+    return SEA_LEVEL_PRESSURE * impact_over_static(calibrated_airspeed / SOUND_AT_SEA_LEVEL)
+
+
+def calibrated_airspeed(impact: Array) -> Array:
+    """Calibrated airspeed [m/s] of an impact pressure [Pa]."""
+    return SOUND_AT_SEA_LEVEL * mach_number(impact / SEA_LEVEL_PRESSURE)
+
+
+def total_temperature(temperature: Array, mach: Array) -> Array:
+    """Total temperature [K], all of the rise recovered."""
+    return temperature * (1.0 + 0.2 * mach**2)
+
+
+def pressure_altitude(pressure: Array) -> Array:
+    """Height [m] of a pressure [Pa] in the standard atmosphere."""
+    exponent = GAS_CONSTANT * LAPSE / GRAVITY
+    return np.asarray(SEA_LEVEL_TEMPERATURE / LAPSE * (1.0 - (pressure / SEA_LEVEL_PRESSURE) ** exponent))
+
+
+def central_difference(function: Callable[[Array], Array], at: Array, steps: Array) -> Array:
+    """Slopes of a function of one vector, one column an entry of the vector."""
+    columns = []
+    for place, step in enumerate(steps):
+        shift = np.zeros_like(at)
+        shift[place] = step
+        columns.append((function(at + shift) - function(at - shift)) / (2.0 * step))
+    return np.stack(columns, axis=-1)
+
+
+@dataclass(frozen=True, slots=True)
+class InversePlus:
+    """Δp_s/q_c = k1 + k2 x + k3/x with x = q_ci/q_ref."""
+
+    k: tuple[float, float, float]
+    reference: float  # Pa
+
+    def share(self, indicated_impact: Array) -> Array:
+        """Δp_s/q_c at indicated impact pressures [Pa]."""
+        x = indicated_impact / self.reference
+        return self.k[0] + self.k[1] * x + self.k[2] / x
+
+
+@dataclass(frozen=True, slots=True)
+class TwoSlopes:
+    """Δp_s/q_c in two straight lines over indicated airspeed, joined by a kink."""
+
+    airspeeds: tuple[float, float, float]  # m/s: low end, kink, high end
+    shares: tuple[float, float, float]
+
+    def share(self, indicated_impact: Array) -> Array:
+        """Δp_s/q_c at indicated impact pressures [Pa]; the lines go on beyond their ends."""
+        v, (low, kink, high), (at_low, at_kink, at_high) = (
+            calibrated_airspeed(indicated_impact),
+            self.airspeeds,
+            self.shares,
+        )
+        below = at_kink + (v - kink) * (at_kink - at_low) / (kink - low)
+        above = at_kink + (v - kink) * (at_high - at_kink) / (high - kink)
+        return np.where(v < kink, below, above)
+
+
+StaticError = InversePlus | TwoSlopes
+
+
+def through(airspeeds: Array, shares: Array) -> InversePlus:
+    """The Inverse+ law through three points of indicated airspeed [m/s] and Δp_s/q_c."""
+    q = impact_pressure(airspeeds)
+    x = q / q[1]
+    k = np.linalg.solve(np.stack([np.ones(3), x, 1.0 / x], axis=-1), shares)
+    return InversePlus((float(k[0]), float(k[1]), float(k[2])), float(q[1]))
+
+
+def draw_inverse_plus(low: float, high: float, dice: np.random.Generator) -> InversePlus:
+    """A light airplane's source between two indicated airspeeds [m/s]: 2.5 to 5 % falling to 0.5 to 2 %."""
+    at_low, at_high = dice.uniform(0.025, 0.05), dice.uniform(0.005, 0.02)
+    at_middle = at_high + dice.uniform(0.3, 0.5) * (at_low - at_high)
+    return through(np.array([low, (low + high) / 2.0, high]), np.array([at_low, at_middle, at_high]))
+
+
+def draw_two_slopes(low: float, high: float, dice: np.random.Generator) -> TwoSlopes:
+    """A source whose error falls to a kink near the middle of the range and is then nearly flat."""
+    kink = low + dice.uniform(0.35, 0.65) * (high - low)
+    at_low, at_kink = dice.uniform(0.035, 0.05), dice.uniform(0.005, 0.012)
+    return TwoSlopes((low, kink, high), (float(at_low), float(at_kink), float(at_kink + dice.uniform(0.0, 0.006))))
+
+
+def impact_from_indicated(error: StaticError, indicated_impact: Array) -> Array:
+    """q_c [Pa] from q_ci [Pa]: q_ci = q_c − Δp_s."""
+    return indicated_impact / (1.0 - error.share(indicated_impact))
+
+
+def indicated_from_impact(error: StaticError, impact: Array) -> Array:
+    """q_ci [Pa] from q_c [Pa], by fixed point: the error changes slowly with speed, so each turn gains a digit."""
+    indicated = impact * (1.0 - error.share(impact))
+    for _ in range(60):
+        better = impact * (1.0 - error.share(indicated))
+        done = bool(np.all(np.abs(better - indicated) <= 1e-12 * impact))
+        indicated = better
+        if done:
+            break
+    return indicated
+
+
+def true_correction(error: StaticError, indicated_airspeed: Array) -> Array:
+    """Calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
+    impact = impact_from_indicated(error, impact_pressure(indicated_airspeed))
+    return calibrated_airspeed(impact) - indicated_airspeed

@@ -1,0 +1,228 @@
+"""Compare forecasts with flights: fly the same maneuvers in simulated turbulence with many seeds and calibrate.
+
+With an error of the static source the altitude equation narrows the bound. The receiver then stands alone: its
+height has a white error of 0.3 m and a slow one of 2 m over 90 s, and its velocity 0.05 m/s, once a second.
+"""
+
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pitotbench import bench
+from pitotbench.bench.plan.forecasting import forecast
+from pitotbench.bench.plan.plan_request import PlanRequest
+from pitotbench.bench.truth_comparison import compare_altitude, compare_curve_at, rms
+from pitotbench.calibrate import CalibrationOptions
+from pitotbench.logbook import write_text
+from pitotbench.records.case import Case, PressureErrorSpec
+from pitotbench.sense import data_system
+from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
+from pitotbench.units import FOOT, KNOT
+from pitotlab.experiment import (
+    NO_LIMIT,
+    OUT,
+    Budget,
+    Experiment,
+    Row,
+    Trial,
+    add_budget,
+    budget_of,
+    made_with,
+    run_experiment,
+)
+
+TRIANGLE, HEIGHT, VELOCITY = "triangle", "height", "height and velocity"
+LOOKS = (TRIANGLE, HEIGHT, VELOCITY)
+ALTITUDE = 3350.0 * FOOT  # m: light turbulence is 0.5 m/s there (MIL-F-8785C, Fig. 7)
+_TURBULENCE = "light"
+_RECEIVER = replace(data_system("20/1"), velocity_noise=0.05, altitude_noise=0.3, altitude_drift=2.0)
+
+
+def request_with(look: str) -> PlanRequest:
+    """Return the request for a plan whose calibration uses the triangle alone, the height, or the velocity too."""
+    return PlanRequest(
+        Case(turbulence=_TURBULENCE, altitude=ALTITUDE, pressure_error=PressureErrorSpec(location="static")),
+        system=replace(_RECEIVER, vertical_velocity="recorded" if look == VELOCITY else "missing"),
+        options=CalibrationOptions(error_location="static", use_altitude=False)
+        if look == TRIANGLE
+        else CalibrationOptions(),
+    )
+
+
+def flown_with_height(trial: Trial, looks: tuple[str, ...]) -> list[Row]:
+    """Fly a maneuver of the plan and calibrate it with every look; return a row for each.
+
+    Columns: maneuver, turbulence, receiver, seed, two_sigma_kt (mean over the wanted speeds), coverage (share of
+    the speeds inside 2σ), two_sigma_ft and coverage_ft (of the altitude correction; NaN where there is none).
+    """
+    request = request_with(TRIANGLE)
+    case = replace(request.case(trial.maneuver), turbulence=trial.turbulence)
+    flight = bench.fly(replace(case, truth_seed=trial.seed, sensor_seed=trial.seed))
+    rows: list[Row] = []
+    for look in looks:
+        given = request_with(look)
+        log = bench.sense(flight, given.das)
+        curve = bench.calibrate(log, given.options).curve
+        height = compare_altitude(curve, case.pressure_error, float(np.median(log.static_pressure)))
+        found = compare_curve_at(curve, case.pressure_error, request.airspeeds)
+        rows.append(
+            {
+                "maneuver": trial.maneuver,
+                "turbulence": trial.turbulence,
+                "receiver": look,
+                "seed": trial.seed,
+                "two_sigma_kt": found.mean_two_sigma / KNOT,
+                "coverage": found.inside,
+                "two_sigma_ft": height.mean_two_sigma / FOOT if height else np.nan,
+                "coverage_ft": height.inside if height else np.nan,
+            }
+        )
+    return rows
+
+
+def check_forecasts_with_height(
+    seeds: Sequence[int], budget: Budget = NO_LIMIT, maneuvers: Sequence[str] = PAPER_MANEUVERS
+) -> pd.DataFrame:
+    """Fly, forecast and compare; return one row for each maneuver and receiver.
+
+    Columns: maneuver, receiver, flights, predicted_kt, flown_kt, flown_se_kt, ratio (predicted / flown),
+    predicted_share and flown_share (of the triangle's bound, nan for the triangle), coverage, two_sigma_ft,
+    coverage_ft.
+    """
+    experiment = Experiment(flown_with_height, tuple(maneuvers), (_TURBULENCE,), LOOKS, "receiver")
+    flown = run_experiment(experiment, seeds, budget)
+    table = (
+        flown.groupby(["maneuver", "receiver"], sort=False)
+        .agg(
+            flights=("seed", "size"),
+            flown_kt=("two_sigma_kt", "mean"),
+            flown_se_kt=("two_sigma_kt", "sem"),
+            coverage=("coverage", "mean"),
+            two_sigma_ft=("two_sigma_ft", "mean"),
+            coverage_ft=("coverage_ft", "mean"),
+        )
+        .reset_index()
+    )
+    cells = zip(table.maneuver, table.receiver, strict=True)
+    table["predicted_kt"] = [forecast(request_with(look), name).mean / KNOT for name, look in cells]
+    table["ratio"] = table.predicted_kt / table.flown_kt
+    for kind in ("predicted", "flown"):
+        alone = table[table.receiver == TRIANGLE].set_index("maneuver")[f"{kind}_kt"]
+        share = table[f"{kind}_kt"] / table.maneuver.map(alone)
+        table[f"{kind}_share"] = np.where(table.receiver == TRIANGLE, np.nan, share)
+    return table
+
+
+def flown_experiment(turbulences: Sequence[str], systems: Sequence[str]) -> Experiment:
+    """Return the experiment: every maneuver of a plan in each turbulence, calibrated for every system."""
+    return Experiment(flown_bounds, tuple(MANEUVERS), tuple(turbulences), tuple(systems), "das")
+
+
+def flown_bounds(trial: Trial, systems: tuple[str, ...]) -> list[Row]:
+    """Fly a maneuver of a plan and calibrate the log of every system; return a row for each system.
+
+    Columns: maneuver, turbulence, das, seed, minutes, two_sigma_kt (mean over the wanted speeds), error_kt (true
+    rms error) and coverage (share of the speeds inside 2σ).
+    """
+    request = PlanRequest(Case(turbulence=trial.turbulence))
+    case = replace(request.case(trial.maneuver), turbulence=trial.turbulence)
+    flight = bench.fly(replace(case, truth_seed=trial.seed, sensor_seed=trial.seed))
+    rows: list[Row] = []
+    for system in systems:
+        curve = bench.calibrate(bench.sense(flight, system), CalibrationOptions()).curve
+        found = compare_curve_at(curve, case.pressure_error, request.airspeeds)
+        rows.append(
+            {
+                "maneuver": trial.maneuver,
+                "turbulence": trial.turbulence,
+                "das": system,
+                "seed": trial.seed,
+                "minutes": flight.duration / 60.0,
+                "two_sigma_kt": found.mean_two_sigma / KNOT,
+                "error_kt": found.rms_error / KNOT,
+                "coverage": found.inside,
+            }
+        )
+    return rows
+
+
+def compare_bounds(request: PlanRequest, flown: pd.DataFrame) -> pd.DataFrame:
+    """Return predicted and flown bounds, one row for each maneuver and system.
+
+    Columns: maneuver, turbulence, das, flights, minutes, predicted_kt, flown_kt, flown_se_kt (standard error),
+    ratio, error_kt (rms over flights), coverage.
+    """
+    groups = flown.groupby(["maneuver", "das"], sort=False)
+    table = groups.agg(
+        flights=("seed", "size"),
+        minutes=("minutes", "mean"),
+        flown_kt=("two_sigma_kt", "mean"),
+        flown_se_kt=("two_sigma_kt", "sem"),
+        error_kt=("error_kt", rms),
+        coverage=("coverage", "mean"),
+    ).reset_index()
+    table["predicted_kt"] = [
+        forecast(replace(request, system=str(das)), str(name)).mean / KNOT
+        for name, das in zip(table.maneuver, table.das, strict=True)
+    ]
+    return table.assign(turbulence=request.base.turbulence, ratio=table.predicted_kt / table.flown_kt)
+
+
+def check_plan(
+    turbulences: Sequence[str],
+    systems: Sequence[str],
+    seeds: int,
+    out: Path,
+    budget: Budget = NO_LIMIT,
+    heights: pd.DataFrame | None = None,
+) -> pd.DataFrame:
+    """Fly the trials that the budget's rows lack, compare, and write plan.md and plan.png into `out`.
+
+    `heights` is the table of `check_forecasts_with_height`, for a section of the page.
+    """
+    from pitotlab.pages import add_reference, check_page, check_picture
+
+    flown = run_experiment(flown_experiment(turbulences, systems), range(1, seeds + 1), budget)
+    requests = {name: PlanRequest(Case(turbulence=name)) for name in turbulences}
+    parts = [compare_bounds(request, flown[flown.turbulence == name]) for name, request in requests.items()]
+    table = add_reference(pd.concat(parts, ignore_index=True))
+    out.mkdir(parents=True, exist_ok=True)
+    check_picture(table, out / "plan.png")
+    write_text(out / "plan.md", check_page(table, _provenance(table), heights))
+    return table
+
+
+def _provenance(table: pd.DataFrame) -> str:
+    draws = PlanRequest(Case()).draws
+    return (
+        f"{table.flights.min()} to {table.flights.max()} flights a cell (seeds from 1), {draws} draws a forecast;\n"
+        f"{made_with()}.\n"
+        "`python -m pitotlab plan` repeats it."
+    )
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Hold the planner's forecasts against flights. Writes plan.md and plan.png.
+
+    `--rows FILE.parquet` keeps the flown bounds: a check cut short goes on, and a second one makes only the
+    forecasts again. Flights with a static error come first; `--height-only` prints these alone.
+    """
+    parser.add_argument("--seeds", type=int, default=16, help="flights a maneuver (default: %(default)s)")
+    parser.add_argument("--turbulence", default="light", help="comma list (default: %(default)s)")
+    parser.add_argument("--das", default="20/1,50/50,100/100", help="comma list (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=OUT, help="folder (default: %(default)s)")
+    parser.add_argument("--height-seeds", type=int, default=12, help="with a static error (default: %(default)s)")
+    parser.add_argument("--height-only", action="store_true", help="end after the flights with a static error")
+    add_budget(parser)
+    options = parser.parse_args(words)
+    heights = check_forecasts_with_height(range(1, options.height_seeds + 1), Budget(options.jobs))
+    print(heights.to_string(index=False, float_format="%.3f"), flush=True)
+    if options.height_only:
+        return
+    turbulences, systems = options.turbulence.split(","), options.das.split(",")
+    table = check_plan(turbulences, systems, options.seeds, options.out, budget_of(options), heights)
+    print(table.to_string(index=False, float_format="%.3f"))

@@ -1,0 +1,221 @@
+"""Measure the CPU time of flights and of whole commands, relative to JSBSim alone and to an older checkout."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from os import devnull
+from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
+from statistics import median
+from tempfile import TemporaryDirectory
+from time import process_time
+
+from pitotbench.logbook import read_log
+from pitotbench.records.case import Case
+from pitotbench.records.case_file import read_case
+from pitotbench.records.integration import USUAL_RATE
+from pitotbench.simulate.atmosphere import Air
+from pitotbench.simulate.attach.library import ENGINES, SYSTEMS, library
+from pitotbench.simulate.fdm import load_fdm
+from pitotbench.simulate.plant import Plant
+from pitotbench.simulate.sortie import fly
+from pitotbench.units import KNOT
+
+LEVEL_SPEED = 130.0 * KNOT  # m/s, of the bare loop
+SHIPPED, SHIPPED_SPEED = "c172x", 100.0  # JSBSim's own airplane, and its speed in the bare loop [KCAS]
+
+
+@dataclass(frozen=True, slots=True)
+class Ratio:
+    """A ratio of CPU times measured in pairs: the least time over the least, and the ratios of the pairs."""
+
+    least: float
+    pairs: tuple[float, ...]
+
+    def __str__(self) -> str:
+        spread = f"{min(self.pairs):.2f} to {max(self.pairs):.2f}, median {median(self.pairs):.2f}"
+        return f"{self.least:6.2f}   pairs {spread}"
+
+
+def overhead_ratio(case: Case | None = None, pairs: int = 9, channels: Collection[str] | None = None) -> Ratio:
+    """Return the CPU time of a flight over that of a bare `run()` loop of as many steps.
+
+    The flight includes the loading, the settling, the card, the channels asked for (by default all) at 100 Hz, and
+    the arrays at the end.
+    """
+    case = case or Case(maneuver="step_decrease")
+    flown, bare = [], []
+    for _ in range(pairs):
+        begun = process_time()
+        flight = fly(case, channels=channels)
+        flown.append(process_time() - begun)
+        bare.append(bare_time(case, round(float(flight["time"][-1]) * USUAL_RATE)))
+    return Ratio(min(flown) / min(bare), tuple(a / b for a, b in zip(flown, bare, strict=True)))
+
+
+def bare_time(case: Case, steps: int) -> float:
+    """Return the CPU time [s] of JSBSim alone for some steps of the case's aircraft in level flight, in its air."""
+    plant = Plant.load(case.aircraft)
+    plant.start(case.altitude, LEVEL_SPEED, air=Air.of(case))
+    return _loop(plant.fdm.run, steps)
+
+
+def step_ratio(rounds: int = 9, steps: int = 4000) -> Ratio:
+    """Return the CPU time of a bare step of our airplane in light air over that of one that JSBSim ships."""
+    ours, theirs = [], []
+    for _ in range(rounds):
+        ours.append(bare_time(Case(), steps))
+        theirs.append(_shipped_time(steps))
+    return Ratio(min(ours) / min(theirs), tuple(a / b for a, b in zip(ours, theirs, strict=True)))
+
+
+def _shipped_time(steps: int) -> float:
+    """Return the CPU time [s] of steps of the airplane as JSBSim ships it, in the air with its engine running."""
+    parts = (library() / ENGINES, library() / SYSTEMS)
+    fdm, _ = load_fdm(SHIPPED, library() / "aircraft" / SHIPPED, USUAL_RATE, parts)
+    for path, value in (("ic/h-sl-ft", 6000.0), ("ic/vc-kts", SHIPPED_SPEED), ("fcs/mixture-cmd-norm", 1.0)):
+        fdm[path] = value
+    fdm.set_output_filename(0, devnull)  # its file asks for a log of its own, in the folder where it flies
+    fdm.disable_output()
+    fdm.run_ic()
+    fdm["propulsion/set-running"] = -1
+    fdm["fcs/throttle-cmd-norm"] = 0.7
+    return _loop(fdm.run, steps)
+
+
+def _loop(run: Callable[[], bool], steps: int) -> float:
+    begun = process_time()
+    for _ in range(steps):
+        run()
+    return process_time() - begun
+
+
+HERE = Path(__file__).resolve().parents[2]  # the folder on Python's path that holds the product
+DEMO = ("campaign", "--maneuver", "step_decrease", "--das", "20/1")
+EVERYTHING = ("campaign", "--maneuver", "all", "--das", "all", "--model", "all")
+PLAN = (
+    *("plan", "--das", "20/1", "--turbulence", "light", "--wind-kt", "15", "--speeds-kt", "100,160"),
+    *("--minutes", "6", "--want-kt", "0.1", "--box-nm", "10"),
+)
+_GAP = 'maneuver = "step_decrease"\n[[effects]]\nname = "induced_drag"\nparameters = { factor = 0.01 }\n'
+STARTS = {
+    "import numpy": ("-c", "import numpy"),
+    "import pitotbench": ("-c", "import pitotbench"),
+    "pitotbench --help": ("-m", "pitotbench", "--help"),
+    "pitotbench --version": ("-m", "pitotbench", "--version"),
+}
+_START = "import sys; from pitotbench.cli import main; sys.exit(main())"  # older code has no `python -m pitotbench`
+_TRIES = 5
+
+
+def cpu_seconds_of_command(arguments: Sequence[str], source: Path = HERE, cache: Path | None = None) -> float:
+    """Return the CPU time [s] of a new Python process with these arguments and of its workers, on one thread.
+
+    `source` is the folder of the package that it imports, `cache` the folder of its cache, if not the usual one.
+    Raises CalledProcessError where the process fails.
+    """
+    before = getrusage(RUSAGE_CHILDREN)
+    environment = {**os.environ, "PYTHONPATH": str(source), "OPENBLAS_NUM_THREADS": "1"}
+    environment |= {"PITOTBENCH_CACHE": str(cache)} if cache else {}
+    subprocess.run([sys.executable, *arguments], env=environment, check=True, capture_output=True)
+    after = getrusage(RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def start_lines() -> Iterator[str]:
+    """Measure what it costs to start; yield a line for each command."""
+    for name, arguments in STARTS.items():
+        least = min(cpu_seconds_of_command(arguments) for _ in range(_TRIES))
+        yield f"{name:<54} {least:6.2f} s{'' if 'numpy' in name else ' (limit 0.30 s)'}"
+
+
+def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[str]:
+    """Measure the two campaigns of the README in one process each; yield a line for each.
+
+    `older` is the folder of the package of an older checkout, flown in turn with this one.
+    """
+    for name, arguments, limit in (("demo", DEMO, 3.5), ("everything, one seed", EVERYTHING, 2.2)):
+        with TemporaryDirectory() as folder:
+            # A folder a run: a campaign does not fly again what its folder holds.
+            command = ("-c", _START, *arguments, "--jobs", "1", "--out")
+            now, before = [], []
+            for pair in range(pairs):
+                before += [cpu_seconds_of_command((*command, f"{folder}/older{pair}"), older)] if older else []
+                now.append(cpu_seconds_of_command((*command, f"{folder}/out{pair}")))
+            bare = bare_loops(Path(folder, "out0"))
+        measured = f"{min(now):.1f} s / {bare:.2f} s"
+        yield f"{name + ', CPU / bare loops':<54} {min(now) / bare:6.2f}   (limit {limit:.2f}; {measured})"
+        if before:
+            ratio, then = min(before) / min(now), f"{min(before):.1f} s / {bare:.2f} s"
+            yield f"{name + ', CPU of the older checkout / this':<54} {ratio:6.2f}   ({then})"
+
+
+def bare_loops(results: Path) -> float:
+    """Return the CPU time [s] of bare JSBSim loops as long as the flights of a campaign's folder."""
+    total = 0.0
+    for file in sorted(results.glob("cases/*.toml")):
+        log = read_log(next(results.glob(f"logs/{file.stem}-*.parquet")))
+        case = replace(read_case(file), effects=())
+        total += min(bare_time(case, round(float(log.time[-1]) * USUAL_RATE)) for _ in range(2))
+    return total
+
+
+def plan_lines(older: Path | None = None) -> Iterator[str]:
+    """Measure the plan of the README; yield a line."""
+    with TemporaryDirectory() as folder:
+        for name, source in _sources(older):
+            seconds = cpu_seconds_of_command(("-c", _START, *PLAN, "--out", f"{folder}/{name}"), source)
+            yield f"{'plan, flags of the README, ' + name:<54} {seconds:6.1f} s"
+
+
+def study_lines(older: Path | None = None) -> Iterator[str]:
+    """Measure the study of the paper's claims with one seed; yield a line."""
+    with TemporaryDirectory() as folder:
+        for name, source in _sources(older):
+            script = str(source.parent / "scripts" / "reproduce_study.py")
+            command = (script, "--claims-only", "--jobs", "1", "--out", f"{folder}/{name}")
+            yield f"{'study, claims only, ' + name:<54} {cpu_seconds_of_command(command, source):6.1f} s"
+
+
+def reconcile_lines(older: Path | None = None) -> Iterator[str]:
+    """Measure the reconciliation of one log with an empty cache and with a filled one; yield a line for each.
+
+    The log has one wrong number of the model, which is found. The older checkout flies it: older code reads no
+    header of this one.
+    """
+    with TemporaryDirectory() as folder:
+        case, log = Path(folder, "case.toml"), str(Path(folder, "log.csv"))
+        case.write_text(_GAP, encoding="utf-8")
+        cpu_seconds_of_command(("-c", _START, "fly", str(case), "-o", log), older or HERE)
+        for name, source in _sources(older):
+            cache = Path(folder, f"cache-{name}")
+            for state in ("cold", "warm"):
+                command = ("-c", _START, "reconcile", log, "--out", f"{folder}/{name}-{state}")
+                seconds = cpu_seconds_of_command(command, source, cache)
+                yield f"{f'reconcile one log, {state}, {name}':<54} {seconds:6.1f} s"
+
+
+def _sources(older: Path | None) -> Iterator[tuple[str, Path]]:
+    if older:
+        yield "older", older
+    yield "this", HERE
+
+
+COMPARED: dict[str, Callable[[Path | None], Iterator[str]]] = {
+    "campaigns": campaign_lines,
+    "reconcile": reconcile_lines,
+    "plan": plan_lines,
+    "study": study_lines,
+}
+
+
+def least(work: Callable[[], object], tries: int = _TRIES) -> float:
+    """Return the CPU time [s] of the fastest of some tries."""
+    times = []
+    for _ in range(tries):
+        begun = process_time()
+        work()
+        times.append(process_time() - begun)
+    return min(times)

@@ -1,0 +1,335 @@
+"""What is measured on a sortie: every look at its flight, its data points, and the pilot's workload."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench import air, bench
+from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms, scored
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.sense import CALIBRATION_CHANNELS
+from pitotbench.simulate import MANEUVERS
+from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array
+from pitotlab.experiment import Row
+from pitotlab.study.looks import TURNING, Look, Sortie, sense_look
+
+TRAVEL = {"elevator": 40.0 * DEGREE, "aileron": 40.0 * DEGREE, "throttle_left": 1.0}  # from stop to stop
+FELT = 0.02  # of the travel, some millimeters of a yoke: a smaller change is no hand movement (our estimate)
+LOOK_RATE = 10.0  # Hz, ten times the rate of hand movements
+_WINDOW = 1.0  # s
+
+
+@dataclass(frozen=True, slots=True)
+class Workload:
+    """The workload of one flight.
+
+    It is the number of reversals a minute of each control, the share of seconds in which a control moved, and the
+    share of the time to be flown on condition that was out of tolerance.
+    """
+
+    reversals: dict[str, float]
+    duty: float
+    out_of_tolerance: float
+
+
+def workload(flight: Flight) -> Workload:
+    """Return the workload of a flight, from its control positions (elevator, aileron, throttle) and tolerances."""
+    step = max(1, round(len(flight) / flight.duration / LOOK_RATE))
+    controls = {name: flight[name][::step] / travel for name, travel in TRAVEL.items()}
+    minutes = flight.duration / 60.0
+    moved = np.any([_moved(control) for control in controls.values()], axis=0)
+    kind = MANEUVERS[flight.case.maneuver].kind
+    meant = np.char.startswith(flight.segment[::step], kind)
+    return Workload(
+        reversals={name: reversals(control) / minutes for name, control in controls.items()},
+        duty=float(np.mean(moved)),
+        out_of_tolerance=1.0 - float(np.mean(flight.on_condition[::step][meant])),
+    )
+
+
+def reversals(control: Array, felt: float = FELT) -> int:
+    """Return how often a control [share of travel] reverses by more than `felt`."""
+    count, direction, extreme = 0, 0, float(control[0])
+    for value in control.tolist():
+        if direction >= 0 and value < extreme - felt:
+            count, direction, extreme = count + (direction > 0), -1, value
+        elif direction <= 0 and value > extreme + felt:
+            count, direction, extreme = count + (direction < 0), 1, value
+        elif (direction >= 0 and value > extreme) or (direction <= 0 and value < extreme):
+            extreme = value if direction else extreme
+    return count
+
+
+def _moved(control: Array) -> Array:
+    """Return for each window of one second whether the control moved by more than `FELT`."""
+    width = round(_WINDOW * LOOK_RATE)
+    windows = control[: len(control) // width * width].reshape(-1, width)
+    return np.asarray(np.ptp(windows, axis=1) > FELT)
+
+
+DENSITY_EDGES = np.arange(90.0, 172.5, 2.5)  # kt
+BLOCK = 5.0  # s, about the memory of a gust: residuals averaged over it count as independent
+_SPLIT = 130.0 * KNOT  # the speed at which Step Decrease changes its heading
+
+
+def look_row(look: Look) -> Row:
+    """Return the settings of a fit, as the columns by which rows are selected."""
+    options = look.options
+    return {
+        "das": look.das,
+        "model": options.model,
+        "method": options.method,
+        "form": options.form,
+        "wind": options.wind,
+        "down": options.use_down,
+        "on_condition": options.on_condition,
+        "change": look.change,
+        "level": look.level,
+        "noise": look.noise,
+        "gps_noise": look.gps_noise,
+        "given_down": look.given_down,
+        "alone": look.alone,
+    }
+
+
+def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | None]:
+    """Fit a log and compare it with the truth of its flight. `failed` is the reason where there are no numbers."""
+    try:
+        result = bench.calibrate(log, look.options)
+    except (NoAnswerError, BadInputError) as error:
+        return {**look_row(look), "failed": str(error)}, None
+    score = bench.score(result, flight)
+    row: Row = {
+        **look_row(look),
+        "failed": "",
+        "samples": score.samples,
+        "residual_two_sigma_kt": score.residual_two_sigma / KNOT,
+        "smooth_two_sigma_kt": 2.0 * float(np.std(result.residuals.airspeed)) / KNOT,
+        "two_sigma_kt": score.two_sigma / KNOT,
+        "rms_error_kt": score.curve_rms_error / KNOT,
+        "coverage": score.curve_coverage,
+        **_error_parts(result, flight),
+        **_criteria(result),
+        **_outputs(result),
+    }
+    return row, result
+
+
+def _outputs(result: Calibration) -> Row:
+    """Return 2σ of the residual of each output of a fit of several, and pooled over them [kt of true airspeed].
+
+    Pooled is the root of the mean square over the outputs: an output without residual lowers it.
+    """
+    each = np.array((result.diagnostics or {}).get("output_two_sigma_mps", [])) / KNOT
+    if not len(each):
+        return {}
+    names = [f"two_sigma_{axis}_kt" for axis in ("north", "east", "down")]
+    return {"pooled_two_sigma_kt": rms(each), **dict(zip(names, each.tolist(), strict=False))}
+
+
+def _error_parts(result: Calibration, flight: Flight) -> Row:
+    """Return the mean error of the curve, that of its lower half minus that of its upper half, and the error of the
+    wind, all in kt."""
+    error = compare_curve(result.curve, flight.case.pressure_error).error
+    slow = result.curve.indicated_airspeed[scored(result.curve)] < _SPLIT
+    tilt = float(np.mean(error[slow]) - np.mean(error[~slow])) if slow.any() else 0.0
+    north, east = compare_wind(result.wind, bench.wind_toward(flight.case.wind)[:2]).error
+    return {
+        "mean_error_kt": float(np.mean(error)) / KNOT,
+        "tilt_kt": tilt / KNOT,
+        "wind_north_error_kt": float(north) / KNOT,
+        "wind_east_error_kt": float(east) / KNOT,
+    }
+
+
+def _criteria(result: Calibration) -> Row:
+    """Return Schwarz's criterion (1978) from all residuals as if white, and from means over blocks of `BLOCK`."""
+    count = len(result.parameters) + 2
+    time, airspeed = result.residuals.time, result.residuals.airspeed
+    block = np.floor((time - time[0]) / BLOCK).astype(np.intp)
+    _, member, size = np.unique(block, return_inverse=True, return_counts=True)
+    means = np.bincount(member, airspeed) / size
+    return {"white_criterion": _schwarz(airspeed, count), "block_criterion": _schwarz(means, count)}
+
+
+def _schwarz(values: Array, count: int) -> float:
+    return float(len(values) * np.log(np.mean(values**2)) + count * np.log(len(values)))
+
+
+def flight_row(flight: Flight) -> Row:
+    """Return the times of a flight, its changes of altitude and speed, and its workload."""
+    effort = workload(flight)
+    return {
+        "minutes": flight.duration / 60.0,
+        "on_condition_minutes": float(np.mean(flight.on_condition)) * flight.duration / 60.0,
+        "vertical_speed_fpm": float(np.std(flight["velocity_down"])) / FOOT * 60.0,
+        "altitude_ft": float(np.std(flight["altitude"])) / FOOT,
+        "turning_percent": 100.0 * float(np.mean(np.abs(flight["roll"]) > TURNING)),
+        "slowing_kt_a_second": _slowing(flight) / KNOT,
+        "reversals_a_minute": sum(effort.reversals.values()),
+        **{f"reversals_{control}": rate for control, rate in effort.reversals.items()},
+        "duty_percent": 100.0 * effort.duty,
+        "out_of_tolerance_percent": 100.0 * effort.out_of_tolerance,
+    }
+
+
+def _slowing(flight: Flight) -> float:
+    """Return the 95th percentile of the deceleration over ground [m/s²], on condition."""
+    speed = np.hypot(flight["velocity_north"], flight["velocity_east"])
+    rate = np.gradient(speed, flight["time"])[flight.on_condition]
+    return -float(np.percentile(rate, 5.0)) if len(rate) else 0.0
+
+
+def density_rows(flight: Flight) -> list[Row]:
+    """Return the seconds of a flight in each bin of calibrated airspeed."""
+    counts, _ = np.histogram(flight["calibrated_airspeed"] / KNOT, DENSITY_EDGES)
+    seconds = counts * flight.duration / len(flight)
+    middle = 0.5 * (DENSITY_EDGES[1:] + DENSITY_EDGES[:-1])
+    return [{"airspeed_kt": float(v), "seconds": float(s)} for v, s in zip(middle, seconds, strict=True)]
+
+
+_PUBLISHED = bench.CalibrationOptions(error_location="impact")
+_DATA_POINTS = 600  # of a picture
+
+
+def curve_rows(flight: Flight, look: Look, result: Calibration) -> list[Row]:
+    """Return the points of a curve [kt] with the 2σ of its method, the 2σ of the residual, and the truth."""
+    curve = result.curve
+    truth = bench.true_correction(flight.case.pressure_error, curve.indicated_airspeed)
+    columns = zip(curve.indicated_airspeed, curve.correction, curve.two_sigma, truth, strict=True)
+    residual = result.residual_two_sigma / KNOT
+    return [
+        {
+            "kind": look.options.method,
+            "on_condition": look.options.on_condition,
+            "airspeed_kt": float(speed) / KNOT,
+            "correction_kt": float(value) / KNOT,
+            "two_sigma_kt": float(bound) / KNOT,
+            "residual_two_sigma_kt": residual,
+            "truth_kt": float(true) / KNOT,
+        }
+        for speed, value, bound, true in columns
+    ]
+
+
+def data_rows(log: FlightLog, look: Look, result: Calibration) -> list[Row]:
+    """Return some samples of a log as the published figures show them.
+
+    Each is the calibrated airspeed [kt] by the GPS velocity as logged and the wind of the result, minus the
+    indicated airspeed [kt]. Raises BadInputError for a log without temperature.
+    """
+    used = np.flatnonzero(result.residuals.used)
+    few = log.select(used[:: max(1, len(used) // _DATA_POINTS)])
+    wind = result.wind
+    north, east = few.velocity_north - wind.north.value, few.velocity_east - wind.east.value
+    down = few.velocity_down if few.velocity_down is not None and look.options.use_down else np.zeros(len(few))
+    mach = air.mach_from_impact_pressure(few.impact_pressure, few.static_pressure)
+    if few.total_temperature is None:
+        raise BadInputError("the data of a picture need the temperature")
+    temperature = air.air_temperature(few.total_temperature, mach)
+    impact = air.impact_pressure_from_true_airspeed(
+        np.sqrt(north**2 + east**2 + down**2), few.static_pressure, temperature
+    )
+    indicated = air.calibrated_airspeed(few.impact_pressure)
+    gained = air.calibrated_airspeed(impact) - indicated
+    return [
+        {
+            "kind": "data",
+            "on_condition": look.options.on_condition,
+            "airspeed_kt": float(speed) / KNOT,
+            "correction_kt": float(value) / KNOT,
+        }
+        for speed, value in zip(indicated, gained, strict=True)
+    ]
+
+
+def fixed_speed_rows(log: FlightLog) -> list[Row]:
+    """Return the four-leg points of a log: calibrated minus indicated airspeed [kt] at indicated airspeeds [kt]."""
+    return [
+        {
+            "kind": "fixed speed",
+            "airspeed_kt": point.indicated_airspeed / KNOT,
+            "correction_kt": point.correction / KNOT,
+        }
+        for point in bench.cross_check(log, _PUBLISHED)
+        if point.method == "four_leg"
+    ]
+
+
+_CHANNELS = (
+    *CALIBRATION_CHANNELS, *TRAVEL, "position_north", "position_east", "calibrated_airspeed",
+    "roll", "pitch", "heading", "angle_of_attack", "sideslip",
+)  # fmt: skip
+_TRACK_POINTS = 800
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """The rows of a sortie by table, and the failures in words."""
+
+    fits: tuple[Row, ...] = ()
+    flights: tuple[Row, ...] = ()
+    density: tuple[Row, ...] = ()
+    tracks: tuple[Row, ...] = ()
+    curves: tuple[Row, ...] = ()
+    failures: tuple[str, ...] = ()
+
+
+def measure_sortie(sortie: Sortie) -> Measured:
+    """Fly, sense, fit and measure a sortie. Raises BadInputError where the case cannot be flown."""
+    case = sortie.case
+    flight = bench.fly(case, channels=_CHANNELS)
+    key: Row = {
+        "setting": sortie.setting,
+        "variant": sortie.variant,
+        "maneuver": case.maneuver,
+        "seed": case.truth_seed,
+    }
+    fits, curves = _fits(flight, sortie)
+    return Measured(
+        fits=tuple(key | row for row in fits),
+        flights=(key | flight_row(flight),),
+        density=tuple(key | row for row in density_rows(flight)) if case.truth_seed == 1 else (),
+        tracks=tuple(key | row for row in _track(flight)) if sortie.track else (),
+        curves=tuple(key | row for row in curves),
+        failures=tuple(f"{' '.join(map(str, key.values()))}: {row['failed']}" for row in fits if row["failed"]),
+    )
+
+
+def lost_sortie(sortie: Sortie, reason: str) -> Measured:
+    """Return the record of a sortie that gave no numbers, with the reason."""
+    case = sortie.case
+    return Measured(failures=(f"{case.maneuver} seed {case.truth_seed} {sortie.setting}: {reason}",))
+
+
+def _fits(flight: Flight, sortie: Sortie) -> tuple[list[Row], list[Row]]:
+    """Return one row for each look, and the points of the curves where the sortie asks for them."""
+    logs: dict[tuple[object, ...], tuple[Flight, FlightLog]] = {}
+    rows, curves = [], []
+    for look in sortie.looks:
+        if look.sensing not in logs:
+            logs[look.sensing] = sense_look(flight, look)
+        changed, log = logs[look.sensing]
+        row, result = fit(changed, log, look)
+        rows.append(row)
+        if sortie.curves and result is not None:
+            curves += curve_rows(changed, look, result)
+            if look.options.method == "paper":
+                curves += data_rows(log, look, result)
+    if sortie.curves and flight.case.maneuver == "four_leg":
+        curves += fixed_speed_rows(log)
+    return rows, curves
+
+
+def _track(flight: Flight) -> list[Row]:
+    step = max(1, len(flight) // _TRACK_POINTS)
+    rows = np.arange(0, len(flight), step)
+    east, north = flight["position_east"][rows] / NAUTICAL_MILE, flight["position_north"][rows] / NAUTICAL_MILE
+    on = flight.on_condition[rows]
+    return [
+        {"east_nm": float(e), "north_nm": float(n), "on_condition": bool(o)}
+        for e, n, o in zip(east, north, on, strict=True)
+    ]

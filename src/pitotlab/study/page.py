@@ -1,0 +1,223 @@
+"""The study drawn: its charts, its page, and its Markdown document with the pictures as files."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import cycle
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullFormatter
+
+from pitotbench.logbook import write_text
+from pitotbench.show.columns import frame_columns, frame_rows, html_table, markdown_table
+from pitotbench.show.markup import environment
+from pitotbench.show.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PALE,
+    PURPLE,
+    RED,
+    SKY,
+    WIDE,
+    Panel,
+    stacked,
+    svg,
+)
+from pitotbench.units import Array
+from pitotlab.study.parts import Bars, Chart, Lines, LineSeries, Part, StudyPage
+
+_COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GREY)
+_MARKS = "os^Dv<>"
+_MOST_MARKED = 20  # points of a line that still get marks
+_LEGEND = 2  # columns
+_DPI = 200  # sharp in print
+_BARS = 0.82  # share of a group's place that bars fill
+
+
+def draw(chart: Chart) -> Panel:
+    """The chart as a panel of a page."""
+    with stacked(_draws(chart), _size(chart), _LEGEND) as figure:
+        return Panel(chart.title, svg(figure, chart.title), chart.note)
+
+
+def save(chart: Chart, path: Path) -> None:
+    """The chart as a PNG file."""
+    with stacked(_draws(chart), _size(chart), _LEGEND) as figure:
+        figure.savefig(
+            path, dpi=_DPI, bbox_inches="tight", metadata={"Software": None}, pil_kwargs={"optimize": True}
+        )
+
+
+def _size(chart: Chart) -> tuple[float, float]:
+    if isinstance(chart, Bars):
+        return WIDE
+    if chart.equal:
+        return WIDE[1], WIDE[1]
+    return (WIDE[0], 1.5 * WIDE[1]) if chart.below else WIDE
+
+
+def _draws(chart: Chart) -> list[Callable[[Axes], None]]:
+    """The functions that fill the axes of a chart, from top to bottom."""
+    if isinstance(chart, Bars):
+        return [partial(draw_dots if chart.dots else draw_bars, chart=chart)]
+    below = [partial(draw_lines, chart=chart.below)] if chart.below else []
+    return [partial(draw_lines, chart=chart), *below]
+
+
+def draw_bars(axes: Axes, chart: Bars) -> None:
+    """Groups of bars; a whisker is ± one standard deviation over seeds."""
+    width, place = _BARS / len(chart.series), np.arange(len(chart.groups), dtype=np.float64)
+    for number, (series, color) in enumerate(zip(chart.series, cycle(_COLORS), strict=False)):
+        at = place + (number + 0.5) * width - 0.5 * _BARS
+        axes.bar(at, series.heights, 0.92 * width, color=color, label=series.label)
+        spreads = np.asarray(series.spreads, dtype=np.float64)
+        known = np.isfinite(spreads)
+        if known.any():
+            heights = np.asarray(series.heights, dtype=np.float64)
+            axes.errorbar(
+                at[known], heights[known], yerr=spreads[known], fmt="none", ecolor=INK, elinewidth=0.9, capsize=2.0
+            )
+    _name_groups(axes, chart)
+
+
+def draw_dots(axes: Axes, chart: Bars) -> None:
+    """Groups of dots on an axis cut to the data; a whisker is ± one standard deviation over seeds."""
+    width, place = _BARS / len(chart.series), np.arange(len(chart.groups), dtype=np.float64)
+    for number, (series, color, mark) in enumerate(zip(chart.series, cycle(_COLORS), cycle(_MARKS), strict=False)):
+        at = place + (number + 0.5) * width - 0.5 * _BARS
+        heights = np.asarray(series.heights, dtype=np.float64)
+        spreads = np.nan_to_num(np.asarray(series.spreads, dtype=np.float64))
+        if chart.top is not None:
+            for x, y in zip(at[heights > chart.top], heights[heights > chart.top], strict=True):
+                axes.annotate(
+                    f"{y:.2f} ↑", (x, 1.0), xycoords=("data", "axes fraction"), ha="center", color=color, size=8
+                )
+        axes.errorbar(
+            at, heights, yerr=spreads, fmt=mark, ms=5.0, color=color, label=series.label, capsize=2.0,
+            elinewidth=0.9,
+        )  # fmt: skip
+    for edge in place[1:] - 0.5:
+        axes.axvline(edge, color=PALE, lw=0.8)
+    axes.set_xlim(-0.5, len(chart.groups) - 0.5)
+    axes.margins(y=0.08)
+    if chart.top is not None:
+        axes.set_ylim(top=chart.top)
+    _name_groups(axes, chart)
+
+
+def _name_groups(axes: Axes, chart: Bars) -> None:
+    names = [name if "\n" in name else name.replace(" ", "\n", 1) for name in chart.groups]
+    axes.set_xticks(np.arange(len(names), dtype=np.float64), names)
+    axes.set_ylabel(chart.ylabel)
+    axes.grid(axis="x", visible=False)
+
+
+def draw_lines(axes: Axes, chart: Lines) -> None:
+    """Every series on common axes."""
+    for series, color, mark in zip(chart.series, cycle(_COLORS), cycle(_MARKS), strict=False):
+        _draw_series(axes, series, color, mark)
+    axes.set(xlabel="" if chart.below else chart.xlabel, ylabel=chart.ylabel)
+    for axis, name, logarithmic in ((axes.xaxis, "x", chart.log_x), (axes.yaxis, "y", chart.log_y)):
+        if logarithmic:
+            axes.set(**{f"{name}scale": "log"})
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
+    if chart.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.margins(0.12)
+
+
+def _draw_series(axes: Axes, series: LineSeries, color: str, mark: str) -> None:
+    x, y = np.asarray(series.x, dtype=np.float64), np.asarray(series.y, dtype=np.float64)
+    if series.style == "steps":
+        axes.step(x, y, where="mid", color=color, label=series.label)
+    elif series.style == "marks":
+        axes.plot(x, y, mark, color=color, ms=4.5, label=series.label)
+    elif series.style == "dots":
+        axes.plot(x, y, ".", color=GREY, ms=2.5, alpha=0.5, mew=0)
+        axes.plot([], [], ".", color=GREY, label=series.label)  # a larger dot for the legend
+    elif series.style == "dashed":
+        axes.plot(x, y, "--", color="black", lw=1.2, label=series.label)
+    elif series.style == "limit":
+        axes.plot(x, y, ":", color=GREY, lw=1.4, label=series.label)
+    elif series.style == "band":
+        spread = np.asarray(series.spreads, dtype=np.float64)
+        axes.fill_between(x, y - spread, y + spread, color=color, alpha=0.2, lw=0)
+        axes.plot(x, y, color=color, label=series.label)
+    else:
+        axes.plot(x, y, color=color, marker=mark if len(x) <= _MOST_MARKED else None, ms=3.5, label=series.label)
+        _whiskers(axes, x, y, series.spreads, color)
+
+
+def _whiskers(axes: Axes, x: Array, y: Array, spreads: Sequence[float] | None, color: str) -> None:
+    if spreads is None:
+        return
+    spread = np.asarray(spreads, dtype=np.float64)
+    known = np.isfinite(spread) & np.isfinite(y)
+    if known.any():
+        axes.errorbar(x[known], y[known], yerr=spread[known], fmt="none", ecolor=color, elinewidth=0.8, capsize=2.0)
+
+
+def study_html(page: StudyPage) -> str:
+    """One self-contained page."""
+    groups = [
+        ("Claims", page.claims),
+        ("What the residual does not show", page.truth),
+        ("Open questions", page.questions),
+    ]
+    groups = [(name, parts) for name, parts in groups if parts]
+    shown = [
+        (
+            name,
+            [
+                (part, [draw(chart) for chart in part.charts], [_html(table) for table in part.tables])
+                for part in parts
+            ],
+        )
+        for name, parts in groups
+    ]
+    template = environment().from_string(Path(__file__).with_name("study.html").read_text("utf-8"))
+    return template.render(page=page, groups=shown, summary=_html(page.summary))
+
+
+def _html(table: pd.DataFrame) -> str:
+    return html_table(frame_columns(table), frame_rows(table))
+
+
+def _markdown(table: pd.DataFrame) -> str:
+    return markdown_table(frame_columns(table), frame_rows(table))
+
+
+def write_document(page: StudyPage, folder: Path) -> Path:
+    """`study.md` in a folder and its pictures in `study/`; returns the document's path."""
+    pictures = folder / "study"
+    pictures.mkdir(parents=True, exist_ok=True)
+    blocks = [f"# {page.title}", page.subtitle, *page.short, _markdown(page.summary)]
+    for heading, parts in (
+        ("The claims, one by one", page.claims),
+        ("What the residual does not show", page.truth),
+        ("What the paper left open", page.questions),
+    ):
+        blocks += [f"## {heading}"] if parts else []
+        for part in parts:
+            blocks += _part(part, pictures)
+    blocks += ["## How it was done", *page.method]
+    target = folder / "study.md"
+    write_text(target, "\n\n".join(blocks) + "\n")
+    return target
+
+
+def _part(part: Part, pictures: Path) -> list[str]:
+    blocks = [f"### {part.heading}: {part.verdict}" if part.verdict else f"### {part.heading}"]
+    blocks += [f"**{label}:** {text}" if label else text for label, text in part.lines]
+    for chart in part.charts:
+        name = f"{chart.name}.png"
+        save(chart, pictures / name)
+        blocks.append(f"![{chart.title}](study/{name})\n*{f'{chart.title}. {chart.note}'.rstrip('. ')}*")
+    return blocks + [_markdown(table) for table in part.tables]

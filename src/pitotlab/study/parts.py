@@ -1,0 +1,91 @@
+"""What a study shows, as words and data: no drawing library is loaded here."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import pandas as pd
+
+Numbers = Sequence[float]
+
+
+@dataclass(frozen=True, slots=True)
+class BarSeries:
+    """One bar a group, of one kind: heights and their standard deviations over seeds (NaN where unknown)."""
+
+    label: str
+    heights: Numbers
+    spreads: Numbers
+
+
+@dataclass(frozen=True, slots=True)
+class Bars:
+    """Groups of bars with spread bars; as `dots`, on an axis that need not begin at zero.
+
+    `top` is where the axis of dots is cut: a dot above it is drawn at the edge with its value.
+    """
+
+    title: str
+    note: str
+    ylabel: str
+    groups: Sequence[str]
+    series: Sequence[BarSeries]
+    name: str = ""  # of the file
+    dots: bool = False
+    top: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LineSeries:
+    """Points of one label: a line, marks, dots, a dashed line, or a band of ± the spreads around a line."""
+
+    label: str
+    x: Numbers
+    y: Numbers
+    spreads: Numbers | None = None
+    style: Literal["line", "marks", "dots", "dashed", "band", "steps", "limit"] = "line"
+
+
+@dataclass(frozen=True, slots=True)
+class Lines:
+    """Lines over a common axis; `below` is drawn under them over the same axis, in the same picture."""
+
+    title: str
+    note: str
+    xlabel: str
+    ylabel: str
+    series: Sequence[LineSeries]
+    name: str = ""
+    log_x: bool = False
+    log_y: bool = False
+    equal: bool = False
+    below: "Lines | None" = None
+
+
+Chart = Bars | Lines
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One claim or question as it is shown: heading, label and value lines, pictures, tables."""
+
+    anchor: str
+    heading: str
+    lines: Sequence[tuple[str, str]]
+    charts: Sequence[Chart] = ()
+    tables: Sequence[pd.DataFrame] = ()
+    verdict: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class StudyPage:
+    """Everything that is shown of a study, in words and data."""
+
+    title: str
+    subtitle: str
+    short: Sequence[str]
+    claims: Sequence[Part]
+    summary: pd.DataFrame  # a line a claim
+    truth: Sequence[Part]
+    questions: Sequence[Part]
+    method: Sequence[str]

@@ -1,0 +1,200 @@
+"""The tables of a study, and what all answers take from them: means, spreads and charts."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from pitotbench import air
+from pitotbench.records.case import DataSystem
+from pitotbench.units import KNOT, Array
+from pitotlab.study.looks import NAMES, PAPER_ORDER
+from pitotlab.study.measures import Measured
+from pitotlab.study.parts import Bars, BarSeries, Lines, LineSeries
+
+
+def airspeed_noise(airspeed_kt: Array, seconds: Array) -> float:
+    """Return 2σ [kt] of white noise of the impact pressure at calibrated airspeeds [kt], each flown for a time [s].
+
+    It is the noise of the default data system [Pa] times the slope of airspeed over impact pressure.
+    """
+    impact = air.impact_pressure(airspeed_kt * KNOT)
+    slope = air.calibrated_airspeed_slope(impact)
+    variance = np.average((DataSystem().impact_pressure_noise * slope) ** 2, weights=seconds)
+    return 2.0 * float(np.sqrt(variance)) / KNOT
+
+
+# The fit that a claim gets by default: the paper's method on all data of a standard card in smooth air.
+USUAL: Mapping[str, object] = {
+    "setting": "smooth",
+    "variant": "standard",
+    "das": "50/50",
+    "model": "inverse+",
+    "method": "paper",
+    "form": "scalar",
+    "wind": "constant",
+    "down": True,
+    "on_condition": False,
+    "change": "none",
+    "level": 0.0,
+    "noise": 1.0,
+    "gps_noise": 1.0,
+    "given_down": False,
+    "alone": False,
+}
+TABLES = ("fits", "flights", "density", "tracks", "curves")
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """A number over seeds: its mean, its standard deviation (NaN for one seed), and the number of seeds."""
+
+    mean: float
+    deviation: float
+    count: int
+
+    @classmethod
+    def of(cls, values: Iterable[float]) -> "Spread":
+        """Return the spread of the finite values."""
+        array = np.array([v for v in values if np.isfinite(v)], dtype=np.float64)
+        deviation = float(np.std(array, ddof=1)) if len(array) > 1 else float("nan")
+        return cls(float(np.mean(array)) if len(array) else float("nan"), deviation, len(array))
+
+    @property
+    def error(self) -> float:
+        """Standard error of the mean; NaN for one seed."""
+        return self.deviation / float(np.sqrt(max(self.count, 1)))
+
+    def text(self, digits: int = 2, unit: str = "") -> str:
+        """Return mean ± standard deviation over seeds as text."""
+        spread = "" if np.isnan(self.deviation) else f" ± {self.deviation:.{digits}f}"
+        return f"{self.mean:.{digits}f}{spread}{unit}".replace("-", "−")
+
+
+@dataclass(frozen=True, slots=True)
+class StudyTables:
+    """Tables of fits, flights, airspeed bins, and points of tracks and curves; column names end in units."""
+
+    fits: pd.DataFrame
+    flights: pd.DataFrame
+    density: pd.DataFrame
+    tracks: pd.DataFrame
+    curves: pd.DataFrame
+
+    by_look: Mapping[tuple[object, ...], pd.DataFrame]  # the fits of a maneuver and look, by seed
+
+    @classmethod
+    def of(cls, measured: Sequence[Measured]) -> "StudyTables":
+        """Return the tables of all measurements."""
+        return cls.of_tables({n: pd.DataFrame([r for m in measured for r in getattr(m, n)]) for n in TABLES})
+
+    @classmethod
+    def of_tables(cls, tables: Mapping[str, pd.DataFrame]) -> "StudyTables":
+        """Return the record of tables given by name (`TABLES`)."""
+        fits = tables["fits"]
+        # Grouped once: fits are looked up thousands of times, and to filter each time takes longer than the fits.
+        groups = fits.groupby(["maneuver", *USUAL], sort=False)
+        return cls(**tables, by_look={key: group.set_index("seed").sort_index() for key, group in groups})
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Return the seeds flown."""
+        return tuple(sorted(int(seed) for seed in self.flights["seed"].unique()))
+
+    def fit(self, column: str, maneuver: str, **how: object) -> pd.Series:
+        """Return a column of the fits of a maneuver by seed; `how` has the settings that differ from `USUAL`.
+
+        Raises KeyError for a setting that is not in `USUAL`.
+        """
+        unknown = set(how) - set(USUAL)
+        if unknown:
+            raise KeyError(f"fits are chosen by {', '.join(USUAL)}; not by {', '.join(sorted(unknown))}")
+        found = self.by_look.get((maneuver, *{**USUAL, **how}.values()))
+        return pd.Series(dtype=float) if found is None else found[column].astype(float)
+
+    def residual(self, maneuver: str, **how: object) -> pd.Series:
+        """Return 2σ of the residual [kt] by seed."""
+        return self.fit("residual_two_sigma_kt", maneuver, **how)
+
+    def flight(self, column: str, maneuver: str, setting: str = "smooth", variant: str = "standard") -> pd.Series:
+        """Return a column of the flights of a maneuver by seed."""
+        table = self.flights
+        chosen = table[(table.maneuver == maneuver) & (table.setting == setting) & (table.variant == variant)]
+        return chosen.set_index("seed")[column].astype(float).sort_index()
+
+
+def signed(value: float, digits: int = 1) -> str:
+    """Return a number with its sign, as text for a sentence."""
+    return f"{value:+.{digits}f}".replace("-", "−")
+
+
+def ratio(one: pd.Series, other: pd.Series) -> Spread:
+    """Return one over the other, seed by seed. Both are from the same flight, so common errors cancel."""
+    both = pd.concat([one, other], axis=1, keys=["one", "other"]).dropna()
+    return Spread.of((both["one"] / both["other"]).to_numpy())
+
+
+def percent_above(one: pd.Series, other: pd.Series) -> Spread:
+    """Return the difference of one from the other in percent of the other, seed by seed."""
+    found = ratio(one, other)
+    return Spread(100.0 * (found.mean - 1.0), 100.0 * found.deviation, found.count)
+
+
+def rank_agreement(one: Array, other: Array) -> float:
+    """Return Kendall's τ (1938) of two orders: 1 for the same, −1 for the reverse. A tie counts as neither."""
+    first, second = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
+    upper = np.triu_indices(len(first), 1)
+    signs = np.sign(np.subtract.outer(first, first)) * np.sign(np.subtract.outer(second, second))
+    return float(np.mean(signs[upper]))
+
+
+CUT = "The axis does not begin at zero; whiskers are ± one standard deviation over seeds."
+Number = Callable[[str, str], pd.Series]  # maneuver and kind to numbers by seed
+
+
+def maneuver_bars(
+    name: str,
+    title: str,
+    note: str,
+    ylabel: str,
+    kinds: Sequence[tuple[str, str]],
+    number: Number,
+    maneuvers: Sequence[str] = PAPER_ORDER,
+    dots: bool = False,
+    top: float | None = None,
+) -> Bars:
+    """Return a chart with a group of bars, or of dots, for each maneuver and one for each kind (key, label).
+
+    `number(maneuver, key)` gives the values by seed. `top` is where the axis of dots is cut.
+    """
+    series = []
+    for key, label in kinds:
+        found = [Spread.of(number(maneuver, key)) for maneuver in maneuvers]
+        series.append(BarSeries(label, [s.mean for s in found], [s.deviation for s in found]))
+    note = f"{note} {CUT}" if dots else note
+    return Bars(title, note, ylabel, [NAMES[m] for m in maneuvers], series, name, dots, top)
+
+
+def maneuver_lines(
+    name: str,
+    title: str,
+    note: str,
+    xlabel: str,
+    ylabel: str,
+    levels: Sequence[float],
+    number: Callable[[str, float], pd.Series],
+    maneuvers: Sequence[str] = PAPER_ORDER,
+    log_x: bool = False,
+    log_y: bool = False,
+) -> Lines:
+    """Return a chart with a line for each maneuver over levels.
+
+    `number(maneuver, level)` gives the values by seed.
+    """
+    series = []
+    for maneuver in maneuvers:
+        found = [Spread.of(number(maneuver, level)) for level in levels]
+        y, spread = [s.mean for s in found], [s.deviation for s in found]
+        series.append(LineSeries(NAMES[maneuver], levels, y, spread))
+    return Lines(title, note, xlabel, ylabel, series, name, log_x, log_y)

@@ -1,0 +1,98 @@
+"""Evidence without flying: every look of the plan gets the numbers that a function makes up."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pitotlab.study.conduct import plan_sorties
+from pitotlab.study.looks import BOTH_WAYS, Look, Sortie
+from pitotlab.study.measures import DENSITY_EDGES, TRAVEL, Measured, look_row
+from pitotlab.study.tables import StudyTables
+
+MINUTES = {
+    "rapid_decel": 5.0,
+    "step_decrease": 6.0,
+    "circle": 6.0,
+    "race_track": 15.0,
+    "four_leg": 21.0,
+    BOTH_WAYS: 6.0,
+}
+RATINGS = {
+    "step_decrease": 3.0,
+    "race_track": 2.0,
+    "four_leg": 3.0,
+    "circle": 4.0,
+    "rapid_decel": 2.0,
+    BOTH_WAYS: 3.0,
+}
+Residual = Callable[[Sortie, Look], float]
+
+
+def evidence(
+    residual: Residual, minutes: dict[str, float] = MINUTES, seeds: int = 2, sweeps: bool = True
+) -> StudyTables:
+    """The tables of a study in which every residual 2σ is what a function says."""
+    return StudyTables.of([_measured(sortie, residual, minutes) for sortie in plan_sorties(seeds, sweeps)])
+
+
+def _measured(sortie: Sortie, residual: Residual, minutes: dict[str, float]) -> Measured:
+    case = sortie.case
+    key = {
+        "setting": sortie.setting,
+        "variant": sortie.variant,
+        "maneuver": case.maneuver,
+        "seed": case.truth_seed,
+    }
+    time = minutes[case.maneuver]
+    rng = np.random.default_rng(case.truth_seed)
+    flight = {
+        "minutes": time,
+        "vertical_speed_fpm": 50.0,
+        "altitude_ft": 8.0,
+        "turning_percent": 30.0,
+        "slowing_kt_a_second": 1.0,
+        **{f"reversals_{control}": RATINGS[case.maneuver] for control in TRAVEL},
+        "reversals_a_minute": RATINGS[case.maneuver],
+        "duty_percent": RATINGS[case.maneuver],
+        "out_of_tolerance_percent": RATINGS[case.maneuver],
+    }
+    curves = []
+    if sortie.curves:
+        for method, straight in (("paper", True), ("covering", False)):
+            curves += [_point(method, speed, 0.5) | {"on_condition": straight} for speed in (100.0, 130.0, 160.0)]
+        curves += [_point("data", speed, 0.4) | {"on_condition": True} for speed in (100.0, 160.0)]
+        curves += [_point("fixed speed", 120.0, 0.6)]
+    density = [{"airspeed_kt": float(v), "seconds": 10.0} for v in DENSITY_EDGES[:-1] + 1.25]
+    tracks = [{"east_nm": e, "north_nm": 0.0, "on_condition": e > 1.0} for e in (0.0, 1.0, 2.0)]
+    return Measured(
+        fits=tuple(key | _fit(look, residual(sortie, look), time, rng) for look in sortie.looks),
+        flights=(key | flight,),
+        density=tuple(key | row for row in density),
+        tracks=tuple(key | row for row in tracks) if sortie.track else (),
+        curves=tuple(key | row for row in curves),
+    )
+
+
+def _fit(look: Look, residual: float, minutes: float, rng: np.random.Generator) -> dict[str, object]:
+    numbers = {
+        "samples": 3000.0 * minutes,
+        "residual_two_sigma_kt": residual,
+        "pooled_two_sigma_kt": residual,
+        **{f"two_sigma_{axis}_kt": residual for axis in ("north", "east", "down")},
+        "smooth_two_sigma_kt": residual,
+        "two_sigma_kt": 1.0 / minutes,
+        "rms_error_kt": 0.3 / minutes * (1.0 + look.level),
+        "coverage": 1.0,
+        "mean_error_kt": 0.0,
+        "tilt_kt": rng.standard_normal(),
+        "wind_north_error_kt": rng.standard_normal(),
+        "wind_east_error_kt": 0.0,
+        "white_criterion": rng.standard_normal(),
+        "block_criterion": rng.standard_normal(),
+    }
+    return look_row(look) | {"failed": ""} | numbers
+
+
+def _point(kind: str, speed: float, value: float) -> dict[str, object]:
+    numbers = {"two_sigma_kt": 0.2, "residual_two_sigma_kt": 0.9, "truth_kt": 0.4}
+    return {"kind": kind, "airspeed_kt": speed, "correction_kt": value, **numbers}

@@ -1,0 +1,75 @@
+"""The committed tables of the coverage and of foreign airplanes: complete, and no bound that is too small."""
+
+import csv
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import pitotlab
+from pitotbench.sense import SYSTEMS
+from pitotbench.simulate import PAPER_MANEUVERS
+from pitotlab.coverage import SCORINGS, TURBULENCE
+
+RESULTS = Path(pitotlab.__file__).parent / "results"
+AIRCRAFT_PAGE = Path(__file__).parents[2] / "docs" / "aircraft.md"
+SCORED = ("constant wind", "systematic errors")
+
+
+@pytest.fixture(scope="module")
+def cells():
+    return pd.read_csv(RESULTS / "coverage-new-priors.csv")
+
+
+@pytest.fixture(scope="module")
+def airplanes():
+    with (RESULTS / "aircraft-flights.csv").open(encoding="utf-8") as file:
+        return [row for row in csv.DictReader(file) if row["maneuver"] == "all"]
+
+
+def test_every_cell_is_there_with_as_many_flights(cells):
+    wanted = {
+        (name, maneuver, turbulence, das)
+        for name in SCORED
+        for maneuver in PAPER_MANEUVERS
+        for turbulence in TURBULENCE
+        for das in SCORINGS[name].systems
+    }
+    assert set(zip(cells.scoring, cells.maneuver, cells.turbulence, cells.das, strict=True)) == wanted
+    assert cells[cells.scoring == "constant wind"].shape[0] == len(PAPER_MANEUVERS) * len(TURBULENCE) * len(SYSTEMS)
+    assert cells.flights.nunique() == 1
+
+
+@pytest.mark.parametrize("scoring", SCORED)
+def test_no_bound_is_too_small(cells, scoring):
+    """95 − 2 % of the curve, two standard errors allowed, in every cell."""
+    these = cells[cells.scoring == scoring]
+    short = these[these.coverage_percent + 2.0 * these.coverage_se_percent < 93.0]
+    assert short.empty, short[["maneuver", "turbulence", "das", "coverage_percent"]].to_string()
+
+
+def test_white_bounds_are(cells):
+    rough = cells[(cells.scoring == "constant wind") & (cells.turbulence != "none")]
+    assert rough.white_coverage_percent.max() < 50.0
+
+
+def test_enough_airplanes_flew_every_flight(airplanes):
+    assert len(airplanes) >= 6
+    assert all(int(row["flights"]) >= 10 for row in airplanes)
+    assert sum(int(row["failed"]) for row in airplanes) == 0
+
+
+def test_no_bound_of_a_foreign_airplane_is_too_small(airplanes):
+    short = [r for r in airplanes if float(r["coverage_percent"]) + 2.0 * float(r["coverage_se_percent"]) < 93.0]
+    assert short == []
+
+
+def test_the_page_on_aircraft_shows_the_table(airplanes):
+    page = AIRCRAFT_PAGE.read_text(encoding="utf-8")
+    for row in airplanes:
+        # The first table is that of the file; later ones are of other seeds.
+        line = next(line for line in page.splitlines() if line.startswith(f"| `{row['aircraft']}` |"))
+        cells = [cell.strip() for cell in line.split("|")]
+        assert cells[3:5] == [row["flights"], row["failed"]]
+        assert cells[5] == f"{float(row['on_condition_percent']):.1f}"
+        assert cells[7].startswith(f"{float(row['coverage_percent']):.1f} ")

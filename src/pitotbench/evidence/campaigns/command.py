@@ -7,7 +7,6 @@ from pitotbench.evidence.campaigns.costs import driver_memory, efficiency, overh
 from pitotbench.evidence.campaigns.faults import bad_flights, bad_stores, full_disks, second_driver
 from pitotbench.evidence.campaigns.kills import fly_long, kill_drivers, kill_workers, stop_drivers
 from pitotbench.evidence.campaigns.scheduler import schedules
-from pitotbench.evidence.campaigns.tls import fly_secured
 
 Measurement = Callable[[Path, int], Iterator[str]]
 
@@ -31,6 +30,5 @@ MEASUREMENTS: dict[str, tuple[Measurement, int]] = {
     "efficiency-dask": (lambda folder, flights: efficiency(folder, flights, dask=True), 1_000),
     "sigterm": (stop_drivers, 60),
     "overhead": (overhead, 30),
-    "tls": (fly_secured, 4),
     "scheduler": (schedules, 1_000_000),
 }

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from pitotbench.bench.fleet.canonical_flight import SHORTEST_CARD
 from pitotbench.records.toml_text import write_toml
 
 CLOCK = os.sysconf("SC_CLK_TCK")
@@ -21,6 +20,8 @@ DASK_SETTINGS = {
     "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
     "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
 }
+# The shortest card that a calibration can use: half a minute of a decelerating turn.
+_SHORTEST_CARD = {"speeds_kt": [130.0, 110.0], "dwells_s": [10.0, 10.0], "settle_s": 2.0}
 _SOURCE = Path(__file__).parents[3]
 
 
@@ -28,7 +29,7 @@ def write_plan_file(folder: Path, seeds: str, **more: object) -> Path:
     """Write the plan of the shortest flight that can be calibrated, at 2/1 Hz, with these seeds."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "short.toml"
-    table = {"das": ["2/1"], "seeds": seeds, "case": {"maneuver": "decel_circle", "card": SHORTEST_CARD}}
+    table = {"das": ["2/1"], "seeds": seeds, "case": {"maneuver": "decel_circle", "card": _SHORTEST_CARD}}
     path.write_text(write_toml(table | more), encoding="utf-8")
     return path
 
@@ -139,13 +140,13 @@ class Cluster:
 
 
 @contextmanager
-def dask_cluster(workers: int = 2, threads: int = 1, flags: Sequence[str] = ()) -> Iterator[Cluster]:
-    """Start a scheduler and workers as docs/scale.md says. With `flags`, of certificates, its address is tls://."""
+def dask_cluster(workers: int = 2, threads: int = 1) -> Iterator[Cluster]:
+    """Start a scheduler and workers as docs/scale.md says."""
     port = 20000 + os.getpid() % 20000
-    address = f"{'tls' if flags else 'tcp'}://127.0.0.1:{port}"
+    address = f"tcp://127.0.0.1:{port}"
     settings = os.environ | {"PYTHONPATH": str(_SOURCE), **DASK_SETTINGS}
-    scheduler = ["scheduler", "--host", address.rpartition(":")[0], "--port", str(port), "--no-dashboard", *flags]
-    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard", *flags]
+    scheduler = ["scheduler", "--host", "tcp://127.0.0.1", "--port", str(port), "--no-dashboard"]
+    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard"]
     started = [_dask(command, settings) for command in (scheduler, worker)]
     try:
         yield Cluster(address, *(process.pid for process in started))

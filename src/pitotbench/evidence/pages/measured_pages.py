@@ -27,15 +27,6 @@ What each costs is in [speed.md](speed.md#peers).
 
 Because it has to estimate the noise, the bound is {sharpness:.2f} times as wide as for known noise.
 """
-_FORMS = """# Scalar and vector form
-
-Both forms on the same flights: seeds {first} to {last}, {turbulence} turbulence, {das} Hz, random wind and Inverse+
-error, {date:%Y-%m-%d}. Heading is off by a random constant (1° standard deviation), each vane by another (0.5°).
-A ±2σ bound should contain 95 % of the curve. [method.md](method.md) explains what the vector form adds.
-`python scripts/verify_forms.py --seeds {count}` repeats it.
-
-{table}
-"""
 _AUTO = """# `--model auto` on curves that no model of the table can represent
 
 Every flight is recorded with {truths} truths ({names}), their parameters random. Seeds {first} to {last},
@@ -51,11 +42,6 @@ def peers_page(table: pd.DataFrame, seeds: Sequence[int]) -> str:
     wide = table.pivot_table(index=["maneuver", "das"], columns="bound", values="mean 2σ [kt]")
     sharpness = float((wide["pitotbench"] / wide["pitotbench, if the noise were known"]).mean())
     return _PEERS.format(table=_markdown(table), sharpness=sharpness, **_flown(seeds))
-
-
-def forms_page(table: pd.DataFrame, seeds: Sequence[int], asked: Mapping[str, str]) -> str:
-    """Both forms on the same flights, as Markdown; `asked` holds turbulence and das."""
-    return _FORMS.format(table=_markdown(table), **asked, **_flown(seeds))
 
 
 def auto_page(table: pd.DataFrame, truths: Sequence[str], seeds: Sequence[int], asked: Mapping[str, str]) -> str:

@@ -10,8 +10,8 @@ from threadpoolctl import threadpool_limits
 
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.calibrate.paper import velocity_outputs_of
 from pitotbench.calibrate.rows.observations import observe
+from pitotbench.evidence.study.velocity_fit import fit_velocity, velocity_outputs_of
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.log import FlightLog
 from pitotbench.show.draw_section import log_section
@@ -54,14 +54,14 @@ def fit_times(log: FlightLog) -> FitTimes:
     def flat_jacobian(theta: Array) -> Array:
         return -outputs(theta)[1].reshape(-1, len(theta))
 
-    paper = CalibrationOptions(method="paper", form="vector")
+    paper = CalibrationOptions(method="paper")
     with threadpool_limits(limits=1):
         return FitTimes(
             rows=len(obs),
             scipy=_least(
                 lambda: least_squares(flat_residual, start, jac=flat_jacobian, method="lm", x_scale="jac")
             ),
-            vector=_least(lambda: calibrate(log, paper)),
+            vector=_least(lambda: fit_velocity(log, paper)),
             covering=_least(lambda: calibrate(log)),
             static=_least(lambda: calibrate(log, CalibrationOptions(error_location="static"))),
             triangle=_least(lambda: calibrate(log, CalibrationOptions(error_location="impact"))),

@@ -15,7 +15,6 @@ from pitotbench.sense import data_system, record
 COVERING = CalibrationOptions(
     model="inverse+",
     method="covering",
-    form="scalar",
     error_location="impact",
     wind="constant",
     latency="given",
@@ -31,7 +30,8 @@ class Look:
 
     `change` is a name of `CHANGES`, `level` the size of the change. `noise` multiplies the noise of the impact
     pressure, `gps_noise` that of the GPS velocity. `given_down` adds velocity down to the log of any system.
-    `alone` leaves the noise of the impact pressure alone, as in the paper: every other sensor is exact.
+    `alone` leaves the noise of the impact pressure alone, as in the paper: every other sensor is exact. `form` is
+    `scalar` (one output, airspeed) or `vector` (the components of ground velocity, by the paper's method).
     """
 
     das: str = "50/50"
@@ -42,11 +42,12 @@ class Look:
     gps_noise: float = 1.0
     given_down: bool = False
     alone: bool = False
+    form: str = "scalar"
 
     @property
     def sensing(self) -> tuple[object, ...]:
         """The fields that determine the log. Looks with the same fields share one log."""
-        return tuple(getattr(self, f.name) for f in fields(self) if f.name != "options")
+        return tuple(getattr(self, f.name) for f in fields(self) if f.name not in ("options", "form"))
 
 
 def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:

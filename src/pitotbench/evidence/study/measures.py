@@ -4,9 +4,11 @@ import numpy as np
 
 from pitotbench import bench
 from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms, scored
+from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.evidence.experiment import Row
 from pitotbench.evidence.study.changes import TURNING
 from pitotbench.evidence.study.looks import Look
+from pitotbench.evidence.study.velocity_fit import fit_velocity
 from pitotbench.evidence.study.workload import workload
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import BadInputError, NoAnswerError
@@ -26,7 +28,7 @@ def look_row(look: Look) -> Row:
         "das": look.das,
         "model": options.model,
         "method": options.method,
-        "form": options.form,
+        "form": look.form,
         "wind": options.wind,
         "down": options.use_down,
         "on_condition": options.on_condition,
@@ -40,8 +42,13 @@ def look_row(look: Look) -> Row:
 
 
 def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | None]:
-    """Fit a log and compare it with the truth of its flight. `failed` is the reason where there are no numbers."""
+    """Fit a log and compare it with the truth of its flight. `failed` is the reason where there are no numbers.
+
+    Of a fit of several outputs only their residuals are measured: it gives no calibration.
+    """
     try:
+        if look.form == "vector":
+            return {**look_row(look), "failed": "", **_outputs(fit_velocity(log, look.options))}, None
         result = bench.calibrate(log, look.options)
     except (NoAnswerError, BadInputError) as error:
         return {**look_row(look), "failed": str(error)}, None
@@ -57,19 +64,16 @@ def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | 
         "coverage": score.curve_coverage,
         **_error_parts(result, flight),
         **_criteria(result),
-        **_outputs(result),
     }
     return row, result
 
 
-def _outputs(result: Calibration) -> Row:
+def _outputs(fitted: OutputErrorFit) -> Row:
     """Return 2σ of the residual of each output of a fit of several, and pooled over them [kt of true airspeed].
 
     Pooled is the root of the mean square over the outputs: an output without residual lowers it.
     """
-    each = np.array((result.diagnostics or {}).get("output_two_sigma_mps", [])) / KNOT
-    if not len(each):
-        return {}
+    each = 2.0 * np.std(fitted.residuals, axis=1) / KNOT
     names = [f"two_sigma_{axis}_kt" for axis in ("north", "east", "down")]
     return {"pooled_two_sigma_kt": rms(each), **dict(zip(names, each.tolist(), strict=False))}
 

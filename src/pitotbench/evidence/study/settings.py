@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
@@ -132,10 +133,10 @@ def pooled_looks() -> tuple[Look, ...]:
 
     All data at each data system, and on-condition data at 50/50 Hz.
     """
-    options = [replace(PAPER, form="vector", use_down=down) for down in (True, False)]
-    every = [Look(das, one, given_down=True, alone=True) for das in SYSTEMS for one in options]
-    straight = [Look("50/50", replace(one, on_condition=True), given_down=True, alone=True) for one in options]
-    return (*every, *straight)
+    pooled = partial(Look, given_down=True, alone=True, form="vector")
+    options = [replace(PAPER, use_down=down) for down in (True, False)]
+    every = [pooled(das, one) for das in SYSTEMS for one in options]
+    return (*every, *(pooled("50/50", replace(one, on_condition=True)) for one in options))
 
 
 def other_errors() -> tuple[Look, ...]:
@@ -160,7 +161,7 @@ def explaining_looks() -> tuple[Look, ...]:
         Look("20/1", replace(PAPER, use_down=down), "vertical speed", STEEP, given_down=True)
         for down in (True, False)
     ]
-    vector = [Look("50/50", replace(PAPER, form="vector", use_down=down)) for down in (True, False)]
+    vector = [Look("50/50", replace(PAPER, use_down=down), form="vector") for down in (True, False)]
     return (*quiet, *steep, *slow, *vector, *quiet_looks(), *pooled_looks(), *other_errors(), STRAIGHT)
 
 

@@ -1,6 +1,6 @@
 """Fly the coverage campaign: every maneuver, data system and turbulence, many seeds never used in development.
 
-    python scripts/verify_coverage.py --seeds 400 --out docs
+    python scripts/verify_coverage.py --seeds 400
 
 Writes coverage.csv (one line a cell), coverage.png and coverage.md. About 25 CPU seconds a seed.
 """
@@ -27,7 +27,7 @@ def main() -> None:
         default=",".join(SCORINGS),
         help="comma list of questions, with the first (default: %(default)s)",
     )
-    parser.add_argument("--out", type=Path, default=Path("docs"), help="folder (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=Path("out/coverage"), help="folder (default: %(default)s)")
     options = parser.parse_args()
     budget = Budget(options.jobs, options.minutes, options.rows)
     scorings = [SCORINGS[name].name for name in options.scoring.split(",")]

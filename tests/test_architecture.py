@@ -1,11 +1,10 @@
-"""The shape of the project: what may import what, how fast it loads, and names that mean one thing."""
+"""The shape of the project: what may import what, how fast it loads, and its public names and commands."""
 
 import argparse
 import ast
 import json
 import subprocess
 import sys
-from collections import defaultdict
 from importlib import import_module
 from pathlib import Path
 
@@ -18,7 +17,6 @@ from pitotbench.cli.commands import COMMANDS
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "pitotbench"
 SLOW = {"numpy", "scipy", "pandas", "pyarrow", "matplotlib", "jsbsim", "rich", "pydantic", "jinja2"}
-MOST_FILE_NAMES_TWICE, MOST_PUBLIC_NAMES_TWICE = 6, 8
 
 
 def loaded_after(code):
@@ -122,32 +120,3 @@ def test_every_command_has_a_summary_flags_with_help_and_a_run_function(row):
 def test_the_command_line_lists_every_command_of_the_table():
     text = command_line().format_help()
     assert all(row.name in text and row.summary in text for row in COMMANDS)
-
-
-def test_scripts_are_short():
-    for script in (ROOT / "scripts").glob("*.py"):
-        assert len(script.read_text(encoding="utf-8").splitlines()) <= 40, script.name
-
-
-@pytest.mark.parametrize("name", ["utils", "helpers", "common", "misc"])
-def test_no_file_says_nothing(name):
-    assert not list((ROOT / "src").rglob(f"{name}.py"))
-
-
-def test_few_file_names_stand_in_more_than_one_package():
-    folders = defaultdict(set)
-    for file in SOURCE.rglob("*.py"):
-        folders[file.name].add(file.parent.relative_to(SOURCE).as_posix())
-    twice = {name: sorted(where) for name, where in folders.items() if len(where) > 1 and name != "__init__.py"}
-    assert len(twice) <= MOST_FILE_NAMES_TWICE, twice
-
-
-def test_few_public_names_are_defined_in_more_than_one_package():
-    """A reader who looks for a class or function finds one. `fly`, `add` and `run` of the families count too."""
-    folders = defaultdict(set)
-    for file in SOURCE.rglob("*.py"):
-        for node in ast.parse(file.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_"):
-                folders[node.name].add(file.parent.relative_to(SOURCE).as_posix())
-    twice = {name: sorted(where) for name, where in folders.items() if len(where) > 1}
-    assert len(twice) <= MOST_PUBLIC_NAMES_TWICE, twice

@@ -80,13 +80,7 @@ def test_on_condition_needs_its_column():
         calibrate(log, CalibrationOptions(on_condition=True))
 
 
-def test_vector_form_needs_attitude():
-    log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air())
-    with pytest.raises(BadInputError, match="roll"):
-        calibrate(replace(log, roll=None), CalibrationOptions(method="paper", form="vector"))
-
-
-@pytest.mark.parametrize("choice", [{"method": "papre"}, {"form": "tensor"}, {"error_location": "pitot"}])
+@pytest.mark.parametrize("choice", [{"method": "papre"}, {"error_location": "pitot"}])
 def test_unknown_choices_name_the_known(choice):
     with pytest.raises(BadInputError, match="Known"):
         CalibrationOptions(**choice)

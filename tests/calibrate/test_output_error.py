@@ -19,10 +19,9 @@ from pitotlab.experiment import Trial, random_case
 MODEL = PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE)
 
 
-@pytest.mark.parametrize("form", ["scalar", "vector"])
-def test_recovers_the_truth_in_calm_air(form):
+def test_recovers_the_truth_in_calm_air():
     log = fixture.fly(fixture.step_decrease(10), 10, 10, fixture.CALM)
-    result = calibrate(log, CalibrationOptions(method="paper", form=form))
+    result = calibrate(log, CalibrationOptions(method="paper"))
     np.testing.assert_allclose([p.value for p in result.parameters], fixture.TRUTH.parameters, atol=1e-6)
     np.testing.assert_allclose([result.wind.north.value, result.wind.east.value], fixture.WIND, atol=1e-6)
 

@@ -33,14 +33,6 @@ def test_a_zero_offset_beyond_its_accuracy_is_named_with_its_size():
     assert not _outside(calibrate(off, enough))
 
 
-def test_a_vane_beyond_its_prior_is_named_with_its_size():
-    log = fixture.fly(fixture.step_decrease(20), 20, 20, QUIET)
-    off = replace(log, sideslip=np.full(len(log), np.deg2rad(25.0)))
-    (warning,) = _outside(calibrate(off, CalibrationOptions(form="vector")))
-    assert "sideslip vane" in warning
-    assert "found to be -24" in warning  # the prior of 5° takes a little off
-
-
 def test_gusts_of_another_scale_are_named_with_their_length():
     """A wave of 300 s, some 20 km, where gusts of 533 m are expected."""
     log = fixture.fly(fixture.circles(10), 10, 10, fixture.Air(gust=0.0, pressure=2.0))

@@ -199,13 +199,6 @@ def test_a_mapping_advises_and_a_flag_decides(log, tmp_path, capsys):
     assert _model_of(["calibrate", str(log), "--mapping", str(mapping), "--model", "bias"], capsys) == "bias"
 
 
-@pytest.mark.parametrize(("flags", "model"), [(["--model", "auto"], "auto ("), (["--method", "paper"], "inverse+")])
-def test_advice_for_one_covering_fit_stands_back(log, tmp_path, capsys, flags, model):
-    """A mapping that advises the vector form does not forbid what has none."""
-    mapping = _mapping(log, tmp_path, 'form = "vector"')
-    assert _model_of(["calibrate", str(log), "--mapping", str(mapping), *flags], capsys).startswith(model)
-
-
 def test_a_mapping_with_a_wrong_choice_is_refused(log, tmp_path, capsys):
     mapping = tmp_path / "mine.toml"
     mapping.write_text('[columns]\ntime_s = "time_s"\n[calibrate]\nmodle = "linear"\n')

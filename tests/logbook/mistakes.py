@@ -82,10 +82,10 @@ PASSES = {  # by the name of the mistake: why reading lets it through, though th
     "clock: min as s": "the calibration refuses it: the answer is not determined",
     "clock: every tenth row": FEW_ROWS,
     "clock: gps_fresh never true": FEW_ROWS,
-    "angle_of_attack: rad written as °": "the vector form's fit of the vane takes it up",
-    "angle_of_attack with the wrong sign": "the vector form's fit of the vane takes it up",
-    "sideslip: ° written as rad": "the vector form's fit of the vane takes it up",
-    "sideslip: rad written as °": "the vector form's fit of the vane takes it up",
+    "angle_of_attack: rad written as °": UNUSED,
+    "angle_of_attack with the wrong sign": UNUSED,
+    "sideslip: ° written as rad": UNUSED,
+    "sideslip: rad written as °": UNUSED,
     "mass lb as kg": UNUSED,
 }
 
@@ -372,7 +372,7 @@ def _clocks() -> list[Mistake]:
 
 
 def _others() -> list[Mistake]:
-    """What the scalar form does not use: harmless to its curve, not to that of the vector form."""
+    """What the calibration does not use: harmless to its curve."""
     found: list[Mistake] = []
     for name in ("roll", "pitch", "heading", "angle_of_attack", "sideslip"):
         column = f"{name}_rad"

@@ -52,35 +52,6 @@ def test_wind_is_near_the_balloon(flight):
     assert np.all(np.abs(found - BALLOON_KT[name]) < 7.0)
 
 
-@pytest.mark.parametrize("name", sorted(BALLOON_KT))
-def test_two_equations_agree_about_the_wind(name):
-    """The wind along the path, through the airspeed, and across it, through the vanes, is one wind.
-
-    It is not the balloon's: on CLASS55 3.0 kt, on CLASS65 5.8 kt off, of a balloon whose wind changes by 4 kt over
-    1,000 ft of height.
-    """
-    log = _without_height(name)
-    scalar, vector = (calibrate(log, replace(OPTIONS, wind="drifting", form=f)).wind for f in ("scalar", "vector"))
-    parts = zip((scalar.north, scalar.east), (vector.north, vector.east), BALLOON_KT[name], strict=True)
-    for first, second, balloon in parts:
-        bound = np.hypot(first.two_sigma, second.two_sigma)
-        print(
-            f"{name}: wind {first.name} {first.value / KNOT:.1f} ± {first.two_sigma / KNOT:.1f} kt (scalar), "
-            f"{second.value / KNOT:.1f} ± {second.two_sigma / KNOT:.1f} kt (vector), balloon {balloon} kt"
-        )
-        assert abs(first.value - second.value) < 1.5 * bound
-
-
-@pytest.mark.parametrize("name", sorted(BALLOON_KT))
-def test_the_angle_of_attack_vane_is_15_degrees_off_and_the_answer_says_so(name):
-    """A prior of 1° for the vane's error once pulled the wind of CLASS55 onto the balloon's, by a wrong vane."""
-    result = calibrate(_without_height(name), replace(OPTIONS, wind="drifting", form="vector"))
-    vane = next(s.estimate for s in result.shares if s.name == "direction_in_bank_deg")
-    print(f"{name}: direction in bank off by {vane.value:.1f} ± {vane.two_sigma:.1f}°")
-    assert -18.0 < vane.value < -13.0
-    assert any("angle-of-attack vane" in warning for warning in result.warnings)
-
-
 def test_bound_is_honest_about_colored_residuals(flight):
     """The white bound is a few hundredths of a knot here; the balloon is knots away."""
     _, result = flight

@@ -137,22 +137,6 @@ def test_a_later_speed_that_cannot_be_held_is_refused_in_its_set_up():
         fly(replace(SHORT, card={"speeds_kt": [160.0, 300.0], "dwell_s": 5.0}, turbulence="none"))
 
 
-class BatchReader:
-    """Reads nodes as the patch of docs/speed.md does, for a JSBSim without it."""
-
-    def __init__(self, nodes):
-        self.nodes = nodes
-
-    def read_into(self, values):
-        values[: len(self.nodes)] = [node.get_double_value() for node in self.nodes]
-
-
-def test_a_batch_read_records_the_same_bits(monkeypatch):
-    one_by_one = fly(SHORT)
-    monkeypatch.setattr("jsbsim.FGPropertyReader", BatchReader, raising=False)
-    assert digest(fly(SHORT)) == digest(one_by_one)
-
-
 def test_the_flight_does_not_depend_on_the_channels_that_are_recorded():
     whole, part = fly(SHORT), fly(SHORT, channels=("total_pressure", "specific_force_z"))
     assert set(part.channels) == {"time", "mass", "total_pressure", "specific_force_z"}

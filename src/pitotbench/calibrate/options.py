@@ -12,7 +12,6 @@ from pitotbench.records.errors import BadInputError
 
 AUTO = "auto"  # every model of the table, weighted
 METHODS = ("covering", "paper")
-FORMS = ("scalar", "vector")
 ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
 WINDS = ("constant", "checked", "linear", "drifting")
 LATENCIES = ("given", "checked", "estimated")
@@ -26,9 +25,6 @@ class CalibrationOptions:
     model: name in the table of pressure-error models, or `auto` (see `averaging`).
     method: `covering` (generalized least squares with the covering bound) or `paper` (output error with
     white residuals).
-    form: `scalar` (impact pressure predicted from ground velocity and wind) or `vector`. With the method `paper`,
-    the vector form predicts ground velocity from airspeed, attitude and flow angles. With the method `covering`, it
-    adds the equation for the wind across the measured direction of the air velocity to the scalar equation.
     error_location: `impact` (as in the paper: the error is in the impact pressure alone), `total` (the error of the
     total source, which is the same to this estimator), `static` (the error of the static source, which changes the
     static pressure too and is visible against GPS height), or `auto`: by evidence where the log has its height,
@@ -52,7 +48,6 @@ class CalibrationOptions:
 
     model: str = "inverse+"
     method: str = "covering"
-    form: str = "scalar"
     error_location: str = AUTO
     use_down: bool = True
     use_altitude: bool = True
@@ -72,7 +67,6 @@ class CalibrationOptions:
         accuracies_of(self.accuracies, {})  # raises for unknown names
         for kind, value, known in (
             ("method", self.method, METHODS),
-            ("form", self.form, FORMS),
             ("error location", self.error_location, ERROR_LOCATIONS),
             ("wind", self.wind, WINDS),
             ("latency", self.latency, LATENCIES),
@@ -88,8 +82,6 @@ class CalibrationOptions:
                 f"a latency of {self.gps_latency:g} s: give at most {LONGEST_LATENCY:g} s, in seconds, "
                 "by which the GPS velocity trails the air data"
             )
-        if self.form == "vector" and self.model == AUTO:
-            raise BadInputError("models are weighed in the scalar form; name one with --model for the vector form")
         if self.model == AUTO and self.method != "covering":
             raise BadInputError("models can only be weighed with the method 'covering'; name one with --model")
 

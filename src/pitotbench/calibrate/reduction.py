@@ -17,14 +17,13 @@ from pitotbench.calibrate.gls.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibrate.gls.outside_prior import outside_prior
 from pitotbench.calibrate.gls.posterior import Posterior, posterior_of
 from pitotbench.calibrate.gls.wind_check import ASKS, JUMP, WindChange, check_wind
-from pitotbench.calibrate.model.crosswind import direction_nuisances
 from pitotbench.calibrate.model.curve_map import CurveMap, curve_airspeeds
 from pitotbench.calibrate.model.nuisances import Nuisance, nuisances_of
 from pitotbench.calibrate.model.prediction import PredictionModel
 from pitotbench.calibrate.observability import require_observable
 from pitotbench.calibrate.options import AUTO, CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
-from pitotbench.calibrate.paper import fit_scalar, fit_vector
+from pitotbench.calibrate.paper import fit_scalar
 from pitotbench.calibrate.rows.observations import Observations, observe, observe_again
 from pitotbench.calibrate.rows.range_end import range_end
 from pitotbench.calibrate.rows.screening import screen
@@ -78,7 +77,7 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     reference = reference_pressure or reference_of([obs])
     model = PredictionModel(MODELS[options.model], reference, options.error_location == "static", options.wind_down)
     _require_observable(model, obs, log)
-    obs, white, left_out = _screened(model, obs, log, options)
+    obs, white, left_out = _screened(model, obs, options.robust)
     found: dict[str, Any] = {"rows_left_out": [int(row) for row in left_out[:_MOST_LISTED]]}
     nuisances: tuple[Nuisance, ...] = ()
     departures: tuple[str, ...] = ()
@@ -158,12 +157,12 @@ def reference_of(observed: Sequence[Observations]) -> float:
 
 
 def _screened(
-    model: PredictionModel, obs: Observations, log: FlightLog, options: CalibrationOptions
+    model: PredictionModel, obs: Observations, robust: bool
 ) -> tuple[Observations, OutputErrorFit, NDArray[np.intp]]:
     """The good rows, the white fit to them, and the numbers of the rows left out, (k,)."""
-    fit = _white_fit(model, obs, log, options)
+    fit = _white_fit(model, obs)
     none = np.zeros(0, dtype=np.intp)
-    if options.robust and (options.form == "scalar" or options.method == "covering"):
+    if robust:
         screened = screen(model, obs, None if fit is None else fit.theta)
         if len(screened.left_out):
             obs, none, fit = screened.observations, screened.left_out, None
@@ -171,12 +170,8 @@ def _screened(
     return obs, fit or fit_scalar(model, obs), none
 
 
-def _white_fit(
-    model: PredictionModel, obs: Observations, log: FlightLog, options: CalibrationOptions
-) -> OutputErrorFit | None:
+def _white_fit(model: PredictionModel, obs: Observations) -> OutputErrorFit | None:
     """The published fit; None where faulty rows may keep it from converging."""
-    if options.form == "vector" and options.method == "paper":
-        return fit_vector(model, obs, log)
     try:
         return fit_scalar(model, obs)
     except NoAnswerError:
@@ -203,7 +198,7 @@ def _cover(
             structure = _structure(model, options, obs)
             located = fit_located(log, options, structure, obs, white.theta)
     fit = located.fit
-    if options.wind == "checked" and not located.structure.crosswind:
+    if options.wind == "checked":
         found |= _wind_found(check_wind(located.structure, obs, fit), located, obs)
     found |= {
         "gust_deviation_mps": fit.gust_deviation,
@@ -255,9 +250,7 @@ def _altitude_found(located: ErrorPlace) -> dict[str, Any]:
 
 
 def _structure(model: PredictionModel, options: CalibrationOptions, obs: Observations) -> Structure:
-    crosswind = options.form == "vector"
-    nuisances = (*nuisances_of(options, obs), *(direction_nuisances() if crosswind else ()))
-    return Structure(model, nuisances, options.wind == "drifting", crosswind)
+    return Structure(model, nuisances_of(options, obs), options.wind == "drifting")
 
 
 def _warnings(

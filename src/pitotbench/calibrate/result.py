@@ -10,7 +10,6 @@ from pitotbench.calibrate.gls.posterior import Posterior
 from pitotbench.calibrate.model.curve_map import CurveMap, curve_airspeeds
 from pitotbench.calibrate.model.nuisances import ZERO, Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.calibrate.reduction import Reduction
 from pitotbench.calibrate.rows.observations import Observations
@@ -40,7 +39,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         reference_pressure=model.reference_pressure,
         wind=_wind(model, answer),
         curve=with_altitude(_curve(curve, white, answer, reduction.nuisances), curve, answer, obs),
-        residual_two_sigma=_published_two_sigma(reduction.options, model, obs, white),
+        residual_two_sigma=2.0 * float(np.std(white.residuals[0])),
         samples=len(obs),
         converged=True,
         reason=white.reason,
@@ -48,7 +47,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         residuals=residuals,
         warnings=reduction.warnings,
         shares=_shares(curve, answer, reduction.nuisances),
-        diagnostics={"iterations": white.iterations, **reduction.diagnostics, **_output_two_sigma(reduction)},
+        diagnostics={"iterations": white.iterations, **reduction.diagnostics},
         error_location=reduction.error_location,
         assumptions=reduction.assumptions,
         impact_pressure_zero=zero,
@@ -83,24 +82,6 @@ def _above_zero(airspeeds: MetersPerSecond, zero: Estimate | None) -> MetersPerS
             "Pa, 2σ): fly faster, or set the sensor's zero before the flight"
         )
     return airspeeds[above]
-
-
-def _published_two_sigma(
-    options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
-) -> float:
-    """2σ of the residual as airspeed [m/s], for the fit by the paper's method."""
-    airspeed = (
-        white.residuals[0] if options.form == "scalar" else _residuals(model, obs.as_held(), white.theta).airspeed
-    )
-    return 2.0 * float(np.std(airspeed))
-
-
-def _output_two_sigma(reduction: Reduction) -> dict[str, list[float]]:
-    """2σ of the residual of each output, north, east and down [m/s], for the published fit of several outputs."""
-    white = reduction.white
-    if len(white.residuals) == 1:
-        return {}
-    return {"output_two_sigma_mps": [float(value) for value in 2.0 * np.std(white.residuals, axis=1)]}
 
 
 def _parameters(model: PredictionModel, answer: Posterior) -> tuple[Estimate, ...]:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pitotbench.records.log import FlightLog
     from pitotbench.show.limit import Limit
 
-_CHOICES = ("model", "method", "form", "error_location", "mach_max", "wind")
+_CHOICES = ("model", "method", "error_location", "mach_max", "wind")
 _NAMED_LATENCIES = ("checked", "estimated")
 
 
@@ -33,7 +33,6 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-down", action="store_true", help="do not use the vertical GPS velocity")
     parser.add_argument("--no-altitude", action="store_true", help="do not use the height by GPS")
     parser.add_argument("--method", help="covering or paper (default: covering)")
-    parser.add_argument("--form", help="scalar, or vector: use attitude and flow angles too (default: scalar)")
     parser.add_argument(
         "--error-location",
         help="auto (by GPS height where the log has it), static, total or impact (as published) (default: the "
@@ -172,12 +171,9 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
 
 def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
     """Return the options. A flag overrides the advice of the mapping, and the advice overrides the default."""
-    from pitotbench.calibrate.options import AUTO, options_from
+    from pitotbench.calibrate.options import options_from
     from pitotbench.units import KNOT
 
-    advised = dict(advised)
-    if options.model == AUTO or options.method == "paper":
-        advised.pop("form", None)  # the advice is for the covering fit of one model
     stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}
     if options.ground_speed_min_kt is not None:
         stated["ground_speed_min"] = options.ground_speed_min_kt * KNOT

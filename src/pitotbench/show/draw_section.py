@@ -12,7 +12,6 @@ from pitotbench.show.error_curves import curve_panels
 from pitotbench.show.fixed_speed_tables import points_html
 from pitotbench.show.flight_panels import flight_panels
 from pitotbench.show.limit import AUTO, Limit
-from pitotbench.show.live_curve import live_curve
 from pitotbench.show.markup import render
 from pitotbench.show.residuals import residual_panels
 from pitotbench.show.section import Section
@@ -58,10 +57,9 @@ def log_section(
     rows = " ".join([*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log):,} rows read,"])
     rows += f" {result.samples:,} used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
-    live = live_curve(result, points, limit)
-    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit, live)
+    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit)
     origin = "simulated logs" if log.simulated else "measured logs"
-    return Section(anchor, origin, name, answer, html, bool(live))
+    return Section(anchor, origin, name, answer, html)
 
 
 def _html(
@@ -74,7 +72,6 @@ def _html(
     flown: Sequence[Panel],
     points: Sequence[FixedSpeedPoint],
     limit: Limit | str | None = AUTO,
-    live: str = "",
 ) -> str:
     first = next(iter(results.values()))
     curves = curve_panels(results, truth, points, limit)
@@ -86,7 +83,6 @@ def _html(
         answer=answer,
         flown=flown,
         curve=curves[0],
-        live=live,
         conditions=condition_lines(first),
         card=card_html(first.curve, title),
         panels=[*curves[1:], *residual_panels(first)],

@@ -75,12 +75,12 @@ def draw_curve(
 
 def draw_data(axes: Axes, result: Calibration) -> None:
     """Draw what single samples say."""
-    speed, data = samples(result)
+    speed, data = _samples(result)
     axes.plot(speed, data, ".", color=PALE, ms=2.0, zorder=1)
     axes.plot([], [], ".", color=GREY, ms=5.0, label="samples without the wind")  # large enough to be seen
 
 
-def samples(result: Calibration) -> tuple[Array, Array]:
+def _samples(result: Calibration) -> tuple[Array, Array]:
     """What single samples say: indicated airspeed and correction [kt], (n,), at most some 900.
 
     The correction is the curve less the residual; the middle 99 % are returned, inside the airspeeds of the curve.

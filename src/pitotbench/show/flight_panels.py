@@ -12,7 +12,6 @@ from pitotbench.show.style import BLUE, GREY, NARROW, ORANGE, RED, Panel, broken
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
 
 _NAUTICAL_MILE = 1852.0
-_ASIDE = 0.55  # in, for the arrow of the wind
 _HELD = 8.0  # half-widths: a stretch that spans more is a sweep or a turn, in which the channel is not held
 
 
@@ -39,7 +38,7 @@ def flight_panels(flight: Flight, tolerances: Mapping[str, float]) -> list[Panel
         _History("Bank", "bank angle", "roll", "°", DEGREE),
         _History("Power", "manifold pressure, left", "manifold_pressure_left", "inHg", INCH_OF_MERCURY),
     )
-    track = panel("Ground track", lambda axes: draw_track(axes, flight), size=NARROW, aside=_ASIDE)
+    track = panel("Ground track", lambda axes: draw_track(axes, flight), size=NARROW)
     served = [each for each in channels if each.channel in flight.channels]  # an electric motor has no manifold
     return [track, *(_history_panel(flight, each, tolerances.get(each.channel, 0.0)) for each in served)]
 

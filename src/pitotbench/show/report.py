@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from pitotbench.show.campaign_table import campaign_html
 from pitotbench.show.columns import Column, html_table
-from pitotbench.show.live_curve import live_script
 from pitotbench.show.markup import render
 from pitotbench.show.remarks import remarks
 from pitotbench.show.section import Section
@@ -86,7 +85,6 @@ def _page(sections: Sequence[Section], **content: object) -> str:
         "report.html",
         version=page_version(),
         sections=sections,
-        script=live_script() if any(section.live for section in sections) else "",
         groups=groups,
         answers=html_table(ANSWER_COLUMNS, [section.answer for section in sections]),
         **{**optional, **content},

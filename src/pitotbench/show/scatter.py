@@ -3,7 +3,7 @@
 import pandas as pd
 from matplotlib.axes import Axes
 
-from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, drawn, svg
+from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, stacked, svg
 
 _COLORS = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, GREY)
 _SIZE = (7.0, 4.4)  # in
@@ -21,6 +21,6 @@ def scatter_svg(results: pd.DataFrame, vertical: str, horizontal: str) -> str:
         axes.set_xlabel(horizontal)
         axes.set_ylabel(vertical)
 
-    with drawn(draw, _SIZE, legend_columns=4) as figure:
+    with stacked([draw], _SIZE, legend_columns=4) as figure:
         text = svg(figure, f"{vertical} against {horizontal}")
     return text if "xmlns=" in text else text.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)

@@ -7,14 +7,10 @@ from pitotbench.show.short_answer import ShortAnswer
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A part of a page: its anchor, the group and the title in the page's index, its short answer, its HTML.
-
-    `live` says whether the page has to hold the script of live pictures.
-    """
+    """A part of a page: its anchor, the group and the title in the page's index, its short answer, its HTML."""
 
     anchor: str
     group: str
     title: str
     answer: ShortAnswer
     html: str
-    live: bool = False

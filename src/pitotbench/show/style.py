@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
@@ -13,8 +13,6 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pitotbench.show.margins import columns_that_fit, set_margins
-from pitotbench.show.reused_figure import reused_figure
 from pitotbench.timeline import pauses
 from pitotbench.units import Array
 
@@ -69,32 +67,18 @@ def panel(
     note: str = "",
     size: tuple[float, float] = WIDE,
     legend_columns: int = 3,
-    aside: float = 0.0,
 ) -> Panel:
-    """A panel of a size [in] with the axes that `draw` fills; labeled artists go to a legend above the data.
-
-    `aside` [in] stays free right of the axes.
-    """
-    with stacked([draw], size, legend_columns, aside) as figure:
+    """A panel of a size [in] with the axes that `draw` fills; labeled artists go to a legend above the data."""
+    with stacked([draw], size, legend_columns) as figure:
         return Panel(title, svg(figure, title), note)
 
 
 @contextmanager
-def drawn(draw: Callable[[Axes], None], size: tuple[float, float], legend_columns: int) -> Iterator[Figure]:
-    """The figure of a panel, to be saved inside the `with`."""
-    with stacked([draw], size, legend_columns) as figure:
-        yield figure
-
-
-@contextmanager
 def stacked(
-    draws: Sequence[Callable[[Axes], None]],
-    size: tuple[float, float],
-    legend_columns: int,
-    aside: float = 0.0,
+    draws: Sequence[Callable[[Axes], None]], size: tuple[float, float], legend_columns: int
 ) -> Iterator[Figure]:
     """The figure of several axes, one below the other, with one range of x and one legend without repetitions."""
-    with mpl.rc_context(_SHEET), reused_figure(len(draws), size) as (figure, every):  # type: ignore[arg-type]
+    with canvas(len(draws), 1, *size) as (figure, every):
         named: dict[str, Artist] = {}
         for draw, axes in zip(draws, every, strict=True):
             draw(axes)
@@ -102,22 +86,19 @@ def stacked(
                 axes.set_xlim(every[0].get_xlim())
             handles, labels = axes.get_legend_handles_labels()
             named |= {label: handle for handle, label in zip(handles, labels, strict=True) if label not in named}
-        columns = columns_that_fit(list(named), size[0], legend_columns)
-        # Texts at data reach beyond the axes by as much as only a drawing tells. A text aside has its room.
-        free = any(axes.texts for axes in every) and not aside
-        if named:
-            figure.legend(
-                list(named.values()),
-                list(named),
-                loc="outside upper left" if free else "upper left",
-                ncols=columns,
-                borderaxespad=0.1,
-            )
-        if free:
-            figure.set_layout_engine("constrained")
-        else:
-            set_margins(figure, every, -(-len(named) // columns), aside)
+        _add_legend(figure, named, legend_columns)
         yield figure
+
+
+def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:
+    """Add a legend above the axes, of as many columns as fit into the figure, at most `most`."""
+    for columns in range(min(most, len(named)), 0, -1):
+        legend = figure.legend(
+            [*named.values()], [*named], loc="outside upper left", ncols=columns, borderaxespad=0.1
+        )
+        if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()
 
 
 @contextmanager
@@ -130,6 +111,10 @@ def canvas(rows: int, columns: int, width: float, height: float) -> Iterator[tup
 
 def svg(figure: Figure, label: str) -> str:
     """The figure as an SVG element without a fixed size, so that a page can scale it; `label` is read aloud."""
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        layout.execute(figure)
+        figure.set_layout_engine(None)  # a figure with a layout engine is drawn twice
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     text = buffer.getvalue()

@@ -1,7 +1,7 @@
 """Load an aircraft in JSBSim, start it in the air and run it. JSBSim's silent failures become errors here."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 from math import degrees, isfinite, pi
 from pathlib import Path
@@ -26,7 +26,7 @@ from pitotbench.simulate.properties import (
     parse_catalog,
 )
 from pitotbench.simulate.variant import ROOT, write_variant
-from pitotbench.units import DEGREE, FOOT, KNOT, POUND, Array
+from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
 if TYPE_CHECKING:
     from pitotbench.simulate.transcript import Transcript
@@ -106,19 +106,6 @@ class Plant:
             line = self._line(name)
             self._getters[name] = (self._tree.get_node(line.path).get_double_value, line.factor)
         return self._getters[name]
-
-    def batch_reader(self, names: Sequence[str]) -> Callable[[Array], None] | None:
-        """Return a function that writes the properties, in JSBSim's units, to an array (names,).
-
-        None where JSBSim has no such function. No release has it yet: docs/speed.md holds the patch.
-        """
-        import jsbsim
-
-        reader: Any = getattr(jsbsim, "FGPropertyReader", None)
-        if reader is None:
-            return None
-        read: Callable[[Array], None] = reader([self._tree.get_node(self._line(n).path) for n in names]).read_into
-        return read
 
     def get(self, name: str) -> float:
         """Return the present value of a property [SI by table name, JSBSim's unit by path]."""

@@ -40,7 +40,6 @@ class Recorder:
         self._rows = np.empty((BLOCK, len(channels)))
         self._row_size = self._rows.strides[0]
         self._reads = [plant.getter(line.name)[0] for line in channels]
-        self._read_row = plant.batch_reader([line.name for line in channels])
         self._pack = struct.Struct(f"{len(channels)}d").pack_into
         self._end = 0
         self._blocks: list[Array] = []
@@ -48,7 +47,6 @@ class Recorder:
     def advance(self, steps: int) -> None:
         """Run the plant a number of steps and record after each. Raises SimulationError where JSBSim stops."""
         run, pack, rows, reads = self._plant.fdm.run, self._pack, self._rows.data, self._reads
-        read_row = self._read_row
         for count in _batches(steps, BLOCK):
             if self._end + count > BLOCK:
                 self._flush()
@@ -56,10 +54,7 @@ class Recorder:
             for row in range(first, first + count):
                 if not run():
                     raise self._plant.failure("JSBSim stopped")
-                if read_row is None:
-                    pack(rows, row * self._row_size, *map(call, reads))
-                else:
-                    read_row(self._rows[row])
+                pack(rows, row * self._row_size, *map(call, reads))
             self._end = first + count
 
     def _flush(self) -> None:

@@ -31,7 +31,7 @@ def write_plan_file(folder: Path, seeds: str, **more: object) -> Path:
     """Write the plan of the shortest flight that can be calibrated, at 2/1 Hz, with these seeds."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "short.toml"
-    table = {"das": ["2/1"], "seeds": seeds, "case": {"maneuver": "decel_circle", "card": SHORTEST_CARD}}
+    table = {"das": ["2/1"], "seeds": seeds, "case": {"maneuver": "decel_circle", "card": _SHORTEST_CARD}}
     path.write_text(write_toml(table | more), encoding="utf-8")
     return path
 
@@ -145,10 +145,10 @@ class Cluster:
 def dask_cluster(workers: int = 2, threads: int = 1, flags: Sequence[str] = ()) -> Iterator[Cluster]:
     """Start a scheduler and workers as docs/scale.md says."""
     port = 20000 + os.getpid() % 20000
-    address = f"{'tls' if flags else 'tcp'}://127.0.0.1:{port}"
+    address = f"tcp://127.0.0.1:{port}"
     settings = os.environ | {"PYTHONPATH": str(_SOURCE), **DASK_SETTINGS}
-    scheduler = ["scheduler", "--host", address.rpartition(":")[0], "--port", str(port), "--no-dashboard", *flags]
-    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard", *flags]
+    scheduler = ["scheduler", "--host", "tcp://127.0.0.1", "--port", str(port), "--no-dashboard"]
+    worker = ["worker", address, "--nworkers", str(workers), "--nthreads", str(threads), "--no-dashboard"]
     started = [_dask(command, settings) for command in (scheduler, worker)]
     try:
         yield Cluster(address, *(process.pid for process in started))

@@ -4,9 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trajectories
 
 from pitotbench import bench
 from pitotbench.records.case import Case
+from pitotbench.records.errors import BadInputError
 from pitotbench.simulate.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT
 from pitotlab.study.conduct import EXPLAINED, fly_sorties, plan_sorties
@@ -65,6 +67,14 @@ def test_the_papers_case_takes_no_default_of_the_calibrator(light_flights):
         assert all(each.two_sigma == 0.0 for each in found.assumptions)
 
 
+def test_the_fit_of_ground_velocity_recovers_the_truth_in_calm_air():
+    log = trajectories.fly(trajectories.step_decrease(10), 10, 10, trajectories.CALM)
+    found = fit_velocity(log, PAPER)
+    np.testing.assert_allclose(found.theta, [*trajectories.TRUTH.parameters, *trajectories.WIND], atol=1e-6)
+    with pytest.raises(BadInputError, match="attitude"):
+        fit_velocity(replace(log, roll=None), PAPER)
+
+
 def test_a_third_output_without_residual_lowers_the_pooled_one(smooth_flights):
     """With noise on the impact pressure alone the fall is 1 − √(2/3); with noise on every sensor there is none."""
     flight = smooth_flights["rapid_decel"]
@@ -72,7 +82,7 @@ def test_a_third_output_without_residual_lowers_the_pooled_one(smooth_flights):
     for alone in (True, False):
         pooled = []
         for down in (True, False):
-            look = Look(options=replace(PAPER, form="vector", use_down=down), given_down=alone, alone=alone)
+            look = Look(options=replace(PAPER, use_down=down), given_down=alone, alone=alone, form="vector")
             row, _ = fit(*sense_look(flight, look), look)
             pooled.append(row["pooled_two_sigma_kt"])
         fall[alone] = 1.0 - pooled[0] / pooled[1]

@@ -1,9 +1,8 @@
 """A fleet on a dask cluster whose workers are checked before anything is flown.
 
-Every worker must have the versions of the driver, one thread, and must fly a short flight as the driver flies it.
+Every worker must have the versions and the code of the driver, and one thread.
 """
 
-import hashlib
 import platform
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -14,9 +13,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from pitotbench.bench.fleet.saying import say
 from pitotbench.bench.fleet.task_limits import Limits
 from pitotbench.bench.fleet.task_stream import Fleet
 from pitotbench.records.errors import BadInputError
@@ -25,35 +21,22 @@ _ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change
 _AHEAD = 3  # tasks submitted for each worker: one that flies, one that waits at the worker, one on its way
 _BUNDLE = 1.0  # s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
 _PATIENCE = 60.0  # s to wait for the first worker
-_CLOSE = 1e-6  # relative difference of a flight on another processor that is no other flight
 
 
 @dataclass(frozen=True, slots=True)
 class Host:
-    """What a process says of itself before it flies for a campaign.
-
-    `code` is the digest of the code and the aircraft, `digest` that of the canonical flight, and `numbers` are some
-    numbers of this flight.
-    """
+    """The versions of a process that is to fly for a campaign, and the digest of its code."""
 
     versions: Mapping[str, str]
     code: str
-    digest: str
-    numbers: tuple[float, ...]
 
 
 def describe_host() -> Host:
-    """Return the versions, the code and the canonical flight of this process."""
-    from pitotbench.bench.fleet.canonical_flight import canonical_channels
+    """Return the versions and the code of this process."""
     from pitotbench.bench.fleet.code_digest import code_digest
 
-    channels = canonical_channels()
-    digest = hashlib.sha256()
-    for values in channels.values():
-        digest.update(np.ascontiguousarray(values).tobytes())
-    numbers = tuple(float(np.mean(values)) for values in channels.values())
     versions = {"python": platform.python_version()} | {name: version(name) for name in _ALIKE}
-    return Host(versions, code_digest(), digest.hexdigest()[:16], numbers)
+    return Host(versions, code_digest())
 
 
 @contextmanager
@@ -61,7 +44,7 @@ def open_cluster(address: str, limits: Limits, security: Path | None = None) -> 
     """Give a fleet on the workers of a dask scheduler.
 
     Raises BadInputError where dask is not installed, where the scheduler does not answer, where it has no worker
-    within a minute, and where a worker has other versions, other code, more than one thread or flies otherwise.
+    within a minute, and where a worker has other versions, other code or more than one thread.
     """
     try:
         distributed: Any = import_module("distributed")
@@ -81,19 +64,16 @@ def open_cluster(address: str, limits: Limits, security: Path | None = None) -> 
             ) from error
         workers = client.scheduler_info(n_workers=-1)["workers"]
         _require_one_thread(workers)
-        for note in check_hosts(describe_host(), client.run(describe_host, on_error="return")):
-            say(note)
+        check_hosts(describe_host(), client.run(describe_host, on_error="return"))
         window = max(_AHEAD * len(workers), 8)
         yield Fleet(client.get_executor(pure=False), limits, window, apart=True, bundle=_BUNDLE)
 
 
-def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> list[str]:
-    """Return notes on workers whose results are close to those of the driver, but not the same bit for bit.
+def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> None:
+    """Raise BadInputError for a worker that differs in a version or in the code.
 
-    Raises BadInputError for a worker that differs in a version or in the code, or flies the canonical flight
-    otherwise; the message names the worker and the first difference.
+    The message names the worker and the first difference.
     """
-    notes = []
     for name, there in workers.items():
         if isinstance(there, BaseException):
             raise BadInputError(f"worker {name} cannot fly: {type(there).__name__}: {there}")
@@ -102,11 +82,6 @@ def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> list[str
                 raise BadInputError(f"worker {name} has {what} {there.versions.get(what)}, the driver has {mine}")
         if there.code != here.code:
             raise BadInputError(f"worker {name} has other code or aircraft files than the driver; install the same")
-        if there.digest != here.digest:
-            if not np.allclose(there.numbers, here.numbers, rtol=_CLOSE, atol=0.0):
-                raise BadInputError(f"worker {name} flies the canonical flight otherwise than the driver")
-            notes.append(f"worker {name} flies the canonical flight alike, but not bit for bit: another processor")
-    return notes
 
 
 def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:

@@ -165,7 +165,7 @@ def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFi
     `column.deviation`: such accelerations are planned and not a response to gusts. 2σ is infinite where there are
     too few of them.
     """
-    blocks, structure = divide(obs, 1.0), replace(structure, crosswind=False, altitude=None)
+    blocks, structure = divide(obs, 1.0), replace(structure, altitude=None)
     theta = fit.theta[: structure.model.count]
     plain = linearize(structure, obs, blocks, theta)
     added = blocks.mean(column.column(structure.model.predict(theta, obs), obs))

@@ -3,8 +3,7 @@
 The residual of the block means is white sensor noise plus the gust along the flight path. The gust is a horizontal
 vector. Its two components are first-order Gauss-Markov processes with the length of the Dryden spectrum
 (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. In a turn the flight path points along one component, then
-along the other. Where the direction of the air velocity was measured, each block has a second equation for the
-component across the path.
+along the other.
 """
 
 from dataclasses import dataclass, replace
@@ -14,7 +13,6 @@ from scipy.ndimage import gaussian_filter1d
 
 from pitotbench.calibrate.gls.altitude_noise import NOISE_COUNT, AltitudeNoise, altitude_guess, altitude_log_prior
 from pitotbench.calibrate.gls.altitude_rows import AltitudeRows, altitude_regression
-from pitotbench.calibrate.model.crosswind import crosswind
 from pitotbench.calibrate.model.mean_wind import kernel_means
 from pitotbench.calibrate.model.nuisances import Nuisance
 from pitotbench.calibrate.model.prediction import PredictionModel
@@ -34,7 +32,6 @@ GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
 WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
 WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation
 WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
-ACROSS_SCALE = 1.0  # m/s, half-normal prior on the white part across the path: 1° of direction at 60 m/s
 _HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
 _LEAST_WHITE = 0.02  # m/s, least start of the search for the white level
 _WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
@@ -45,15 +42,13 @@ _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
 class Structure:
     """The structure to be fitted: the prediction, the nuisances and the equations.
 
-    `drifting` states whether the wind drifts. `crosswind` adds the equation across the measured direction of the
-    air velocity (`observations.air_heading`). `altitude` holds the rows of the altitude equation, for an error of
+    `drifting` states whether the wind drifts. `altitude` holds the rows of the altitude equation, for an error of
     the static source in a log with heights.
     """
 
     model: PredictionModel
     nuisances: tuple[Nuisance, ...]
     drifting: bool
-    crosswind: bool = False
     altitude: AltitudeRows | None = None
 
 
@@ -61,8 +56,8 @@ class Structure:
 class Linearized:
     """The problem linearized at one θ, as block means.
 
-    `regression` [m/s] holds the airspeeds of the blocks, then their crosswinds and the altitude rows [m] where the
-    structure has them. `noise_of` gives the noise for parameters φ. `sensor` (blocks,) [(m/s)²] is the pressure
+    `regression` [m/s] holds the airspeeds of the blocks, then the altitude rows [m] where the structure has them.
+    `noise_of` gives the noise for parameters φ. `sensor` (blocks,) [(m/s)²] is the pressure
     sensor's part of the noise along the path. `kernel` is the correlation of each datum with the mean of a drifting
     wind, None for another wind.
     """
@@ -94,22 +89,14 @@ def linearize(
     airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
     sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
     response -= gust_variance / airspeed
-    outputs = [(response, regressors)]
-    if structure.crosswind:
-        outputs.append(crosswind(structure.model, structure.nuisances, prediction, obs, blocks, theta))
     precision = [0.0] * structure.model.count + [1.0 / n.deviation**2 for n in structure.nuisances]
-    regression = Regression(
-        np.concatenate([y for y, _ in outputs]),
-        np.concatenate([x for _, x in outputs]),
-        np.concatenate([smoothed(x, blocks) for _, x in outputs]),
-        np.array(precision),
-    )
+    regression = Regression(response, regressors, smoothed(regressors, blocks), np.array(precision))
     # A residual falls by the wind component along its direction: these are the direction cosines.
     first = structure.model.error_count
-    seen = np.stack([-x[:, first : first + 2] for _, x in outputs])
-    kernel = np.tile(kernel_means(blocks, WIND_TIME), len(outputs)) if structure.drifting else None
+    seen = -regressors[None, :, first : first + 2]
+    kernel = kernel_means(blocks, WIND_TIME) if structure.drifting else None
     at_edges = blocks.at_edges(airspeed)
-    noise_of = WindNoise(blocks.intervals, at_edges, seen, sensor, structure.drifting, structure.crosswind)
+    noise_of = WindNoise(blocks.intervals, at_edges, seen, sensor, structure.drifting)
     problem = Linearized(regression, noise_of, sensor, kernel)
     return problem if structure.altitude is None else _with_altitude(problem, structure, structure.altitude, theta)
 
@@ -152,10 +139,10 @@ def _sensor_noise(obs: Observations) -> float:
 class WindNoise:
     """The map from φ to the covariance.
 
-    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation [m/s]) (, white
-    deviation across the path [m/s])). `at_edges` are airspeeds at the edges of the intervals [m/s], `seen`
-    (outputs, blocks, 2) direction cosines, and `sensor` (blocks,) the pressure sensor's part of the noise along the
-    path [(m/s)²]. `drifting` and `crosswind` are those of the structure.
+    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation [m/s])).
+    `at_edges` are airspeeds at the edges of the intervals [m/s], `seen` (1, blocks, 2) direction cosines, and
+    `sensor` (blocks,) the pressure sensor's part of the noise along the path [(m/s)²]. `drifting` is that of the
+    structure.
     """
 
     intervals: Intervals
@@ -163,7 +150,6 @@ class WindNoise:
     seen: Array
     sensor: Array
     drifting: bool
-    crosswind: bool
 
     def __call__(self, phi: Array, /) -> MarkovNoise:
         """Return the covariance for φ (d,)."""
@@ -175,10 +161,8 @@ class WindNoise:
         winds = [MarkovProcess(levels[..., 0], levels[..., 1, None] / self.at_edges, self.seen)]
         if self.drifting:
             winds.append(MarkovProcess(levels[..., 3], np.full(len(self.at_edges), WIND_TIME), self.seen))
-        variance = [self.sensor + levels[..., 2, None] ** 2 + _WHITE_FLOOR]
-        if self.crosswind:
-            variance.append(np.exp(2.0 * phis[..., -1, None]) + _WHITE_FLOOR + np.zeros_like(self.sensor))
-        return MarkovNoise(self.intervals, np.stack(variance, axis=-2), winds)
+        variance = self.sensor + levels[..., 2, None] ** 2 + _WHITE_FLOOR
+        return MarkovNoise(self.intervals, variance[..., None, :], winds)
 
 
 def length_factor(obs: Observations) -> float:
@@ -198,8 +182,6 @@ def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
     levels = {0: (GUST_SCALE, 0.0), 2: (WHITE_SCALE, 1.0)}
     if structure.drifting:
         levels[3] = (WIND_SCALE, 1.0)
-    if structure.crosswind:
-        levels[3 + structure.drifting] = (ACROSS_SCALE, 1.0)
     factor = length_factor(obs)
 
     def log_prior(phi: Array) -> float:
@@ -215,7 +197,7 @@ def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
 
 def noise_count(structure: Structure) -> int:
     """The number of parameters of the noise."""
-    return 3 + structure.drifting + structure.crosswind + (0 if structure.altitude is None else NOISE_COUNT)
+    return 3 + structure.drifting + (0 if structure.altitude is None else NOISE_COUNT)
 
 
 def first_guess(problem: Linearized, structure: Structure) -> Array:
@@ -230,7 +212,6 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
     once, twice = (max(float(np.mean(rest[k:] * rest[:-k])), 0.05 * total) for k in (1, 2))
     gust = min(once**2 / twice, total)  # an exponential correlation, carried back to lag zero
     white = max(total - gust - float(np.mean(problem.sensor)), _LEAST_WHITE**2)
-    start = [np.sqrt(gust), GUST_LENGTH, np.sqrt(white)]
-    start += [0.3 * WIND_SCALE] * structure.drifting + [0.3 * ACROSS_SCALE] * structure.crosswind
+    start = [np.sqrt(gust), GUST_LENGTH, np.sqrt(white), *[0.3 * WIND_SCALE] * structure.drifting]
     height = np.zeros(0) if structure.altitude is None else altitude_guess(structure.altitude)
     return np.concatenate([np.log(start), height])

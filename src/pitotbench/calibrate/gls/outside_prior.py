@@ -17,7 +17,6 @@ from pitotbench.calibrate.gls.altitude_noise import NOISE_COUNT, SLOW_SCALE, SLO
 from pitotbench.calibrate.gls.altitude_noise import WHITE_SCALE as HEIGHT_SCALE
 from pitotbench.calibrate.gls.covering_fit import CoveringFit
 from pitotbench.calibrate.gls.linearized_problem import (
-    ACROSS_SCALE,
     GUST_LENGTH,
     GUST_SCALE,
     WHITE_SCALE,
@@ -41,8 +40,6 @@ _ERRORS = {  # name of a nuisance to its words and its unit
     "velocity_north_mps": ("constant error of the GPS velocity toward north", "m/s"),
     "velocity_east_mps": ("constant error of the GPS velocity toward east", "m/s"),
     "latency_s": ("latency of the GPS", "s"),
-    "direction_deg": ("constant error of the direction through the air (heading, sideslip vane)", "°"),
-    "direction_in_bank_deg": ("error of the direction in bank (angle-of-attack vane)", "°"),
     "wind_north_mps_per_600_s": ("change of the wind toward north in 600 s", "m/s"),
     "wind_east_mps_per_600_s": ("change of the wind toward east in 600 s", "m/s"),
     "wind_north_mps_per_300_m": ("change of the wind toward north over 300 m of height", "m/s"),
@@ -145,8 +142,6 @@ def _noise_priors(structure: Structure, factor: float) -> list[_Level | _Extent]
     ]
     if structure.drifting:
         priors.append(_Level("standard deviation of the drifting wind", "m/s", WIND_SCALE))
-    if structure.crosswind:
-        priors.append(_Level("white noise across the path", "m/s", ACROSS_SCALE))
     if structure.altitude is not None:
         third = (
             _Level("white noise of the height", "m", HEIGHT_SCALE)

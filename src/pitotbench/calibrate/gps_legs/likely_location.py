@@ -43,7 +43,7 @@ def likely_location(log: FlightLog, options: CalibrationOptions) -> LikelyLocati
     if log.altitude is not None and options.use_altitude:
         model = _LAW if options.model == AUTO else options.model
         try:
-            fit = reduce_log(log, replace(options, model=model, method="covering", form="scalar", latency="given"))
+            fit = reduce_log(log, replace(options, model=model, method="covering", latency="given"))
         except (NoAnswerError, BadInputError):  # too few airspeeds for a curve
             pass
         else:

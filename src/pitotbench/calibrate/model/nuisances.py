@@ -34,13 +34,12 @@ class Nuisance:
     """One unknown with a Gaussian prior of mean zero.
 
     `name` ends in the unit and `deviation` is the prior's standard deviation in it. `column` gives the change of
-    the predicted true airspeed per unit, (n,) [m/s]; `across` that of the predicted wind across the path (None: 0).
+    the predicted true airspeed per unit, (n,) [m/s].
     """
 
     name: str
     deviation: float
     column: Column
-    across: Column | None = None
 
 
 def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisance, ...]:
@@ -56,8 +55,8 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         Nuisance("recovery_factor", 0.5 * stated.recovery_factor * probe_heated, _by_recovery),
         Nuisance("static_pressure_pa", 0.5 * stated.static_pressure_pa, _by_static_pressure),
         Nuisance(ZERO, 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope),
-        *(Nuisance(f"velocity_{a}_mps", 0.5 * stated.velocity_mps, *_wind(i)) for i, a in enumerate(_AXES)),
-        Nuisance("latency_s", 0.5 * stated.latency_s, by_latency, _across_by_latency),
+        *(Nuisance(f"velocity_{a}_mps", 0.5 * stated.velocity_mps, _wind(i)) for i, a in enumerate(_AXES)),
+        Nuisance("latency_s", 0.5 * stated.latency_s, by_latency),
     )
     changing = _linear_wind(obs) if options.wind == "linear" else ()
     return (*(n for n in known if n.deviation > 0.0), *changing)
@@ -71,12 +70,6 @@ def along_track(prediction: Prediction) -> Array:
     return prediction.wind_columns[:, :2] / prediction.slope[:, None]
 
 
-def to_the_right(obs: Observations) -> Array:
-    """The horizontal unit vector to the right of the measured path through the air, north and east, (n, 2)."""
-    assert obs.air_heading is not None
-    return np.stack([-np.sin(obs.air_heading), np.cos(obs.air_heading)], axis=1)
-
-
 def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
     """The wind's change with time and, where the log climbs, with height, toward north and east."""
     middle = 0.5 * (obs.time[0] + obs.time[-1])
@@ -86,19 +79,15 @@ def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
         mean = float(np.mean(obs.altitude))
         changes["per_300_m"] = lambda o: (_altitude(o) - mean) / _WIND_HEIGHT
     return tuple(
-        Nuisance(f"wind_{name}_mps_{unit}", _WIND_CHANGE, *_wind(axis, change))
+        Nuisance(f"wind_{name}_mps_{unit}", _WIND_CHANGE, _wind(axis, change))
         for unit, change in changes.items()
         for axis, name in enumerate(_AXES)
     )
 
 
-def _wind(axis: int, change: Change = lambda obs: 1.0) -> tuple[Column, Column]:
-    """The effect of a wind toward an axis (0 north, 1 east), times its change from row to row, along and across
-    the path."""
-    return (
-        lambda prediction, obs: along_track(prediction)[:, axis] * change(obs),
-        lambda prediction, obs: to_the_right(obs)[:, axis] * change(obs),
-    )
+def _wind(axis: int, change: Change = lambda obs: 1.0) -> Column:
+    """The effect of a wind toward an axis (0 north, 1 east), times its change from row to row."""
+    return lambda prediction, obs: along_track(prediction)[:, axis] * change(obs)
 
 
 def _altitude(obs: Observations) -> Meters:
@@ -125,10 +114,6 @@ def _by_static_pressure(prediction: Prediction, obs: Observations) -> MetersPerS
 def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
     """Change of the predicted airspeed per second of GPS latency, (n,) [m/s]: the ground acceleration along it."""
     return np.asarray(-np.sum(along_track(prediction) * _acceleration(obs), axis=1))
-
-
-def _across_by_latency(prediction: Prediction, obs: Observations) -> Array:
-    return np.asarray(-np.sum(to_the_right(obs) * _acceleration(obs), axis=1))
 
 
 def _acceleration(obs: Observations) -> Array:

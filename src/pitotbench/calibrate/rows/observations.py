@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.calibrate.model.air_direction import air_direction
 from pitotbench.calibrate.options import CalibrationOptions
 from pitotbench.calibrate.rows.range_end import range_end
 from pitotbench.records.errors import BadInputError
@@ -48,8 +47,6 @@ class Observations:
     probe_heating: float
     has_down: bool
     standard_day: bool
-    air_heading: Array | None = None  # rad, of the velocity through the air; with `bank`, for the vector form only
-    bank: Array | None = None  # rad
     heading: Array | None = None  # rad, as logged
 
     def __len__(self) -> int:
@@ -95,7 +92,6 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
     used = _usable_rows(log, options) & between
     _require_rows(used, log, options)
     temperature, heating, standard = _temperature(log, options)
-    direction = air_direction(log) if options.form == "vector" else None
     return Observations(
         time=log.time[used],
         impact_pressure=log.impact_pressure[used],
@@ -114,8 +110,6 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
         probe_heating=heating,
         has_down=log.velocity_down is not None and options.use_down,
         standard_day=standard,
-        air_heading=None if direction is None else np.arctan2(direction[1], direction[0])[used],
-        bank=None if direction is None or log.roll is None else log.roll[used],
         heading=None if log.heading is None else log.heading[used],
     )
 

@@ -1,10 +1,9 @@
-"""Pictures laid out without being drawn: nothing is cut or covered, and no picture leaves a trace in the next."""
+"""The layout of pictures: nothing is cut or covered."""
 
 import numpy as np
 import pytest
 
-from pitotbench.show.margins import columns_that_fit
-from pitotbench.show.style import NARROW, WIDE, panel, stacked
+from pitotbench.show.style import NARROW, WIDE, stacked
 
 X = np.linspace(0.0, 9.7, 50)
 
@@ -106,35 +105,15 @@ def test_two_axes_leave_room_for_the_ticks_between_them():
         assert upper.get_xlim() == lower.get_xlim()
 
 
-def test_room_aside_stays_free():
-    with stacked([plain], WIDE, 3, aside=0.8) as figure:
-        assert figure.axes[0].get_window_extent().x1 <= (WIDE[0] - 0.8) * figure.dpi
-
-
-def test_a_picture_is_the_same_whatever_was_drawn_before_it(monkeypatch):
-    alone = []
-    for draw in DRAWS:
-        monkeypatch.setattr("pitotbench.show.reused_figure._kept", {})
-        alone.append(panel("a picture", draw))
-    assert [panel("a picture", draw) for draw in DRAWS] == alone
-    panel("a smaller picture", plain, size=NARROW)
-    assert [panel("a picture", draw) for draw in reversed(DRAWS)] == alone[::-1]
-
-
-def test_a_picture_that_failed_leaves_no_trace():
-    def fails(axes):
-        axes.plot(X, X)
-        raise ValueError("no picture")
-
-    alone = panel("a picture", plain)
-    with pytest.raises(ValueError, match="no picture"):
-        panel("a picture", fails)
-    assert panel("a picture", plain) == alone
-
-
 def test_long_names_take_fewer_columns():
-    names = ["a name of some length", "another name of some length", "one more name of some length"]
-    assert columns_that_fit(names, 20.0, 3) == 3
-    assert columns_that_fit(names, 7.0, 3) == 2
-    assert columns_that_fit(names, 1.0, 3) == 1
-    assert columns_that_fit([], 4.6, 3) == 1
+    def named(axes):
+        for number in range(3):
+            axes.plot(X, number * X, label=f"name {number} of some length")
+
+    left = {}
+    for width in (20.0, 4.0, 2.0):
+        with stacked([named], (width, 2.9), 3) as figure:
+            figure.draw_without_rendering()
+            (legend,) = figure.legends
+            left[width] = len({round(text.get_window_extent().x0) for text in legend.get_texts()})
+    assert left == {20.0: 3, 4.0: 2, 2.0: 1}

@@ -10,10 +10,9 @@ from statistics import mean
 from pitotbench.bench.campaign.engine import fly_missing
 from pitotbench.bench.campaign.perform import perform_task
 from pitotbench.bench.campaign.plan_file import read_plan
-from pitotbench.bench.campaign.result_store import ResultStore
-from pitotbench.bench.campaign.stored_result import stored
 from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import open_fleet
+from pitotbench.bench.store import ResultStore, stored
 from pitotbench.evidence.campaigns import stubs
 from pitotbench.evidence.campaigns.drivers import (
     cpu_used,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from pitotbench.bench.fleet.canonical_flight import SHORTEST_CARD
+from pitotbench.bench.canonical_flight import SHORTEST_CARD
 from pitotbench.records.toml_text import write_toml
 
 CLOCK = os.sysconf("SC_CLK_TCK")

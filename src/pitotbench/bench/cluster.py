@@ -16,9 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.bench.fleet.saying import say
-from pitotbench.bench.fleet.task_limits import Limits
-from pitotbench.bench.fleet.task_stream import Fleet
+from pitotbench.bench.fleet import Fleet, Limits, say
 from pitotbench.records.errors import BadInputError
 
 _ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
@@ -44,8 +42,8 @@ class Host:
 
 def describe_host() -> Host:
     """Return the versions, the code and the canonical flight of this process."""
-    from pitotbench.bench.fleet.canonical_flight import canonical_channels
-    from pitotbench.bench.fleet.code_digest import code_digest
+    from pitotbench.bench.canonical_flight import canonical_channels
+    from pitotbench.bench.code_digest import code_digest
 
     channels = canonical_channels()
     digest = hashlib.sha256()
@@ -119,7 +117,7 @@ def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:
 
 
 def _security(distributed: Any, address: str, file: Path | None) -> Any:
-    """Return the certificates of a `tls://` scheduler, from a TOML file with `ca`, `cert` and `key`."""
+    """Return dask's own record of the certificates that a TOML file names; a `tls://` scheduler asks for them."""
     if file is None:
         if address.startswith("tls"):
             raise BadInputError(
@@ -128,15 +126,11 @@ def _security(distributed: Any, address: str, file: Path | None) -> Any:
         return None
     try:
         stated = tomllib.loads(file.read_text(encoding="utf-8"))
-        places = {key: str(file.parent / stated[key]) for key in ("ca", "cert", "key")}
+        ca, cert, key = (str(file.parent / stated[name]) for name in ("ca", "cert", "key"))
+        security = distributed.Security(
+            tls_ca_file=ca, tls_client_cert=cert, tls_client_key=key, require_encryption=address.startswith("tls")
+        )
+        security.get_connection_args("client")  # reads the files
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BadInputError(f"{file}: not a TOML file with the paths ca, cert and key: {error}") from error
-    for key, place in places.items():
-        if not Path(place).is_file():
-            raise BadInputError(f"{file}: {key}: no file {place}")
-    return distributed.Security(
-        tls_ca_file=places["ca"],
-        tls_client_cert=places["cert"],
-        tls_client_key=places["key"],
-        require_encryption=address.startswith("tls"),
-    )
+    return security

@@ -35,8 +35,8 @@ def fly_missing(
 
     `tasks` is read one by one, so a plan may be longer than the memory. `stored` turns a result into the document
     and the files that the store keeps. `wanted` says whether a document that is found will do. The document of a
-    failure has its reason in `failures`. A damaged part costs one flight. Raises StoreError and FleetLostError; what
-    is stored by then stays.
+    failure has its reason in `failures`. A damaged part costs one flight. Raises StoreError and
+    FleetLostError; what is stored by then stays.
     """
 
     def missing() -> Iterator[K]:

@@ -13,15 +13,15 @@ import pandas as pd
 import pytest
 from tests.bench.hard_tasks import Stub, act, stored
 
-from pitotbench.bench.campaign import result_store, watching
+from pitotbench.bench import store as store_module
+from pitotbench.bench.campaign import watching
 from pitotbench.bench.campaign.engine import fly_missing
 from pitotbench.bench.campaign.reproduction import reproduce
-from pitotbench.bench.campaign.result_store import ResultStore, StoreError
-from pitotbench.bench.campaign.result_table import chosen_rows, means, result_table
 from pitotbench.bench.campaign.runner import CampaignRequest, run_campaign
-from pitotbench.bench.campaign.store_lock import StoreLock
 from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import Fleet
+from pitotbench.bench.result_table import chosen_rows, means, result_table
+from pitotbench.bench.store import ResultStore, StoreError
 from pitotbench.cli import main
 from pitotbench.records.case import Case
 from pitotbench.records.errors import BadInputError
@@ -68,13 +68,40 @@ def test_a_failure_is_a_result_and_is_performed_again_only_when_asked(store):
     assert perform(store, tasks, lambda document, task: document["state"] == "done").flown == 1
 
 
-@pytest.mark.parametrize("content", [b"", b'{"key": "aa", "na', b"\x00\xff", b'{"key": "bb"}', b"[1]"])
+@pytest.mark.parametrize(
+    "content", [b"", b'{"key": "aa", "na', b"\x00\xff", b'{"key": "bb"}', b"[1]", b"[" * 200_000]
+)
 def test_a_part_that_is_cut_or_not_of_its_key_is_performed_again(store, content):
     perform(store, [Stub("aa")])
     store.part("aa").write_bytes(content)
     assert store.find("aa") is None
     assert perform(store, [Stub("aa")]).flown == 1
     assert store.find("aa")["state"] == "done"
+
+
+def test_a_changed_number_a_missing_field_and_another_layout_cost_one_flight_told_in_one_line(
+    store, monkeypatch, capsys
+):
+    tasks = [Stub(f"{number:02d}") for number in range(6)]
+    perform(store, tasks)
+
+    def edit(key, change):
+        document = json.loads(store.part(key).read_bytes())
+        change(document)
+        store.part(key).write_text(json.dumps(document))
+
+    edit("00", lambda document: document.update(case="changed"))
+    edit("01", lambda document: document.pop("state"))
+    edit("02", lambda document: document.pop("checksum"))
+    store.part("03").write_bytes(store.part("04").read_bytes())  # whole, but of another key
+    monkeypatch.setattr(store_module, "SCHEMA", -1)
+    store.put("05", store.find("05") or {"name": "05"}, {})
+    monkeypatch.undo()
+    watch = perform(store, tasks)
+    assert (watch.found, watch.flown) == (1, 5)
+    said = capsys.readouterr().err.splitlines()
+    assert [line.endswith("damaged or incomplete; this flight is flown again") for line in said] == [True] * 5
+    assert perform(store, tasks).flown == 0
 
 
 def test_a_full_disk_stops_with_one_clear_line_and_loses_nothing(store, monkeypatch):
@@ -88,7 +115,7 @@ def test_a_full_disk_stops_with_one_clear_line_and_loses_nothing(store, monkeypa
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         whole(descriptor)
 
-    monkeypatch.setattr(result_store.os, "fsync", full)
+    monkeypatch.setattr(store_module.os, "fsync", full)
     with pytest.raises(StoreError, match=r"No space left on device; what is stored is whole"):
         perform(store, tasks)
     assert [*store.keys()] == ["00", "01"]
@@ -106,8 +133,8 @@ def test_what_a_killed_driver_was_writing_is_cleared(store):
 
 def test_a_second_driver_is_refused_and_told_who_writes(store):
     code = (
-        "import sys; from pathlib import Path; from pitotbench.bench.campaign.store_lock import StoreLock\n"
-        "try: StoreLock(Path(sys.argv[1])).take()\n"
+        "import sys; from pathlib import Path; from pitotbench.bench.store import ResultStore\n"
+        "try: ResultStore(Path(sys.argv[1])).__enter__()\n"
         "except ValueError as error: print(error)"
     )
     with store:
@@ -124,8 +151,8 @@ def test_the_lock_of_a_dead_owner_is_free_and_a_clock_set_back_gives_no_negative
     with store:
         pass
     later = {"host": "old", "process": 1, "since": time.time() + 1e6}
-    (store.folder / "lock").write_text(json.dumps(later))
-    assert StoreLock(store.folder).owner() == "process 1 on old, for 0 min"
+    (store.folder / "owner.json").write_text(json.dumps(later))
+    assert store.owner() == "process 1 on old, for 0 min"
     with store:
         pass
 
@@ -250,10 +277,9 @@ def test_a_stored_flight_is_reproduced_bit_for_bit_and_a_changed_number_is_found
     store = ResultStore(campaign.out / "store")
     keys = [*store.keys()]
     part = store.part(next(key for key in keys if store.find(key)["name"] == flight.name))
-    kept = part.read_bytes()
-    document = json.loads(kept)
+    kept, document = part.read_bytes(), store.find(part.stem)
     document["rows"][0]["score"]["two_sigma"] *= 1.0 + 1e-9
-    part.write_text(json.dumps(document))
+    store.put(part.stem, document, {})
     found = reproduce(part)
     part.write_bytes(kept)
     assert len(found.differences) == 1

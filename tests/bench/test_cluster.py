@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from pitotbench.bench.fleet.cluster import Host, check_hosts, open_cluster
-from pitotbench.bench.fleet.task_limits import Limits
+from pitotbench.bench.cluster import Host, check_hosts, open_cluster
+from pitotbench.bench.fleet import Limits
 from pitotbench.records.errors import BadInputError
 
 HERE = Host({"python": "3.11.7", "jsbsim": "1.3.3"}, "c0de")
@@ -38,7 +38,7 @@ def test_a_scheduler_with_certificates_asks_for_the_security_file():
 def test_a_wrong_security_file_is_refused_by_name(tmp_path):
     pytest.importorskip("distributed", reason="dask.distributed is an extra")
     file = tmp_path / "tls.toml"
-    for text, says in (("ca = 1", "paths ca, cert and key"), ('ca = "a"\ncert = "b"\nkey = "c"', "ca: no file")):
+    for text, says in (("ca = 1", "paths ca, cert and key"), ('ca = "a"\ncert = "b"\nkey = "c"', "No such file")):
         file.write_text(text)
         with pytest.raises(BadInputError, match=says), open_cluster("tls://127.0.0.1:1", Limits(), file):
             pass

@@ -95,7 +95,7 @@ def test_no_tasks_give_no_results():
 
 
 def test_no_other_file_of_the_package_starts_processes():
-    package = Path(fleet.__file__).parents[2]
+    package = Path(fleet.__file__).parents[1]
     texts = {file.name: file.read_text(encoding="utf-8") for file in package.rglob("*.py")}
     assert {name for name, text in texts.items() if "get_context" in text} == {"worker_pool.py"}
     assert not [name for name, text in texts.items() if "ProcessPoolExecutor" in text]
@@ -104,7 +104,7 @@ def test_no_other_file_of_the_package_starts_processes():
 def test_without_a_terminal_a_line_says_how_far_the_work_is(monkeypatch, capsys):
     """At most one line in 20 s: the tasks end 5, 21, 30 and 45 s after the begin."""
     clock = iter([0.0, 5.0, 21.0, 21.0, 30.0, 45.0, 45.0])
-    monkeypatch.setattr("pitotbench.bench.fleet.opening.monotonic", lambda: next(clock))
+    monkeypatch.setattr("pitotbench.bench.fleet.monotonic", lambda: next(clock))
     with fleet.progress("flying", 1200) as advance:
         for _ in range(4):
             advance()
@@ -112,7 +112,7 @@ def test_without_a_terminal_a_line_says_how_far_the_work_is(monkeypatch, capsys)
 
 
 def test_without_a_label_nothing_is_said(monkeypatch, capsys):
-    monkeypatch.setattr("pitotbench.bench.fleet.opening.monotonic", lambda: 1e9)
+    monkeypatch.setattr("pitotbench.bench.fleet.monotonic", lambda: 1e9)
     with fleet.progress("", 2) as advance:
         advance()
     assert capsys.readouterr().err == ""

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 from tests.bench.hard_tasks import Stub, act
 
-from pitotbench.bench.fleet import Fleet, FleetLostError, Limits, open_fleet, task_stream
+from pitotbench.bench import fleet as fleet_module
+from pitotbench.bench.fleet import Fleet, FleetLostError, Limits, open_fleet
 
 LIMITS = Limits(seconds=2.0, memory=1_000_000_000)
 
@@ -65,7 +66,7 @@ class ClusterOfThreads(ThreadPoolExecutor):
     """An executor whose workers die of every task with a deed, as those of a cluster do."""
 
     def submit(self, each, how, work, limits, tasks):
-        if how is not task_stream.attempt or not any(task[1].deed for task in tasks):
+        if how is not fleet_module.attempt or not any(task[1].deed for task in tasks):
             return super().submit(each, how, work, limits, tasks)
         future = Future()
         future.set_exception(KilledWorker("died"))
@@ -107,7 +108,7 @@ def test_a_plan_is_read_only_as_far_as_it_is_flown():
 
 
 def test_workers_that_cannot_work_at_all_stop_the_fleet(monkeypatch):
-    monkeypatch.setattr(task_stream, "MOST_LOST_AT_FIRST", 2)
+    monkeypatch.setattr(fleet_module, "MOST_LOST_AT_FIRST", 2)
     with open_fleet(2) as fleet, pytest.raises(FleetLostError, match="no worker can work"):
         fleet.perform(os._exit, [3] * 30)
 

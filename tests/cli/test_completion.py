@@ -48,7 +48,7 @@ def test_bash_offers_what_fits(typed, offered, capsys, tmp_path):
         pytest.skip("bash is not installed")
     path = tmp_path / "script"
     words = " ".join(f'"{word}"' for word in ["pitotbench", *typed])
-    asked = f'COMP_WORDS=({words}); COMP_CWORD={len(typed)}; _pitotbench; printf "%s\\n" "${{COMPREPLY[@]}}"'
+    asked = f'COMP_WORDS=({words}); COMP_CWORD={len(typed)}; _shtab_pitotbench; printf "%s\\n" "${{COMPREPLY[@]}}"'
     path.write_text(script("bash", capsys) + asked, encoding="utf-8")
     done = subprocess.run(["bash", str(path)], capture_output=True, text=True, check=True)
     assert set(done.stdout.split()) == offered

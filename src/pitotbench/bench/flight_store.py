@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 
 from pitotbench.logbook import atomic
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import case_table
 from pitotbench.records.flight import Flight
-from pitotbench.records.toml_text import write_toml
 from pitotbench.sense import CALIBRATION_CHANNELS
 from pitotbench.simulate import fly
 
@@ -54,5 +54,5 @@ def _read(path: Path, case: Case) -> Flight:
 
 
 def _digest(case: Case) -> str:
-    flown = write_toml(case_table(case, omit=("pressure_error", "das", "sensor_seed", "accuracy")))
+    flown = tomli_w.dumps(case_table(case, omit=("pressure_error", "das", "sensor_seed", "accuracy")))
     return sha256(f"{version('jsbsim')}\n{flown}".encode()).hexdigest()[:16]

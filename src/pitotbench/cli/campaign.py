@@ -84,8 +84,8 @@ def run(options: argparse.Namespace) -> int:
     """Fly the campaign, print its table and the failures; return exit code 0, or 3 where a flight or fit failed."""
     from rich.console import Console
 
-    from pitotbench.bench.campaign.results_folder import RESULTS
     from pitotbench.bench.campaign.runner import run_campaign
+    from pitotbench.bench.result_table import RESULTS
     from pitotbench.show.campaign_table import print_campaign
     from pitotbench.show.terminal import outside
 

@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError for options that do not go together.
     """
-    from pitotbench.bench.campaign.result_table import chosen_rows, means, result_table, write_table
+    from pitotbench.bench.result_table import chosen_rows, means, result_table, write_table
 
     if options.draw and (options.out is None or options.out.suffix != ".svg"):
         raise BadInputError("--draw needs --out FILE.svg")
@@ -53,14 +53,14 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _selected(table: "DataFrame", columns: list[str]) -> "DataFrame":
-    from pitotbench.bench.campaign.result_table import require_columns
+    from pitotbench.bench.result_table import require_columns
 
     require_columns(table, columns)
     return table[columns]
 
 
 def _draw(options: argparse.Namespace, table: "DataFrame") -> int:
-    from pitotbench.bench.campaign.result_table import require_columns
+    from pitotbench.bench.result_table import require_columns
     from pitotbench.logbook import write_text
     from pitotbench.show.scatter import scatter_svg
 

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
+import tomli_w
 
 from pitotbench.logbook.csv_blocks import BLOCK, Types, read_blocks
 from pitotbench.logbook.header import parse_header
 from pitotbench.logbook.table import Column, Table
 from pitotbench.records.errors import BadInputError
-from pitotbench.records.toml_text import write_toml
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -249,7 +249,7 @@ def write_csv(path: Path, columns: Mapping[str, Column], header: Mapping[str, An
     from pyarrow import csv
 
     table = pa.table({name: pa.array(values) for name, values in columns.items()})
-    above = write_toml({_ROWS: table.num_rows, **header})
+    above = tomli_w.dumps({_ROWS: table.num_rows, **header})
     with path.open("wb") as file:
         file.write("".join(f"# {line}".rstrip() + "\n" for line in above.splitlines()).encode())
         file.write((",".join(columns) + "\n").encode())

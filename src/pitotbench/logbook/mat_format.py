@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 
 from pitotbench.logbook.header import parse_header
 from pitotbench.logbook.mat73_format import is_hdf5, load_hdf5
 from pitotbench.logbook.table import Column, Table
 from pitotbench.records.errors import BadInputError
-from pitotbench.records.toml_text import write_toml
 
 _HEADER = "header"
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
@@ -79,5 +79,5 @@ def write_mat(path: Path, columns: Mapping[str, Column], header: Mapping[str, An
     """Write one column vector a variable, and the header as text."""
     from scipy.io import savemat
 
-    variables = {_HEADER: write_toml(header), **columns}
+    variables = {_HEADER: tomli_w.dumps(header), **columns}
     savemat(path, variables, appendmat=False, do_compression=True, oned_as="column")

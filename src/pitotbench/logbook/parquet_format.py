@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from pitotbench.logbook.csv_format import to_column
 from pitotbench.logbook.header import parse_header
 from pitotbench.logbook.table import Column, Table
 from pitotbench.records.errors import BadInputError
-from pitotbench.records.toml_text import write_toml
 
 _KEY = b"pitotbench"
 
@@ -34,5 +35,5 @@ def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str
     from pyarrow import parquet
 
     table = pa.table({name: pa.array(values) for name, values in columns.items()})
-    metadata = {_KEY: write_toml(header).encode()}
+    metadata = {_KEY: tomli_w.dumps(header).encode()}
     parquet.write_table(table.replace_schema_metadata(metadata), path, compression="zstd")

@@ -3,10 +3,9 @@
 import os
 from pathlib import Path
 
+from platformdirs import user_cache_path
+
 
 def cache_folder() -> Path:
-    """Return the folder of the cache: `$PITOTBENCH_CACHE`, else one in the user's cache folder."""
-    chosen = os.environ.get("PITOTBENCH_CACHE")
-    if chosen:
-        return Path(chosen)
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "pitotbench"
+    """Return the folder of the cache: `$PITOTBENCH_CACHE`, else that of the system for this user."""
+    return Path(os.environ.get("PITOTBENCH_CACHE") or user_cache_path("pitotbench", appauthor=False))

@@ -12,11 +12,12 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
+import tomli_w
+
 from pitotbench.catalog import explain
 from pitotbench.records.case import Case
 from pitotbench.records.case_rules import Place, broken_rules
 from pitotbench.records.errors import BadInputError
-from pitotbench.records.toml_text import write_toml
 from pitotbench.units import SUFFIXES, Suffix
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def write_case(case: Case) -> str:
 
     Raises TypeError for a value that TOML cannot hold.
     """
-    return write_toml(case_table(case))
+    return tomli_w.dumps(case_table(case))
 
 
 def case_table(case: Case, omit: Sequence[str] = ()) -> dict[str, Any]:

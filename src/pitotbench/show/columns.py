@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 from re import fullmatch
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pitotbench.show.terminal import printable
@@ -15,8 +14,6 @@ if TYPE_CHECKING:
 
 Row = TypeVar("Row")
 _ABSENT = "–"
-_TERMINAL = 80  # places of a plain terminal: gaps are narrower where that makes a table fit
-_HEADING_LINES = 3  # without the unit: taller headings are hard to read
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,36 +50,39 @@ class Column(Generic[Row]):
 
 
 def print_table(columns: Sequence[Column[Row]], rows: Iterable[Row], console: "Console", title: str = "") -> None:
-    """Print a table to a terminal or a pipe, with its title on a line above; nothing where there is no row."""
+    """Print a table to a terminal or a pipe, with its title on a line above; nothing where there is no row.
+
+    Headings break between words where the terminal is narrow. No cell and no word is ever cut: a table that needs
+    more is wider than the terminal.
+    """
+    from rich.box import Box
+    from rich.measure import Measurement
+    from rich.table import Table
     from rich.text import Text
 
-    lines, above = terminal_lines(columns, rows)
-    heading = [printable(title)] if title and lines else []
-    for number, line in enumerate(heading + lines):
-        # Soft wrap: rich would cut a line that is longer than the terminal, or 80 columns in a pipe.
-        console.print(Text(line, style="bold" if number < len(heading) + above else ""), soft_wrap=True)
-
-
-def terminal_lines(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> tuple[list[str], int]:
-    """The lines of a table in plain text, and how many of them are the heading; no line is ever cut.
-
-    Headings break between words, so that a column is no wider than its cells and its longest word.
-    """
     rows = list(rows)
     if not rows:
-        return [], 0
-    shown = _shown(columns, rows)
-    cells = [[printable(column.text(row)) for row in rows] for column in shown]
-    widths = [_width_needed(column, texts) for column, texts in zip(shown, cells, strict=True)]
-    gap = " " if sum(widths) + len(widths) - 1 <= _TERMINAL < sum(widths) + 2 * (len(widths) - 1) else "  "
-    headings = [_heading_lines(column, width) for column, width in zip(shown, widths, strict=True)]
-    height = max(map(len, headings))
-    blocks = [
-        [*[""] * (height - len(heading)), *heading, "─" * width, *texts]  # units stand on one line
-        for heading, width, texts in zip(headings, widths, cells, strict=True)
-    ]
-    padded = [_padded(block, c, w) for block, c, w in zip(blocks, shown, widths, strict=True)]
-    return [gap.join(line).rstrip() for line in zip(*padded, strict=True)], height
+        return
+    blank = "    \n"  # a rule stands below the heading, and nothing else is drawn
+    table = Table(box=Box(2 * blank + " ─  \n" + 5 * blank), show_edge=False, pad_edge=False, header_style="bold")
+    cells = []
+    for column in _shown(columns, rows):
+        cells.append([Text(printable(column.text(row))) for row in rows])
+        heading = Text(f"{column.heading}\n[{column.unit}]" if column.unit else column.heading)
+        longest = max(text.cell_len for text in [*map(Text, heading.plain.split()), *cells[-1]])
+        table.add_column(heading, justify="right" if column.style else "left", vertical="bottom", min_width=longest)
+    for line in zip(*cells, strict=True):
+        table.add_row(*line)
+    if title:
+        console.print(Text(printable(title), style="bold"), soft_wrap=True)
+    for gap in (1, 0):  # narrower where that makes the table fit
+        table.padding = (0, gap, 0, 0)
+        least = Measurement.get(console, console.options.update(width=10_000), table).minimum
+        if least <= console.width:
+            break
+    else:
+        table.width = least
+    console.print(table, crop=False)
 
 
 def html_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:
@@ -144,31 +144,6 @@ def _shown(columns: Sequence[Column[Row]], rows: Sequence[Row]) -> list[Column[R
 def _empty(column: Column[Row], rows: Sequence[Row]) -> bool:
     """Whether the column is optional and no row has a value."""
     return column.optional and all(column.value(row) is None for row in rows)
-
-
-def _width_needed(column: Column[Row], texts: Iterable[str]) -> int:
-    from rich.cells import cell_len  # some letters fill two places of a terminal
-
-    words = [*column.heading.split(), f"[{column.unit}]" if column.unit else ""]
-    width = max(map(cell_len, [*words, *texts]))
-    while len(_wrapped(column.heading, width)) > _HEADING_LINES:
-        width += 1
-    return width
-
-
-def _heading_lines(column: Column[Row], width: int) -> list[str]:
-    return [*_wrapped(column.heading, width), *([f"[{column.unit}]"] if column.unit else [])]
-
-
-def _wrapped(heading: str, width: int) -> list[str]:
-    return wrap(heading, width, break_on_hyphens=False, break_long_words=False)
-
-
-def _padded(block: Iterable[str], column: Column[Row], width: int) -> list[str]:
-    from rich.cells import cell_len
-
-    blanks = [" " * (width - cell_len(text)) for text in block]
-    return [b + text if column.style else text + b for text, b in zip(block, blanks, strict=True)]
 
 
 def _kind(column: Column[Row]) -> str:

@@ -7,11 +7,12 @@ from operator import add
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from pitotbench.effects import AircraftEffect, Choice, Overlay, chosen, effect_of
 from pitotbench.effects.air.recorded_time import RECORDING_START
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.errors import BadInputError
-from pitotbench.records.toml_text import write_toml
 from pitotbench.simulate.baseline import read_baseline
 from pitotbench.simulate.hangar import OWN, find_aircraft, known_aircraft
 from pitotbench.simulate.plant import Plant
@@ -60,7 +61,7 @@ def install_variant(
     folder = write_variant(find_aircraft(aircraft), shelf or OWN.resolve(), f"{aircraft}+{variant}", overlay)
     entries = [{"name": entry.name, "parameters": dict(entry.parameters)} for entry in effects]
     table = {"aircraft": aircraft, "provenance": dict(provenance or {}), "effects": entries}
-    (folder / "variant.toml").write_text(write_toml(table), encoding="utf-8")
+    (folder / "variant.toml").write_text(tomli_w.dumps(table), encoding="utf-8")
     return folder
 
 

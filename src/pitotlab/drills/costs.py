@@ -12,8 +12,6 @@ from tempfile import TemporaryDirectory
 from pitotbench.bench.campaign.engine import fly_missing
 from pitotbench.bench.campaign.perform import perform_task
 from pitotbench.bench.campaign.plan_file import read_plan
-from pitotbench.bench.campaign.result_store import ResultStore
-from pitotbench.bench.campaign.stored_result import stored
 from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import open_fleet
 from pitotlab.drills.drivers import (

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, FlightLog, logbook
-from pitotbench.bench.fleet import code_digest, open_fleet
-from pitotbench.bench.fleet.code_digest import NOT_DECIDING
+from pitotbench.bench import code_digest
+from pitotbench.bench.code_digest import NOT_DECIDING
+from pitotbench.bench.fleet import open_fleet
 from pitotbench.bench.reconcile import null_cache, null_learning, reconciliation, workflow
 from pitotbench.bench.reconcile.null_cache import MOST_KEPT, _last_used
 from pitotbench.bench.reconcile.null_learning import null_distribution_of

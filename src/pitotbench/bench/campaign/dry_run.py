@@ -5,10 +5,10 @@ from itertools import islice
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-from pitotbench.bench.campaign.result_store import ResultStore
-from pitotbench.bench.campaign.results_folder import STORE
 from pitotbench.bench.campaign.tasks import Task, sharded
-from pitotbench.bench.fleet.opening import usable_cores
+from pitotbench.bench.fleet import usable_cores
+from pitotbench.bench.result_table import STORE
+from pitotbench.bench.store import ResultStore
 from pitotbench.simulate import MANEUVERS
 
 if TYPE_CHECKING:

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Protocol, TypeVar
 
-from pitotbench.bench.campaign.result_store import Document, ResultStore
 from pitotbench.bench.campaign.watching import Watch
-from pitotbench.bench.fleet import Failure, Fleet
+from pitotbench.bench.fleet import Failure, Fleet, say
+from pitotbench.bench.store import Document, ResultStore
 
 
 class Keyed(Protocol):
@@ -35,7 +35,8 @@ def fly_missing(
 
     `tasks` is read one by one, so a plan may be longer than the memory. `stored` turns a result into the document
     and the files that the store keeps. `wanted` says whether a document that is found will do. The document of a
-    failure has its reason in `failures`. Raises StoreError and FleetLostError; what is stored by then stays.
+    failure has its reason in `failures`. A damaged part costs one flight. Raises StoreError and
+    FleetLostError; what is stored by then stays.
     """
 
     def missing() -> Iterator[K]:
@@ -44,6 +45,8 @@ def fly_missing(
             if found is not None and wanted(found, task):
                 watch.skip()
             else:
+                if found is None and store.part(task.key).exists():
+                    say(f"{store.part(task.key)}: damaged or incomplete; this flight is flown again")
                 yield task
 
     for task, result in fleet.stream(work, missing()):

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 from pitotbench import bench
 from pitotbench.bench.campaign.tasks import Task
-from pitotbench.bench.fleet.code_digest import code_digest
+from pitotbench.bench.code_digest import code_digest
 from pitotbench.bench.flights import sense
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.logbook import write_log

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 
-from pitotbench.bench.campaign.result_store import PUBLISHED, ResultStore
 from pitotbench.bench.campaign.tasks import Task
+from pitotbench.bench.store import PUBLISHED, ResultStore
 from pitotbench.logbook import write_text
 
 

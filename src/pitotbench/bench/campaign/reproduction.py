@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from pitotbench.bench.campaign.perform import Row, perform_task
-from pitotbench.bench.campaign.result_store import Document, ResultStore
-from pitotbench.bench.campaign.results_folder import STORE
-from pitotbench.bench.campaign.stored_result import row_columns, rows_of, stored
 from pitotbench.bench.campaign.tasks import Task
+from pitotbench.bench.result_table import STORE
+from pitotbench.bench.store import Document, ResultStore, row_columns, rows_of, stored
 from pitotbench.calibrate.options import options_from
 from pitotbench.records.case import DataSystem
 from pitotbench.records.case_file import case_of_table

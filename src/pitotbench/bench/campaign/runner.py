@@ -13,8 +13,12 @@ from pitotbench.bench.campaign.perform import perform_task
 from pitotbench.bench.campaign.plan import CampaignPlan, plan_of_names, seeds_of
 from pitotbench.bench.campaign.plan_file import read_plan
 from pitotbench.bench.campaign.published import PlanDigest, note_published, published
-from pitotbench.bench.campaign.result_store import Document, ResultStore
-from pitotbench.bench.campaign.results_folder import (
+from pitotbench.bench.campaign.stopping import StoppedError, stoppable
+from pitotbench.bench.campaign.tasks import Task, sharded
+from pitotbench.bench.campaign.watching import Watch
+from pitotbench.bench.code_digest import code_digest, package_digest
+from pitotbench.bench.fleet import FleetLostError, Limits, open_fleet, say
+from pitotbench.bench.result_table import (
     RESULTS,
     STORE,
     Gathered,
@@ -22,13 +26,7 @@ from pitotbench.bench.campaign.results_folder import (
     publish_files,
     require_own_folder,
 )
-from pitotbench.bench.campaign.stopping import StoppedError, stoppable
-from pitotbench.bench.campaign.stored_result import DONE, satisfies, stored
-from pitotbench.bench.campaign.tasks import Task, sharded
-from pitotbench.bench.campaign.watching import Watch
-from pitotbench.bench.fleet import FleetLostError, Limits, open_fleet
-from pitotbench.bench.fleet.code_digest import code_digest, package_digest
-from pitotbench.bench.fleet.saying import say
+from pitotbench.bench.store import DONE, Document, ResultStore, satisfies, stored
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.logbook import write_text
 from pitotbench.records.case import Case

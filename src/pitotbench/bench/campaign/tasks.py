@@ -7,12 +7,12 @@ from functools import cache
 from hashlib import sha256
 from importlib.metadata import version
 
-from pitotbench.bench.fleet.code_digest import aircraft_digest, code_digest
+from pitotbench.bench.code_digest import aircraft_digest, code_digest
 from pitotbench.calibrate import CalibrationOptions
 from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import write_case
 
-SCHEMA = 1  # of a stored result
+SCHEMA = 2  # of a stored result
 KEEP_LOGS = ("none", "failed", "all")
 
 

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import Any
 
-from pitotbench.bench.fleet.saying import say
+from pitotbench.bench.fleet import say
 
 STYLES = ("auto", "bar", "lines", "json", "none")
 _EVERY = 60.0  # s between two lines

@@ -5,11 +5,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import tomli_w
 
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case
 from pitotbench.records.log import FlightLog
-from pitotbench.records.toml_text import write_toml
 from pitotbench.simulate.fuel_and_ballast import Loading, loading_of, mass_of
 from pitotbench.units import FOOT
 
@@ -29,7 +29,7 @@ def card_of(header: Mapping[str, Any], aircraft: str) -> Case | None:
         return None
     entries = {key: value for key, value in table.items() if key != "das"}
     das = {key: value for key, value in table.get("das", {}).items() if key != "name"}
-    return replace(read_case(write_toml({**entries, "das": das}) + "\n"), aircraft=aircraft)
+    return replace(read_case(tomli_w.dumps({**entries, "das": das}) + "\n"), aircraft=aircraft)
 
 
 def tells_the_day(header: Mapping[str, Any]) -> bool:

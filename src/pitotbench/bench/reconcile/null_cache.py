@@ -6,7 +6,7 @@ from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 
-from pitotbench.bench.fleet.code_digest import NOT_DECIDING, aircraft_digest, package_digest
+from pitotbench.bench.code_digest import NOT_DECIDING, aircraft_digest, package_digest
 from pitotbench.bench.reconcile import Progress
 from pitotbench.logbook import atomic
 from pitotbench.reconcile.null_flights.distribution_text import read_distribution, text_of

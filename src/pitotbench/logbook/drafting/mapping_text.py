@@ -2,8 +2,9 @@
 
 import json
 
+import tomli_w
+
 from pitotbench.logbook.drafting.draft_mapping import DraftedLine, DraftedMapping
-from pitotbench.records.toml_text import write_toml
 
 _SHOWN = 40  # columns left over that are listed
 
@@ -21,7 +22,7 @@ def mapping_text(drafted: DraftedMapping, log: str) -> str:
         :_SHOWN
     ]  # a line break would end the comment
     below = [f"# Not used: {', '.join(unused)}"] if unused else []
-    title = write_toml({"title": f"drafted from {log}"}).strip()
+    title = tomli_w.dumps({"title": f"drafted from {log}"}).strip()
     return "\n".join([*above, title, "", "[columns]", *body, "", *below]).rstrip() + "\n"
 
 

@@ -23,7 +23,7 @@ _SLOW = 0.2  # share of the largest impact pressures below which the airplane ta
 _ROWS = 600  # that the fit looks at: more rows add nothing to a factor
 _FEWEST = 20
 _LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as one
-_STEPS = 12  # of Gauss and Newton; the misfit is nearly linear in what is sought
+_SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as its weight was right
 _GUST = 0.5  # m/s: what stays in the calmest air
 _ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
 _SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
@@ -73,7 +73,7 @@ def flown_rows(draft: Draft) -> FlownRows | None:
     c = draft.channels
     north, east, impact = c["velocity_north"], c["velocity_east"], c["impact_pressure"]
     flying = np.hypot(north, east) > _FLYING
-    flying &= impact > _SLOW * np.quantile(impact, 0.95)
+    flying &= impact > max(0.0, _SLOW * float(np.quantile(impact, 0.95)))
     flying &= ~at_ceiling(impact)
     flying &= fresh_fixes(c.get("gps_fresh"), north, east)
     rows = np.flatnonzero(flying)
@@ -87,36 +87,29 @@ def flown_rows(draft: Draft) -> FlownRows | None:
 
 def find_factor(flown: FlownRows) -> Factor:
     """Fit wind, scale, zero and a change of the scale at half time, by weighted least squares with weak priors."""
+    from scipy.optimize import least_squares  # slow to load, and a log without ground speed does not need it
+
     late = np.where(flown.time > np.median(flown.time), 0.5, -0.5)
     airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
     ground = float(np.median(np.hypot(flown.north, flown.east)))
     wind_spread = LIMITS.wind_spread + LIMITS.wind_share * min(airspeed, ground)
-    prior = np.array([wind_spread, wind_spread, _SCALE_SPREAD, LIMITS.zero_spread, _CHANGE_SPREAD]) ** -2.0
-    x = np.array([0.0, 0.0, 2.0 * np.log(ground / airspeed), 0.0, 0.0])
-    damping = 1e-3
-    residual = _residual(x, flown, late)
-    sigma = max(_GUST, float(np.sqrt(np.mean(residual**2))))
-    covariance = np.asarray(np.eye(len(x)))
-    for _ in range(_STEPS):
-        jacobian = _slopes(x, flown, late)
-        weight = 1.0 / (flown.shared * sigma**2)
-        normal = weight * jacobian.T @ jacobian + np.diag(prior)
-        step = np.linalg.solve(
-            normal + damping * np.diag(np.diag(normal)), -weight * jacobian.T @ residual - prior * x
-        )
-        trial = x + step
-        after = _residual(trial, flown, late)
-        if _cost(after, trial, weight, prior) <= _cost(residual, x, weight, prior):
-            x, residual, damping = trial, after, damping / 10.0
-        else:
-            damping *= 100.0
-        sigma = max(_GUST, float(np.sqrt(np.mean(residual**2))))
-        covariance = np.asarray(np.linalg.inv(normal))
-    return _factor(x, covariance, flown, float(np.sqrt(np.mean(residual**2))))
+    spreads = np.array([wind_spread, wind_spread, _SCALE_SPREAD, LIMITS.zero_spread, _CHANGE_SPREAD])
+
+    def misfits(x: Array, sigma: float) -> Array:
+        return np.append(_residual(x, flown, late) / (np.sqrt(flown.shared) * sigma), x / spreads)
+
+    x: Array = np.array([0.0, 0.0, 2.0 * np.log(ground / airspeed), 0.0, 0.0])
+    size, settled = _size(x, flown, late), False
+    while not settled:
+        fit = least_squares(misfits, x, method="lm", x_scale="jac", args=(max(_GUST, size),))
+        before, size = size, _size(fit.x, flown, late)
+        x, settled = fit.x, not max(_GUST, size) < _SETTLED * before
+    slopes = np.asarray(fit.jac)
+    return _factor(x, np.asarray(np.linalg.inv(slopes.T @ slopes)), flown, size)
 
 
-def _cost(residual: Array, x: Array, weight: float, prior: Array) -> float:
-    return weight * float(residual @ residual) + float(prior @ (x * x))
+def _size(x: Array, flown: FlownRows, late: Array) -> float:
+    return float(np.sqrt(np.mean(_residual(x, flown, late) ** 2)))
 
 
 def _residual(x: Array, flown: FlownRows, late: Array) -> Array:
@@ -125,17 +118,6 @@ def _residual(x: Array, flown: FlownRows, late: Array) -> Array:
     airspeed = air.true_airspeed(corrected, flown.static, flown.temperature)
     through_air: Array = np.hypot(flown.north - x[0], flown.east - x[1])
     return through_air - airspeed
-
-
-def _slopes(x: Array, flown: FlownRows, late: Array) -> Array:
-    """The residual's derivative by each unknown, (n, 5)."""
-    columns = []
-    for i, step in enumerate((0.01, 0.01, 1e-4, 0.1, 1e-4)):
-        up, down = x.copy(), x.copy()
-        up[i] += step
-        down[i] -= step
-        columns.append((_residual(up, flown, late) - _residual(down, flown, late)) / (2.0 * step))
-    return np.stack(columns, axis=1)
 
 
 def _factor(x: Array, covariance: Array, flown: FlownRows, misfit: float) -> Factor:

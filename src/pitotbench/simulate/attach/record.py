@@ -6,8 +6,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from pitotbench.records.attached import Attached
-from pitotbench.records.toml_text import write_toml
 
 FILE = "attached.toml"
 
@@ -15,7 +16,7 @@ FILE = "attached.toml"
 def write_record(folder: Path, attached: Attached) -> None:
     """Write the record into an aircraft's folder."""
     table = {k: list(v) if isinstance(v, tuple) else v for k, v in asdict(attached).items()}
-    (folder / FILE).write_text(write_toml(table), encoding="utf-8")
+    (folder / FILE).write_text(tomli_w.dumps(table), encoding="utf-8")
 
 
 @cache

@@ -94,7 +94,7 @@ def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:
 
 
 def _security(distributed: Any, address: str, file: Path | None) -> Any:
-    """Return the certificates of a `tls://` scheduler, from a TOML file with `ca`, `cert` and `key`."""
+    """Return dask's own record of the certificates that a TOML file names; a `tls://` scheduler asks for them."""
     if file is None:
         if address.startswith("tls"):
             raise BadInputError(
@@ -103,15 +103,11 @@ def _security(distributed: Any, address: str, file: Path | None) -> Any:
         return None
     try:
         stated = tomllib.loads(file.read_text(encoding="utf-8"))
-        places = {key: str(file.parent / stated[key]) for key in ("ca", "cert", "key")}
+        ca, cert, key = (str(file.parent / stated[name]) for name in ("ca", "cert", "key"))
+        security = distributed.Security(
+            tls_ca_file=ca, tls_client_cert=cert, tls_client_key=key, require_encryption=address.startswith("tls")
+        )
+        security.get_connection_args("client")  # reads the files
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BadInputError(f"{file}: not a TOML file with the paths ca, cert and key: {error}") from error
-    for key, place in places.items():
-        if not Path(place).is_file():
-            raise BadInputError(f"{file}: {key}: no file {place}")
-    return distributed.Security(
-        tls_ca_file=places["ca"],
-        tls_client_cert=places["cert"],
-        tls_client_key=places["key"],
-        require_encryption=address.startswith("tls"),
-    )
+    return security

@@ -1,0 +1,396 @@
+"""Run many flights: in this process, in spawned processes, through any executor, or on a dask cluster.
+
+A task is all the work on one flight. A task that fails is reported in words and the other tasks go on. A task whose
+process dies is performed once more, alone, and is then put in quarantine.
+"""
+
+import faulthandler
+import os
+import socket
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field
+from io import UnsupportedOperation
+from itertools import islice
+from multiprocessing import current_process
+from pathlib import Path
+from queue import SimpleQueue
+from time import monotonic
+from traceback import format_exception
+from typing import Any, TypeVar
+
+from pitotbench.bench.worker_pool import LostWorkError, WorkerPool
+from pitotbench.catalog import UnknownNameError
+from pitotbench.records.errors import BadInputError, NoAnswerError
+
+T = TypeVar("T")
+R = TypeVar("R")
+Step = Callable[[], None]
+
+MOST_LOST_AT_FIRST = 10  # processes that die before any task has ended: no worker works
+MOST_IN_BUNDLE = 16  # tasks that are submitted as one call, however short they are
+_EXPECTED = (BadInputError, NoAnswerError, UnknownNameError)
+_EVERY = 20.0  # s between two lines
+
+
+class FleetLostError(RuntimeError):
+    """The executor cannot be used any longer; another one can perform the tasks that are not done."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Why a task gave no result, in words.
+
+    `kind` is the type of the error that `require_all` raises for it. `trace` is the traceback, or the last lines of
+    the log of a process that died; it is empty for an error that the bench expects. `quarantined` is true for a
+    task that ended its process, or that broke the limits of time or memory.
+    """
+
+    reason: str
+    kind: type[Exception] = RuntimeError
+    trace: str = ""
+    quarantined: bool = False
+
+    @classmethod
+    def of(cls, error: BaseException) -> "Failure":
+        """Return the failure that describes an error. It names the type of an error that the bench does not expect.
+
+        The error itself is not kept, because not every error can be sent from one process to another.
+        """
+        for kind in _EXPECTED:
+            if isinstance(error, kind):
+                return cls(str(error), kind)
+        return cls(f"{type(error).__name__}: {error}", trace="".join(format_exception(error)))
+
+
+def require_all(results: Sequence[R | Failure]) -> list[R]:
+    """Return the results. Where a task failed, raise the first failure as an error of its kind instead."""
+    for result in results:
+        if isinstance(result, Failure):
+            raise result.kind(f"{result.reason}\n{result.trace}".rstrip())
+    return [result for result in results if not isinstance(result, Failure)]
+
+
+def _here() -> tuple[str, int]:
+    return socket.gethostname(), os.getpid()
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The most that one task may use: `seconds` of wall time and `memory` bytes of its process. None: no limit.
+
+    They do not hold in the process of the driver, since a task that breaks the limit of time ends its process.
+    """
+
+    seconds: float | None = None
+    memory: int | None = None
+    driver: tuple[str, int] = field(default_factory=_here)
+
+    @contextmanager
+    def hold(self) -> Iterator[None]:
+        """Hold the limits within the context.
+
+        After the time the process writes where it is and ends. The memory is that of data (RLIMIT_DATA): an
+        allocation above it raises MemoryError, or ends the process where a library does not expect that.
+        """
+        with ExitStack() as undone:
+            if self.driver != _here():
+                self._limit_memory(undone)
+                self._limit_time(undone)
+            yield
+
+    def _limit_time(self, undone: ExitStack) -> None:
+        if self.seconds is not None:
+            # Its thread is not a thread of Python: it also ends a process that is stuck inside the simulator.
+            faulthandler.dump_traceback_later(self.seconds, exit=True, file=_log())
+            undone.callback(faulthandler.cancel_dump_traceback_later)
+
+    def _limit_memory(self, undone: ExitStack) -> None:
+        try:
+            import resource
+        except ImportError:  # not a POSIX system: no limit
+            return
+        if self.memory is not None:
+            soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
+            allowed = self.memory if hard == resource.RLIM_INFINITY else min(self.memory, hard)
+            resource.setrlimit(resource.RLIMIT_DATA, (allowed, hard))
+            undone.callback(resource.setrlimit, resource.RLIMIT_DATA, (soft, hard))
+
+
+def _log() -> int:
+    """Return the descriptor of standard error, also where `sys.stderr` is no file."""
+    with suppress(AttributeError, OSError, UnsupportedOperation):
+        return sys.stderr.fileno()
+    return 2
+
+
+@dataclass(frozen=True, slots=True)
+class Fleet:
+    """Performs tasks through an executor, or in this process where the executor is None.
+
+    `window` is the number of calls that are submitted at a time; it should be somewhat above the number of workers.
+    A call is one task, or as many as take some `bundle` seconds together, where each call costs the executor much.
+    `apart` is for an executor that does not tell why a process died: a task that lost its process is then performed
+    again in a process that its worker starts and watches.
+    """
+
+    executor: Executor | None = None
+    limits: Limits = field(default_factory=Limits)
+    window: int = 64
+    apart: bool = False
+    bundle: float = 0.0
+
+    def stream(self, work: Callable[[T], R], tasks: Iterable[T]) -> Iterator[tuple[T, R | Failure]]:
+        """Give each task with its result, in the order in which they end.
+
+        `tasks` is read only as far as needed. A task that raises an error gives a Failure, and the other tasks go
+        on. A task whose process dies is performed once more at the end, while no other task runs; where its process
+        dies again, the task is in quarantine: its Failure says so. With an executor, `work` and the tasks must be
+        picklable. Raises FleetLostError where the executor has ended.
+        """
+        if self.executor is None:
+            for task in tasks:
+                yield task, attempt(work, self.limits, task)
+            return
+        lost: list[T] = []
+        ended = False
+        for task, result in self._attempts(self.executor, attempt, work, tasks, self.window):
+            if isinstance(result, LostWorkError):
+                lost.append(task)
+                if not ended and len(lost) >= MOST_LOST_AT_FIRST:
+                    raise FleetLostError(f"no worker can work: {result}\n{result.log}".rstrip())
+                continue
+            ended = True
+            yield task, result
+        again = attempt_apart if self.apart else attempt
+        for task, result in self._attempts(self.executor, again, work, lost, 1):
+            if isinstance(result, LostWorkError):
+                yield task, Failure(f"{result}, twice", LostWorkError, result.log, quarantined=True)
+            else:
+                yield task, result
+
+    def perform(self, work: Callable[[T], R], tasks: Sequence[T], step: Step = lambda: None) -> list[R | Failure]:
+        """Return the result of `work` for every task, in their order. `step` is called after each task."""
+        done: dict[int, R | Failure] = {}
+        numbered: Iterator[tuple[tuple[int, T], R | Failure]] = self.stream(_Numbered(work), list(enumerate(tasks)))
+        for (place, _), result in numbered:
+            done[place] = result
+            step()
+        return [done[place] for place in range(len(tasks))]
+
+    def _attempts(
+        self,
+        executor: Executor,
+        try_it: Callable[..., Any],
+        work: Callable[[T], R],
+        tasks: Iterable[T],
+        window: int,
+    ) -> Iterator[tuple[T, R | Failure | LostWorkError]]:
+        source, running = iter(tasks), dict[Future[Any], list[T]]()
+        ended: SimpleQueue[Future[Any]] = SimpleQueue()
+        done, spent, size = 0, 0.0, 1
+        while True:
+            while len(running) < window and (several := [*islice(source, size)]):
+                try:
+                    future = executor.submit(attempt_each, try_it, work, self.limits, several)
+                except (BrokenExecutor, RuntimeError) as error:
+                    raise FleetLostError(f"the executor takes no more tasks: {error}") from error
+                running[future] = several
+                future.add_done_callback(ended.put)
+            if not running:
+                return
+            over = ended.get()
+            several, outcome = running.pop(over), _outcome(over)
+            if isinstance(outcome, (Failure, LostWorkError)):
+                yield from ((task, outcome) for task in several)
+                continue
+            results, seconds = outcome
+            done, spent = done + len(results), spent + seconds
+            size = max(1, min(MOST_IN_BUNDLE, int(self.bundle * done / spent))) if spent > 0.0 else 1
+            yield from zip(several, results, strict=True)
+
+
+@dataclass(frozen=True, slots=True)
+class _Numbered:
+    """The work on a task that carries its place."""
+
+    work: Callable[..., Any]
+
+    def __call__(self, task: tuple[int, Any]) -> Any:
+        return self.work(task[1])
+
+
+def _outcome(future: "Future[Any]") -> Any:
+    """Return the result of a future that has ended. An error outside of `attempt` means that its process died."""
+    try:
+        error = future.exception()
+    except CancelledError as cancelled:
+        raise FleetLostError("the executor has cancelled its tasks") from cancelled
+    if error is None:
+        return future.result()
+    if isinstance(error, LostWorkError):
+        return error
+    if isinstance(error, BrokenExecutor):
+        raise FleetLostError(f"{type(error).__name__}: {error}") from error
+    if type(error).__name__ == "KilledWorker":  # of dask, which is not imported without a scheduler
+        return LostWorkError("dask: its worker died")
+    if type(error).__name__ in ("FutureCancelledError", "CommClosedError"):
+        raise FleetLostError(f"the scheduler is gone: {error}") from error
+    return Failure.of(error)
+
+
+def attempt(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
+    """Return the result of a task within its limits, or the Failure of any error. This runs in any process."""
+    try:
+        with limits.hold():
+            return work(task)
+    except MemoryError as error:
+        held = "" if limits.memory is None else f"its limit of {limits.memory / 1e9:g} GB of "
+        return Failure(f"it needs more than {held}memory ({error})".replace(" ()", ""), quarantined=True)
+    except Exception as error:  # any error: it is reported, and the other tasks go on
+        return Failure.of(error)
+
+
+def attempt_each(
+    try_it: Callable[..., R | Failure], work: Callable[[T], R], limits: Limits, tasks: Sequence[T]
+) -> tuple[list[R | Failure], float]:
+    """Attempt tasks one after the other; return their results, and how long they took [s]."""
+    begun = time.monotonic()
+    results = [try_it(work, limits, task) for task in tasks]
+    return results, time.monotonic() - begun
+
+
+def attempt_apart(work: Callable[[T], R], limits: Limits, task: T) -> R | Failure:
+    """Attempt a task in a new process that this one starts. Raises LostWorkError, with its log, where that dies."""
+    current_process().daemon = False  # workers of dask are daemons, which may start no process
+    pool = WorkerPool(1, limits.seconds)
+    try:
+        found: R | Failure = pool.submit(attempt, work, limits, task).result()
+        return found
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def run_tasks(
+    work: Callable[[T], R],
+    tasks: Sequence[T],
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    label: str = "",
+    step: Step = lambda: None,
+) -> list[R | Failure]:
+    """Open a fleet, perform the tasks and close the fleet.
+
+    `jobs` is the number of processes, by default one for each core and no more than there are tasks. `label` names
+    a progress bar; without it there is no bar. Raises BadInputError as `open_fleet` does.
+    """
+    with open_fleet(jobs, scheduler, len(tasks)) as fleet, progress(label, len(tasks)) as advance:
+
+        def after_each() -> None:
+            advance()
+            step()
+
+        return fleet.perform(work, tasks, after_each)
+
+
+@contextmanager
+def open_fleet(
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    tasks: int | None = None,
+    limits: Limits | None = None,
+    security: Path | None = None,
+    isolated: bool = False,
+) -> Iterator[Fleet]:
+    """Give a fleet: this process for one job, spawned processes for more, a dask cluster for a scheduler's address.
+
+    Without `jobs` there is one process for each core, and no more than `tasks`. With `isolated` one job is a
+    process of its own as well, so that a flight that crashes does not end this one. One task is performed here.
+    `security` is a file with the certificates of a `tls://` scheduler.
+    Raises BadInputError where dask is not installed, the scheduler does not answer or a worker does not fit.
+    """
+    limits = limits or Limits()
+    if scheduler is not None:
+        from pitotbench.bench.cluster import open_cluster
+
+        with open_cluster(scheduler, limits, security) as fleet:
+            yield fleet
+        return
+    processes = jobs or usable_cores()
+    if tasks is not None:
+        processes = min(processes, max(tasks, 1)) if jobs is None or isolated else processes
+    if processes <= 1 and not (isolated and tasks != 1):
+        yield Fleet(limits=limits)
+        return
+    pool = WorkerPool(processes, limits.seconds)
+    try:
+        yield Fleet(pool, limits, window=2 * processes)
+        pool.shutdown()
+    finally:  # after an error or an interrupt: do not wait for any task
+        pool.shutdown(cancel_futures=True)
+
+
+def usable_cores() -> int:
+    """Return the number of cores that this process may use, which a batch system can limit."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # only Linux tells
+        return os.cpu_count() or 1
+
+
+@contextmanager
+def progress(label: str, total: int) -> Iterator[Step]:
+    """Show a progress bar and give the function that advances it.
+
+    Where stderr is no terminal a line is written instead, every 20 s at most. Without a label nothing is shown.
+    """
+    if not label:
+        yield lambda: None
+        return
+    if not sys.stderr.isatty():
+        yield _lines(label, total)
+        return
+    from rich.console import Console  # slow to load, and only a terminal needs it
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        line = bar.add_task(label, total=total)
+        yield lambda: bar.advance(line)
+
+
+def _lines(label: str, total: int) -> Step:
+    done, said = 0, monotonic()
+
+    def advance() -> None:
+        nonlocal done, said
+        done += 1
+        if monotonic() - said >= _EVERY:
+            said = monotonic()
+            say(f"{label}: {done:,} of {total:,}")
+
+    return advance
+
+
+def say(text: str) -> None:
+    """Write a line to standard error."""
+    from pitotbench.show.terminal import printable
+
+    sys.stderr.write(f"pitotbench: {printable(text)}\n")
+    sys.stderr.flush()

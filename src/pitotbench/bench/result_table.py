@@ -1,0 +1,276 @@
+"""The results of campaigns as tables, made from the parts of a store.
+
+`results.parquet` holds the rows of one plan, in its order, with the logs and cases of the folder beside it. The
+index of a store holds the rows of all its results, with all fields of their cases: DuckDB, Polars and pandas open
+it. It is made again where it is missing or cut, or lacks a part; a part that is replaced removes it.
+"""
+
+import json
+import os
+import shutil
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from pitotbench.bench.campaign.tasks import Task
+from pitotbench.bench.fleet import say
+from pitotbench.bench.store import (
+    INDEX,
+    PARTS,
+    STATES,
+    Document,
+    ResultStore,
+    all_columns,
+    row_columns,
+    rows_of,
+    sections_of,
+)
+from pitotbench.catalog import explain
+from pitotbench.logbook import atomic, write_text
+from pitotbench.records.case_file import write_case
+from pitotbench.records.errors import BadInputError
+from pitotbench.show.section import Section
+
+RESULTS, STORE = "results.parquet", "store"
+_GROUP = 10_000  # flights whose rows are in memory at a time
+_MOST_FAILURES = 1_000  # sentences that are printed and shown; the store holds all
+
+
+def require_own_folder(target: Path) -> None:
+    """Raise BadInputError for a folder that holds something else than a campaign."""
+    own = (target / RESULTS, target / STORE)
+    if target.exists() and (
+        not target.is_dir() or (any(target.iterdir()) and not any(path.exists() for path in own))
+    ):
+        raise BadInputError(f"{target} exists and holds no campaign's results; choose another --out")
+
+
+@dataclass(slots=True)
+class Gathered:
+    """What the folder shows of the results: the number of rows, the failures in words, the parts of the page."""
+
+    rows: int = 0
+    failed: int = 0
+    failures: list[str] = field(default_factory=list)
+    sections: list[Section] = field(default_factory=list)
+    missing: int = 0
+
+
+def gather(folder: Path, store: ResultStore, tasks: Iterable[Task], varied: tuple[str, ...]) -> Gathered:
+    """Write the rows of the tasks to the table of the folder, in the order of the plan; return what the page needs.
+
+    An earlier table is replaced only where there is a row. The table of one plan is the same bit for bit, however
+    often it was interrupted and however many processes flew it.
+    """
+    found = Gathered()
+    groups = _groups(store, tasks, varied, found)
+    first = next(groups, None)
+    if first is None:
+        return found
+    with atomic(folder / RESULTS) as scratch:
+        table = _table(first)
+        with pq.ParquetWriter(scratch, table.schema) as writer:
+            writer.write_table(table)
+            for rows in groups:
+                writer.write_table(_table(rows).cast(table.schema))
+    return found
+
+
+def _table(rows: list[dict[str, Any]]) -> pa.Table:
+    return pa.Table.from_pandas(pd.DataFrame(rows), preserve_index=False)
+
+
+def _groups(
+    store: ResultStore, tasks: Iterable[Task], varied: tuple[str, ...], found: Gathered
+) -> Iterator[list[dict[str, Any]]]:
+    rows: list[dict[str, Any]] = []
+    flights = 0
+    for task in tasks:
+        document = store.find(task.key)
+        if document is None:
+            found.missing += 1
+            continue
+        _note(document, task, found)
+        rows += _planned_rows(document, varied)
+        flights += 1
+        if flights % _GROUP == 0 and rows:
+            found.rows += len(rows)
+            yield rows
+            rows = []
+    if rows:
+        found.rows += len(rows)
+        yield rows
+
+
+def _note(document: Document, task: Task, found: Gathered) -> None:
+    found.failed += len(document["failures"])
+    found.failures += document["failures"][: max(_MOST_FAILURES - len(found.failures), 0)]
+    if task.draw:
+        found.sections += sections_of(document)
+
+
+def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[str, Any]]:
+    """Give the rows of a flight: the columns of the contract, the fields that the plan varies, and its key."""
+    columns = all_columns(document) if varied else {}
+    extra = {name: columns.get(name) for name in varied}
+    labeled = any(label for label, _ in document["calibrations"])
+    for row in rows_of(document):
+        label = {"calibration": row.calibration} if labeled else {}
+        yield {**row_columns(row), **label, **extra, "flight": document["key"]}
+
+
+def publish_files(folder: Path, store: ResultStore, tasks: Iterable[Task]) -> None:
+    """Make the folders of logs and of cases from the store. Those of an earlier campaign are replaced."""
+    fresh = {name: folder / f".{name}-new" for name in ("logs", "cases")}
+    for place in fresh.values():
+        shutil.rmtree(place, ignore_errors=True)
+        place.mkdir()
+    for task in tasks:
+        document = store.find(task.key)
+        if document is None:
+            continue
+        for name in document["logs"]:
+            _link(store.log(task.key, name), fresh["logs"] / f"{task.name}-{name}")
+        if task.keep_logs == "all":
+            write_text(fresh["cases"] / f"{task.name}.toml", write_case(task.case))
+    for name, place in fresh.items():
+        shutil.rmtree(folder / name, ignore_errors=True)
+        if any(place.iterdir()):
+            place.rename(folder / name)
+        else:
+            place.rmdir()
+
+
+def _link(source: Path, target: Path) -> None:
+    """Give a kept log its name in the folder, without a second copy where the disk can do that."""
+    with suppress(FileExistsError):
+        try:
+            os.link(source, target)
+        except FileExistsError:
+            raise
+        except OSError:
+            shutil.copyfile(source, target)
+
+
+def result_table(folders: Sequence[Path]) -> pd.DataFrame:
+    """Return the rows of all results of campaigns, failures included, each flight once.
+
+    The columns are those of results.parquet, all fields of the cases, the state and what made the result.
+    Raises BadInputError for a folder without a store.
+    """
+    for folder in folders:
+        if not (folder / STORE / PARTS).is_dir():
+            raise BadInputError(f"{folder}: holds no stored results of a campaign")
+    tables = [pd.read_parquet(_indexed(ResultStore(folder / STORE))) for folder in folders]
+    if len(tables) == 1:
+        return tables[0]
+    seen: set[str] = set()
+    kept = []
+    for table in tables:
+        kept.append(table[~table.flight.isin(seen)])
+        seen |= set(table.flight)
+    return pd.concat(kept, ignore_index=True)
+
+
+def _indexed(store: ResultStore) -> Path:
+    """Return the index of a store, brought up to date. Raises BadInputError where it cannot be written."""
+    path = store.folder / INDEX
+    keys = [*store.keys()]
+    if not _is_of(path, keys):
+        groups = [_table([*_indexed_rows(store, keys[at : at + _GROUP])]) for at in range(0, len(keys), _GROUP)]
+        # A field that only some flights have is empty for the others.
+        table = pa.concat_tables(groups or [pa.table({"flight": []})], promote_options="permissive")
+        with atomic(path) as scratch:
+            pq.write_table(table, scratch, row_group_size=_GROUP)
+    return path
+
+
+def _is_of(path: Path, keys: list[str]) -> bool:
+    try:
+        if not path.exists():
+            return False
+        known = pq.read_table(path, columns=["flight"]).column("flight").unique().to_pylist()
+    except (pa.ArrowException, OSError, KeyError, ValueError):
+        say(f"{path}: cannot be read; it is made again from the {len(keys):,} parts")
+        return False
+    return set(known) == set(keys)
+
+
+def _indexed_rows(store: ResultStore, keys: list[str]) -> Iterator[dict[str, Any]]:
+    for key in keys:
+        document = store.find(key)
+        if document is None:
+            yield {"flight": key, "state": "damaged"}
+            continue
+        common = _common(document)
+        rows = [row_columns(row) | {"calibration": row.calibration} for row in rows_of(document)]
+        yield from (common | row for row in rows or [{}])
+
+
+def _common(document: Document) -> dict[str, Any]:
+    made = document["made"]
+    columns = {
+        name: json.dumps(value) if isinstance(value, list) else value
+        for name, value in all_columns(document).items()
+    }
+    return columns | {
+        "flight": document["key"],
+        "name": document["name"],
+        "state": document["state"],
+        "reason": "; ".join(document["failures"]),
+        "code": made["code"],
+        "aircraft_files": made["aircraft"],
+        **{f"{name}_version": number for name, number in made["versions"].items()},
+        "host": made["host"],
+        "cpu_s": made["cpu_s"],
+        "wall_s": made["wall_s"],
+    }
+
+
+def chosen_rows(table: pd.DataFrame, where: str | None, state: str | None) -> pd.DataFrame:
+    """Return the rows of a state for which an expression of pandas holds. Raises BadInputError for a wrong one."""
+    if state is not None:
+        if state not in STATES:
+            raise BadInputError(explain("state", state, list(STATES)))
+        table = table[table.state == state]
+    if where is None:
+        return table
+    try:
+        # The parser of Python would run any code; a name after @ would reach into this program.
+        if "@" in where or "__" in where:
+            raise ValueError("names of columns, numbers and texts only")
+        return table.query(where)
+    except Exception as error:  # pandas raises many kinds
+        raise BadInputError(f"--where {where!r}: {error}") from error
+
+
+def means(table: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
+    """Return the means of the numbers over all rows with the same values in the columns `by`, and their count."""
+    require_columns(table, by)
+    numbers = ["minutes", "residual_two_sigma_kt", "two_sigma_kt", "curve_rms_error_kt", "curve_coverage", "cpu_s"]
+    groups = table.groupby(list(by), sort=False)
+    return groups[numbers].mean().assign(rows=groups.size()).reset_index()
+
+
+def require_columns(table: pd.DataFrame, names: Sequence[str]) -> None:
+    """Raise BadInputError for a name that is no column."""
+    for name in names:
+        if name not in table.columns:
+            raise BadInputError(explain("column", name, list(table.columns)))
+
+
+def write_table(table: pd.DataFrame, path: Path) -> None:
+    """Write a table as .parquet or .csv, whole or not at all. Raises BadInputError for another ending."""
+    if path.suffix not in (".parquet", ".csv"):
+        raise BadInputError(f"{path}: the name must end in .parquet or .csv")
+    with atomic(path) as scratch:
+        if path.suffix == ".parquet":
+            table.to_parquet(scratch, index=False)
+        else:
+            table.to_csv(scratch, index=False)

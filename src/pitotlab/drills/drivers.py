@@ -13,9 +13,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from pitotbench.bench.fleet import Failure
-from pitotbench.bench.fleet.canonical_flight import SHORTEST_CARD
-from pitotbench.records.toml_text import write_toml
 
 CLOCK = os.sysconf("SC_CLK_TCK")
 # As docs/scale.md recommends: no repetition of a task that kills its worker, no sampling of what workers do.
@@ -32,7 +32,7 @@ def write_plan_file(folder: Path, seeds: str, **more: object) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "short.toml"
     table = {"das": ["2/1"], "seeds": seeds, "case": {"maneuver": "decel_circle", "card": _SHORTEST_CARD}}
-    path.write_text(write_toml(table | more), encoding="utf-8")
+    path.write_text(tomli_w.dumps(table | more), encoding="utf-8")
     return path
 
 

@@ -12,9 +12,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pitotbench.bench.campaign.engine import fly_missing
-from pitotbench.bench.campaign.result_store import INDEX, ResultStore
 from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import Fleet, Limits, open_fleet
+from pitotbench.bench.store import INDEX, OWNER, ResultStore
 from pitotlab.drills.drivers import (
     Stub,
     act,
@@ -192,7 +192,7 @@ def bad_stores(folder: Path, flights: int = 12) -> Iterator[str]:
     yield f"cut index: {_listed(out)}"
     for path in (out / "store").rglob("*"):
         os.utime(path, (time.time() + 86400.0 * 400, time.time() + 86400.0 * 400))
-    (out / "store" / "lock").write_text(json.dumps({"host": "old", "process": 1, "since": time.time() + 1e7}))
+    (out / "store" / OWNER).write_text(json.dumps({"host": "old", "process": 1, "since": time.time() + 1e7}))
     yield again("clock set back by 400 days, lock of a dead owner")
     document = json.loads(first.read_bytes())
     first.write_text(json.dumps(document | {"made": document["made"] | {"code": "other"}, "key": "0" * 32}))
@@ -246,6 +246,6 @@ def _mount(*arguments: str) -> None:
 
 
 def _listed(out: Path) -> str:
-    from pitotbench.bench.campaign.result_table import result_table
+    from pitotbench.bench.result_table import result_table
 
     return f"{len(result_table([out]))} rows listed from the parts"

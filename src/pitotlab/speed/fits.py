@@ -16,7 +16,6 @@ from threadpoolctl import threadpool_limits
 
 from pitotbench.calibrate import CalibrationOptions, calibrate
 from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.calibrate.paper import velocity_outputs_of
 from pitotbench.calibrate.rows.observations import observe
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.case import Case
@@ -26,6 +25,7 @@ from pitotbench.show.draw_section import log_section
 from pitotbench.simulate import fly
 from pitotbench.units import Array
 from pitotlab.speed.commands import least
+from pitotlab.study.velocity_fit import fit_velocity, velocity_outputs_of
 
 FIT_ROWS = 36_000
 LAGS = 800
@@ -65,12 +65,12 @@ def fit_times(log: FlightLog) -> FitTimes:
     def flat_jacobian(theta: Array) -> Array:
         return -outputs(theta)[1].reshape(-1, len(theta))
 
-    paper = CalibrationOptions(method="paper", form="vector")
+    paper = CalibrationOptions(method="paper")
     with threadpool_limits(limits=1):
         return FitTimes(
             rows=len(obs),
             scipy=least(lambda: least_squares(flat_residual, start, jac=flat_jacobian, method="lm", x_scale="jac")),
-            vector=least(lambda: calibrate(log, paper)),
+            vector=least(lambda: fit_velocity(log, paper)),
             covering=least(lambda: calibrate(log)),
             static=least(lambda: calibrate(log, CalibrationOptions(error_location="static"))),
             triangle=least(lambda: calibrate(log, CalibrationOptions(error_location="impact"))),

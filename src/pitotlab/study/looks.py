@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -165,7 +166,6 @@ CHANGES: Catalog[Change] = Catalog(
 COVERING = CalibrationOptions(
     model="inverse+",
     method="covering",
-    form="scalar",
     error_location="impact",
     wind="constant",
     latency="given",
@@ -181,7 +181,8 @@ class Look:
 
     `change` is a name of `CHANGES`, `level` the size of the change. `noise` multiplies the noise of the impact
     pressure, `gps_noise` that of the GPS velocity. `given_down` adds velocity down to the log of any system.
-    `alone` leaves the noise of the impact pressure alone, as in the paper: every other sensor is exact.
+    `alone` leaves the noise of the impact pressure alone, as in the paper: every other sensor is exact. `form` is
+    `scalar` (one output, airspeed) or `vector` (the components of ground velocity, by the paper's method).
     """
 
     das: str = "50/50"
@@ -192,11 +193,12 @@ class Look:
     gps_noise: float = 1.0
     given_down: bool = False
     alone: bool = False
+    form: str = "scalar"
 
     @property
     def sensing(self) -> tuple[object, ...]:
         """The fields that determine the log. Looks with the same fields share one log."""
-        return tuple(getattr(self, f.name) for f in fields(self) if f.name != "options")
+        return tuple(getattr(self, f.name) for f in fields(self) if f.name not in ("options", "form"))
 
 
 def sense_look(flight: Flight, look: Look) -> tuple[Flight, FlightLog]:
@@ -352,10 +354,10 @@ def pooled_looks() -> tuple[Look, ...]:
 
     All data at each data system, and on-condition data at 50/50 Hz.
     """
-    options = [replace(PAPER, form="vector", use_down=down) for down in (True, False)]
-    every = [Look(das, one, given_down=True, alone=True) for das in SYSTEMS for one in options]
-    straight = [Look("50/50", replace(one, on_condition=True), given_down=True, alone=True) for one in options]
-    return (*every, *straight)
+    pooled = partial(Look, given_down=True, alone=True, form="vector")
+    options = [replace(PAPER, use_down=down) for down in (True, False)]
+    every = [pooled(das, one) for das in SYSTEMS for one in options]
+    return (*every, *(pooled("50/50", replace(one, on_condition=True)) for one in options))
 
 
 def other_errors() -> tuple[Look, ...]:
@@ -380,7 +382,7 @@ def explaining_looks() -> tuple[Look, ...]:
         Look("20/1", replace(PAPER, use_down=down), "vertical speed", STEEP, given_down=True)
         for down in (True, False)
     ]
-    vector = [Look("50/50", replace(PAPER, form="vector", use_down=down)) for down in (True, False)]
+    vector = [Look("50/50", replace(PAPER, use_down=down), form="vector") for down in (True, False)]
     return (*quiet, *steep, *slow, *vector, *quiet_looks(), *pooled_looks(), *other_errors(), STRAIGHT)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from pitotbench import air, bench
 from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms, scored
+from pitotbench.calibrate.output_error import OutputErrorFit
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
@@ -15,6 +16,7 @@ from pitotbench.simulate import MANEUVERS
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array
 from pitotlab.experiment import Row
 from pitotlab.study.looks import TURNING, Look, Sortie, sense_look
+from pitotlab.study.velocity_fit import fit_velocity
 
 TRAVEL = {"elevator": 40.0 * DEGREE, "aileron": 40.0 * DEGREE, "throttle_left": 1.0}  # from stop to stop
 FELT = 0.02  # of the travel, some millimeters of a yoke: a smaller change is no hand movement (our estimate)
@@ -82,7 +84,7 @@ def look_row(look: Look) -> Row:
         "das": look.das,
         "model": options.model,
         "method": options.method,
-        "form": options.form,
+        "form": look.form,
         "wind": options.wind,
         "down": options.use_down,
         "on_condition": options.on_condition,
@@ -96,8 +98,13 @@ def look_row(look: Look) -> Row:
 
 
 def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | None]:
-    """Fit a log and compare it with the truth of its flight. `failed` is the reason where there are no numbers."""
+    """Fit a log and compare it with the truth of its flight. `failed` is the reason where there are no numbers.
+
+    Of a fit of several outputs only their residuals are measured: it gives no calibration.
+    """
     try:
+        if look.form == "vector":
+            return {**look_row(look), "failed": "", **_outputs(fit_velocity(log, look.options))}, None
         result = bench.calibrate(log, look.options)
     except (NoAnswerError, BadInputError) as error:
         return {**look_row(look), "failed": str(error)}, None
@@ -113,19 +120,16 @@ def fit(flight: Flight, log: FlightLog, look: Look) -> tuple[Row, Calibration | 
         "coverage": score.curve_coverage,
         **_error_parts(result, flight),
         **_criteria(result),
-        **_outputs(result),
     }
     return row, result
 
 
-def _outputs(result: Calibration) -> Row:
+def _outputs(fitted: OutputErrorFit) -> Row:
     """Return 2σ of the residual of each output of a fit of several, and pooled over them [kt of true airspeed].
 
     Pooled is the root of the mean square over the outputs: an output without residual lowers it.
     """
-    each = np.array((result.diagnostics or {}).get("output_two_sigma_mps", [])) / KNOT
-    if not len(each):
-        return {}
+    each = 2.0 * np.std(fitted.residuals, axis=1) / KNOT
     names = [f"two_sigma_{axis}_kt" for axis in ("north", "east", "down")]
     return {"pooled_two_sigma_kt": rms(each), **dict(zip(names, each.tolist(), strict=False))}
 

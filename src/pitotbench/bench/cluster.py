@@ -13,8 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from pitotbench.bench.fleet.task_limits import Limits
-from pitotbench.bench.fleet.task_stream import Fleet
+from pitotbench.bench.fleet import Fleet, Limits
 from pitotbench.records.errors import BadInputError
 
 _ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
@@ -33,7 +32,7 @@ class Host:
 
 def describe_host() -> Host:
     """Return the versions and the code of this process."""
-    from pitotbench.bench.fleet.code_digest import code_digest
+    from pitotbench.bench.code_digest import code_digest
 
     versions = {"python": platform.python_version()} | {name: version(name) for name in _ALIKE}
     return Host(versions, code_digest())

@@ -14,6 +14,7 @@ from pitotbench.bench.campaign.perform import perform_task
 from pitotbench.bench.campaign.plan_file import read_plan
 from pitotbench.bench.campaign.watching import Watch
 from pitotbench.bench.fleet import open_fleet
+from pitotbench.bench.store import ResultStore, stored
 from pitotlab.drills.drivers import (
     Stub,
     act,

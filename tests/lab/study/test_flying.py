@@ -23,6 +23,7 @@ from pitotlab.study.measures import (
     reversals,
     workload,
 )
+from pitotlab.study.velocity_fit import fit_velocity
 
 
 def test_a_control_reverses_twice_a_period_if_it_is_felt():

@@ -14,8 +14,7 @@ import pitotbench
 from pitotbench.cli.app import command_line
 from pitotbench.cli.commands import COMMANDS
 
-ROOT = Path(__file__).parents[1]
-SOURCE = ROOT / "src" / "pitotbench"
+SOURCE = Path(pitotbench.__file__).parent
 SLOW = {"numpy", "scipy", "pandas", "pyarrow", "matplotlib", "jsbsim", "rich", "pydantic", "jinja2"}
 
 

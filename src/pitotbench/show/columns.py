@@ -75,13 +75,13 @@ def print_table(columns: Sequence[Column[Row]], rows: Iterable[Row], console: "C
         table.add_row(*line)
     if title:
         console.print(Text(printable(title), style="bold"), soft_wrap=True)
-    for gap in (1, 0):  # narrower where that makes the table fit
+
+    def least(gap: int) -> int:
         table.padding = (0, gap, 0, 0)
-        least = Measurement.get(console, console.options.update(width=10_000), table).minimum
-        if least <= console.width:
-            break
-    else:
-        table.width = least
+        return Measurement.get(console, console.options.update(width=10_000), table).minimum
+
+    if least(1) > console.width and least(0) > console.width:  # narrower gaps only where they make the table fit
+        table.width = least(1)
     console.print(table, crop=False)
 
 

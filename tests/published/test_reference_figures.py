@@ -39,7 +39,7 @@ def test_power_at_constant_manifold_pressure_does_not_depend_on_height(pressure_
 
 def test_difference_and_tolerance_stand_in_one_unit(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [ReferenceRow(figure, figure.value - 0.5) for figure in FIGURES]
-    monkeypatch.setattr("pitotbench.evidence.reference_figures.fly_reference", lambda aircraft: rows)
+    monkeypatch.setattr("pitotlab.reference_figures.fly_reference", lambda aircraft: rows)
     for figure, line in zip(FIGURES, reference_table("navajo").splitlines()[2:], strict=True):
         difference, tolerance = (cell.strip() for cell in line.split("|")[4:6])
         assert difference.split(" ", 1)[1] == tolerance.split(" ", 1)[1]
@@ -49,7 +49,7 @@ def test_difference_and_tolerance_stand_in_one_unit(monkeypatch: pytest.MonkeyPa
 
 def test_the_table_has_a_line_a_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [ReferenceRow(figure, 1.05 * figure.value) for figure in FIGURES]
-    monkeypatch.setattr("pitotbench.evidence.reference_figures.fly_reference", lambda aircraft: rows)
+    monkeypatch.setattr("pitotlab.reference_figures.fly_reference", lambda aircraft: rows)
     lines = reference_table("navajo").splitlines()
     assert len(lines) == 2 + len(FIGURES)
     assert "**no**" in lines[2]

@@ -7,7 +7,8 @@ from hypothesis import settings
 
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
-from pitotbench.simulate import MANEUVERS, fly
+from pitotbench.simulation.maneuvers import MANEUVERS
+from pitotbench.simulation.sortie import fly
 
 settings.register_profile("untimed", deadline=None)  # a busy machine is no defect
 settings.load_profile("untimed")

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 import pitotbench
-from pitotbench.cli.app import command_line
-from pitotbench.cli.commands import COMMANDS
+from pitotbench.cli.app import COMMANDS, command_line
 
 SOURCE = Path(pitotbench.__file__).parent
 SLOW = {"numpy", "scipy", "pandas", "pyarrow", "matplotlib", "jsbsim", "rich", "pydantic", "jinja2"}
@@ -63,11 +62,11 @@ def test_the_help_of_a_campaign_loads_no_slow_package_but_numpy():
 
 
 def test_who_flies_a_card_again_loads_nothing_of_the_reconciler():
-    from pitotbench.bench.reconcile.reflight import flown
+    from pitotbench.bench.flights import flown
 
     loaded = loaded_after(f"import {flown.__module__}")
     assert flown.__module__ in loaded
-    assert [name for name in loaded if name.startswith("pitotbench.reconcile")] == []
+    assert [name for name in loaded if name.startswith("pitotbench.reconciliation")] == []
 
 
 def test_a_command_loads_no_module_of_another():

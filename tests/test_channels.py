@@ -6,11 +6,11 @@ from typing import get_args
 import pytest
 
 from pitotbench.channels import CHANNELS, Channel, Source, numbers_from
+from pitotbench.records.aircraft import Motion, Reaction
 from pitotbench.records.case import DataSystem
 from pitotbench.records.log import FlightLog
-from pitotbench.records.motion import Motion, Reaction
-from pitotbench.sense.sensor import PLAIN
-from pitotbench.simulate.properties import PROPERTIES
+from pitotbench.sensing.sensors import PLAIN
+from pitotbench.simulation.properties import PROPERTIES
 from pitotbench.units import SUFFIXES
 
 MODEL_ONLY = {"mach", "temperature_offset", "roll_acceleration", "pitch_acceleration", "yaw_acceleration"}

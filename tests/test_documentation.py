@@ -12,8 +12,8 @@ import pytest
 
 from pitotbench import Case
 from pitotbench.records.case_file import case_table
-from pitotbench.simulate import MANEUVERS
-from pitotbench.simulate.maneuvers.card import Card
+from pitotbench.simulation.card import Card
+from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import from_si
 
 ROOT = Path(__file__).parents[1]

@@ -2,7 +2,7 @@
 
 import sys
 
-from pitotbench.cli import main
+from pitotbench.cli.app import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -5,8 +5,7 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from importlib import import_module
 
-from pitotbench.cli.app import guarded
-from pitotbench.cli.exit_codes import BAD_INPUT, DONE
+from pitotbench.cli.app import BAD_INPUT, DONE, guarded
 
 # Name: module and function, which adds its flags to a parser, reads the words, and does the work.
 COMMANDS = {

@@ -16,15 +16,13 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import bench
-from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms, scored
-from pitotbench.logbook import atomic
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.bench.flights import compare_curve, compare_wind, rms, scored
+from pitotbench.logbook.columns import atomic
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.show.columns import Column, markdown_table
-from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
-from pitotbench.simulate.attach.library import library_aircraft
-from pitotbench.simulate.attach.record import read_record
-from pitotbench.simulate.hangar import find_aircraft, known_aircraft
-from pitotbench.simulate.maneuvers.scaled_card import scaled_case
+from pitotbench.simulation.aircraft import find_aircraft, known_aircraft, library_aircraft, read_record
+from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
+from pitotbench.simulation.sortie import scaled_case
 from pitotbench.units import KNOT
 from pitotlab.experiment import (
     NO_LIMIT,

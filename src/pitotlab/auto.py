@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import air, bench
-from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms
+from pitotbench.bench.flights import compare_curve, compare_wind, rms
 from pitotbench.pressure_error import REFERENCE_PRESSURE
+from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import PressureErrorSpec
-from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT, Array

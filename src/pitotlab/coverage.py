@@ -11,16 +11,16 @@ import pandas as pd
 
 from pitotbench import air, bench
 from pitotbench.bench.flight_store import FlightStore
-from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms, scored
-from pitotbench.calibrate import Accuracies, CalibrationOptions
+from pitotbench.bench.flights import compare_curve, compare_wind, rms, scored
+from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.catalog import Catalog
-from pitotbench.logbook import atomic, write_text
+from pitotbench.logbook.columns import atomic, write_text
+from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration
-from pitotbench.records.errors import NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import SYSTEMS
-from pitotbench.simulate import PAPER_MANEUVERS
+from pitotbench.sensing.sampling import SYSTEMS
+from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
 from pitotlab.experiment import (
     FIRST_SCORED_SEED,

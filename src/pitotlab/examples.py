@@ -6,24 +6,26 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from pitotbench.bench import calibrate, fly, sense
 from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
-from pitotbench.calibrate.options import CalibrationOptions
+from pitotbench.bench.flights import sense
+from pitotbench.bench.rounds import NamedLog
+from pitotbench.bench.workflow import reconcile_fully
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.catalog import Catalog
-from pitotbench.logbook import write_text
+from pitotbench.logbook.columns import write_text
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import read_case
 from pitotbench.records.gap import Account, Tolerance
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import SURE, Candidate, Verdict
 from pitotbench.show.columns import Column, markdown_table
-from pitotbench.show.gap_page import account_page
+from pitotbench.show.gap_page import account_page, telling_drawings
 from pitotbench.show.gap_words import place_words, sentences, told_rivals
-from pitotbench.show.quantity_words import heading, size_words, words
 from pitotbench.show.style import canvas
-from pitotbench.show.telling_panels import telling_drawings
-from pitotbench.show.verdict_tables import kind_words
+from pitotbench.show.verdict import kind_words
+from pitotbench.show.words import heading, size_words, words
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 from pitotlab.experiment import OUT, say
 

@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from pitotbench.bench.fleet import open_fleet, progress, require_all
-from pitotbench.logbook import atomic
+from pitotbench.logbook.columns import atomic
 from pitotbench.records.case import Case, PressureErrorSpec, Wind
 from pitotbench.units import KNOT, Array
 

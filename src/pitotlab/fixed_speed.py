@@ -9,12 +9,14 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicSpline
 
-from pitotbench.bench import calibrate, fixed_speed_points, fly, sense, wind_toward
-from pitotbench.bench.truth_comparison import Comparison, compare_points
+from pitotbench.bench.flights import Comparison, compare_points, sense, wind_toward
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import fixed_speed_points
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.case import Case, Wind
-from pitotbench.records.fixed_speed_point import FixedSpeedPoint
+from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 from pitotlab.experiment import NO_LIMIT, Budget, Experiment, Row, Trial, run_experiment
 

@@ -12,21 +12,20 @@ from functools import cache
 
 import numpy as np
 
-from pitotbench.bench import fly, sense
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.next_flight import VARIED, next_flight_after
-from pitotbench.bench.reconcile.null_learning import null_distribution_of
-from pitotbench.bench.reconcile.reconciliation import NamedLog, reconcile_logs
+from pitotbench.bench.flights import sense
+from pitotbench.bench.next_flight import VARIED, next_flight_after
+from pitotbench.bench.null_flights import aircraft_model, null_distribution_of
+from pitotbench.bench.rounds import NamedLog, reconcile_logs
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import lay_out
-from pitotbench.reconcile.residuals.layout_noise import whitened_equations
-from pitotbench.reconcile.signatures.hypotheses import FITTED, ONE_MODEL, cause_of
-from pitotbench.reconcile.signatures.signatures import columns_of
+from pitotbench.reconciliation.equations import whitened_equations
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.signatures import FITTED, ONE_MODEL, cause_of, columns_of
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import read_case
 from pitotbench.records.verdict import Verdict
-from pitotbench.sense import data_system
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.sortie import fly
 from pitotlab.experiment import say
 
 SYSTEM = "50/50"

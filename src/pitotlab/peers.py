@@ -17,19 +17,17 @@ from scipy.signal import fftconvolve
 from pitotbench import air, bench
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.flight_store import FlightStore
-from pitotbench.bench.truth_comparison import Comparison, compare_curve, compare_points, rms, scored
-from pitotbench.calibrate.gls.covering_fit import CoveringFit, fit_covering
-from pitotbench.calibrate.gls.linearized_problem import Structure
-from pitotbench.calibrate.model.curve_map import CurveMap
-from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.calibrate.paper import airspeed_outputs, fit_scalar
-from pitotbench.calibrate.rows.observations import Observations, observe
-from pitotbench.estimate.restricted_likelihood import solve
+from pitotbench.bench.flights import Comparison, compare_curve, compare_points, rms, scored
+from pitotbench.calibration.covering import CoveringFit, Structure, fit_covering
+from pitotbench.calibration.observations import Observations, observe
+from pitotbench.calibration.output_error import airspeed_outputs, fit_scalar
+from pitotbench.calibration.prediction import CurveMap, PredictionModel
+from pitotbench.estimation.restricted_likelihood import solve
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.records.errors import NoAnswerError
+from pitotbench.records import NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.simulate import PAPER_MANEUVERS
+from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
 from pitotlab.experiment import FIRST_SCORED_SEED, Row, Trial, random_case
 

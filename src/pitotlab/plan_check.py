@@ -13,14 +13,13 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import bench
-from pitotbench.bench.plan.forecasting import forecast
-from pitotbench.bench.plan.plan_request import PlanRequest
-from pitotbench.bench.truth_comparison import compare_altitude, compare_curve_at, rms
-from pitotbench.calibrate import CalibrationOptions
-from pitotbench.logbook import write_text
+from pitotbench.bench.flights import compare_altitude, compare_curve_at, rms
+from pitotbench.bench.planner import PlanRequest, forecast
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.logbook.columns import write_text
 from pitotbench.records.case import Case, PressureErrorSpec
-from pitotbench.sense import data_system
-from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.units import FOOT, KNOT
 from pitotlab.experiment import (
     NO_LIMIT,

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from math import pi
 
 from pitotbench.catalog import Catalog
-from pitotbench.simulate.hangar import find_aircraft
-from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.properties import HORSEPOWER
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.properties import HORSEPOWER
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT
 
 RATED_POWER = 310.0  # hp an engine

@@ -8,7 +8,7 @@ import pytest
 from pitotbench import bench
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import DEGREE, KNOT
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from pitotbench.bench.campaign.plan import plan_tasks
-from pitotbench.bench.campaign.runner import CampaignRequest, run_campaign
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.bench.campaign import CampaignRequest, run_campaign
+from pitotbench.bench.campaign_plan import plan_tasks
+from pitotbench.records import BadInputError, NoAnswerError
 
 COLUMNS = [
     "maneuver", "das", "model", "seed", "turbulence", "minutes", "samples", "residual_two_sigma_kt", "two_sigma_kt",

@@ -7,15 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pitotbench.bench.campaign.draws import Draws
-from pitotbench.bench.campaign.dry_run import forecast_of_costs
-from pitotbench.bench.campaign.plan import seeds_of
-from pitotbench.bench.campaign.plan_file import read_plan
-from pitotbench.bench.campaign.runner import CampaignRequest
-from pitotbench.bench.campaign.tasks import sharded
+from pitotbench.bench.campaign import CampaignRequest, forecast_of_costs
+from pitotbench.bench.campaign_plan import Draws, read_plan, seeds_of
+from pitotbench.bench.campaign_task import sharded
 from pitotbench.catalog import UnknownNameError
-from pitotbench.cli import main
-from pitotbench.records.errors import BadInputError
+from pitotbench.cli.app import main
+from pitotbench.records import BadInputError
 from pitotbench.units import FOOT, KNOT
 
 PLAN = """
@@ -123,8 +120,8 @@ def test_shards_share_a_plan_out_and_keys_do_not_depend_on_them(tmp_path):
 
 
 def test_the_key_is_that_of_the_content():
-    from pitotbench.bench.campaign.tasks import cell_digest, content_key
-    from pitotbench.calibrate import CalibrationOptions
+    from pitotbench.bench.campaign_task import cell_digest, content_key
+    from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.records.case import Case, DataSystem, Wind
 
     ways = (("", CalibrationOptions()),)

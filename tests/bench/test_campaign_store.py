@@ -13,18 +13,15 @@ import pandas as pd
 import pytest
 from tests.bench.hard_tasks import Stub, act, stored
 
+from pitotbench.bench import campaign as watching
 from pitotbench.bench import store as store_module
-from pitotbench.bench.campaign import watching
-from pitotbench.bench.campaign.engine import fly_missing
-from pitotbench.bench.campaign.reproduction import reproduce
-from pitotbench.bench.campaign.runner import CampaignRequest, run_campaign
-from pitotbench.bench.campaign.watching import Watch
+from pitotbench.bench.campaign import CampaignRequest, Watch, fly_missing, run_campaign
 from pitotbench.bench.fleet import Fleet
-from pitotbench.bench.result_table import chosen_rows, means, result_table
+from pitotbench.bench.result_table import chosen_rows, means, reproduce, result_table
 from pitotbench.bench.store import ResultStore, StoreError
-from pitotbench.cli import main
+from pitotbench.cli.app import main
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
-from pitotbench.records.errors import BadInputError
 
 SHORT = Case(card={"speeds_kt": [130.0, 110.0], "dwells_s": [10.0, 10.0], "settle_s": 2.0})
 
@@ -213,8 +210,8 @@ def test_a_flight_without_its_log_is_flown_again_where_logs_are_asked_for(campai
 def test_results_of_other_code_stay_and_are_not_used(campaign, tmp_path, monkeypatch, capsys):
     request = replace(campaign, out=tmp_path / "out", progress="lines")
     run_campaign(request)
-    monkeypatch.setattr("pitotbench.bench.campaign.tasks.code_digest", lambda: "other")
-    monkeypatch.setattr("pitotbench.bench.campaign.runner.code_digest", lambda: "other")
+    monkeypatch.setattr("pitotbench.bench.campaign_task.code_digest", lambda: "other")
+    monkeypatch.setattr("pitotbench.bench.campaign.code_digest", lambda: "other")
     assert run_campaign(request).flown == 1
     assert "the stored flights are of other code" in capsys.readouterr().err
     assert len([*ResultStore(request.out / "store").keys()]) == 2

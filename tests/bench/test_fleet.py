@@ -10,7 +10,7 @@ import pytest
 
 from pitotbench.bench import fleet
 from pitotbench.bench.fleet import Failure, open_fleet, require_all, run_tasks
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.records import BadInputError, NoAnswerError
 
 
 class StubbornError(Exception):

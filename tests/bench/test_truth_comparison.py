@@ -7,8 +7,7 @@ import pandas as pd
 import pytest
 
 from pitotbench import air, bench
-from pitotbench.bench.flights import true_altitude_correction
-from pitotbench.bench.truth_comparison import (
+from pitotbench.bench.flights import (
     Comparison,
     compare_altitude,
     compare_curve,
@@ -17,6 +16,7 @@ from pitotbench.bench.truth_comparison import (
     compare_wind,
     rms,
     scored,
+    true_altitude_correction,
 )
 from pitotbench.records.calibration import Estimate, WindEstimate
 from pitotbench.units import KNOT

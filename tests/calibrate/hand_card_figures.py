@@ -14,7 +14,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from hand_cards import KT, STEPS, make_card
 
-from pitotbench.calibrate.hand_card.card_points import reduce_card
+from pitotbench.calibration.hand_card import reduce_card
 
 
 @dataclass(frozen=True)

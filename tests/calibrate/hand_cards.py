@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pitotbench.records.hand_card import CardLeg, ReadingSteps
+from pitotbench.records.legs import CardLeg, ReadingSteps
 
 KT, FT, DEG = 1852.0 / 3600.0, 0.3048, np.pi / 180.0
 STEPS = ReadingSteps(KT, 10.0 * FT, 1.0, KT, DEG)

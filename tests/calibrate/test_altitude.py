@@ -7,11 +7,11 @@ import pytest
 import static_flights as fixture
 
 from pitotbench import air
-from pitotbench.calibrate import CalibrationOptions, calibrate
-from pitotbench.calibrate.gls.altitude_rows import altitude_regression, altitude_rows
-from pitotbench.calibrate.model.nuisances import ZERO, Nuisance
-from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.calibrate.rows.observations import observe
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.altitude import altitude_regression, altitude_rows
+from pitotbench.calibration.observations import observe
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.log import FlightLog

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import trajectories as fixture
 
-from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.units import KNOT
 
 SEEDS = range(500, 530)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.calibrate.averaging.curve_prior import DEPARTURES, LEVEL, hypotheses
+from pitotbench.calibration.model_evidence import DEPARTURES, LEVEL, hypotheses
 from pitotbench.pressure_error import MODELS
 
 X = np.geomspace(1.0, 2.65, 61)

@@ -8,8 +8,8 @@ import trajectories as fixture
 from scipy.signal import lfilter
 
 from pitotbench import air
-from pitotbench.bench import calibrate
-from pitotbench.calibrate.display_steps import display_two_sigma, share_that_stays
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.result import display_two_sigma, share_that_stays
 from pitotbench.units import KNOT
 
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from pitotbench.calibrate.averaging.curve_prior import Hypothesis
-from pitotbench.calibrate.averaging.model_weights import moments, weigh_models
-from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
-from pitotbench.estimate.restricted_likelihood import Regression
+from pitotbench.calibration.average import moments, weigh_models
+from pitotbench.calibration.model_evidence import Hypothesis
+from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
+from pitotbench.estimation.restricted_likelihood import Regression
 
 N, WIDE = 20, 300.0
 ZERO = np.zeros(3)

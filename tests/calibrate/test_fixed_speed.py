@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pitotbench.calibrate.gps_legs.methods import circle_fit, fixed_speed, horseshoe
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.calibration.leg_points import circle_fit, fixed_speed, horseshoe
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import DEGREE, KNOT
 
 

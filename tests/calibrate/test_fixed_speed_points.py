@@ -7,13 +7,12 @@ import pytest
 import trajectories as fixture
 
 from pitotbench import air
-from pitotbench.bench import sense, true_correction, wind_toward
-from pitotbench.calibrate.accuracy import Accuracies
-from pitotbench.calibrate.gps_legs.leg_points import cross_check, fixed_speed_points
-from pitotbench.calibrate.options import CalibrationOptions
-from pitotbench.calibrate.rows.observations import observe
-from pitotbench.calibrate.rows.steady_blocks import block_means
-from pitotbench.records.errors import NoAnswerError
+from pitotbench.bench.flights import sense, true_correction, wind_toward
+from pitotbench.calibration.leg_points import cross_check, fixed_speed_points
+from pitotbench.calibration.legs import block_means
+from pitotbench.calibration.observations import observe
+from pitotbench.calibration.options import Accuracies, CalibrationOptions
+from pitotbench.records import NoAnswerError
 from pitotbench.units import DEGREE, KNOT
 
 RATE = 10

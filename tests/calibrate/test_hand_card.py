@@ -8,12 +8,11 @@ import pytest
 from hand_card_figures import coverage
 from hand_cards import DEG, FT, KT, STEPS, make_card, spoil, true_airspeed_kt
 
-from pitotbench.calibrate.accuracy import USUAL
-from pitotbench.calibrate.hand_card.card_points import reduce_card
-from pitotbench.calibrate.hand_card.slips import find_slips
+from pitotbench.calibration.hand_card import find_slips, reduce_card
+from pitotbench.calibration.options import USUAL
 from pitotbench.cli.app import main
 from pitotbench.logbook.points_table import read_points
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 
 NAMES = ("point", "configuration", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc",
          "ground_speed_kt", "track_deg")  # fmt: skip

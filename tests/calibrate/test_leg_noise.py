@@ -8,14 +8,20 @@ import trajectories as fixture
 from test_fixed_speed_points import RATE, circle_path, legs_path
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from pitotbench.calibrate.gps_legs import leg_noise, leg_points
-from pitotbench.calibrate.gps_legs.leg_noise import LegLikelihood, LinearizedGroup, answer_variances, two_sigma
-from pitotbench.calibrate.gps_legs.legs import steady_groups
-from pitotbench.calibrate.gps_legs.methods import circle_fit, circle_gain
-from pitotbench.calibrate.options import CalibrationOptions
-from pitotbench.calibrate.rows.observations import observe
-from pitotbench.estimate.mixture import half_width
-from pitotbench.estimate.restricted_likelihood import weighted_noises
+from pitotbench.calibration import leg_points
+from pitotbench.calibration import leg_points as leg_noise
+from pitotbench.calibration.leg_points import (
+    LegLikelihood,
+    LinearizedGroup,
+    answer_variances,
+    circle_fit,
+    circle_gain,
+    two_sigma,
+)
+from pitotbench.calibration.legs import steady_groups
+from pitotbench.calibration.observations import observe
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.estimation.restricted_likelihood import half_width, weighted_noises
 
 NOISES = np.log([[0.8, 533.0, 0.2], [0.1, 200.0, 0.4], [2.0, 1500.0, 0.05]])
 

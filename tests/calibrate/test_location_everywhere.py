@@ -7,9 +7,10 @@ import pytest
 import static_flights as fixture
 
 from pitotbench import bench
-from pitotbench.calibrate import CalibrationOptions, calibrate
-from pitotbench.calibrate.averaging import model_average
-from pitotbench.calibrate.gps_legs.leg_points import cross_check, fixed_speed_points
+from pitotbench.calibration import average as model_average
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import cross_check, fixed_speed_points
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.pressure_error import MODELS
 
 FEW = {name: MODELS[name] for name in ("linear", "inverse+", "spline")}

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import trajectories as fixture
 
-from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.catalog import UnknownNameError
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
 

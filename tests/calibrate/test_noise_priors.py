@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import trajectories as fixture
 
-from pitotbench.calibrate import CalibrationOptions
-from pitotbench.calibrate.gls.linearized_problem import GUST_LENGTH, Structure, log_prior_of
-from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.calibrate.rows.observations import observe
+from pitotbench.calibration.covering import GUST_LENGTH, Structure, log_prior_of
+from pitotbench.calibration.observations import observe
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 
 STRUCTURE = Structure(PredictionModel(MODELS["inverse+"], REFERENCE_PRESSURE), (), drifting=False)

@@ -6,13 +6,13 @@ import trajectories as fixture
 from scipy.optimize import least_squares
 
 from pitotbench import bench
-from pitotbench.calibrate import CalibrationOptions, calibrate
-from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.calibrate.output_error import fit_output_error
-from pitotbench.calibrate.paper import airspeed_outputs
-from pitotbench.calibrate.rows.observations import observe
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.observations import observe
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.output_error import airspeed_outputs, fit_output_error
+from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.records.errors import NoAnswerError
+from pitotbench.records import NoAnswerError
 from pitotbench.units import KNOT
 from pitotlab.experiment import Trial, random_case
 

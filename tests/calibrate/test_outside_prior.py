@@ -8,11 +8,13 @@ import pytest
 import static_flights
 import trajectories as fixture
 
-from pitotbench.calibrate import Accuracies, CalibrationOptions, calibrate
-from pitotbench.calibrate.gls.outside_prior import _nuisances_outside
-from pitotbench.calibrate.gls.posterior import Posterior
-from pitotbench.calibrate.model.nuisances import Nuisance
-from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE, PressureErrorCurve
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.covering import Posterior
+from pitotbench.calibration.fit_checks import _nuisances_outside
+from pitotbench.calibration.options import Accuracies, CalibrationOptions
+from pitotbench.calibration.prediction import Nuisance
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.pressure_error.curve import PressureErrorCurve
 
 QUIET = fixture.Air(gust=0.05, pressure=2.0)
 

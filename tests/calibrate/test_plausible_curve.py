@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from pitotbench.calibrate.plausible_curve import judge_curve
-from pitotbench.pressure_error import MODELS, PressureErrorCurve
+from pitotbench.calibration.fit_checks import judge_curve
+from pitotbench.pressure_error import MODELS
+from pitotbench.pressure_error.curve import PressureErrorCurve
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.units import KNOT
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import trajectories as fixture
 
-from pitotbench.calibrate.model import prediction
-from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.calibrate.options import CalibrationOptions
-from pitotbench.calibrate.rows.observations import observe
+from pitotbench.calibration import prediction
+from pitotbench.calibration.observations import observe
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 
 

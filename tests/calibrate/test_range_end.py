@@ -8,10 +8,11 @@ import trajectories as fixture
 from test_fixed_speed_points import RATE as LEG_RATE
 from test_fixed_speed_points import legs_path
 
-from pitotbench.calibrate import calibrate
-from pitotbench.calibrate.gps_legs.leg_points import fixed_speed_points
-from pitotbench.logbook import read_log, write_log
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import fixed_speed_points
+from pitotbench.logbook.reading import read_log
+from pitotbench.logbook.writing import write_log
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
 RATE = 20

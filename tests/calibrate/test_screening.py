@@ -7,8 +7,9 @@ import pytest
 import trajectories as fixture
 from scipy.signal import lfilter
 
-from pitotbench.calibrate import CalibrationOptions, calibrate
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
 RATE = 20

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import trajectories as fixture
 
-from pitotbench.calibrate import Accuracies, CalibrationOptions, calibrate, calibrate_together
+from pitotbench.calibration import calibrate, calibrate_together
+from pitotbench.calibration.options import Accuracies, CalibrationOptions
 
 SEEDS = range(600, 612)
 

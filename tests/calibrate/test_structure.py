@@ -7,12 +7,14 @@ import pytest
 import trajectories as fixture
 
 from pitotbench import air
-from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.catalog import UnknownNameError
 from pitotbench.cli.app import main
-from pitotbench.logbook import write_log
-from pitotbench.pressure_error import MODELS, TableCurve
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.logbook.writing import write_log
+from pitotbench.pressure_error import MODELS
+from pitotbench.pressure_error.curve import TableCurve
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
 AUTO = CalibrationOptions(model="auto")

@@ -8,12 +8,19 @@ import pytest
 import trajectories as fixture
 
 from pitotbench import air
-from pitotbench.calibrate import Accuracies, CalibrationOptions, calibrate
-from pitotbench.calibrate.accuracy import USUAL, accuracies_of, assumptions_of, parse_accuracies
-from pitotbench.calibrate.model.curve_map import CurveMap
-from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE, PressureErrorCurve
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import (
+    USUAL,
+    Accuracies,
+    CalibrationOptions,
+    accuracies_of,
+    assumptions_of,
+    parse_accuracies,
+)
+from pitotbench.calibration.prediction import CurveMap, PredictionModel
+from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
+from pitotbench.pressure_error.curve import PressureErrorCurve
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 
 QUIET = fixture.Air(gust=0.05, pressure=2.0)

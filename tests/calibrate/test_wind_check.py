@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import static_flights as flights
 
-from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.units import DEGREE
 
 CHECKED, CONSTANT = CalibrationOptions(wind="checked"), CalibrationOptions(wind="constant")

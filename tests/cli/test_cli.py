@@ -9,8 +9,8 @@ import pytest
 import trajectories as fixture
 
 from pitotbench.cli.app import main
-from pitotbench.logbook import write_log
-from pitotbench.simulate import MANEUVERS
+from pitotbench.logbook.writing import write_log
+from pitotbench.simulation.maneuvers import MANEUVERS
 
 CURVE_KEYS = {
     "indicated_airspeed_kt", "correction_kt", "two_sigma_kt", "white_two_sigma_kt", "normalized_pressure_error",

@@ -5,8 +5,7 @@ import subprocess
 
 import pytest
 
-from pitotbench.cli.app import main
-from pitotbench.cli.commands import COMMANDS
+from pitotbench.cli.app import COMMANDS, main
 from pitotbench.cli.completion import SHELLS
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import trajectories as fixture
 
-from pitotbench.bench import calibrate
 from pitotbench.bench.inspection import inspect_log
-from pitotbench.bench.plan.drawn_gusts import gust_deviation
+from pitotbench.bench.planner import gust_deviation
+from pitotbench.calibration import calibrate
 from pitotbench.cli.app import main
-from pitotbench.logbook import write_log
+from pitotbench.logbook.writing import write_log
 from pitotbench.records.case import Case
 from pitotbench.units import KNOT
 

@@ -13,8 +13,10 @@ from numpy.linalg import LinAlgError
 
 import pitotbench
 from pitotbench.cli.app import guarded, main
-from pitotbench.logbook import FORMATS, read_log, write_log
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.logbook.formats import FORMATS
+from pitotbench.logbook.reading import read_log
+from pitotbench.logbook.writing import write_log
+from pitotbench.records import BadInputError, NoAnswerError
 
 _POD = '[[effects]]\nname = "belly_pod"\nparameters = { drag_area_m2 = 0.1 }\n'
 

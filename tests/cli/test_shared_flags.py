@@ -2,14 +2,13 @@
 
 import pytest
 
-from pitotbench.bench.campaign.plan import plan_tasks as campaign_plan
-from pitotbench.calibrate import CalibrationOptions
+from pitotbench.bench.campaign_plan import plan_tasks as campaign_plan
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.cli.app import command_line
 from pitotbench.cli.plan import request_of as plan_request
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
-from pitotbench.records.errors import BadInputError
-from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
-from pitotbench.simulate.maneuvers import maneuvers_named
+from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS, maneuvers_named
 
 
 def test_a_word_for_several_maneuvers_means_the_same_everywhere():

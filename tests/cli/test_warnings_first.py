@@ -8,7 +8,7 @@ import pytest
 import trajectories as fixture
 
 from pitotbench.cli.app import main
-from pitotbench.logbook import write_log
+from pitotbench.logbook.writing import write_log
 from pitotbench.units import DEGREE, KNOT
 
 RATE = 10

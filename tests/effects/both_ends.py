@@ -17,16 +17,15 @@ from typing import get_args
 import numpy as np
 
 from pitotbench import Case, fly
-from pitotbench.bench.reconcile.reconciliation import reconcile_log
-from pitotbench.bench.reconcile.rounds import patch_of
+from pitotbench.bench.rounds import patch_of, reconcile_log
 from pitotbench.effects import EFFECTS
+from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
-from pitotbench.records.errors import BadInputError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import Kind
-from pitotbench.sense import record
+from pitotbench.sensing.recorder import record
 
 CARD = Case(maneuver="rapid_decel", turbulence="light", truth_seed=40_011, sensor_seed=40_011)
 SECONDS = 120.0  # of the log

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pitotbench import air
-from pitotbench.effects import Signals
+from pitotbench.effects.response import Signals
 
 
 def turning(seconds: float = 120.0, rate: float = 50.0, pause: float = 0.0) -> Signals:

@@ -4,8 +4,8 @@ import pytest
 
 from pitotbench.catalog import UnknownNameError
 from pitotbench.effects import chosen
+from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
-from pitotbench.records.errors import BadInputError
 
 BAD = {
     "unknown parameter": ({"lag_ms": 300.0, "lag_s": 0.3}, r"pitot_lag: unknown parameter 'lag_ms'.*lag_s"),

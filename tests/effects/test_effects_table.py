@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from sample_signals import turning
 
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.effects import EFFECTS, AircraftEffect, AirEffect, Signals, chosen
-from pitotbench.effects.describe import effects_table
+from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.effects import EFFECTS, chosen
+from pitotbench.effects.choice import effects_table
+from pitotbench.effects.effect import AircraftEffect, AirEffect
+from pitotbench.effects.response import Signals
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import read_case, write_case
-from pitotbench.records.errors import BadInputError
-from pitotbench.simulate import MANEUVERS
+from pitotbench.simulation.maneuvers import MANEUVERS
 
 UNSHAPED = [
     name

@@ -6,7 +6,8 @@ from sample_signals import turning
 from scipy.spatial.transform import Rotation
 
 from pitotbench import air
-from pitotbench.effects import EFFECTS, Signals
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.response import Signals
 from pitotbench.units import DEGREE
 
 

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from sample_signals import turning
 
-from pitotbench.effects import EFFECTS, FORMS, AirEffect, Baseline, chosen
-from pitotbench.effects.expression import evaluate
+from pitotbench.effects import EFFECTS, FORMS, chosen
+from pitotbench.effects.effect import AirEffect
+from pitotbench.effects.overlay import Baseline, evaluate
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import read_case, write_case
-from pitotbench.records.errors import BadInputError
 
 TIMED = [name for name in EFFECTS if f"{name}_for_a_time" in FORMS]
 SENSORS = [name for name in TIMED if EFFECTS[name].acts_on == "sensors"]

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pitotbench.effects import Signals
-from pitotbench.effects.response import delayed, first_order, first_order_varying, second_order
+from pitotbench.effects.response import Signals, delayed, first_order, first_order_varying, second_order
 
 
 def on(time: np.ndarray) -> Signals:

@@ -5,7 +5,8 @@ import pytest
 from sample_signals import turning
 
 from pitotbench import air
-from pitotbench.effects import EFFECTS, Signals
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.response import Signals
 from pitotbench.units import KNOT
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench.estimate.autoregression import RIDGE, yule_walker
+from pitotbench.estimation.noise import RIDGE, yule_walker
 
 
 def test_a_process_of_second_order_is_found_from_its_autocovariance() -> None:

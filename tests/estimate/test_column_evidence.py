@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from pitotbench.estimate.column_evidence import EvidencePart, column_evidence
-from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
+from pitotbench.estimation.evidence import EvidencePart, column_evidence
+from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
 
 WIDE = 1e-4  # prior precision of the fitted coefficients
 

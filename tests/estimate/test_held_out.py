@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from pitotbench.estimate.held_out import aicc, bic, held_out_log_density, log_likelihood
-from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
-from pitotbench.estimate.restricted_likelihood import Regression
+from pitotbench.estimation.evidence import aicc, bic, held_out_log_density, log_likelihood
+from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
+from pitotbench.estimation.restricted_likelihood import Regression
 
 N = 24
 INTERVALS = Intervals(np.arange(N + 1.0), np.arange(N))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
+from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
 
 POINTS = 60
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
-from pitotbench.estimate.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
-from pitotbench.estimate.restricted_likelihood import Regression, noise_posterior
+from pitotbench.estimation.noise import Intervals, MarkovNoise, MarkovProcess
+from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
+from pitotbench.estimation.restricted_likelihood import Regression, noise_posterior
 
 N, LEVELS, MEMORIES = 90, np.array([0.3, 0.9, 2.0]), np.array([4.0, 9.0, 40.0])
 RNG = np.random.default_rng(7)

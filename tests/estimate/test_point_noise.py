@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 
-from pitotbench.estimate.joint_noise import JointNoiseOf
-from pitotbench.estimate.markov_noise import Intervals, MarkovNoise, MarkovProcess
-from pitotbench.estimate.mixture import composite_design
-from pitotbench.estimate.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
-from pitotbench.estimate.restricted_likelihood import Regression, restricted_log_likelihood, solve
+from pitotbench.estimation.noise import Intervals, JointNoiseOf, MarkovNoise, MarkovProcess
+from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
+from pitotbench.estimation.restricted_likelihood import (
+    Regression,
+    composite_design,
+    restricted_log_likelihood,
+    solve,
+)
 
 N = 40
 RNG = np.random.default_rng(7)

@@ -4,10 +4,17 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from pitotbench.estimate.markov_noise import Intervals, MarkovNoise
-from pitotbench.estimate.mixture import TWO_SIGMA_SHARE, composite_design, half_width
-from pitotbench.estimate.restricted_likelihood import Regression, noise_posterior, restricted_log_likelihood, solve
-from pitotbench.records.errors import NoAnswerError
+from pitotbench.estimation.noise import Intervals, MarkovNoise
+from pitotbench.estimation.restricted_likelihood import (
+    TWO_SIGMA_SHARE,
+    Regression,
+    composite_design,
+    half_width,
+    noise_posterior,
+    restricted_log_likelihood,
+    solve,
+)
+from pitotbench.records import NoAnswerError
 
 
 def make_problem(n=60, seed=3):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench.estimate.robust_scale import robust_deviation
+from pitotbench.estimation.noise import robust_deviation
 
 NOISE = np.random.default_rng(5).normal(7.0, 2.0, (20_000, 2))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench.estimate.robust_scale import deviation_of_sizes, spikes_among
+from pitotbench.estimation.noise import deviation_of_sizes, spikes_among
 
 
 def test_the_scale_is_that_of_normal_noise_whatever_a_few_outliers_do():

@@ -10,8 +10,10 @@ import pytest
 
 import pitotbench
 import pitotlab.blind
-from pitotbench.effects import EFFECTS, SensorEffect, Signals
-from pitotbench.logbook import read_log
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.effect import SensorEffect
+from pitotbench.effects.response import Signals
+from pitotbench.logbook.reading import read_log
 from pitotbench.records.case import EffectSpec
 from pitotlab.blind.analyze import analyze, flights_of
 from pitotlab.blind.case import JudgedCase

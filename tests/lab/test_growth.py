@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pitotbench.bench import sense
-from pitotbench.logbook import write_log
+from pitotbench.bench.flights import sense
+from pitotbench.logbook.writing import write_log
 from pitotlab.speed.growth import Cost, costs_by_samples, exponent, peak_megabytes
 
 

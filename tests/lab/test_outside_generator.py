@@ -25,11 +25,11 @@ from pitotlab.outside.physics import FOOT, KNOT
 
 FOLDER = Path(physics.__file__).parent
 JUDGE_MAY_IMPORT = {
-    "pitotbench.calibrate": {"calibrate", "CalibrationOptions"},
+    "pitotbench.calibration": {"calibrate", "CalibrationOptions"},
     "pitotbench.logbook": {"read_log"},
     "pitotbench.records.calibration": {"Calibration", "ErrorCurve"},
     "pitotbench.units": {"Booleans"},
-    "pitotbench.records.errors": {"BadInputError", "NoAnswerError"},
+    "pitotbench.records": {"BadInputError", "NoAnswerError"},
 }
 
 

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 import pitotlab
-from pitotbench.sense import SYSTEMS
-from pitotbench.simulate import PAPER_MANEUVERS
+from pitotbench.sensing.sampling import SYSTEMS
+from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotlab.coverage import SCORINGS, TURBULENCE
 
 RESULTS = Path(pitotlab.__file__).parent / "results"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pitotbench.bench import sense
+from pitotbench.bench.flights import sense
 from pitotlab.speed.growth import cross_check_growth, reading_times, tiled
 
 

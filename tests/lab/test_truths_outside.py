@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from pitotbench import air
-from pitotbench.bench import true_curve
+from pitotbench.bench.flights import true_curve
 from pitotbench.pressure_error import MODELS
 from pitotbench.units import KNOT
 from pitotlab.auto import TRUTHS, score_outside, summarize, truth_of

@@ -15,10 +15,9 @@ import foreign_files as foreign
 from foreign_headers import HEADERS, write_header
 from tests.logbook.formats import Readings, difference
 
-from pitotbench.logbook import read_log
 from pitotbench.logbook.drafting import draft_mapping, mapping_text
-from pitotbench.logbook.reading import read_table
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.reading import read_log, read_table
+from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
 NEAR = Readings(0.01, 0.1, 0.01, 0.01, 0.01)  # files with every digit: a wrong column or unit is off by far more

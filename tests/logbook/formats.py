@@ -19,13 +19,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import foreign_files as foreign
 
 from pitotbench import air
-from pitotbench.calibrate import calibrate
-from pitotbench.logbook import read_log, write_log
+from pitotbench.calibration import calibrate
+from pitotbench.logbook.reading import read_log
+from pitotbench.logbook.writing import write_log
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import data_system, record
-from pitotbench.simulate import fly
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
 
 SYSTEM = "5/1"  # air data over GPS [Hz]

@@ -13,11 +13,13 @@ from tempfile import TemporaryDirectory
 
 from tests.logbook.mistakes import Columns, good_columns, read
 
-from pitotbench.logbook import read_log
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
-from pitotbench.records.errors import BadInputError
-from pitotbench.sense import data_system, record
-from pitotbench.simulate import MANEUVERS, fly
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.maneuvers import MANEUVERS
+from pitotbench.simulation.sortie import fly
 from pitotlab.outside.generator import generate, write_csv
 from pitotlab.outside.moving_air import CELLS
 

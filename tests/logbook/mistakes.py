@@ -20,18 +20,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.bench import wind_toward
-from pitotbench.bench.truth_comparison import compare_curve, compare_wind
-from pitotbench.calibrate import CalibrationOptions, calibrate
+from pitotbench.bench.flights import compare_curve, compare_wind, wind_toward
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.channels import CHANNELS
+from pitotbench.logbook.columns import Table
 from pitotbench.logbook.reading import log_of
-from pitotbench.logbook.table import Table
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
-from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import data_system, record
-from pitotbench.simulate import fly
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 
 Columns = dict[str, NDArray[Any]]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.logbook.quantities import parse_column
+from pitotbench.logbook.columns import parse_column
 from pitotbench.records.log import FlightLog
 
 ROWS = 600

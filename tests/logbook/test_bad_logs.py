@@ -9,8 +9,10 @@ import sample_log as sample
 from numpy.typing import NDArray
 from scipy.io import savemat
 
-from pitotbench.logbook import FORMATS, read_log, write_log
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.formats import FORMATS
+from pitotbench.logbook.reading import read_log
+from pitotbench.logbook.writing import write_log
+from pitotbench.records import BadInputError
 
 Table = dict[str, NDArray]
 TIME = np.arange(sample.ROWS) / sample.RATE

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import sample_log as sample
 
-from pitotbench.logbook import QUANTITIES, read_log
-from pitotbench.logbook.quantities import parse_column
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.columns import QUANTITIES, parse_column
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError
 from pitotbench.units import SUFFIXES, from_si
 
 EVERY_COLUMN = [(q.name, s) for q in QUANTITIES.values() for s in (q.suffixes or [""])]

@@ -7,10 +7,9 @@ import pytest
 from tests.logbook.drafted_headers import draft
 
 from pitotbench.cli.app import main
-from pitotbench.logbook import read_log
-from pitotbench.logbook.drafting import draft_mapping, mapping_text
-from pitotbench.logbook.drafting.guess import guesses
-from pitotbench.logbook.table import Table
+from pitotbench.logbook.columns import Table
+from pitotbench.logbook.drafting import draft_mapping, guesses, mapping_text
+from pitotbench.logbook.reading import read_log
 
 FLOWN = foreign.flight()
 

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from pitotbench import air
-from pitotbench.logbook import read_log
-from pitotbench.logbook.reading import log_of
-from pitotbench.logbook.table import Table
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.columns import Table
+from pitotbench.logbook.reading import log_of, read_log
+from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, FOOT, KNOT
 
@@ -96,7 +95,7 @@ def test_a_matrix_with_a_row_a_sample(tmp_path, hdf5):
 
 
 def test_a_struct_of_channels_with_units(tmp_path):
-    from pitotbench.logbook.mat_format import read_mat
+    from pitotbench.logbook.formats import read_mat
 
     path = foreign.mat_channels(tmp_path / "log.mat", FLOWN)
     assert_same_flight(read_log(path), 1e-12, 1e-9, 1e-12)
@@ -163,7 +162,7 @@ def test_no_dataflash_at_all(tmp_path, content):
 
 def test_a_clock_passes_midnight():
     times = np.array([f"{23 + i // 60 if i < 60 else 0}:{i % 60:02d}:00" for i in range(58, 64)], dtype=object)
-    from pitotbench.logbook.clock import clock_seconds
+    from pitotbench.logbook.columns import clock_seconds
 
     np.testing.assert_allclose(np.diff(clock_seconds("t", times)), 60.0)
 
@@ -172,7 +171,7 @@ def test_a_clock_passes_midnight():
     "text", ["25:00:00", "14:61:00", "yesterday", "2026-13-40 10:00:00", "99/99/2026 10:00:00"]
 )
 def test_no_clock_time(text):
-    from pitotbench.logbook.clock import clock_seconds
+    from pitotbench.logbook.columns import clock_seconds
 
     with pytest.raises(BadInputError, match=r"row 2: .* is not a clock time"):
         clock_seconds("t", np.array(["14:03:06", text], dtype=object))

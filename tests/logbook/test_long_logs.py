@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 import sample_log as sample
 
-from pitotbench.logbook import csv_blocks, csv_format, read_log
-from pitotbench.logbook.csv_format import read_csv
+from pitotbench.logbook import csv as csv_blocks
+from pitotbench.logbook import csv as csv_format
+from pitotbench.logbook.columns import Table, texts
+from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.draft import draft_of
-from pitotbench.logbook.parquet_format import read_parquet, write_parquet
-from pitotbench.logbook.table import Table, texts
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.formats import read_parquet, write_parquet
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError
 
 ROWS = 400
 PLAIN = {

@@ -9,12 +9,11 @@ from tests.shared_data import real_log
 
 from pitotbench import air
 from pitotbench.catalog import UnknownNameError
-from pitotbench.logbook import read_log, shipped_mappings
+from pitotbench.logbook.columns import Table, parse_column
 from pitotbench.logbook.joining import join_tables
-from pitotbench.logbook.mapping import find_mapping
-from pitotbench.logbook.quantities import parse_column
-from pitotbench.logbook.table import Table
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.mapping import find_mapping, shipped
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError
 from pitotbench.units import FOOT, KNOT, PSI
 
 OWN = """
@@ -42,7 +41,7 @@ e = "velocity_east_mps"
 """
 
 
-@pytest.mark.parametrize("name", list(shipped_mappings()))
+@pytest.mark.parametrize("name", list(shipped()))
 def test_shipped_mappings_name_real_columns(name):
     targets = [target.name for file in find_mapping(name).files for target in file.columns]
     found = {parse_column(target)[0].name for target in targets}

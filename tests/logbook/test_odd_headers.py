@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import sample_log as sample
 
-from pitotbench.logbook import read_log
-from pitotbench.logbook.header import parse_header
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.columns import parse_header
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError
 
 
 def read(tmp_path, above):

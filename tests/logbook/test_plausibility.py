@@ -5,9 +5,9 @@ import pytest
 import sample_log as sample
 
 from pitotbench import air
-from pitotbench.logbook import read_log
-from pitotbench.logbook.plausibility import LIMITS
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.plausible_air import LIMITS
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError
 from pitotbench.units import KNOT
 
 TIME = np.arange(sample.ROWS) / sample.RATE

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import sample_log as sample
 
-from pitotbench.logbook import flights_in, read_log
+from pitotbench.logbook.checks import flights_in
+from pitotbench.logbook.reading import read_log
 
 HALF = sample.ROWS // 2
 

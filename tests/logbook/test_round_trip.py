@@ -10,8 +10,10 @@ import sample_log as sample
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pitotbench.logbook import FORMATS, read_log, write_log
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.formats import FORMATS
+from pitotbench.logbook.reading import read_log
+from pitotbench.logbook.writing import write_log
+from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
 HEADER = {

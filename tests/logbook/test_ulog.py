@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pitotbench.logbook import read_log
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError
 
 pytest.importorskip("pyulog", reason="reading a ULog needs the extra pitotbench[logs]")
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pitotbench.pressure_error import MODELS, SplineModel, spline_between
+from pitotbench.pressure_error import MODELS
+from pitotbench.pressure_error.models import SplineModel, spline_between
 
 KNOTS = (0.5, 1.0, 2.0, 3.0)
 

@@ -17,9 +17,10 @@ from tests.published import self_survey
 from tests.published.self_survey import FOOT, KNOT, Array, Rows
 from tests.shared_data import real_log
 
-from pitotbench.calibrate import calibrate
-from pitotbench.calibrate.options import options_from
-from pitotbench.logbook import find_mapping, read_log
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import options_from
+from pitotbench.logbook.mapping import find_mapping
+from pitotbench.logbook.reading import read_log
 from pitotbench.records.calibration import Calibration
 
 FLIGHTS = ("CLASS55", "CLASS65")

@@ -12,8 +12,9 @@ import pytest
 from tests.shared_data import real_log
 
 from pitotbench import air
-from pitotbench.calibrate import Accuracies, CalibrationOptions, calibrate
-from pitotbench.logbook import read_log
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import Accuracies, CalibrationOptions
+from pitotbench.logbook.reading import read_log
 from pitotbench.units import KNOT
 
 BALLOON_KT = {"CLASS55": (26.0, 4.8), "CLASS65": (35.6, 8.4)}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pitotbench.simulate.properties import HORSEPOWER
+from pitotbench.simulation.properties import HORSEPOWER
 from pitotlab.reference_figures import (
     FLOWN,
     Figure,

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from tests.shared_data import real_log
 
-from pitotbench.calibrate import CalibrationOptions, calibrate
-from pitotbench.calibrate.options import options_from
-from pitotbench.logbook import find_mapping, read_log
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions, options_from
+from pitotbench.logbook.mapping import find_mapping
+from pitotbench.logbook.reading import read_log
 from pitotbench.units import KNOT
 
 

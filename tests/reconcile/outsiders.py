@@ -13,15 +13,16 @@ from tempfile import TemporaryDirectory
 
 from tests.reconcile.outside_table import OUTSIDERS, Outsider, flown
 
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.workflow import FullReconciliation, NamedLog, reconcile_fully
-from pitotbench.reconcile.formula.find import closure_on, find_formula
-from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.signatures.patched_model import lay_out_with
-from pitotbench.records.formula import FoundFormula
+from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.bench.rounds import NamedLog
+from pitotbench.bench.workflow import FullReconciliation, reconcile_fully
+from pitotbench.reconciliation.formula import closure_on, find_formula
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.renewal import lay_out_with
+from pitotbench.records.gap import FoundFormula
 from pitotbench.records.verdict import SURE
-from pitotbench.show.formula_words import formula_sentences
+from pitotbench.show.gap_words import formula_sentences
 
 FIRST_DAY, FIRST_NULL = 3000, 3900
 NULLS = 6

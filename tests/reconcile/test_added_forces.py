@@ -5,14 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.effects import EFFECTS, AircraftEffect, Overlay
-from pitotbench.effects.expression import evaluate, operation, product, properties_in, quotient, total
-from pitotbench.reconcile.residuals.replay import answer, motion_of
-from pitotbench.reconcile.residuals.scene import AircraftModel
-from pitotbench.reconcile.residuals.track import track_of
-from pitotbench.reconcile.signatures.added_forces import added_forces, adds_forces, properties_of_forces
-from pitotbench.records.motion import Motion, UnitForces
+from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.effect import AircraftEffect
+from pitotbench.effects.overlay import Overlay, evaluate, operation, product, properties_in, quotient, total
+from pitotbench.reconciliation.residuals import AircraftModel
+from pitotbench.reconciliation.track import (
+    added_forces,
+    adds_forces,
+    answer,
+    motion_of,
+    properties_of_forces,
+    track_of,
+)
+from pitotbench.records.aircraft import Motion, UnitForces
 from pitotbench.units import Array
 
 SAME = 1e-6  # of the largest change: the rate of the angle of attack is that of the call before

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout, lay_out, mean_wind_of
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log, noise_residuals
-from pitotbench.reconcile.residuals.whitening import autocovariance
+from pitotbench.reconciliation.equations import noise_of_log, noise_residuals
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import Layout, lay_out, mean_wind_of
+from pitotbench.reconciliation.noise import autocovariance
 
 CHANNELS = ("airspeed_along", "airspeed_across")
 

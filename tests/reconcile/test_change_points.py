@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.bench.reconcile.reconciliation import reconcile_log
-from pitotbench.reconcile.decide.patches import patch_of_effects
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout, lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
-from pitotbench.reconcile.signatures import change_points
-from pitotbench.reconcile.signatures.signatures import columns_of
+from pitotbench.bench.rounds import reconcile_log
+from pitotbench.reconciliation import renewal as change_points
+from pitotbench.reconciliation.equations import noise_of_log
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import Layout, lay_out
+from pitotbench.reconciliation.patches import patch_of_effects
+from pitotbench.reconciliation.signatures import columns_of
 from pitotbench.records.case_file import read_case
 
 BEGIN, END = 60.0, 180.0

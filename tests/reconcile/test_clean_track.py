@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, fly
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.residuals.clean import clean_track
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout, lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
-from pitotbench.reconcile.residuals.track import track_of
-from pitotbench.reconcile.signatures.signatures import residual_change
+from pitotbench.reconciliation.equations import noise_of_log
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import Layout, lay_out
+from pitotbench.reconciliation.residuals import clean_track
+from pitotbench.reconciliation.signatures import residual_change
+from pitotbench.reconciliation.track import track_of
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.flight import Flight
-from pitotbench.sense import data_system, record
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
 from pitotbench.units import Array
 
 LAGS = ("pitot_lag", "air_data_latency")

@@ -6,14 +6,13 @@ import pytest
 from pitotbench import Case, fly, sense
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.decide.advice_for import flights_to_fly
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log, whitened_equations
-from pitotbench.reconcile.signatures.hypotheses import FITTED
-from pitotbench.reconcile.signatures.signatures import columns_of
+from pitotbench.reconciliation.equations import noise_of_log, whitened_equations
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.patches import flights_to_fly
+from pitotbench.reconciliation.signatures import FITTED, columns_of
 from pitotbench.records.case import EffectSpec
-from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
+from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.units import INCH_OF_MERCURY
 
 LAG = (EffectSpec("pitot_lag", {"lag_s": 0.3}),)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from pitotbench.reconcile.decide.doubt import calibrated, with_doubt
+from pitotbench.reconciliation.verdict import calibrated, with_doubt
 from pitotbench.records.verdict import Candidate, Closure, Verdict
 
 GAP = Closure(1000.0, 100.0, 100.0)

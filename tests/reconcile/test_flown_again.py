@@ -9,14 +9,13 @@ import pytest
 
 from pitotbench import Case, air, fly, sense
 from pitotbench.bench.flights import true_correction
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.reflight import as_the_log_shows, error_curve_of, fly_again
+from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.bench.reflight import as_the_log_shows, error_curve_of, fly_again
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.card_comparison import compare_cards, features_of, hand_apart
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import DAY, lay_out
-from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
+from pitotbench.reconciliation.card_comparison import compare_cards, features_of, hand_apart
+from pitotbench.reconciliation.free_parameters import AnalysisSetting, fit_free_parameters
+from pitotbench.reconciliation.layout import DAY, lay_out
 from pitotbench.records.case import DataSystem, PressureErrorSpec
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array

@@ -3,15 +3,16 @@
 import pytest
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
-from pitotbench.effects import EFFECTS, AircraftEffect
-from pitotbench.reconcile.decide.judgment import judge
-from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import lay_out
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.effect import AircraftEffect
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.verdict import judge
+from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
-from pitotbench.records.errors import BadInputError
 
 # It declares no speed of its governors, and its engines state no fuel flow for their power.
 LACKING = {"governor_speed", "power_deficit"}

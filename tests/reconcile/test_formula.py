@@ -9,28 +9,31 @@ import pytest
 from tests.reconcile.outside_table import OUTSIDERS, day, edited, flown
 
 from pitotbench import FlightLog, fly, sense
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.effects import FORMULAS, Overlay, Signals, chosen
-from pitotbench.effects.expression import evaluate, properties_in
-from pitotbench.effects.formula.force_formulas import FORCE_FORMULAS, FORCE_TERMS
-from pitotbench.effects.formula.sensor_formulas import READINGS
-from pitotbench.effects.formula.terms import TERMS, values_of
-from pitotbench.reconcile.decide.normal_equations import equations_from
-from pitotbench.reconcile.formula.find import closure_on, find_formula, free_sizes_beside
-from pitotbench.reconcile.formula.stepwise import choose_terms, folded_equations
-from pitotbench.reconcile.formula.term_signatures import signatures_at
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, theoretical_distribution
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout
-from pitotbench.reconcile.residuals.layout_noise import scaled_to
-from pitotbench.reconcile.residuals.predicted_channels import change_by_answer
-from pitotbench.reconcile.residuals.replay import COARSE, motion_of, replay_rows, spread
-from pitotbench.reconcile.signatures.patched_model import lay_out_with
+from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.effects import chosen
+from pitotbench.effects.formula import FORCE_FORMULAS, FORCE_TERMS, FORMULAS, READINGS, TERMS, values_of
+from pitotbench.effects.overlay import Overlay, evaluate, properties_in
+from pitotbench.effects.response import Signals
+from pitotbench.reconciliation.equations import equations_from, scaled_to
+from pitotbench.reconciliation.formula import (
+    choose_terms,
+    closure_on,
+    find_formula,
+    folded_equations,
+    free_sizes_beside,
+    signatures_at,
+)
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import Layout
+from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
+from pitotbench.reconciliation.renewal import lay_out_with
+from pitotbench.reconciliation.residuals import change_by_answer
+from pitotbench.reconciliation.track import COARSE, motion_of, replay_rows, spread
+from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case, write_case
-from pitotbench.records.errors import BadInputError
-from pitotbench.records.formula import FoundFormula
-from pitotbench.show.formula_words import formula_sentences
+from pitotbench.records.gap import FoundFormula
+from pitotbench.show.gap_words import formula_sentences
 
 HELD = ("map-inhg", "propeller-rpm", "engine[")  # engines do not run in a state that is held
 

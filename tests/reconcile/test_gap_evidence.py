@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from pitotbench.reconcile.decide.normal_equations import NormalEquations, equations_from, inner_products
-from pitotbench.reconcile.null_flights.learning import learn_null_distribution
-from pitotbench.reconcile.residuals.grid import Grid
-from pitotbench.reconcile.residuals.whitening import learned
+from pitotbench.reconciliation.equations import NormalEquations, equations_from, inner_products
+from pitotbench.reconciliation.noise import learned
+from pitotbench.reconciliation.null_learning import learn_null_distribution
+from pitotbench.reconciliation.track import Grid
 
 N, C = 800, 2
 

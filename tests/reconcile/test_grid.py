@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.reconcile.residuals.grid import grid_of
-from pitotbench.reconcile.residuals.track import track_of
-from pitotbench.records.errors import BadInputError
+from pitotbench.reconciliation.track import grid_of, track_of
+from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
 PERIOD = 7.0  # s

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.effects import EFFECTS, AircraftEffect, Overlay
-from pitotbench.reconcile.residuals.replay import answer, motion_of
-from pitotbench.reconcile.residuals.track import track_of
+from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.effect import AircraftEffect
+from pitotbench.effects.overlay import Overlay
+from pitotbench.reconciliation.track import answer, motion_of, track_of
 
 
 @pytest.mark.parametrize(("name", "column"), [("belly_pod", 0), ("flap_not_up", 2)])

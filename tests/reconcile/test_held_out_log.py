@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.decide.judgment import hold_out
-from pitotbench.reconcile.decide.naming import name_effects
-from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import lay_out
-from pitotbench.reconcile.signatures.hypotheses import returns
-from pitotbench.reconcile.signatures.refine import at_sizes
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.naming import name_effects
+from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.renewal import at_sizes
+from pitotbench.reconciliation.signatures import returns
+from pitotbench.reconciliation.verdict import hold_out
 from pitotbench.records.case import EffectSpec
 
 LATE = Catalog("effect", {"gps_latency": EFFECTS["gps_latency"]})

@@ -9,18 +9,14 @@ from scipy.stats import multivariate_normal, norm
 from pitotbench import Case, fly, sense
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.decide.closure import closure_of
-from pitotbench.reconcile.decide.doubt import with_doubt
-from pitotbench.reconcile.decide.evidence import Evidence
-from pitotbench.reconcile.decide.joint_judgment import judge_together
-from pitotbench.reconcile.decide.joint_naming import OwnSizes, contradiction
-from pitotbench.reconcile.decide.judgment import closes, doubted, taken_back
-from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, ScoreScale
-from pitotbench.reconcile.picture_data import waterfall
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
+from pitotbench.reconciliation.equations import closure_of, equations_from, inner_products, noise_of_log
+from pitotbench.reconciliation.evidence import Evidence
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.naming import OwnSizes, contradiction
+from pitotbench.reconciliation.null_distribution import NullDistribution, ScoreScale
+from pitotbench.reconciliation.pictures import waterfall
+from pitotbench.reconciliation.verdict import closes, doubted, judge_together, taken_back, with_doubt
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.verdict import Closure
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from pitotbench import air
-from pitotbench.reconcile.residuals.replay import varied_states
-from pitotbench.reconcile.residuals.track import Track
+from pitotbench.reconciliation.track import Track, varied_states
 
 
 @pytest.mark.parametrize("warmer", [-15.0, 0.0, 8.0, 20.0])

@@ -5,20 +5,19 @@ from dataclasses import replace
 import pytest
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.log_card import card_of
-from pitotbench.bench.reconcile.reconciliation import reconcile_log
+from pitotbench.bench.null_flights import aircraft_model, card_of
+from pitotbench.bench.rounds import reconcile_log
 from pitotbench.catalog import Catalog, UnknownNameError
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.decide.judgment import judge
-from pitotbench.reconcile.decide.patches import patch_of_effects
-from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import lay_out
-from pitotbench.reconcile.signatures.hypotheses import cause_of
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.patches import patch_of_effects
+from pitotbench.reconciliation.signatures import cause_of
+from pitotbench.reconciliation.verdict import judge
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
-from pitotbench.show.verdict_json import verdict_json
+from pitotbench.show.verdict import verdict_json
 
 
 @pytest.fixture(scope="module")

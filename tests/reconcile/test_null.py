@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.reconcile.decide.evidence import Evidence
-from pitotbench.reconcile.decide.judgment import judge
-from pitotbench.reconcile.decide.log_evidence import without_score
-from pitotbench.reconcile.decide.thresholds import THRESHOLDS
-from pitotbench.reconcile.null_flights.learning import learn_null_distribution, left_over
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import lay_out
+from pitotbench.reconciliation.evidence import Evidence, without_score
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.null_learning import learn_null_distribution, left_over
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.reconciliation.verdict import judge
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import data_system, record
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
 
 SETTING = AnalysisSetting(day_known=True)
 

@@ -7,13 +7,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from pitotbench.reconcile.decide.judgment import judge
-from pitotbench.reconcile.log_checks import check_log
-from pitotbench.reconcile.null_flights.null_distribution import theoretical_distribution
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import lay_out
-from pitotbench.reconcile.residuals.track import AIR_CHANNELS, GPS_CHANNELS, track_of
-from pitotbench.records.errors import BadInputError
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.log_checks import check_log
+from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.track import AIR_CHANNELS, GPS_CHANNELS, track_of
+from pitotbench.reconciliation.verdict import judge
+from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import in_outage
 from pitotbench.units import Booleans

@@ -8,12 +8,12 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from pitotbench import Case
-from pitotbench.bench.reconcile.next_flight import variants_of
-from pitotbench.reconcile.decide.evidence import Evidence
-from pitotbench.reconcile.decide.parting import Contender, Doubt, parting_of
-from pitotbench.reconcile.decide.thresholds import THRESHOLDS
-from pitotbench.reconcile.signatures.signatures import Signature
-from pitotbench.simulate.maneuvers.scaled_card import card_of
+from pitotbench.bench.next_flight import variants_of
+from pitotbench.reconciliation.discrimination import Contender, Doubt, parting_of
+from pitotbench.reconciliation.evidence import Evidence
+from pitotbench.reconciliation.signatures import Signature
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.simulation.sortie import card_of
 from pitotbench.units import Array
 
 LAG, LATE = ("pitot_lag", "lag_s"), ("gps_latency", "latency_s")

@@ -3,12 +3,12 @@
 import tomllib
 import xml.etree.ElementTree as ET
 
-from pitotbench.reconcile.decide.patches import patch_of_effects
+from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.case_file import read_case
 from pitotbench.records.verdict import Candidate
-from pitotbench.simulate.modified import overlay_xml
+from pitotbench.simulation.modified import overlay_xml
 
 
 def candidate(name: str, *sizes: tuple[str, float, float]) -> Candidate:

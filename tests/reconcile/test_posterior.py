@@ -7,21 +7,16 @@ import numpy as np
 import pytest
 
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.decide.answer import answer_of
-from pitotbench.reconcile.decide.evidence import Evidence
-from pitotbench.reconcile.decide.log_evidence import LogEvidence, Rest
-from pitotbench.reconcile.decide.parting import doubt_of
-from pitotbench.reconcile.decide.posterior import CausePosterior, cause_posterior
-from pitotbench.reconcile.decide.search import CauseSearch
-from pitotbench.reconcile.decide.thresholds import THRESHOLDS
-from pitotbench.reconcile.decide.weighing import Prior, weigh
-from pitotbench.reconcile.null_flights.null_distribution import ScoreScale
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout, lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log, whitened_columns
-from pitotbench.reconcile.residuals.whitening import NoiseModel
-from pitotbench.reconcile.signatures.hypotheses import FITTED, searched_shapes
-from pitotbench.reconcile.signatures.signatures import Signature, columns_of
+from pitotbench.reconciliation.discrimination import doubt_of
+from pitotbench.reconciliation.equations import noise_of_log, whitened_columns
+from pitotbench.reconciliation.evidence import Evidence, LogEvidence, Prior, Rest, weigh
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import Layout, lay_out
+from pitotbench.reconciliation.noise import NoiseModel
+from pitotbench.reconciliation.null_distribution import ScoreScale
+from pitotbench.reconciliation.posterior import CausePosterior, CauseSearch, answer_of, cause_posterior
+from pitotbench.reconciliation.signatures import FITTED, Signature, columns_of, searched_shapes
+from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.units import Array
 
 Along = Mapping[tuple[str, str], Array]

@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
-from pitotbench.effects import EFFECTS, Effect
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import Layout, lay_out
-from pitotbench.reconcile.residuals.predicted_channels import change_by_answer, channel_residuals
-from pitotbench.reconcile.residuals.replay import REACTION_NAMES
-from pitotbench.reconcile.signatures.signatures import residual_change
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.effect import Effect
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import Layout, lay_out
+from pitotbench.reconciliation.residuals import change_by_answer, channel_residuals
+from pitotbench.reconciliation.signatures import residual_change
+from pitotbench.reconciliation.track import REACTION_NAMES
 
 
 @pytest.mark.parametrize("name", EFFECTS)

@@ -5,17 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.decide.log_evidence import LogEvidence
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.layout import DAY, Layout, lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_of_log
-from pitotbench.reconcile.residuals.parameter_fit import fit_free_parameters
-from pitotbench.reconcile.signatures.patched_model import with_effects, without_effects
-from pitotbench.reconcile.signatures.refine import Entries, without_sensor_effects
-from pitotbench.reconcile.signatures.signatures import residual_change, signatures_of
+from pitotbench.reconciliation.equations import noise_of_log
+from pitotbench.reconciliation.evidence import LogEvidence
+from pitotbench.reconciliation.free_parameters import AnalysisSetting, fit_free_parameters
+from pitotbench.reconciliation.layout import DAY, Layout, lay_out
+from pitotbench.reconciliation.renewal import Entries, with_effects, without_effects, without_sensor_effects
+from pitotbench.reconciliation.signatures import residual_change, signatures_of
 
 CHANNELS = ("propeller_speed_left", "propeller_speed_right", "specific_force_x", "specific_force_z", "temperature")
 

@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from pitotbench import air
-from pitotbench.reconcile.residuals.whitening import NoiseModel
-from pitotbench.reconcile.telling_data import calibration_change, deviation_of_mean
+from pitotbench.reconciliation.noise import NoiseModel
+from pitotbench.reconciliation.pictures import calibration_change, deviation_of_mean
 from pitotbench.units import KNOT
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.reconciliation.thresholds import THRESHOLDS
 
 
 def test_a_threshold_cannot_be_changed() -> None:

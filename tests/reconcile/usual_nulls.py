@@ -10,10 +10,12 @@ from functools import partial
 from itertools import product
 
 from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
+from pitotbench.bench.rounds import NamedLog
+from pitotbench.bench.workflow import reconcile_fully
 from pitotbench.records.case import Case
-from pitotbench.sense import data_system, record
-from pitotbench.simulate import fly
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.sortie import fly
 
 MANEUVERS = ("four_leg", "race_track", "step_decrease", "rapid_decel", "circle")
 SYSTEMS = ("20/1", "50/50", "100/100")

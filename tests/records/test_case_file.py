@@ -7,6 +7,7 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pitotbench.records import BadInputError
 from pitotbench.records.case import (
     PILOTS,
     TURBULENCE_SEVERITY,
@@ -17,7 +18,6 @@ from pitotbench.records.case import (
     Wind,
 )
 from pitotbench.records.case_file import case_table, read_case, write_case
-from pitotbench.records.errors import BadInputError
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 positive = st.floats(1e-6, 1e6)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pitotbench.records.integration import USUAL_RATE, possible_rates, rate_problem, rates_for
+from pitotbench.records.case import USUAL_RATE, possible_rates, rate_problem, rates_for
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 import two_sigma
 
-from pitotbench.simulate import PAPER_MANEUVERS
+from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 
 FORMULA_TABLE = pd.read_csv(Path(__file__).with_name("formula_two_sigma.csv"))
 TABLE = pd.read_csv(Path(__file__).with_name("two_sigma.csv"))

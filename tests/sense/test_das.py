@@ -5,10 +5,9 @@ from dataclasses import replace
 import pytest
 
 from pitotbench import air
+from pitotbench.records import BadInputError
 from pitotbench.records.case import DataSystem
-from pitotbench.records.errors import BadInputError
-from pitotbench.sense import SYSTEMS, data_system, has_velocity_down
-from pitotbench.sense.das import require_rates
+from pitotbench.sensing.sampling import SYSTEMS, data_system, has_velocity_down, require_rates
 from pitotbench.units import INCH_OF_MERCURY, KNOT, PSI
 
 

@@ -7,11 +7,12 @@ import pytest
 import synthetic_flight as fixture
 
 from pitotbench.effects import EFFECTS
+from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
-from pitotbench.records.errors import BadInputError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import data_system, record
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
 from pitotbench.units import INCH_OF_MERCURY
 
 SENSORS = [name for name, effect in EFFECTS.items() if effect.acts_on == "sensors"]

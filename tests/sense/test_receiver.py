@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import synthetic_flight as fixture
 
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, PressureErrorSpec
 from pitotbench.records.case_file import read_case, write_case
-from pitotbench.records.errors import BadInputError
-from pitotbench.sense import record
-from pitotbench.sense.receiver import slow_error
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sensors import slow_error
 
 
 def _recorded(location: str):

@@ -8,13 +8,13 @@ import pytest
 import synthetic_flight as fixture
 
 from pitotbench import air
-from pitotbench.calibrate.accuracy import USUAL
+from pitotbench.calibration.options import USUAL
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, DataSystem, EffectSpec, Wind
-from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import SYSTEMS, data_system, record
-from pitotbench.sense.recorder import header
-from pitotbench.sense.sensor import PLAIN, known_curve, resolution
+from pitotbench.sensing.recorder import header, record
+from pitotbench.sensing.sampling import SYSTEMS, data_system
+from pitotbench.sensing.sensors import PLAIN, known_curve, resolution
 from pitotbench.units import KNOT
 
 CHANNEL_NAMES = [f.name for f in fields(FlightLog) if f.name not in ("header", "air_temperature")]

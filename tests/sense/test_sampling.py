@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pitotbench.sense.sampling import flight_rate, schedule
+from pitotbench.sensing.sampling import flight_rate, schedule
 
 TIME = 5.0 + np.arange(1001) / 100.0
 GAPPED = np.where(np.arange(1001) < 400, TIME, TIME + 12.34)

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pitotbench.catalog import UnknownNameError
+from pitotbench.records import BadInputError
 from pitotbench.records.case import DataSystem, PressureErrorSpec
-from pitotbench.records.errors import BadInputError
-from pitotbench.sense.sensor import (
+from pitotbench.sensing.sensors import (
     add_noise,
     indicated_impact_pressure,
     known_curve,

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 import synthetic_flight as fixture
 
-from pitotbench.logbook import read_log, write_log
+from pitotbench.logbook.reading import read_log
+from pitotbench.logbook.writing import write_log
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
-from pitotbench.records.errors import BadInputError
-from pitotbench.sense import SYSTEMS, read_truth, record, truth_path, write_truth
+from pitotbench.sensing.recorder import read_truth, record, truth_path, write_truth
+from pitotbench.sensing.sampling import SYSTEMS
 
 
 def test_truth_reads_back(tmp_path):

@@ -8,16 +8,14 @@ import pytest
 import trajectories as fixture
 from rich.console import Console
 
-from pitotbench.calibrate import calibrate
+from pitotbench.calibration import calibrate
+from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate, Share
-from pitotbench.records.errors import BadInputError
-from pitotbench.show.airspeed_card import card_csv, glance_points
-from pitotbench.show.calibration_text import print_calibration
-from pitotbench.show.draw_section import log_section
-from pitotbench.show.error_curves import curve_panels
-from pitotbench.show.limit import Limit, judgments, limit_for, limit_named
-from pitotbench.show.quantity_words import entry_words
-from pitotbench.show.report import log_page
+from pitotbench.show.calibration import card_csv, glance_points, print_calibration
+from pitotbench.show.curves import curve_panels
+from pitotbench.show.limits import Limit, judgments, limit_for, limit_named
+from pitotbench.show.pages import log_page, log_section
+from pitotbench.show.words import entry_words
 from pitotbench.units import KNOT
 
 

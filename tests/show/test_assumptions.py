@@ -7,9 +7,9 @@ import pytest
 import trajectories as fixture
 from rich.console import Console
 
-from pitotbench.calibrate import CalibrationOptions, calibrate
-from pitotbench.show.calibration_json import calibration_json
-from pitotbench.show.calibration_text import condition_lines, print_calibration
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.show.calibration import calibration_json, condition_lines, print_calibration
 
 
 @pytest.fixture(scope="module")

@@ -8,15 +8,15 @@ import pytest
 from rich.console import Console
 
 from pitotbench.effects import EFFECTS
-from pitotbench.reconcile.residuals.predicted_channels import UNITS as RESIDUAL_UNITS
-from pitotbench.records.advised_flight import AdvisedFlight, CardForecast
+from pitotbench.reconciliation.residuals import UNITS as RESIDUAL_UNITS
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.formula import FormulaTerm, FoundFormula
 from pitotbench.records.gap import (
     Account,
     CalibrationChange,
     Feature,
     FlownAgain,
+    FormulaTerm,
+    FoundFormula,
     GapMap,
     History,
     Round,
@@ -25,17 +25,23 @@ from pitotbench.records.gap import (
     Tolerance,
     Trace,
 )
-from pitotbench.records.joined_flight import JoinedFlight, OwnSize
-from pitotbench.records.verdict import Candidate, Check, Closure, Detectable, Located, Verdict
-from pitotbench.show.field_units import CHANNELS
-from pitotbench.show.gap_page import account_page
-from pitotbench.show.gap_panels import draw_trace
+from pitotbench.records.verdict import (
+    AdvisedFlight,
+    Candidate,
+    CardForecast,
+    Check,
+    Closure,
+    Detectable,
+    JoinedFlight,
+    Located,
+    OwnSize,
+    Verdict,
+)
+from pitotbench.show.gap_page import account_page, draw_trace, telling_panels
 from pitotbench.show.gap_words import calibration_words, evidence_words, sentences
-from pitotbench.show.quantity_words import UNITS, heading, name_and_unit, size_words, words
 from pitotbench.show.style import stacked
-from pitotbench.show.telling_panels import telling_panels
-from pitotbench.show.verdict_json import account_json
-from pitotbench.show.verdict_text import print_account
+from pitotbench.show.verdict import account_json, print_account
+from pitotbench.show.words import CHANNELS, UNITS, heading, name_and_unit, size_words, words
 from pitotlab.examples import ExampleChapter, example_picture, examples_page
 
 TIME = np.arange(200) / 2.0

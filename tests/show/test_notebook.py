@@ -7,7 +7,7 @@ import pytest
 import trajectories as fixture
 from matplotlib.figure import Figure
 
-from pitotbench.calibrate import calibrate
+from pitotbench.calibration import calibrate
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.show.notebook import in_one_line, to_frame
 from pitotbench.units import KNOT

@@ -9,18 +9,16 @@ import pytest
 import trajectories as fixture
 from rich.console import Console
 
-from pitotbench.bench import tolerances
-from pitotbench.calibrate import calibrate
+from pitotbench.bench.flights import tolerances
+from pitotbench.calibration import calibrate
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.records.fixed_speed_point import FixedSpeedPoint
-from pitotbench.show.draw_section import log_section
-from pitotbench.show.error_curves import curve_panels
-from pitotbench.show.fixed_speed_tables import points_json, print_points
-from pitotbench.show.flight_panels import flight_panels
-from pitotbench.show.remarks import remarks
-from pitotbench.show.report import log_page
-from pitotbench.show.residuals import residual_autocorrelation, residual_panels
-from pitotbench.show.short_answer import short_answer_of
+from pitotbench.records.legs import FixedSpeedPoint
+from pitotbench.show.calibration import short_answer_of
+from pitotbench.show.campaign import remarks
+from pitotbench.show.curves import curve_panels, residual_autocorrelation, residual_panels
+from pitotbench.show.flights import flight_panels
+from pitotbench.show.legs import points_json, print_points
+from pitotbench.show.pages import log_page, log_section
 from pitotbench.show.style import Panel, broken, thin
 from pitotbench.units import KNOT
 

@@ -11,7 +11,8 @@ from rich.console import Console
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.forecast import Forecast, Plan
-from pitotbench.show.campaign_table import CAMPAIGN_COLUMNS, print_campaign
+from pitotbench.show.calibration import CURVE_COLUMNS, choice_columns, curve_points
+from pitotbench.show.campaign import CAMPAIGN_COLUMNS, print_campaign
 from pitotbench.show.columns import (
     Column,
     frame_columns,
@@ -21,11 +22,8 @@ from pitotbench.show.columns import (
     markdown_table,
     print_table,
 )
-from pitotbench.show.curve_table import CURVE_COLUMNS, curve_points
-from pitotbench.show.fixed_speed_tables import POINT_COLUMNS
-from pitotbench.show.model_probabilities import choice_columns
-from pitotbench.show.plan_table import plan_columns
-from pitotbench.show.plan_text import print_plan
+from pitotbench.show.legs import POINT_COLUMNS
+from pitotbench.show.plan import plan_columns, print_plan
 from pitotbench.units import KNOT
 
 COLUMNS = (

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from pitotbench.show.strict_json import json_text
-from pitotbench.show.terminal import outside, printable
+from pitotbench.show.columns import json_text, outside, printable
 
 
 def test_a_number_that_is_not_finite_becomes_null():

@@ -14,14 +14,14 @@ from unittest.mock import patch
 import numpy as np
 
 from pitotbench import bench
-from pitotbench.bench.plan import forecasting
-from pitotbench.bench.plan.plan_request import PlanRequest
-from pitotbench.records.case import Case, DataSystem
+from pitotbench.bench import planner as forecasting
+from pitotbench.bench.planner import PlanRequest
+from pitotbench.records.case import USUAL_RATE, Case, DataSystem
 from pitotbench.records.flight import Flight
-from pitotbench.records.integration import USUAL_RATE
-from pitotbench.sense import CALIBRATION_CHANNELS, data_system
-from pitotbench.simulate import fly
-from pitotbench.simulate.maneuvers import maneuvers_named
+from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.maneuvers import maneuvers_named
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
 from pitotlab.blind.flown import Environment, flown
 

@@ -5,9 +5,9 @@ import pytest
 
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records.case import Case, Wind
-from pitotbench.simulate.atmosphere import LARGEST_SEED, Air, turbulence_seed
-from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.recording import record_channels
+from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.properties import LARGEST_SEED, Air, turbulence_seed
+from pitotbench.simulation.sortie import record_channels
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 

@@ -3,9 +3,9 @@
 import pytest
 
 from pitotbench.catalog import UnknownNameError
-from pitotbench.records.errors import BadInputError
-from pitotbench.simulate.maneuvers import MANEUVERS
-from pitotbench.simulate.maneuvers.card import override
+from pitotbench.records import BadInputError
+from pitotbench.simulation.card import override
+from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT
 
 CARD = MANEUVERS["step_decrease"].card

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pitotbench import bench
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
-from pitotbench.records.errors import BadInputError
 from pitotbench.units import FOOT, INCH_OF_MERCURY, KNOT
 
 SPEED = 140.0

@@ -6,14 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.effects import EFFECTS, FORMS, AircraftEffect, AirEffect, Baseline, Overlay, Signals
+from pitotbench.effects import EFFECTS, FORMS
+from pitotbench.effects.effect import AircraftEffect, AirEffect
+from pitotbench.effects.overlay import Baseline, Overlay
+from pitotbench.effects.response import Signals
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
-from pitotbench.records.errors import BadInputError
 from pitotbench.records.flight import Flight
-from pitotbench.simulate import Plant, fly, modified, sortie
-from pitotbench.simulate.baseline import read_baseline
-from pitotbench.simulate.hangar import find_aircraft
-from pitotbench.simulate.properties import HORSEPOWER
+from pitotbench.simulation import modified, sortie
+from pitotbench.simulation.aircraft import find_aircraft, read_baseline
+from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.properties import HORSEPOWER
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT, KNOT, POUND, STANDARD_GRAVITY
 
 SHORT = {"maneuver": "race_track", "card": {"dwell_s": 5.0, "speeds_kt": [140.0]}, "turbulence": "light"}

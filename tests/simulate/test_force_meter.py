@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, air, fly
-from pitotbench.effects import EFFECTS, AircraftEffect
-from pitotbench.records.motion import Motion, Reaction
-from pitotbench.simulate import force_meter
-from pitotbench.simulate.baseline import read_baseline
-from pitotbench.simulate.force_meter import GUIDANCE, measure
-from pitotbench.simulate.fuel_and_ballast import ballast_for, ballast_overlay, loaded_mass
-from pitotbench.simulate.hangar import find_aircraft
-from pitotbench.simulate.plant import Plant
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.effect import AircraftEffect
+from pitotbench.records.aircraft import Motion, Reaction
+from pitotbench.simulation import force_meter
+from pitotbench.simulation.aircraft import find_aircraft, read_baseline
+from pitotbench.simulation.force_meter import GUIDANCE, measure
+from pitotbench.simulation.modified import ballast_for, ballast_overlay, loaded_mass
+from pitotbench.simulation.plant import Plant
 
 EVERY = 10  # samples of the flight a state
 STATES = (

@@ -3,8 +3,8 @@
 import pytest
 
 from pitotbench import Case, fly
-from pitotbench.records.errors import BadInputError
-from pitotbench.simulate.fuel_and_ballast import Loading, ballast_for, loaded_fuel, loaded_mass, loading_of, mass_of
+from pitotbench.records import BadInputError
+from pitotbench.simulation.modified import Loading, ballast_for, loaded_fuel, loaded_mass, loading_of, mass_of
 from pitotbench.units import POUND
 
 BURNT = 3.0  # kg, at most, until the card begins

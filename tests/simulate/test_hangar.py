@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pitotbench.catalog import UnknownNameError
-from pitotbench.simulate.hangar import find_aircraft, known_aircraft
+from pitotbench.simulation.aircraft import find_aircraft, known_aircraft
 
 
 def shelf(root: Path, *names: str) -> Path:

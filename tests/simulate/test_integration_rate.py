@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from tests.simulate.rates import corrections, differences, exact
 
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
-from pitotbench.records.errors import BadInputError
-from pitotbench.sense import data_system, record
-from pitotbench.simulate import fly
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.sortie import fly
 from pitotbench.timeline import interval
 
 SMOOTH = Case(maneuver="rapid_decel", turbulence="none")

@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 from pitotbench.records.flight import Flight
-from pitotbench.simulate import MANEUVERS, PAPER_MANEUVERS
-from pitotbench.simulate.maneuvers.card import override
+from pitotbench.simulation.card import override
+from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 LEAST_SHARE_LIGHT = 0.90  # of the samples of legs, steps, decelerations, circles in light turbulence

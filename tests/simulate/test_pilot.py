@@ -7,8 +7,8 @@ import pytest
 
 from pitotbench.records.case import PILOTS as CASE_PILOTS
 from pitotbench.records.case import Case
-from pitotbench.simulate import fly
-from pitotbench.simulate.maneuvers.pilot import PILOTS
+from pitotbench.simulation.pilot import PILOTS
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT, KNOT
 
 SHORT = Case(maneuver="race_track", card={"dwell_s": 60.0, "speeds_kt": [140.0]}, turbulence="none")

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from pitotbench.catalog import UnknownNameError
-from pitotbench.simulate.atmosphere import Air
-from pitotbench.simulate.plant import Plant, SimulationError
-from pitotbench.simulate.properties import PROPERTIES, Property, check_table
-from pitotbench.simulate.recording import record_channels
+from pitotbench.simulation.plant import Plant, SimulationError
+from pitotbench.simulation.properties import PROPERTIES, Air, Property, check_table
+from pitotbench.simulation.sortie import record_channels
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 

@@ -12,8 +12,10 @@ from pitotbench import air
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records.case import Case, Wind
 from pitotbench.records.flight import Flight
-from pitotbench.simulate import MANEUVERS, SimulationError, fly
-from pitotbench.simulate.properties import CHANNELS
+from pitotbench.simulation.maneuvers import MANEUVERS
+from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.properties import CHANNELS
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import FOOT, KNOT, STANDARD_GRAVITY
 
 SHORT = Case(maneuver="race_track", card={"dwell_s": 5.0, "speeds_kt": [140.0]}, turbulence="light")
@@ -35,7 +37,7 @@ def test_another_process_flies_the_same():
     script = (
         "import hashlib\n"
         "from pitotbench.records.case import Case\n"
-        "from pitotbench.simulate import fly\n"
+        "from pitotbench.simulation import fly\n"
         f"flight = fly(Case(maneuver='race_track', card={dict(SHORT.card)!r}, turbulence='light'))\n"
         "rows = b''.join(flight[name].tobytes() for name in sorted(flight.channels))\n"
         "print(hashlib.sha256(rows).hexdigest())\n"

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.effects import Overlay
-from pitotbench.records.motion import Motion
-from pitotbench.simulate.fuel_and_ballast import loaded_mass
-from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.unit_forces import AXES, measure_unit_forces, unit_overlay
+from pitotbench.effects.overlay import Overlay
+from pitotbench.records.aircraft import Motion
+from pitotbench.simulation.force_meter import AXES, measure_unit_forces, unit_overlay
+from pitotbench.simulation.modified import loaded_mass
+from pitotbench.simulation.plant import Plant
 from pitotbench.units import POUND
 
 

@@ -6,14 +6,15 @@ from pathlib import Path
 import pytest
 
 from pitotbench.catalog import UnknownNameError
-from pitotbench.effects import Overlay
-from pitotbench.effects.overlay import AxisFunction
+from pitotbench.effects.overlay import AxisFunction, Overlay
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
-from pitotbench.records.errors import BadInputError
 from pitotbench.records.flight import Flight
-from pitotbench.simulate import Plant, fly, install_variant
-from pitotbench.simulate.hangar import find_aircraft
-from pitotbench.simulate.variant import write_variant
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.modified import install_variant
+from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.sortie import fly
+from pitotbench.simulation.variant import write_variant
 from pitotbench.units import FOOT, KNOT
 
 POD, LOAD = EffectSpec("belly_pod", {"drag_area_m2": 0.1}), EffectSpec("mass", {"mass_kg": 100.0})

@@ -14,11 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from pitotbench.bench.fleet import Fleet, Limits
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 
 _ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
+
 _AHEAD = 3  # tasks submitted for each worker: one that flies, one that waits at the worker, one on its way
+
 _BUNDLE = 1.0  # s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
+
 _PATIENCE = 60.0  # s to wait for the first worker
 
 
@@ -32,7 +35,7 @@ class Host:
 
 def describe_host() -> Host:
     """Return the versions and the code of this process."""
-    from pitotbench.bench.code_digest import code_digest
+    from pitotbench.bench.flight_store import code_digest
 
     versions = {"python": platform.python_version()} | {name: version(name) for name in _ALIKE}
     return Host(versions, code_digest())

@@ -24,15 +24,20 @@ from typing import Any, TypeVar
 
 from pitotbench.bench.worker_pool import LostWorkError, WorkerPool
 from pitotbench.catalog import UnknownNameError
-from pitotbench.records.errors import BadInputError, NoAnswerError
+from pitotbench.records import BadInputError, NoAnswerError
 
 T = TypeVar("T")
+
 R = TypeVar("R")
+
 Step = Callable[[], None]
 
 MOST_LOST_AT_FIRST = 10  # processes that die before any task has ended: no worker works
+
 MOST_IN_BUNDLE = 16  # tasks that are submitted as one call, however short they are
+
 _EXPECTED = (BadInputError, NoAnswerError, UnknownNameError)
+
 _EVERY = 20.0  # s between two lines
 
 
@@ -390,7 +395,7 @@ def _lines(label: str, total: int) -> Step:
 
 def say(text: str) -> None:
     """Write a line to standard error."""
-    from pitotbench.show.terminal import printable
+    from pitotbench.show.columns import printable
 
     sys.stderr.write(f"pitotbench: {printable(text)}\n")
     sys.stderr.flush()

@@ -1,28 +1,41 @@
-"""Give an account of a log: what it holds, what is missing for which question, and the bound to expect."""
+"""Give an account of a log, and check what can be flown with an aircraft."""
+
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from pitotbench import air
-from pitotbench.bench.plan.drawn_gusts import MEAN_LENGTH, gust_deviation
-from pitotbench.calibrate import CalibrationOptions
-from pitotbench.calibrate.expected_bound import ExpectedNoise, expected_two_sigma
-from pitotbench.calibrate.rows.range_end import range_end
+from pitotbench.bench.planner import MEAN_LENGTH, gust_deviation
+from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.calibration.observations import range_end
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.channels import CHANNELS
-from pitotbench.logbook import flights_in
+from pitotbench.logbook.checks import flights_in
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.aircraft import AircraftCheck, ManeuverCheck, StepResponse
 from pitotbench.records.case import Case
-from pitotbench.records.errors import BadInputError, NoAnswerError
-from pitotbench.records.log import FlightLog
-from pitotbench.records.log_inspection import HeldChannel, LogInspection, Question
+from pitotbench.records.log import FlightLog, HeldChannel, LogInspection, Question
+from pitotbench.simulation.aircraft import find_aircraft, read_record
+from pitotbench.simulation.autopilot.loops import step_responses
+from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
+from pitotbench.simulation.sortie import card_of, fly
 from pitotbench.timeline import interval, pauses
 from pitotbench.units import DEGREE, KNOT, Array, Booleans
 
 _SECTOR = 30.0 * DEGREE
+
 _VISITED = 0.02  # share of the rows that counts as a heading flown
+
 _MOST_ROWS = 3000  # that the expected bound is computed from: geometry needs no more
+
 _SPEEDS = 7  # airspeeds at which the bound is given
+
 _ROUNDS = 12
+
 _QUANTILES = (0.05, 0.5, 0.95)
+
 _FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
+
 _NEEDS = {  # question: what it needs beyond pressures and ground velocity, and what is assumed or lost without
     "altitude (position) error": (("altitude",), "a geometric height; without it the error's place is assumed"),
     "vertical wind": (("velocity_down",), "the vertical GPS velocity"),
@@ -140,3 +153,44 @@ def _questions(log: FlightLog, determined: bool, refusal: str) -> tuple[Question
             Question(name, not missing, f"needs {words}; missing: {', '.join(missing)}" if missing else "")
         )
     return tuple(found)
+
+
+Progress = Callable[[str], None]
+
+
+def check_aircraft(
+    aircraft: str,
+    maneuvers: Sequence[str] = PAPER_MANEUVERS,
+    seed: int = 1,
+    say: Progress = lambda text: None,
+) -> AircraftCheck:
+    """Return what can be flown with an aircraft: a name of the hangar or of JSBSim's library, or a path.
+
+    Flies the step responses in smooth air and each maneuver once, in light turbulence, with one truth seed. `say`
+    is called with each line of progress.
+    Raises UnknownNameError, BadInputError or SimulationError where the aircraft cannot be flown at all.
+    """
+    say(f"attach the autopilot to {aircraft}")
+    folder = find_aircraft(aircraft)
+    case = Case(aircraft=aircraft, turbulence="light", truth_seed=seed)
+    speeds = sorted(card_of(case).speeds)
+    steps: list[StepResponse] = []
+    for speed in (speeds[0], speeds[-1]):
+        say(f"step responses at {speed / KNOT:.0f} KCAS")
+        steps += step_responses(aircraft, speed, case.altitude)
+    found = []
+    for maneuver in maneuvers:
+        say(f"fly {maneuver}")
+        found.append(_tried(aircraft, maneuver, seed))
+    return AircraftCheck(folder.name, read_record(folder), tuple(steps), tuple(found))
+
+
+def _tried(aircraft: str, maneuver: str, seed: int) -> ManeuverCheck:
+    case = Case(aircraft=aircraft, maneuver=maneuver, turbulence="light", truth_seed=seed)
+    speeds = tuple(speed / KNOT for speed in card_of(case).speeds)
+    try:
+        flight = fly(case)
+    except BadInputError as error:
+        return ManeuverCheck(maneuver, speeds, failure=" ".join(str(error).split()))
+    judged = np.char.startswith(flight.segment, MANEUVERS[maneuver].kind)
+    return ManeuverCheck(maneuver, speeds, flight.duration / 60.0, float(flight.on_condition[judged].mean()))

@@ -11,9 +11,9 @@ from pitotbench.records.forecast import Plan
 from pitotbench.records.log import FlightLog
 
 if TYPE_CHECKING:
-    from pitotbench.bench.plan.plan_request import PlanRequest
-    from pitotbench.bench.reconcile.workflow import FullReconciliation
-    from pitotbench.reconcile import AnalysisSetting
+    from pitotbench.bench.planner import PlanRequest
+    from pitotbench.bench.workflow import FullReconciliation
+    from pitotbench.reconciliation.free_parameters import AnalysisSetting
 
 
 def plan(request: "PlanRequest", search_flights: int = 0) -> Plan:
@@ -23,7 +23,7 @@ def plan(request: "PlanRequest", search_flights: int = 0) -> Plan:
     maneuver (the command `pitotbench plan` spends 40).
     Raises NoAnswerError where no maneuver of the request can be flown.
     """
-    from pitotbench.bench.plan.recommend import make_plan
+    from pitotbench.bench.planner import make_plan
 
     return make_plan(request, search_flights)
 
@@ -49,7 +49,8 @@ def reconcile(
     each of the `flights` and the `next_flight`. It shows itself in a notebook.
     Raises BadInputError for a log that cannot be used, UnknownNameError for an aircraft that is not known.
     """
-    from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
+    from pitotbench.bench.rounds import NamedLog
+    from pitotbench.bench.workflow import reconcile_fully
 
     other = None if holdout is None else NamedLog("held-out log", holdout)
     several = [logs] if isinstance(logs, FlightLog) else list(logs)

@@ -22,21 +22,24 @@ from typing import Any, ClassVar
 
 from pydantic import TypeAdapter
 
-from pitotbench.bench.campaign.perform import Row, TaskOutcome, host_class
-from pitotbench.bench.campaign.tasks import SCHEMA, Task
-from pitotbench.bench.code_digest import aircraft_digest, code_digest
+from pitotbench.bench.campaign_task import SCHEMA, Row, Task, TaskOutcome, host_class
 from pitotbench.bench.fleet import Failure
+from pitotbench.bench.flight_store import aircraft_digest, code_digest
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import case_columns, write_case
-from pitotbench.records.errors import BadInputError
-from pitotbench.records.score import Score
-from pitotbench.show.section import Section
+from pitotbench.records.flight import Score
+from pitotbench.show.markup import Section
 from pitotbench.units import KNOT
 
 Document = dict[str, Any]
+
 PARTS, LOGS, INDEX, PUBLISHED = "flights", "logs", "index.parquet", "published.json"
+
 LOCK, OWNER, _SCRATCH = "lock.sqlite", "owner.json", "scratch"
+
 DONE, FAILED, QUARANTINED = "done", "failed", "quarantined"
+
 STATES = (DONE, FAILED, QUARANTINED)
 
 

@@ -4,7 +4,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from pitotbench.cli.exit_codes import DONE, NO_ANSWER
+from pitotbench.cli.app import DONE, NO_ANSWER
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -24,11 +24,11 @@ def run(options: argparse.Namespace) -> int:
     """Check the aircraft and print what was found; return exit code 0, or 3 where no maneuver can be flown."""
     from rich.console import Console
 
-    from pitotbench.bench.aircraft_check import check_aircraft
-    from pitotbench.logbook.outputs import PAGES, require_file
-    from pitotbench.show.aircraft_text import print_check
-    from pitotbench.show.terminal import printable
-    from pitotbench.simulate.maneuvers import maneuvers_named
+    from pitotbench.bench.inspection import check_aircraft
+    from pitotbench.logbook.writing import PAGES, require_file
+    from pitotbench.show.columns import printable
+    from pitotbench.show.inspection import print_check
+    from pitotbench.simulation.maneuvers import maneuvers_named
 
     maneuvers = maneuvers_named(options.maneuver)
     if options.report is not None:
@@ -39,8 +39,8 @@ def run(options: argparse.Namespace) -> int:
 
     check = check_aircraft(options.aircraft, maneuvers, options.seed, say)
     if options.report is not None:
-        from pitotbench.logbook import write_text
-        from pitotbench.show.aircraft_page import aircraft_page
+        from pitotbench.logbook.columns import write_text
+        from pitotbench.show.pages import aircraft_page
 
         write_text(options.report, aircraft_page(check))
     print_check(check, Console(highlight=False, soft_wrap=True))

@@ -1,20 +1,117 @@
 """Choose the command, run it, and turn any error into one line and an exit code."""
 
+import argparse
 import os
 import sys
 import traceback
 from argparse import Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from contextlib import suppress
+from importlib import import_module
+from typing import Any, NamedTuple, NoReturn
 
 from pitotbench.catalog import UnknownNameError
-from pitotbench.cli.commands import COMMANDS
-from pitotbench.cli.exit_codes import BAD_INPUT, DONE, INTERRUPTED, NO_ANSWER, UNFORESEEN
-from pitotbench.cli.parsers import CommandParser, OneLineParser
-from pitotbench.records.errors import BadInputError, NoAnswerError
-from pitotbench.show.terminal import printable
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.show.columns import printable
+
+# The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and one line
+# here.
+# A module is named by a string, so that only the module of the chosen command is loaded.
+
+
+# Not a dataclass: that import takes longer than all else that `--help` needs.
+class Command(NamedTuple):
+    """A command: its name, its module, and its description in one line."""
+
+    name: str
+    module: str
+    summary: str
+
+
+COMMANDS = (
+    Command("fly", "pitotbench.cli.fly", "fly a case file and write the log"),
+    Command("calibrate", "pitotbench.cli.calibrate", "recover the error curve and the wind from a log"),
+    Command("inspect", "pitotbench.cli.inspect", "what a log holds, and what can be learned from it"),
+    Command("map", "pitotbench.cli.map", "draft a mapping for a log with unknown column names"),
+    Command("fixed-speed", "pitotbench.cli.fixed_speed", "leg and turn GPS methods: of a log, a card, typed legs"),
+    Command("aircraft", "pitotbench.cli.aircraft", "what can be flown with an aircraft: yours, or one of JSBSim's"),
+    Command("campaign", "pitotbench.cli.campaign", "fly maneuvers, sense and calibrate them"),
+    Command("results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"),
+    Command("reproduce", "pitotbench.cli.reproduce", "fly one stored result again, and compare"),
+    Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
+    Command("plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"),
+    Command("completion", "pitotbench.cli.completion", "print the script with which bash, zsh or fish completes"),
+)
+
+
+# What the exit code of a command means.
+
+DONE = 0
+
+UNFORESEEN = 1  # an unexpected error, or a reader that closed the pipe
+
+BAD_INPUT = 2  # the code of argparse for a wrong flag
+
+NO_ANSWER = 3  # not converged, not observable, or flights lost
+
+INTERRUPTED = 130  # the convention of shells: 128 plus the number of SIGINT
+
+
+# The parsers of the command line: errors in one line, versions looked up on demand, flags added when needed.
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """A parser whose errors are one line. It has `--debug` and `--version`, and so have its commands."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        # No default: that of a command would overwrite a flag given before the command.
+        shown = "show the traceback of an error"
+        self.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=shown)
+        self.add_argument("--version", action=_ShowVersions, help="show the versions of pitotbench and JSBSim")
+
+    def error(self, message: str) -> NoReturn:
+        if message.endswith("expected one argument"):  # argparse takes a value such as -178,185 for a flag
+            message += " (a value that begins with a minus sign is written FLAG=VALUE)"
+        self.exit(BAD_INPUT, printable(f"{self.prog}: {message}; see {self.prog} --help") + "\n")
+
+
+class CommandParser(OneLineParser):
+    """The parser of one command. It loads the command's module only when it parses, not for other commands."""
+
+    def __init__(self, *args: Any, module: str, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        self._module = module
+
+    # argparse gives a subparser the arguments after the command's name through this method and no other.
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Add the command's flags if they are missing, then parse."""
+        if self.get_default("run") is None:
+            command = import_module(self._module)
+            command.add(self)
+            self.set_defaults(run=command.run)
+        return super().parse_known_args(args, namespace)
+
+
+class _ShowVersions(argparse.Action):
+    """The action of `--version`, which looks the versions up only when the flag is given."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**{**settings, "nargs": 0, "dest": argparse.SUPPRESS, "default": argparse.SUPPRESS})
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from importlib.metadata import version
+
+        from pitotbench import __version__
+
+        print(f"pitotbench {__version__}, JSBSim {version('jsbsim')}")
+        parser.exit(DONE)
+
+
+# Choose the command, run it, and turn any error into one line and an exit code.
 
 LINE_BREAK = "\n"  # a case file may have several problems, one on each line
+
 _EPILOG = f"""\
 example:
   pitotbench calibrate flight.csv --report flight.html

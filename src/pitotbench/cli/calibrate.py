@@ -7,16 +7,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.calibrate.options import CalibrationOptions
-    from pitotbench.records.calibrated_flight import CalibratedFlight
-    from pitotbench.records.fixed_speed_point import FixedSpeedPoint
+    from pitotbench.calibration.options import CalibrationOptions
+    from pitotbench.records.calibration import CalibratedFlight
+    from pitotbench.records.legs import FixedSpeedPoint
     from pitotbench.records.log import FlightLog
-    from pitotbench.show.limit import Limit
+    from pitotbench.show.limits import Limit
 
 _CHOICES = ("model", "method", "error_location", "mach_max", "wind")
+
 _NAMED_LATENCIES = ("checked", "estimated")
 
 
@@ -84,8 +85,8 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError for options that do not go together, and as the steps that it joins do.
     """
-    from pitotbench.logbook.outputs import PAGES, require_file
-    from pitotbench.show.limit import limit_named
+    from pitotbench.logbook.writing import PAGES, require_file
+    from pitotbench.show.limits import limit_named
 
     if options.report is not None:
         require_file(options.report, PAGES, _inputs(options))
@@ -108,7 +109,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     """Return each flight with its calibration: one curve for each log where asked for, else one for all."""
-    from pitotbench.bench import calibrate_flights, cross_check
+    from pitotbench.calibration import calibrate_flights
+    from pitotbench.calibration.leg_points import cross_check
 
     choice = _choice(options, mapping_advice(options))  # a wrong flag is refused before a long log is read
     logs = read_logs(options.logs, options.mapping)
@@ -128,9 +130,9 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
 
 
 def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:
-    from pitotbench.show.calibration_json import calibration_json, flight_json
-    from pitotbench.show.fixed_speed_tables import points_json
-    from pitotbench.show.strict_json import json_text
+    from pitotbench.show.calibration import calibration_json, flight_json
+    from pitotbench.show.columns import json_text
+    from pitotbench.show.legs import points_json
 
     documents = [
         {
@@ -148,9 +150,9 @@ def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:
 def _print_tables(reduced: list[_Reduced], limit: "Limit | str | None", options: argparse.Namespace) -> None:
     from rich.console import Console
 
-    from pitotbench.show.calibration_text import flight_lines, print_calibration
-    from pitotbench.show.fixed_speed_tables import print_points
-    from pitotbench.show.terminal import outside
+    from pitotbench.show.calibration import flight_lines, print_calibration
+    from pitotbench.show.columns import outside
+    from pitotbench.show.legs import print_points
 
     console = Console(highlight=False, soft_wrap=True)
     for each in reduced:
@@ -171,7 +173,7 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
 
 def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
     """Return the options. A flag overrides the advice of the mapping, and the advice overrides the default."""
-    from pitotbench.calibrate.options import options_from
+    from pitotbench.calibration.options import options_from
     from pitotbench.units import KNOT
 
     stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}
@@ -201,10 +203,9 @@ def _latency(text: str) -> dict[str, object]:
 
 
 def _write_report(path: Path, reduced: list[_Reduced], limit: "Limit | str | None") -> None:
-    from pitotbench.logbook import write_text
-    from pitotbench.show.calibration_text import flight_lines
-    from pitotbench.show.draw_section import log_section
-    from pitotbench.show.report import log_page
+    from pitotbench.logbook.columns import write_text
+    from pitotbench.show.calibration import flight_lines
+    from pitotbench.show.pages import log_page, log_section
 
     sections = [
         log_section(
@@ -217,8 +218,8 @@ def _write_report(path: Path, reduced: list[_Reduced], limit: "Limit | str | Non
 
 
 def _write_card(path: Path, reduced: list[_Reduced]) -> None:
-    from pitotbench.logbook import write_text
-    from pitotbench.show.airspeed_card import card_csv
+    from pitotbench.logbook.columns import write_text
+    from pitotbench.show.calibration import card_csv
 
     write_text(path, card_csv(reduced[0].flight.calibration.curve))
 

@@ -6,19 +6,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.exit_codes import DONE, NO_ANSWER
+from pitotbench.cli.app import DONE, NO_ANSWER
 from pitotbench.cli.shared_flags import add_wind, stated_wind
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.bench.campaign.runner import CampaignRequest
+    from pitotbench.bench.campaign import CampaignRequest
 
 _TABLE_WIDTH = 140  # columns of text, so that the lines of the campaign's table are never folded
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench campaign`."""
-    from pitotbench.simulate.maneuvers import MANEUVERS, PAPER_MANEUVERS
+    from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 
     parser.add_argument(
         "plan", nargs="?", type=Path, metavar="PLAN.toml", help="plan of the campaign (docs/scale.md)"
@@ -84,10 +84,10 @@ def run(options: argparse.Namespace) -> int:
     """Fly the campaign, print its table and the failures; return exit code 0, or 3 where a flight or fit failed."""
     from rich.console import Console
 
-    from pitotbench.bench.campaign.runner import run_campaign
+    from pitotbench.bench.campaign import run_campaign
     from pitotbench.bench.result_table import RESULTS
-    from pitotbench.show.campaign_table import print_campaign
-    from pitotbench.show.terminal import outside
+    from pitotbench.show.campaign import print_campaign
+    from pitotbench.show.columns import outside
 
     request = request_of(options)
     if options.dry_run:
@@ -107,7 +107,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print_forecast(request: "CampaignRequest") -> int:
-    from pitotbench.bench.campaign.dry_run import forecast_of_costs
+    from pitotbench.bench.campaign import forecast_of_costs
 
     for line in forecast_of_costs(request):
         print(line)
@@ -116,10 +116,10 @@ def _print_forecast(request: "CampaignRequest") -> int:
 
 def request_of(options: argparse.Namespace) -> "CampaignRequest":
     """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
-    from pitotbench.bench.campaign.runner import CampaignRequest
-    from pitotbench.calibrate import CalibrationOptions
+    from pitotbench.bench.campaign import CampaignRequest
+    from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.records.case import Case
-    from pitotbench.simulate.maneuvers.scaled_card import scaled_case
+    from pitotbench.simulation.sortie import scaled_case
 
     _check(options)
     wind = stated_wind(options)
@@ -150,10 +150,10 @@ def request_of(options: argparse.Namespace) -> "CampaignRequest":
 
 def _check(options: argparse.Namespace) -> None:
     """Refuse unknown names, counts below one, and limits that are none."""
-    from pitotbench.bench.campaign.plan import seeds_of
-    from pitotbench.bench.campaign.tasks import KEEP_LOGS
-    from pitotbench.bench.campaign.watching import STYLES
-    from pitotbench.logbook import FORMATS
+    from pitotbench.bench.campaign import STYLES
+    from pitotbench.bench.campaign_plan import seeds_of
+    from pitotbench.bench.campaign_task import KEEP_LOGS
+    from pitotbench.logbook.formats import FORMATS
     from pitotbench.records.case import PILOTS, TURBULENCE_SEVERITY
 
     if options.plan is None and not (options.maneuver and options.das):
@@ -193,7 +193,7 @@ def _require(kind: str, value: str, known: list[str]) -> None:
 
 def _folder(options: argparse.Namespace) -> Path:
     """Return the folder of the results. Raises BadInputError where it cannot be made."""
-    from pitotbench.logbook.outputs import require_folder
+    from pitotbench.logbook.writing import require_folder
 
     name = options.plan.stem if options.plan is not None else _folder_name(options.maneuver, options.das)
     out: Path = options.out or Path("out", name)

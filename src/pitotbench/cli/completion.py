@@ -3,7 +3,7 @@
 import argparse
 from importlib import import_module
 
-from pitotbench.cli.exit_codes import DONE
+from pitotbench.cli.app import DONE
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -17,8 +17,7 @@ def run(options: argparse.Namespace) -> int:
     """Print the completion script of a shell; return exit code 0."""
     import shtab
 
-    from pitotbench.cli.app import command_line
-    from pitotbench.cli.commands import COMMANDS
+    from pitotbench.cli.app import COMMANDS, command_line
 
     parser = command_line()
     # argparse has no public list of its actions; this attribute is as old as argparse.

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.calibrate.options import CalibrationOptions
+    from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.units import Array
 
 
@@ -54,10 +54,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _write_sheet(path: Path) -> None:
-    from pitotbench.logbook import write_text
-    from pitotbench.logbook.outputs import PAGES, require_file
-    from pitotbench.show.card_sheet import card_sheet
-    from pitotbench.show.terminal import printable
+    from pitotbench.logbook.columns import write_text
+    from pitotbench.logbook.writing import PAGES, require_file
+    from pitotbench.show.columns import printable
+    from pitotbench.show.legs import card_sheet
 
     require_file(path, PAGES)
     write_text(path, card_sheet())
@@ -67,12 +67,11 @@ def _write_sheet(path: Path) -> None:
 def _of_cards(options: argparse.Namespace) -> None:
     from rich.console import Console
 
-    from pitotbench.calibrate.accuracy import accuracies_of
-    from pitotbench.calibrate.hand_card.card_points import reduce_card
+    from pitotbench.calibration.hand_card import reduce_card
+    from pitotbench.calibration.options import accuracies_of
     from pitotbench.logbook.points_table import read_points
-    from pitotbench.show.hand_card_tables import card_json, print_card
-    from pitotbench.show.strict_json import json_text
-    from pitotbench.show.terminal import outside
+    from pitotbench.show.columns import json_text, outside
+    from pitotbench.show.legs import card_json, print_card
 
     stated = accuracies_of(stated_accuracies(options, {}).get("accuracies"), {})
     read = [(path, *read_points(path)) for path in options.logs]
@@ -90,12 +89,11 @@ def _of_cards(options: argparse.Namespace) -> None:
 def _of_logs(options: argparse.Namespace) -> None:
     from rich.console import Console
 
-    from pitotbench.bench import fixed_speed_points
-    from pitotbench.calibrate.rows.range_end import range_end
-    from pitotbench.records.errors import NoAnswerError
-    from pitotbench.show.fixed_speed_tables import points_json, print_points
-    from pitotbench.show.strict_json import json_text
-    from pitotbench.show.terminal import outside, print_warnings
+    from pitotbench.calibration.leg_points import fixed_speed_points
+    from pitotbench.calibration.observations import range_end
+    from pitotbench.records import NoAnswerError
+    from pitotbench.show.columns import json_text, outside, print_warnings
+    from pitotbench.show.legs import points_json, print_points
 
     logs = read_logs(options.logs, options.mapping)
     choice = _choice(options, mapping_advice(options, logs))
@@ -120,15 +118,15 @@ def _of_logs(options: argparse.Namespace) -> None:
 
 def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
     """Return the options that the mapping advises, with the accuracies that the user states."""
-    from pitotbench.calibrate.options import options_from
+    from pitotbench.calibration.options import options_from
 
     return options_from({**advised, **stated_accuracies(options, advised)})
 
 
 def _of_legs(options: argparse.Namespace) -> None:
-    from pitotbench.calibrate.gps_legs.methods import fixed_speed
-    from pitotbench.show.fixed_speed_tables import legs_json
-    from pitotbench.show.strict_json import json_text
+    from pitotbench.calibration.leg_points import fixed_speed
+    from pitotbench.show.columns import json_text
+    from pitotbench.show.legs import legs_json
     from pitotbench.units import DEGREE, KNOT
 
     speeds = _numbers(options.ground_speed_kt, "--ground-speed-kt")

@@ -20,19 +20,18 @@ def run(options: argparse.Namespace) -> int:
     from rich.console import Console
 
     from pitotbench.bench.inspection import inspect_log
-    from pitotbench.calibrate.options import options_from
-    from pitotbench.logbook.outputs import PAGES, require_file
-    from pitotbench.show.inspection_text import inspection_json, print_inspection
-    from pitotbench.show.strict_json import json_text
-    from pitotbench.show.terminal import outside
+    from pitotbench.calibration.options import options_from
+    from pitotbench.logbook.writing import PAGES, require_file
+    from pitotbench.show.columns import json_text, outside
+    from pitotbench.show.inspection import inspection_json, print_inspection
 
     if options.report is not None:
         require_file(options.report, PAGES, [options.log])
     (log,) = read_logs([options.log], options.mapping)
     found = inspect_log(log, options_from(mapping_advice(options, [log])))
     if options.report is not None:
-        from pitotbench.logbook import write_text
-        from pitotbench.show.inspection_page import inspection_page
+        from pitotbench.logbook.columns import write_text
+        from pitotbench.show.pages import inspection_page
 
         write_text(options.report, inspection_page(options.log.name, log, found))
     if options.json:

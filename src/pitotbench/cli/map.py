@@ -13,11 +13,11 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draft the mapping, and write or print it with what is to be checked; return exit code 0."""
-    from pitotbench.logbook import write_text
+    from pitotbench.logbook.columns import write_text
     from pitotbench.logbook.drafting import draft_mapping, mapping_text
-    from pitotbench.logbook.outputs import require_file
     from pitotbench.logbook.reading import needs_mapping, read_table
-    from pitotbench.show.terminal import printable
+    from pitotbench.logbook.writing import require_file
+    from pitotbench.show.columns import printable
 
     if options.out is not None:
         require_file(options.out, [".toml"], [options.log])

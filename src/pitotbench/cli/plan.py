@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.shared_flags import add_wind, stated_wind
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.bench.plan.plan_request import PlanRequest
+    from pitotbench.bench.planner import PlanRequest
     from pitotbench.records.case import DataSystem
     from pitotbench.records.forecast import Plan
 
@@ -70,12 +70,10 @@ def run(options: argparse.Namespace) -> int:
     from rich.console import Console
 
     from pitotbench.bench.fleet import progress
-    from pitotbench.bench.plan.recommend import make_plan
-    from pitotbench.logbook.outputs import require_folder
-    from pitotbench.show.plan_table import plan_json
-    from pitotbench.show.plan_text import print_plan
-    from pitotbench.show.strict_json import json_text
-    from pitotbench.show.terminal import printable
+    from pitotbench.bench.planner import make_plan
+    from pitotbench.logbook.writing import require_folder
+    from pitotbench.show.columns import json_text, printable
+    from pitotbench.show.plan import plan_json, print_plan
 
     request = request_of(options)
     if options.out is not None:
@@ -96,10 +94,10 @@ def _by_hand(options: argparse.Namespace) -> int:
     """Print which legs to fly and write down."""
     from rich.console import Console
 
-    from pitotbench.bench import wind_toward
-    from pitotbench.calibrate.hand_card.by_hand import plans_by_hand
-    from pitotbench.show.hand_plan_text import chosen_plan, hand_plan_json, print_hand_plan
-    from pitotbench.show.strict_json import json_text
+    from pitotbench.bench.flights import wind_toward
+    from pitotbench.calibration.hand_card_model import plans_by_hand
+    from pitotbench.show.columns import json_text
+    from pitotbench.show.legs import chosen_plan, hand_plan_json, print_hand_plan
     from pitotbench.units import KNOT
 
     wanted = options.speeds_kt or "100,160"
@@ -121,10 +119,10 @@ def _by_hand(options: argparse.Namespace) -> int:
 
 def request_of(options: argparse.Namespace) -> "PlanRequest":
     """Return the request of the parsed flags. Raises BadInputError for a value that makes no sense."""
-    from pitotbench.bench.plan.plan_request import PlanRequest
+    from pitotbench.bench.planner import PlanRequest
     from pitotbench.records.case import ERROR_LOCATIONS, Case, PressureErrorSpec
-    from pitotbench.simulate.maneuvers import maneuvers_named
-    from pitotbench.simulate.maneuvers.scaled_card import scaled_case, speed_range
+    from pitotbench.simulation.maneuvers import maneuvers_named
+    from pitotbench.simulation.sortie import scaled_case, speed_range
     from pitotbench.units import KNOT, NAUTICAL_MILE
 
     system = _system(options)
@@ -151,7 +149,7 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
 def _system(options: argparse.Namespace) -> "DataSystem":
     """Return the data system with the receiver that the flags state."""
     from pitotbench.records.case import VERTICAL_VELOCITIES
-    from pitotbench.sense import data_system
+    from pitotbench.sensing.sampling import data_system
 
     _require_known("--vertical-velocity", options.vertical_velocity, VERTICAL_VELOCITIES)
     system = replace(data_system(options.das), vertical_velocity=options.vertical_velocity)
@@ -187,9 +185,9 @@ def _speeds(text: str) -> tuple[float, float]:
 
 def write_plan(request: "PlanRequest", plan: "Plan", folder: Path) -> list[Path]:
     """Write plan.html and, where a maneuver fits, its case as plan.toml for `pitotbench fly`; return the paths."""
-    from pitotbench.logbook import write_text
+    from pitotbench.logbook.columns import write_text
     from pitotbench.records.case_file import write_case
-    from pitotbench.show.plan_page import plan_page
+    from pitotbench.show.pages import plan_page
 
     folder.mkdir(parents=True, exist_ok=True)
     page, case = folder / _PAGE, folder / _CASE

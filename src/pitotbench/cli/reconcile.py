@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.cli.shared_flags import add_mapping, mapping_advice, read_logs
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
-    from pitotbench.bench.reconcile.workflow import FullReconciliation
+    from pitotbench.bench.workflow import FullReconciliation
+    from pitotbench.reconciliation.free_parameters import AnalysisSetting
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -51,10 +51,9 @@ def run(options: argparse.Namespace) -> int:
     """Reconcile a log, print the verdict, and write its report and its patch."""
     from rich.console import Console
 
-    from pitotbench.bench.reconcile.written_verdict import install, keep
-    from pitotbench.show.strict_json import json_text
-    from pitotbench.show.verdict_json import account_json
-    from pitotbench.show.verdict_text import print_account
+    from pitotbench.bench.verdict_folder import install, keep
+    from pitotbench.show.columns import json_text
+    from pitotbench.show.verdict import account_json, print_account
 
     _check_variant(options)
     _check_folder(options)
@@ -75,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_variant(options: argparse.Namespace) -> None:
     """Refuse a name that cannot be used, before the log takes minutes to reconcile."""
-    from pitotbench.simulate.modified import require_free
+    from pitotbench.simulation.modified import require_free
 
     if options.apply is not None and options.aircraft == "none":
         raise BadInputError("--apply keeps a patched aircraft, and --aircraft none has none: name the aircraft")
@@ -85,8 +84,8 @@ def _check_variant(options: argparse.Namespace) -> None:
 
 def _check_folder(options: argparse.Namespace) -> None:
     """Refuse a folder that cannot be written, or that holds an input under the name of an output."""
-    from pitotbench.bench.reconcile.written_verdict import WRITTEN
-    from pitotbench.logbook.outputs import require_folder
+    from pitotbench.bench.verdict_folder import WRITTEN
+    from pitotbench.logbook.writing import require_folder
 
     if options.out is not None:
         mapping = Path(options.mapping) if options.mapping else None
@@ -95,7 +94,8 @@ def _check_folder(options: argparse.Namespace) -> None:
 
 
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
-    from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
+    from pitotbench.bench.rounds import NamedLog
+    from pitotbench.bench.workflow import reconcile_fully
     from pitotbench.records.case_file import read_case
 
     cards = [read_case(path) for path in options.card or ()]
@@ -125,14 +125,14 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
 
 
 def _say(line: str) -> None:
-    from pitotbench.show.terminal import printable
+    from pitotbench.show.columns import printable
 
     print(printable(line), file=sys.stderr, flush=True)
 
 
 def _setting(advised: dict[str, Any]) -> "AnalysisSetting":
     """Return the setting that the mapping of a foreign log advises, the one given or the one that recognized it."""
-    from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
+    from pitotbench.reconciliation.free_parameters import AnalysisSetting
 
     static = advised.get("error_location") == "static"
     mach = advised.get("mach_max")

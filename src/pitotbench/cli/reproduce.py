@@ -5,7 +5,7 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from pitotbench.cli.exit_codes import DONE, NO_ANSWER
+from pitotbench.cli.app import DONE, NO_ANSWER
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -21,9 +21,8 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Fly the result again; return exit code 0 where every number is the same bit for bit, else 3."""
-    from pitotbench.bench.campaign.reproduction import reproduce
-    from pitotbench.show.strict_json import json_text
-    from pitotbench.show.terminal import printable
+    from pitotbench.bench.result_table import reproduce
+    from pitotbench.show.columns import json_text, printable
 
     found = reproduce(options.result)
     if options.json:

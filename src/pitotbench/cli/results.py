@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.exit_codes import DONE
-from pitotbench.records.errors import BadInputError
+from pitotbench.cli.app import DONE
+from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -61,8 +61,8 @@ def _selected(table: "DataFrame", columns: list[str]) -> "DataFrame":
 
 def _draw(options: argparse.Namespace, table: "DataFrame") -> int:
     from pitotbench.bench.result_table import require_columns
-    from pitotbench.logbook import write_text
-    from pitotbench.show.scatter import scatter_svg
+    from pitotbench.logbook.columns import write_text
+    from pitotbench.show.curves import scatter_svg
 
     columns = options.draw.split(",")
     if len(columns) != 2:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,8 +24,8 @@ def add_mapping(parser: argparse.ArgumentParser) -> None:
 
 def read_logs(paths: "Sequence[Path]", mapping: str | None) -> "list[FlightLog]":
     """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for unknown names."""
-    from pitotbench.logbook import read_log
     from pitotbench.logbook.draft import MissingColumnsError
+    from pitotbench.logbook.reading import read_log
 
     logs = []
     for path in paths:
@@ -50,9 +50,9 @@ def _drafted(path: "Path") -> str:
 
 def mapping_advice(options: argparse.Namespace, logs: "Sequence[FlightLog]" = ()) -> dict[str, Any]:
     """Return the calibration choices of the mapping: of the one given, else of the one that recognized a log."""
-    from pitotbench.logbook import find_mapping, shipped_mappings
+    from pitotbench.logbook.mapping import find_mapping, shipped
 
-    known = shipped_mappings() if logs else {}
+    known = shipped() if logs else {}
     found = [log.header["mapping"] for log in logs if str(log.header.get("mapping", "")) in known]
     name = options.mapping or next(iter(found), None)
     return dict(find_mapping(name).calibrate) if name else {}
@@ -94,7 +94,7 @@ def stated_accuracies(options: argparse.Namespace, advised: Mapping[str, Any]) -
 
     An accuracy that the flag does not name keeps the value that the mapping advises.
     """
-    from pitotbench.calibrate.accuracy import parse_accuracies
+    from pitotbench.calibration.options import parse_accuracies
 
     if options.accuracy is None:
         return {}

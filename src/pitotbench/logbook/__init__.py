@@ -1,13 +1,13 @@
 """Read and write flight logs: CSV, Parquet and .mat, with units as column suffixes; foreign logs by a mapping."""
 
+from pitotbench.logbook.checks import flights_in as flights_in
+from pitotbench.logbook.columns import QUANTITIES as QUANTITIES
+from pitotbench.logbook.columns import atomic as atomic
+from pitotbench.logbook.columns import write_text as write_text
 from pitotbench.logbook.formats import FORMATS as FORMATS
 from pitotbench.logbook.mapping import find_mapping as find_mapping
 from pitotbench.logbook.mapping import shipped as shipped_mappings
-from pitotbench.logbook.quantities import QUANTITIES as QUANTITIES
 from pitotbench.logbook.reading import read_log as read_log
-from pitotbench.logbook.recording_pauses import flights_in as flights_in
-from pitotbench.logbook.table import atomic as atomic
-from pitotbench.logbook.table import write_text as write_text
 from pitotbench.logbook.writing import write_log as write_log
 
 __all__ = [

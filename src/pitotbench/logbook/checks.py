@@ -1,27 +1,205 @@
-"""Check the rows of a log. Each check drops rows with a warning, or raises BadInputError.
-
-Rows are counted from 1, which is the first row below the line of column names.
-"""
+"""Check the rows of a log: pauses, stuck sensors, missing numbers. A check drops rows with a warning, or raises."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pitotbench.channels import Channel
-from pitotbench.logbook.draft import Draft
-from pitotbench.logbook.holding import hold_fixes
-from pitotbench.logbook.missing import check_numbers
+from pitotbench.logbook.columns import QUANTITIES
+from pitotbench.logbook.draft import Draft, check_numbers, hold_fixes
 from pitotbench.logbook.plausibility import check_plausibility
-from pitotbench.logbook.plausibility.weather import TEMPERATURES, likely_temperatures
-from pitotbench.logbook.quantities import QUANTITIES
-from pitotbench.logbook.recording_pauses import check_pauses
-from pitotbench.logbook.stuck import check_stuck
-from pitotbench.records.errors import BadInputError
-from pitotbench.units import from_si, to_si
+from pitotbench.logbook.plausible_air import TEMPERATURES, at_ceiling, likely_temperatures
+from pitotbench.records import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.timeline import Indices, pauses, stretches
+from pitotbench.units import Array, Booleans, MetersPerSecond, Seconds, from_si, to_si
+
+# Pauses of the recording, and the several flights that one log may hold.
+
+BETWEEN_FLIGHTS = 300.0  # s: in five minutes without a record an airplane lands and takes off, or the wind changes
+
+_SHOWN = 3
+
+
+def flights_in(log: FlightLog) -> list[FlightLog]:
+    """The log cut at every pause of more than five minutes; a list of the log alone where there is none.
+
+    A part of a single row, which is no log, is left out.
+    """
+    parts = stretches(log.time, flight_breaks(log.time))
+    if len(parts) == 1:
+        return [log]
+    return [log.select(np.arange(p.start, p.stop)) for p in parts if p.stop - p.start > 1]
+
+
+def flight_breaks(time: Seconds) -> Indices:
+    """The first row after each pause of more than `BETWEEN_FLIGHTS`."""
+    after = pauses(time)
+    return after[np.diff(time)[after - 1] > BETWEEN_FLIGHTS]
+
+
+def check_pauses(draft: Draft) -> None:
+    """Mention pauses of the recording; say it where they are long enough to part two flights.
+
+    A pause at the end of a labeled segment is meant and not mentioned, nor is one that dropped rows made.
+    """
+    time = draft.channels["time"]
+    breaks, after = flight_breaks(time), pauses(time)
+    if len(breaks):
+        draft.warnings.append(
+            f"the log seems to hold {len(breaks) + 1} flights: the recording pauses for more than "
+            f"{BETWEEN_FLIGHTS / 60.0:.0f} minutes {_before(draft, breaks)}; a calibration "
+            "gives each its own wind"
+        )
+    short = after[_unmeant(draft, after) & ~np.isin(after, breaks)]
+    if len(short):
+        longest = float(np.max(np.diff(time)[short - 1]))
+        draft.warnings.append(
+            f"the recording pauses {_times(len(short))}, for up to {longest:.0f} s, {_before(draft, short)}"
+        )
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
+def _before(draft: Draft, after: Indices) -> str:
+    rows = ", ".join(str(draft.rows[i]) for i in after[:_SHOWN])
+    return f"before row{'s' if len(after) > 1 else ''} {rows}{' and others' if len(after) > _SHOWN else ''}"
+
+
+def _unmeant(draft: Draft, after: Indices) -> Booleans:
+    adjoining: Booleans = np.diff(draft.rows)[after - 1] == 1
+    segment = draft.channels.get("segment")
+    if segment is None:
+        return adjoining
+    same: Booleans = segment[after] == segment[after - 1]
+    return adjoining & same
+
+
+_MOST_STUCK = 0.5  # share of rows that may be dropped for a stuck sensor
+
+_STUCK_TIME = 10.0  # s
+
+_STUCK_RUNS = 10.0  # times the median time for which a value repeats
+
+_DISPLAYED = 30.0  # times longer may the value of a display stand still, which shows steps
+
+_RETURNS, _ADJACENT = 0.9, 0.95  # of a channel with steps: most values a move, least share of moves by one step
+
+_STEEPEST = 0.99  # quantile of the steps of a reading that its step down from the end of the range stays below
+
+_MOVING = 2.0  # m/s, above which a velocity cannot stand still
+
+
+def check_stuck(draft: Draft) -> None:
+    """Drop rows in which the impact pressure, the static pressure or the GPS velocity is stuck.
+
+    Raises BadInputError for a GPS velocity that never changes, and where more than half of the rows are bad.
+    """
+    speed = np.hypot(draft.channels["velocity_north"], draft.channels["velocity_east"])
+    if np.ptp(draft.channels["velocity_north"]) == 0.0 and np.ptp(draft.channels["velocity_east"]) == 0.0:
+        raise BadInputError("the GPS velocity is the same in every row: the receiver is stuck; use another log")
+    velocity = ["velocity_north", "velocity_east"]
+    # Each sensor is compared with another one that must change in flight: pressure with velocity, and the reverse.
+    still = {
+        "impact_pressure": _stuck(draft, ["impact_pressure"], velocity) & (speed > _MOVING),
+        "static_pressure": _stuck(draft, ["static_pressure"], ["impact_pressure"]) & (speed > _MOVING),
+        "velocity_north": _stuck(draft, velocity, ["impact_pressure"]) & (speed > _MOVING),
+    }
+    if np.ptp(draft.channels["static_pressure"]) == 0.0:
+        draft.warnings.append(f"column {draft.columns['static_pressure']!r} never changes: is the sensor stuck?")
+        still["static_pressure"][:] = False
+    # At the end of its range a sensor stands still as well. Those rows stay, and show where the range ends.
+    still["impact_pressure"] &= ~_at_range_end(draft, speed)
+    bad = np.any(list(still.values()), axis=0)
+    words = "; ".join(
+        f"column {draft.columns[name]!r} stands still while others move: it seems stuck ({draft.named(rows)})"
+        for name, rows in still.items()
+        if rows.any()
+    )
+    if bad.mean() > _MOST_STUCK:
+        raise BadInputError(f"{words}: {bad.mean():.0%} of the log; repair the sensor and fly again")
+    if words:
+        draft.warnings.append(f"{words}: those rows are dropped")
+    draft.keep(~bad)
+
+
+def _at_range_end(draft: Draft, speed: MetersPerSecond) -> Booleans:
+    """Return the rows, (n,), in which the impact pressure stands at the end of its sensor's range and is not stuck.
+
+    Where a range ends, the reading comes back by steps as it makes them elsewhere. A stuck sensor jumps to what the
+    pressure has become meanwhile. Where no recording shows the way back, the ground `speed` decides: the airplane
+    is faster at the end of the range.
+    """
+    impact = draft.channels["impact_pressure"]
+    rows = at_ceiling(impact)
+    if not rows.any():
+        return rows
+    steps = np.abs(np.diff(impact))
+    steps[pauses(draft.channels["time"]) - 1] = np.nan  # what happened meanwhile was not recorded
+    back = steps[rows[:-1] & ~rows[1:] & np.isfinite(steps)]
+    free = steps[~rows[:-1] & ~rows[1:] & (steps > 0.0)]
+    if len(back) and len(free):
+        found = np.median(back) <= np.quantile(free, _STEEPEST)
+    else:
+        found = np.mean(speed[rows] ** 2) > np.mean(speed[~rows] ** 2)
+    return rows if found else np.zeros_like(rows)
+
+
+def _stuck(draft: Draft, names: list[str], others: list[str]) -> Booleans:
+    """Return the rows, (n,), in which values stay equal for very long while those of another sensor change.
+
+    Short runs of equal values are normal: the fixes of a slow GPS repeat, and so do the steps of a coarse sensor.
+    """
+    changed, moved = _changes(draft, names), np.r_[0, np.cumsum(_changes(draft, others))]
+    changed[pauses(draft.channels["time"]) - 1] = True  # what happened meanwhile was not recorded
+    first = np.r_[0, np.flatnonzero(changed) + 1]
+    last = np.r_[first[1:] - 1, len(draft.rows) - 1]
+    lasting = draft.channels["time"][last] - draft.channels["time"][first]
+    stepped = bool(draft.displayed & set(names)) or all(_shows_steps(draft.channels[name]) for name in names)
+    patience = _DISPLAYED if stepped else 1.0
+    limit = patience * max(_STUCK_TIME, _STUCK_RUNS * float(np.median(_run_times(draft.channels["time"], first))))
+    bad = np.zeros(len(draft.rows), dtype=np.bool_)
+    long = (lasting > limit) & (moved[last] > moved[first])
+    for a, b in zip(first[long], last[long], strict=True):
+        bad[a : b + 1] = True
+    return bad
+
+
+def _shows_steps(values: Array) -> bool:
+    """Return whether a channel returns to few values and moves from each to the next above or below only.
+
+    So does a coarse display in calm air, and it may stand still for a whole leg.
+    """
+    levels, place = np.unique(values, return_inverse=True)
+    moves = np.diff(place)
+    moves = np.abs(moves[moves != 0])
+    return len(levels) < _RETURNS * len(moves) and bool(np.mean(moves == 1) > _ADJACENT)
+
+
+def _changes(draft: Draft, names: list[str]) -> Booleans:
+    """Return whether each row differs from the one before, from the second row on, (n − 1,)."""
+    changed: Booleans = np.any([np.diff(draft.channels[name]) != 0.0 for name in names], axis=0)
+    return changed
+
+
+def _run_times(time: Array, first: NDArray[np.intp]) -> Array:
+    return np.diff(time[first]) if len(first) > 1 else np.zeros(1)
+
+
+# Check the rows of a log. Each check drops rows with a warning, or raises BadInputError.
+# Rows are counted from 1, which is the first row below the line of column names.
 
 _FEW = 0.01  # share of time stamps that may repeat
-_MOST = 0.5  # share of rows that may be dropped for a negative impact pressure
+
+_MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact pressure
+
 _BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
+
 _LONGEST_STEP = 10.0  # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
+
 _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
+
 _LONGEST_GAP = 86400.0  # s, between two rows of one log: the blocks of a log are counted by the second
 
 
@@ -154,7 +332,7 @@ def check_impact_pressure(draft: Draft) -> None:
         or_range = ", or its range ends there: use a sensor with more range" if impact[0] > 0.0 else ""
         raise BadInputError(f"column {column!r}: the sensor is stuck at {impact[0]:g} Pa in every row{or_range}")
     negative = impact < 0.0
-    if negative.mean() > _MOST:
+    if negative.mean() > _MOST_NEGATIVE:
         raise BadInputError(
             f"column {column!r}: the impact pressure is negative in {int(negative.sum())} of {len(impact)} rows; "
             "total and static are exchanged, or the sign is: swap them"

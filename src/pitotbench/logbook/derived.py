@@ -12,16 +12,17 @@ from typing import Any
 import numpy as np
 
 from pitotbench import air
-from pitotbench.logbook.clock import clock_seconds, joined_clock
+from pitotbench.logbook.columns import Table, clock_seconds, joined_clock, numbers, parse_column
 from pitotbench.logbook.draft import Draft
-from pitotbench.logbook.quantities import parse_column
-from pitotbench.logbook.table import Table, numbers
 from pitotbench.units import Array, Booleans, from_si, to_si
 
 # 2σ of a value known to one step, in steps.
 _TWO_SIGMA = float(2.0 / np.sqrt(12.0))
+
 _FINE = 1e-3  # of the median size of the values: a finer step does not matter
+
 _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
+
 _USUAL_VELOCITY = 0.05  # m/s, 2σ, of `calibrate.accuracy`: that of the receiver, to which the display's adds
 
 

@@ -8,21 +8,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench.channels import Channel
-from pitotbench.logbook.clock import clock_seconds, is_clock
-from pitotbench.logbook.quantities import QUANTITIES, parse_column
-from pitotbench.logbook.table import Column, Table, flags, numbers, texts
-from pitotbench.records.errors import BadInputError
+from pitotbench.channels import Channel, numbers_from
+from pitotbench.logbook.columns import (
+    QUANTITIES,
+    Column,
+    Table,
+    clock_seconds,
+    flags,
+    is_clock,
+    numbers,
+    parse_column,
+    texts,
+)
+from pitotbench.records import BadInputError
 from pitotbench.units import Booleans, to_si
 
+# A log while it is read: channels in SI, the columns they came from, the rows kept so far, the warnings.
+
 _NEEDED = ("time", "static_pressure", "velocity_north", "velocity_east")
+
 _EITHER = ("impact_pressure", "total_pressure")
+
 _INSTEAD = {
     "static_pressure": " or pressure_altitude_ft",
     "impact_pressure": " or indicated_airspeed_kt",
     "velocity_north": " or ground_speed_kt with track_deg",
 }
+
 _SHOWN_RANGES = 5
+
 _FEWEST_ROWS = 2
 
 
@@ -150,3 +164,86 @@ def name_rows(rows: NDArray[np.intp]) -> str:
     ranges = [f"{a}" if a == b else f"{a}–{b}" for a, b in zip(first, last, strict=True)]
     more = f" and {len(ranges) - _SHOWN_RANGES} more places" if len(ranges) > _SHOWN_RANGES else ""
     return f"row{'s' if len(rows) > 1 else ''} {', '.join(ranges[:_SHOWN_RANGES])}{more}"
+
+
+# Fill GPS columns that are blank between fixes: each fix is repeated until the next one.
+# A logger with one rate writes its file in this way.
+
+_SLOWEST = 2.0  # times the median number of rows between fixes: a longer blank is a failure, not a slow GPS
+
+_ODD = 0.05  # share of the intervals that may be longer or shorter: a failure now and then
+
+
+def hold_fixes(draft: Draft) -> None:
+    """Repeat the velocity where it is blank at regular intervals, and mark the rows that hold a fix.
+
+    Rows before the first fix are dropped. Irregular blanks stay; the check for numbers handles them.
+    """
+    fresh = np.isfinite(draft.channels["velocity_north"])
+    if fresh.all() or not _regular(fresh):
+        return
+    # The latest row with a fix, for each row: a running maximum of row numbers.
+    fix = np.maximum.accumulate(np.where(fresh, np.arange(len(fresh)), 0))
+    held = np.arange(len(fresh)) - fix < _SLOWEST * _interval(fresh)  # in a failure nothing is held
+    for name in numbers_from("gps"):
+        values = draft.channels.get(name)
+        if values is not None and np.array_equal(np.isfinite(values), fresh):
+            draft.channels[name] = np.where(held, values[fix], np.nan)
+    if "gps_fresh" not in draft.channels:
+        draft.channels["gps_fresh"], draft.columns["gps_fresh"] = fresh, draft.columns["velocity_north"]
+    draft.warnings.append(
+        f"column {draft.columns['velocity_north']!r} is blank between fixes (one in {_interval(fresh):.0f} rows): "
+        "held from fix to fix"
+    )
+    draft.keep(np.arange(len(fresh)) >= int(np.argmax(fresh)))
+
+
+def _steps(fresh: Booleans) -> NDArray[np.intp]:
+    return np.diff(np.flatnonzero(fresh))
+
+
+def _interval(fresh: Booleans) -> float:
+    return float(np.median(_steps(fresh)))
+
+
+def _regular(fresh: Booleans) -> bool:
+    """Return whether fixes come every two rows or more, at intervals few of which differ much from the median."""
+    if int(fresh.sum()) < 3:
+        return False
+    usual, steps = _interval(fresh), _steps(fresh)
+    odd = (steps > _SLOWEST * usual) | (steps < usual / _SLOWEST)
+    return usual >= 2.0 and float(odd.mean()) <= _ODD
+
+
+_FEW = 0.01  # share of rows for which a channel that is not needed is given up no sooner than the rows
+
+_MOST = 0.5  # share of rows that may be skipped: of less than half a log nobody knows whether it is the right half
+
+
+def check_numbers(draft: Draft) -> None:
+    """Skip the rows where a needed channel is not a number; leave out other channels that often are not.
+
+    Raises BadInputError where more than half of the rows would be skipped, or where the clock often stands blank.
+    """
+    quantities = sorted(draft.numeric(), key=lambda q: not q.essential)  # rows skipped may be those of the others
+    for quantity in quantities:
+        bad = ~np.isfinite(draft.channels[quantity.name])
+        if not bad.any():
+            continue
+        share, column = float(bad.mean()), draft.columns[quantity.name]
+        words = f"{int(bad.sum())} of {len(bad)} values are not numbers ({draft.named(bad)})"
+        if share > _FEW and not quantity.essential:
+            draft.leave_out(quantity.name, words)
+            continue
+        if share > (_FEW if quantity.name == "time" else _MOST):
+            raise BadInputError(f"column {column!r}: {words}: too few rows remain; cut the log to a whole part")
+        extent = "" if share <= _FEW else f", {share:.0%} of the log, {_seconds(draft, bad):.0f} s"
+        draft.warnings.append(f"column {column!r}: {words}{extent}: those rows are dropped")
+        draft.keep(~bad)
+
+
+def _seconds(draft: Draft, bad: Booleans) -> float:
+    """The time that the rows cover [s], by the usual time between rows."""
+    steps = np.diff(draft.channels["time"])
+    known = steps[np.isfinite(steps)]
+    return float(np.median(known)) * float(bad.sum()) if len(known) else 0.0

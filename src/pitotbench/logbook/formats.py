@@ -1,17 +1,279 @@
-"""The table of log formats by file suffix. A new format is one file and one line here."""
+"""The table of log formats by file suffix, with the readers of Parquet, MATLAB, DataFlash and ULog."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import tomli_w
+
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.csv_format import read_csv, write_csv
-from pitotbench.logbook.mat_format import read_mat, write_mat
-from pitotbench.logbook.parquet_format import read_parquet, write_parquet
-from pitotbench.logbook.table import Column, Table
-from pitotbench.logbook.topics import TOPIC_READERS
-from pitotbench.records.errors import BadInputError
+from pitotbench.logbook.columns import Column, Table, parse_header
+from pitotbench.logbook.csv import read_csv, to_column, write_csv
+from pitotbench.logbook.mapping import MappedFile
+from pitotbench.records import BadInputError
+
+# Read and write Parquet logs, with the TOML header in the metadata of the schema.
+
+_KEY = b"pitotbench"
+
+
+def read_parquet(path: Path) -> Table:
+    """Read the table of a Parquet file. Raises BadInputError for any other file, and for one that is cut off."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    try:
+        found = parquet.ParquetFile(path, memory_map=False).read()
+        names = tuple(found.column_names)
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, OSError, UnicodeDecodeError) as error:
+        raise BadInputError(f"not a complete Parquet file: {str(error).splitlines()[0]}") from error
+    stored = (found.schema.metadata or {}).get(_KEY, b"")
+    header, warnings = parse_header(stored.decode("utf-8", errors="replace"))
+    return Table(names, tuple(to_column(column) for column in found.columns), header, tuple(warnings))
+
+
+def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
+    """Write columns with a TOML header."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    table = pa.table({name: pa.array(values) for name, values in columns.items()})
+    metadata = {_KEY: tomli_w.dumps(header).encode()}
+    parquet.write_table(table.replace_schema_metadata(metadata), path, compression="zstd")
+
+
+_INSTANCE = "I"  # the field that numbers sensors of one kind
+
+_MAGIC = b"\xa3\x95"  # begins every message
+
+
+def read_messages(path: Path, topics: Sequence[str]) -> dict[str, Table]:
+    """Return the tables of some kinds of message, or of all for none; those that the log lacks are left out.
+
+    Of a message that several sensors send, only the first sensor's are kept. Values are in the units that the log
+    states for its fields (a latitude in degrees, not in 1e-7 of them).
+    Raises BadInputError where pymavlink is not installed or the file is not a DataFlash log.
+    """
+    try:
+        from pymavlink.DFReader import DFReader_binary  # an extra: most users never read a DataFlash log
+    except ImportError as error:
+        raise BadInputError(
+            "reading an ArduPilot DataFlash log needs pymavlink: pip install 'pitotbench[logs]'"
+        ) from error
+    with path.open("rb") as file:
+        if file.read(2) != _MAGIC:
+            raise BadInputError("not an ArduPilot DataFlash log: it does not begin with a message")
+    rows: dict[str, list[Any]] = {}
+    try:
+        with redirect_stdout(StringIO()):  # it prints what it skips
+            log = DFReader_binary(str(path), zero_time_base=True)
+            while (message := log.recv_match(type=list(topics) or None)) is not None:
+                if getattr(message, _INSTANCE, 0) == 0:
+                    rows.setdefault(message.get_type(), []).append(message)
+    except Exception as error:  # pymavlink lets struct, index and key errors out of a broken file
+        raise BadInputError(f"not a complete DataFlash log: {error or type(error).__name__}") from error
+    return {kind: _dataflash_table(messages) for kind, messages in rows.items()}
+
+
+def _dataflash_table(messages: list[Any]) -> Table:
+    names = tuple(messages[0].get_fieldnames())
+    return Table(names, tuple(np.array([getattr(message, name) for message in messages]) for name in names))
+
+
+def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
+    """Return the tables of some topics, or of all for none; those that the log lacks are left out.
+
+    Names are those of `ulog2csv`: `sensor_gps_0` is the first `sensor_gps`.
+    Raises BadInputError where pyulog is not installed or the file is not a ULog.
+    """
+    try:
+        from pyulog import ULog  # an extra: most users never read a ULog
+    except ImportError as error:
+        raise BadInputError("reading a ULog needs pyulog: pip install 'pitotbench[logs]'") from error
+    wanted = [_without_number(topic) for topic in topics] or None
+    try:
+        log = ULog(str(path), message_name_filter_list=wanted)
+    except Exception as error:  # pyulog lets struct, index and key errors out of a broken file
+        raise BadInputError(f"not a complete ULog: {error or type(error).__name__}") from error
+    return {f"{data.name}_{data.multi_id}": _ulog_table(data.data) for data in log.data_list}
+
+
+def _without_number(topic: str) -> str:
+    name, _, number = topic.rpartition("_")
+    return name if number.isdigit() else topic
+
+
+def _ulog_table(fields: dict[str, np.ndarray]) -> Table:
+    return Table(tuple(fields), tuple(np.asarray(values) for values in fields.values()))
+
+
+# Logs that hold topics, each with a clock of its own, by file suffix. A new one is one file and one line here.
+
+ReadTopics = Callable[[Path, Sequence[str]], dict[str, Table]]
+
+
+@dataclass(frozen=True, slots=True)
+class TopicReader:
+    """How the files of one suffix are read, and the shipped mapping that suits them.
+
+    `read_named` returns those of the wanted topics that are there; with no names, all that are there.
+    """
+
+    kind: str
+    mapping: str
+    read_named: ReadTopics
+
+    def read(self, path: Path, files: Sequence[MappedFile]) -> list[Table | None]:
+        """Return the table of each file of a mapping; None for an optional one that is absent.
+
+        Raises BadInputError for a missing topic, with those that are there.
+        """
+        wanted = [[_topic(pattern) for pattern in entry.patterns] for entry in files]
+        found = self.read_named(path, [name for names in wanted for name in names])
+        missing = [
+            " or ".join(names)
+            for names, entry in zip(wanted, files, strict=True)
+            if not entry.optional and not found.keys() & set(names)
+        ]
+        if missing:
+            known = ", ".join(sorted(found)) or "none of those wanted"
+            raise BadInputError(f"the {self.kind} holds no topic {', '.join(missing)}; it holds {known}")
+        return [next((found[name] for name in names if name in found), None) for names in wanted]
+
+
+def _topic(pattern: str) -> str:
+    """Return the topic of a file of the same log written as CSV."""
+    return pattern.removeprefix("*").removesuffix(".csv")
+
+
+TOPIC_READERS = {
+    ".ulg": TopicReader("ULog", "px4", read_topics),
+    ".bin": TopicReader("DataFlash log", "ardupilot", read_messages),
+}
+
+
+# Read the variables of a .mat file of version 7.3, which is HDF5. Needs h5py, of the extra pitotbench[hdf5].
+
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+_USER_BLOCK = 512  # bytes of text that MATLAB puts before the HDF5 file
+
+_CHARACTERS = b"char"
+
+
+def is_hdf5(path: Path) -> bool:
+    """Return whether a file is HDF5, with or without MATLAB's text before it."""
+    with path.open("rb") as file:
+        begin = file.read(_USER_BLOCK + len(_SIGNATURE))
+    return begin.startswith(_SIGNATURE) or begin[_USER_BLOCK:] == _SIGNATURE
+
+
+def load_hdf5(path: Path) -> dict[str, Any]:
+    """Return the variables of a file by name: arrays as MATLAB shows them, texts, and structs as dictionaries.
+
+    Raises BadInputError where h5py is not installed or the file is broken.
+    """
+    try:
+        import h5py  # an extra: most users never read such a file
+    except ImportError as error:
+        raise BadInputError(
+            "a .mat file of version 7.3 needs h5py: pip install 'pitotbench[hdf5]', or save('log.mat', '-v7')"
+        ) from error
+    try:
+        with h5py.File(path, "r") as file:
+            return {name: _value(item) for name, item in file.items() if not name.startswith("#")}
+    except Exception as error:  # h5py lets OS, key and runtime errors out of a broken file
+        raise BadInputError(f"not a complete .mat file of version 7.3: {error}") from error
+
+
+def _value(item: Any) -> Any:
+    """Return the value of a dataset, or of a group (a struct) by field."""
+    if hasattr(item, "items"):
+        return {name: _value(inner) for name, inner in item.items() if not name.startswith("#")}
+    if item.attrs.get("MATLAB_class", b"") == _CHARACTERS:
+        return "".join(map(chr, np.asarray(item[()]).ravel()))
+    array = np.asarray(item[()])
+    if array.dtype.kind in "SO" and array.ndim == 0:
+        found = item[()]
+        return found.decode("utf-8", errors="replace") if isinstance(found, bytes) else str(found)
+    return array.T  # MATLAB stores column by column
+
+
+# Read and write MATLAB files: one variable a column (or one struct, or one matrix of them), the header as text.
+# Files of version 7.3 are HDF5; `mat73_format` reads them. Written are files of version 5.
+
+_HEADER = "header"
+
+_DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
+
+
+def read_mat(path: Path) -> Table:
+    """Read the vectors of a .mat file, or of the only struct in it.
+
+    A matrix with a row a sample, such as `fdata` of SIDPAC, gives the columns `fdata(:,1)`, `fdata(:,2)`, ... A
+    struct with a field `data` (and `units`) is one channel. Single numbers and texts beside the vectors are left
+    out. Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of different lengths.
+    """
+    variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
+    # MATLAB users often save one struct with a field a channel instead of many variables.
+    structs = [v for v in variables.values() if isinstance(v, dict) and _DATA not in v]
+    if len(structs) == 1:
+        variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}
+    stored = variables.pop(_HEADER, "")
+    header, warnings = parse_header(stored if isinstance(stored, str) else "")
+    found: dict[str, tuple[Column, str]] = {}
+    for name, value in variables.items():
+        found |= _columns_of(name, value)
+    vectors = {name: pair for name, pair in found.items() if len(pair[0]) > 1} or found
+    lengths = {name: len(column) for name, (column, _) in vectors.items()}
+    if len(set(lengths.values())) > 1:
+        listing = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise BadInputError(f"the variables differ in length ({listing}); keep one row a sample")
+    columns, units = zip(*vectors.values(), strict=True) if vectors else ((), ())
+    return Table(tuple(vectors), columns, header, tuple(warnings), units if any(units) else ())
+
+
+def _load(path: Path) -> dict[str, Any]:
+    if is_hdf5(path):
+        return load_hdf5(path)
+    from scipy.io import loadmat
+
+    try:
+        found: dict[str, Any] = loadmat(path, simplify_cells=True)
+        return found
+    except Exception as error:  # SciPy's reader lets struct, zlib, index and type errors out of a broken file
+        raise BadInputError(f"not a complete .mat file: {error}") from error
+
+
+def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:
+    """Return the columns of a variable with their units: one of a vector or channel, several of a matrix."""
+    if isinstance(value, dict):
+        unit = next((str(value[key]) for key in _UNITS if key in value), "")
+        return {name: (_vector(name, value[_DATA]), unit)} if _DATA in value else {}
+    array = np.asarray(value)
+    if array.ndim == 2 and min(array.shape) > 1 and array.dtype.kind in "fiu":
+        return {f"{name}(:,{k + 1})": (array[:, k], "") for k in range(array.shape[1])}
+    return {name: (_vector(name, value), "")}
+
+
+def _vector(name: str, value: object) -> Column:
+    array = np.atleast_1d(np.atleast_1d(np.asarray(value)).squeeze())
+    if array.ndim != 1:
+        raise BadInputError(f"variable {name!r} has shape {array.shape}; a column of a log is a vector")
+    return np.char.rstrip(array) if array.dtype.kind == "U" else array
+
+
+def write_mat(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
+    """Write one column vector a variable, and the header as text."""
+    from scipy.io import savemat
+
+    variables = {_HEADER: tomli_w.dumps(header), **columns}
+    savemat(path, variables, appendmat=False, do_compression=True, oned_as="column")
+
 
 Write = Callable[[Path, Mapping[str, Column], Mapping[str, Any]], None]
 

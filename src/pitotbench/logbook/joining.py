@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import Channel
-from pitotbench.logbook.clock import clock_seconds, is_clock
+from pitotbench.logbook.columns import QUANTITIES, Column, Table, clock_seconds, is_clock, numbers, parse_column
 from pitotbench.logbook.derived import components
+from pitotbench.logbook.formats import TOPIC_READERS
 from pitotbench.logbook.mapping import MappedFile, Mapping, Renamed
-from pitotbench.logbook.quantities import QUANTITIES, parse_column
-from pitotbench.logbook.table import Column, Table, numbers
-from pitotbench.logbook.topics import TOPIC_READERS
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 from pitotbench.units import Array, from_si, to_si
 
 ReadTable = Callable[[Path], Table]

@@ -1,26 +1,4 @@
-"""Read mapping files, which give the columns of a foreign log our names. The log may be in several files.
-
-```toml
-title = "what this log is"
-
-[[files]]                            # the first gives the time base
-file = "*air_data.csv"               # `*` stands for the same text in every file of one log
-[files.columns]
-"their column" = "our_name_unit"
-"their time" = { name = "time_s", factor = 1e-6 }
-
-[[files]]
-file = "*gps.csv"
-join = "linear"                      # or "last" (held) or "nearest"
-[files.columns]
-...
-```
-A mapping of one file may have `[columns]` at the top instead of `[[files]]`. Of several columns for one quantity
-the first that is there counts, and one with `optional = true` may be absent. So may a file; where `file` is a list,
-the first that is there counts. `recognize` names columns by which such a log is known without `--mapping`. A table
-`[calibrate]` (for example `model = "quadratic"`, `mach_max = 0.93`) holds calibration choices that suit such logs;
-flags of the user override them.
-"""
+"""Read mapping files, which give the columns of a foreign log our names. The log may be in several files."""
 
 import tomllib
 from collections.abc import Iterable
@@ -30,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.catalog import Catalog
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.logbook.mapping_document import Target

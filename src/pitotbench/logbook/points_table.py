@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 
-from pitotbench.logbook.csv_format import read_csv
+from pitotbench.logbook.columns import Column, Table, numbers, parse_column, texts
+from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.derived import display_step
-from pitotbench.logbook.quantities import parse_column
-from pitotbench.logbook.table import Column, Table, numbers, texts
-from pitotbench.records.errors import BadInputError
-from pitotbench.records.hand_card import CardLeg, ReadingSteps
+from pitotbench.records import BadInputError
+from pitotbench.records.legs import CardLeg, ReadingSteps
 from pitotbench.units import DEGREE, FOOT, KNOT, Array, to_si
 
 POINT, CONFIGURATION = "point", "configuration"
+
 COLUMNS = (
     POINT,
     CONFIGURATION,
@@ -22,9 +22,12 @@ COLUMNS = (
     "ground_speed_kt",
     "track_deg",
 )
+
 _QUANTITIES = ("indicated_airspeed", "pressure_altitude", "air_temperature", "ground_speed", "track")
+
 # The steps of usual displays, where the numbers of a short card show none [SI].
 _USUAL = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
+
 _FINEST = 0.02  # of the usual step: what was computed, not read, has steps too
 
 

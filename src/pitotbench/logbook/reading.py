@@ -4,15 +4,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from pitotbench.logbook.checks import CHECKS
+from pitotbench.logbook.columns import MAPPING, WARNINGS, Table, earlier_warnings
 from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import MissingColumnsError, draft_of, require
-from pitotbench.logbook.formats import format_of
-from pitotbench.logbook.header import MAPPING, WARNINGS, earlier_warnings
+from pitotbench.logbook.formats import TOPIC_READERS, format_of
 from pitotbench.logbook.joining import read_mapped, rename
 from pitotbench.logbook.mapping import find_mapping, recognized
-from pitotbench.logbook.table import Table
-from pitotbench.logbook.topics import TOPIC_READERS
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
 

@@ -6,16 +6,16 @@ Arguments, terms, slopes and values are ratios without units.
 from pitotbench.catalog import Catalog
 from pitotbench.pressure_error.curve import PressureErrorCurve as PressureErrorCurve
 from pitotbench.pressure_error.curve import PressureErrorRangeError as PressureErrorRangeError
-from pitotbench.pressure_error.model import PressureErrorModel as PressureErrorModel
-from pitotbench.pressure_error.models import BIAS, INVERSE, INVERSE_PLUS, LINEAR, QUADRATIC
-from pitotbench.pressure_error.spline import SPLINE
-from pitotbench.pressure_error.spline import SplineModel as SplineModel
-from pitotbench.pressure_error.spline import spline_between as spline_between
-from pitotbench.pressure_error.table_curve import TableCurve as TableCurve
+from pitotbench.pressure_error.curve import TableCurve as TableCurve
+from pitotbench.pressure_error.models import BIAS, INVERSE, INVERSE_PLUS, LINEAR, QUADRATIC, SPLINE
+from pitotbench.pressure_error.models import PressureErrorModel as PressureErrorModel
+from pitotbench.pressure_error.models import SplineModel as SplineModel
+from pitotbench.pressure_error.models import spline_between as spline_between
 
 REFERENCE_PRESSURE = 1630.28  # Pa, impact pressure at 100 KCAS, so that x = q_ci/q_ref is of order one
 
 MODELS: Catalog[PressureErrorModel] = Catalog(
     "pressure-error model", {m.name: m for m in (BIAS, LINEAR, QUADRATIC, INVERSE, INVERSE_PLUS, SPLINE)}
 )
+
 PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")  # Martos et al. 2011, Fig 9

@@ -4,9 +4,11 @@ from dataclasses import dataclass, fields
 from math import atan2, degrees, hypot
 from typing import Any
 
-from pitotbench.records.frozen import check_lengths, freeze
-from pitotbench.records.shown import Shown
+from pitotbench.records.display import Shown, check_lengths, freeze
+from pitotbench.records.log import FlightLog
 from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
+
+# The result of a calibration: what the log says, and how far to trust it.
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,3 +171,23 @@ class Calibration(Shown):
     error_location: str = "impact"
     assumptions: tuple[Assumption, ...] = ()
     impact_pressure_zero: Estimate | None = None
+
+
+# One flight of a log with its calibration.
+
+
+@dataclass(frozen=True, slots=True)
+class CalibratedFlight:
+    """A flight of a log with its calibration.
+
+    `place` is the index of the log among those given. `number` counts the flights of the log from 1, `count` is how
+    many it holds; both are 1 where the log was reduced as one. `joined` is the number of flights, of all logs, that
+    share the curve.
+    """
+
+    log: FlightLog
+    calibration: Calibration
+    place: int
+    number: int = 1
+    count: int = 1
+    joined: int = 1

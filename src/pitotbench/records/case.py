@@ -1,19 +1,63 @@
-"""The configuration of one synthetic flight and of its sensing.
+"""The configuration of one synthetic flight and of its sensing, with the rules that its numbers satisfy."""
 
-A `Case` holds the truth (wind, pressure error, effects), so the calibrator must not import it. Values are SI and
-radians; `metadata["suffix"]` names the unit in which a value is written to TOML.
-"""
-
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any
 
-from pitotbench.records.integration import USUAL_RATE
+from pitotbench.catalog import explain
 from pitotbench.units import DEGREE, FOOT, KNOT
 
+# The rates at which a flight is integrated: the usual one, and which others a case may ask for.
+# A flight at 40 Hz takes 0.4 of the time of one at 100 Hz. docs/speed.md measures what it changes.
+
+USUAL_RATE = 100.0  # Hz
+
+SLOWEST_RATE = 40.0  # Hz: at 20 Hz an autopilot loses a light airplane
+
+LOOKS = 10.0  # Hz: a card looks at its instruments once in a whole number of steps
+
+
+def possible_rates() -> tuple[float, ...]:
+    """Return the rates [Hz] at which a flight may be integrated, the slowest first."""
+    steps = range(round(SLOWEST_RATE / LOOKS), round(USUAL_RATE / LOOKS) + 1)
+    return tuple(LOOKS * step for step in steps)
+
+
+def rates_for(air_rate: float) -> tuple[float, ...]:
+    """Return the rates [Hz] of integration that fit an air-data rate [Hz], the slowest first.
+
+    They are its whole multiples, so that each row is a step of the flight. The usual rate fits every data system:
+    rows that fall between two of its steps are interpolated.
+    """
+    return tuple(rate for rate in possible_rates() if rate == USUAL_RATE or (rate / air_rate).is_integer())
+
+
+def rate_problem(rate: float, air_rate: float | None = None) -> str | None:
+    """Return why a flight is not integrated at a rate [Hz], for air data of a rate [Hz] if given; None if it is."""
+    if rate not in possible_rates():
+        known = ", ".join(f"{each:g}" for each in possible_rates())
+        return f"a flight is integrated at {known} Hz, not at {rate:g} Hz"
+    if air_rate is None or rate in rates_for(air_rate):
+        return None
+    fitting = " or ".join(f"{each:g}" for each in rates_for(air_rate))
+    return (
+        f"{rate:g} Hz is not a whole multiple of the {air_rate:g} Hz of the air data: "
+        f"integrate the flight at {fitting} Hz"
+    )
+
+
+# The configuration of one synthetic flight and of its sensing.
+# A `Case` holds the truth (wind, pressure error, effects), so the calibrator must not import it. Values are SI
+# and radians; `metadata["suffix"]` names the unit in which a value is written to TOML.
+
 TURBULENCE_SEVERITY = {"none": 0, "light": 1, "moderate": 2}  # Milspec severity index (MIL-F-8785C)
+
 ERROR_LOCATIONS = ("impact", "static", "total")
+
 PILOTS = ("none", "good", "busy")
+
 VERTICAL_VELOCITIES = ("usual", "recorded", "missing")
 
 
@@ -133,3 +177,65 @@ class Case:
     integration_rate: float = field(default=USUAL_RATE, metadata={"suffix": "hz"})
     truth_seed: int = 1
     sensor_seed: int = 1
+
+
+Place = tuple[str, ...]
+
+# Path of the field (a regular expression), the test of its value [SI], and the rule in words.
+_RULES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
+    (r"das\.(air|gps)_rate|das\.\w+_(range|time)|das\.recovery_factor", lambda v: v > 0, "must be above 0"),
+    (r"pressure_error\.reference_pressure", lambda v: v > 0, "must be above 0"),
+    (r"das\.\w+_(noise|resolution|latency|drift)|wind\.speed", lambda v: v >= 0, "must not be negative"),
+    (r"(truth|sensor)_seed", lambda v: v >= 0, "must not be negative"),
+    (r"fuel", lambda v: 0 < v <= 1, "must be above 0 and at most 1, the whole of the fuel that the aircraft loads"),
+    (r"ballast", lambda v: abs(v) <= 1000.0, "must be within -1000 and 1000 kg"),
+    (r"das\.air_rate", lambda v: v <= 100.0, "must not exceed the simulator's 100 Hz"),
+)
+
+_NAMES = {
+    "turbulence": list(TURBULENCE_SEVERITY),
+    "pilot": list(PILOTS),
+    "pressure_error.location": list(ERROR_LOCATIONS),
+    "das.vertical_velocity": list(VERTICAL_VELOCITIES),
+}
+
+
+def broken_rules(tree: Any, written: Callable[[Place], str]) -> Iterator[str]:
+    """Yield each rule that a tree of fields [SI] breaks; the line begins with the key as the file spells it."""
+    leaves = dict(_leaves(tree, ()))
+    for place, value in leaves.items():
+        if isinstance(value, float) and not isfinite(value):
+            yield f"{written(place)}: must be a finite number, not {value}"
+            continue
+        yield from _broken(place, value, written)
+    air, gps = leaves.get(("das", "air_rate"), 50.0), leaves.get(("das", "gps_rate"), 50.0)
+    if _is_number(air) and _is_number(gps) and gps > air > 0:
+        yield f"das: the GPS rate ({gps:g} Hz) must not exceed the air-data rate ({air:g} Hz); lower gps_rate_hz"
+    rate = leaves.get(("integration_rate",), USUAL_RATE)
+    if _is_number(rate) and _is_number(air) and air > 0 and (problem := rate_problem(rate, air)):
+        yield f"{written(('integration_rate',))}: {problem}"
+
+
+def _broken(place: Place, value: Any, written: Callable[[Place], str]) -> Iterator[str]:
+    path = ".".join(place)
+    if path in _NAMES and isinstance(value, str) and value not in _NAMES[path]:
+        yield f"{written(place)}: {explain(path, value, _NAMES[path])}"
+    if _is_number(value):
+        for pattern, holds, rule in _RULES:
+            if re.fullmatch(pattern, path) and not holds(value):
+                yield f"{written(place)}: {rule}, not {value:g} (SI)"
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _leaves(value: Any, place: Place) -> Iterator[tuple[Place, Any]]:
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _leaves(inner, (*place, str(key)))
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            yield from _leaves(inner, (*place, str(i)))
+    else:
+        yield place, value

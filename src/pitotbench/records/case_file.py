@@ -1,8 +1,4 @@
-"""Write a Case as TOML and read it back. A key ends in its unit: `altitude_ft = 6000`, `wind.speed_kt = 15`.
-
-Any suffix of the right dimension is read. All problems of a file are reported in one message. The temperatures of
-a case are differences (an offset, a noise), so 1 °C is 1 K here, not 274 K.
-"""
+"""Write a Case as TOML and read it back. A key ends in its unit: `altitude_ft = 6000`, `wind.speed_kt = 15`."""
 
 import json
 import tomllib
@@ -15,9 +11,8 @@ from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 import tomli_w
 
 from pitotbench.catalog import explain
-from pitotbench.records.case import Case
-from pitotbench.records.case_rules import Place, broken_rules
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
+from pitotbench.records.case import Case, Place, broken_rules
 from pitotbench.units import SUFFIXES, Suffix
 
 if TYPE_CHECKING:

@@ -1,4 +1,6 @@
-"""The truth of a flight. Package `simulate` makes it; only `sense`, `bench` and `show` may use it."""
+"""The truth of a flight, and the errors of a calibration against it.
+
+Package `simulation` makes the truth; only `sensing`, `bench` and `show` may use it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.records.case import Case
-from pitotbench.records.frozen import check_lengths, freeze
+from pitotbench.records.display import check_lengths, freeze
 from pitotbench.units import Array, Booleans
+
+# The truth of a flight. Package `simulate` makes it; only `sense`, `bench` and `show` may use it.
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,3 +50,24 @@ class Flight:
     def duration(self) -> float:
         """The recorded time [s]. The set-up between speeds is flown but not recorded, and does not count."""
         return len(self) * float(np.median(np.diff(self.channels["time"])))
+
+
+# The errors of a calibration of a simulated flight, whose truth is known.
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """Errors against the truth, over the scored airspeed range.
+
+    Speeds in m/s; `curve_coverage` is the share of curve points inside 2σ, `on_condition_share` that of the
+    flight's samples on condition, `minutes` the recorded time, `samples` the number of rows fitted.
+    """
+
+    minutes: float
+    samples: int
+    residual_two_sigma: float
+    two_sigma: float
+    curve_rms_error: float
+    wind_error: float
+    curve_coverage: float
+    on_condition_share: float

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import CHANNELS, Recorded, numbers_from
-from pitotbench.records.frozen import RecordError, check_lengths, freeze
-from pitotbench.records.shown import Shown
+from pitotbench.records.display import RecordError, Shown, check_lengths, freeze
 from pitotbench.timeline import fresh_fixes
-from pitotbench.units import Booleans
+from pitotbench.units import Array, Booleans
+
+# A flight log: what a measured log can hold, without anything that only a simulator knows.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -62,3 +63,52 @@ class FlightLog(Shown, Recorded):
 
     def __len__(self) -> int:
         return len(self.time)
+
+
+# What a log holds and what can be learned from it, before anything is calibrated.
+
+
+@dataclass(frozen=True, slots=True)
+class HeldChannel:
+    """A channel of a log: its name, its canonical unit, its 5 % and 95 % quantiles in that unit, and how many times
+    a second it is renewed [Hz]; the numbers are None for texts and flags."""
+
+    name: str
+    unit: str
+    low: float | None
+    high: float | None
+    rate: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A question to the log: whether it can be answered, and what is missing or assumed for it."""
+
+    name: str
+    answered: bool
+    words: str
+
+
+@dataclass(frozen=True, slots=True)
+class LogInspection:
+    """The account of one log, in SI.
+
+    `flights`: start and end [s] of each; `pauses`: start and length [s] of each pause inside them. `headings`: how
+    many of the twelve sectors of 30° of track hold at least 2 % of the rows. `airspeeds`, `heights`: 5 %, 50 % and
+    95 % quantiles, indicated [m/s] and pressure altitude [m]. `expected`: indicated airspeeds [m/s] and 2σ [m/s] in
+    light turbulence, or None with the reason in `refusal`. `wind`: toward north and east [m/s].
+    """
+
+    rows: int
+    rate: float
+    channels: tuple[HeldChannel, ...]
+    flights: tuple[tuple[float, float], ...]
+    pauses: tuple[tuple[float, float], ...]
+    headings: int
+    airspeeds: tuple[float, float, float]
+    heights: tuple[float, float, float]
+    questions: tuple[Question, ...]
+    expected: tuple[Array, Array] | None
+    refusal: str
+    wind: tuple[float, float]
+    warnings: tuple[str, ...]

@@ -1,12 +1,13 @@
-"""The answer of a reconciliation: where simulation and measurement disagree, the cause, and its significance."""
+"""The answer of a reconciliation, of one flight or of several, and the flight advised after it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 from pitotbench.records.calibration import Estimate
 
 Kind = Literal["named", "one_of", "unknown", "no_gap"]
+
 SURE: tuple[Kind, ...] = ("named", "one_of")  # only these kinds explain the gap, so only they give a patch
 
 
@@ -112,3 +113,81 @@ class Verdict:
     log_bayes_factor: float = 0.0
     remains: bool = False
     doubts: tuple[str, ...] = ()
+
+
+# One flight of several that were reconciled together: what it says alone, and how it agrees with the others.
+
+
+@dataclass(frozen=True, slots=True)
+class OwnSize:
+    """The size of an effect that one flight shows by itself; `apart` [σ] is its distance from that of the others.
+
+    `apart` is None where no other flight shows the effect.
+    """
+
+    effect: str
+    size: Estimate
+    apart: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class JoinedFlight:
+    """A flight of a reconciliation.
+
+    `alone` and `causes` are the verdict and the named causes of this flight by itself, `probabilities` those of its
+    causes, `log_bayes_factor` its own evidence for a gap. `closure` is by the sizes that all flights share,
+    `left_out` by the sizes of the other flights. `own_sizes` are those that it shows of the shared effects.
+    """
+
+    log: str
+    maneuver: str
+    minutes: float
+    alone: Kind
+    causes: tuple[tuple[str, ...], ...]
+    log_bayes_factor: float
+    closure: Closure
+    left_out: Closure | None = None
+    own_sizes: tuple[OwnSize, ...] = ()
+    null_flights: int = 0
+    probabilities: Mapping[str, float] = field(default_factory=dict)
+
+
+# The next flight of a reconciliation: the cards that were considered, and the case to fly.
+
+
+@dataclass(frozen=True, slots=True)
+class CardForecast:
+    """What a card that has not been flown promises.
+
+    `card` holds its changed numbers, each key with its unit; `altitude` [m]. `name` is the probability that a
+    flight of it, joined with the flights so far, gives the right name; `entropy` [bit] is what is expected to
+    be left of the doubt. `minutes` are recorded.
+    """
+
+    maneuver: str
+    card: Mapping[str, Any]
+    altitude: float
+    minutes: float
+    name: float
+    entropy: float
+
+
+@dataclass(frozen=True, slots=True)
+class AdvisedFlight:
+    """The next flight.
+
+    `causes` are the sets of causes to be parted, with their probabilities so far, `ranked` the cards, the best
+    first. `parts` says whether the best one can part them. `case` is the text of the case file to fly, empty where
+    no card can. `entropy` [bit] is the doubt so far.
+    """
+
+    causes: tuple[tuple[tuple[str, ...], float], ...]
+    ranked: tuple[CardForecast, ...]
+    parts: bool
+    case: str
+    entropy: float
+
+    @property
+    def best(self) -> CardForecast:
+        """The card to fly."""
+        return self.ranked[0]

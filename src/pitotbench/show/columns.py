@@ -1,18 +1,58 @@
 """The columns of a table, described once, and one renderer each for the terminal, HTML, Markdown and JSON."""
 
-from collections.abc import Callable, Iterable, Sequence
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from math import isfinite
 from re import fullmatch
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
-
-from pitotbench.show.terminal import printable
+from unicodedata import category
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from rich.console import Console
+    from rich.text import Text
+
+
+# Make texts from outside (file names, columns, segments, messages) safe to print on a terminal.
+
+_CONTROLS = ("Cc", "Cs", "Zl", "Zp")  # control codes, lone surrogates, line and paragraph separators
+
+_DIRECTIONS = frozenset("\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")  # turn text around
+
+
+def printable(text: str, keep: str = "") -> str:
+    r"""The text with every control code written out (`\x1b` for escape), save those to `keep`.
+
+    A terminal obeys control codes: a column name could clear the screen or color what follows.
+    """
+    return "".join(_written(letter) if letter not in keep else letter for letter in text)
+
+
+def outside(text: str, style: str = "") -> "Text":
+    """One line of text from outside for a rich console or table: no markup, no emoji codes, no control codes."""
+    from rich.text import Text
+
+    return Text(printable(text), style=style)
+
+
+def print_warnings(warnings: Iterable[str], console: "Console") -> None:
+    """Print what changes the trust in an answer: below the answer's sentences, above its first table."""
+    for warning in warnings:
+        console.print(outside(f"warning: {warning}", "yellow"), soft_wrap=True)
+
+
+def _written(letter: str) -> str:
+    if category(letter) in _CONTROLS or letter in _DIRECTIONS:
+        return letter.encode("unicode_escape").decode("ascii")
+    return letter
+
+
+# The columns of a table, described once, and one renderer each for the terminal, HTML, Markdown and JSON.
 
 Row = TypeVar("Row")
+
 _ABSENT = "–"
 
 
@@ -153,3 +193,22 @@ def _kind(column: Column[Row]) -> str:
 def _html_heading(column: Column[Row]) -> str:
     heading = escape(column.heading).replace("q_c", "q<sub>c</sub>")
     return f"{heading}<br>[{escape(column.unit)}]" if column.unit else heading
+
+
+def json_text(document: object) -> str:
+    """A document of mappings, sequences, text and numbers as strict JSON (RFC 8259), ending in a line break.
+
+    A number that is not finite becomes null, because JSON cannot write it. Raises TypeError for anything else that
+    JSON cannot hold.
+    """
+    return json.dumps(_finite(document), indent=1, allow_nan=False) + "\n"
+
+
+def _finite(value: object) -> Any:
+    if isinstance(value, float) and not isfinite(value):
+        return None
+    if isinstance(value, Mapping):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return value

@@ -1,8 +1,13 @@
-"""Templates to HTML. Text is escaped; the templates mark drawings and finished parts as safe."""
+"""Templates to HTML, and the finished parts of a page. Loads no drawing library."""
+
+from dataclasses import dataclass
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from pitotbench.show.quantity_words import heading, words
+from pitotbench.show.calibration import ShortAnswer
+from pitotbench.show.words import heading, words
+
+# Templates to HTML. Text is escaped; the templates mark drawings and finished parts as safe.
 
 
 def render(template: str, **content: object) -> str:
@@ -21,3 +26,17 @@ def environment() -> Environment:
     )
     found.filters |= {"heading": heading, "words": words}
     return found
+
+
+# A finished part of a page. Loads no drawing library: campaigns carry sections between processes.
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A part of a page: its anchor, the group and the title in the page's index, its short answer, its HTML."""
+
+    anchor: str
+    group: str
+    title: str
+    answer: ShortAnswer
+    html: str

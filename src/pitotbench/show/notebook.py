@@ -15,21 +15,23 @@ from pitotbench.records.calibration import Calibration
 from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog
-from pitotbench.show.airspeed_card import GLANCE_COLUMNS, glance_points
-from pitotbench.show.assumptions import assumption_lines
+from pitotbench.show.calibration import (
+    CURVE_COLUMNS,
+    GLANCE_COLUMNS,
+    assumption_lines,
+    curve_points,
+    glance_points,
+    short_answer_of,
+)
 from pitotbench.show.columns import html_table, json_rows
-from pitotbench.show.curve_table import CURVE_COLUMNS, curve_points
-from pitotbench.show.error_curves import draw_curve
-from pitotbench.show.flight_tables import FLIGHT_COLUMNS
+from pitotbench.show.curves import draw_curve
 from pitotbench.show.gap_words import sentences
-from pitotbench.show.limit import judgments, limit_for
-from pitotbench.show.plan_advice import plan_advice
-from pitotbench.show.plan_panels import draw_front
-from pitotbench.show.plan_table import plan_columns, plan_json
-from pitotbench.show.quantity_words import words
-from pitotbench.show.short_answer import short_answer_of
+from pitotbench.show.limits import judgments, limit_for
+from pitotbench.show.pages import draw_front
+from pitotbench.show.plan import plan_advice, plan_columns, plan_json
 from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
-from pitotbench.show.verdict_tables import candidate_columns
+from pitotbench.show.verdict import FLIGHT_COLUMNS, candidate_columns
+from pitotbench.show.words import words
 from pitotbench.units import KNOT
 
 _CAUSES = 8  # bars of a picture of causes

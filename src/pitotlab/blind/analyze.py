@@ -20,18 +20,23 @@ from time import monotonic
 from typing import Any
 from zlib import crc32
 
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.log_card import as_flown, card_of, tells_the_day
-from pitotbench.bench.reconcile.next_flight import choose_next_flight
-from pitotbench.bench.reconcile.null_cache import cache_entry
-from pitotbench.bench.reconcile.null_learning import NULL_FLIGHTS
-from pitotbench.bench.reconcile.reconciliation import AnalysisSetting
-from pitotbench.bench.reconcile.workflow import FullReconciliation, NamedLog, reconcile_fully
-from pitotbench.logbook import read_log
-from pitotbench.reconcile.decide.judgment import hold_out
-from pitotbench.reconcile.signatures.hypotheses import returns
+from pitotbench.bench.next_flight import choose_next_flight
+from pitotbench.bench.null_flights import (
+    NULL_FLIGHTS,
+    aircraft_model,
+    as_flown,
+    cache_entry,
+    card_of,
+    tells_the_day,
+)
+from pitotbench.bench.rounds import NamedLog
+from pitotbench.bench.workflow import FullReconciliation, reconcile_fully
+from pitotbench.logbook.reading import read_log
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.signatures import returns
+from pitotbench.reconciliation.verdict import hold_out
+from pitotbench.records import BadInputError
 from pitotbench.records.case_file import write_case
-from pitotbench.records.errors import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import SURE, Closure
 from pitotlab.experiment import OUT

@@ -19,11 +19,12 @@ import numpy as np
 from numpy.random import Generator
 
 from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.effects import EFFECTS, FORMS, Effect, SensorEffect
-from pitotbench.logbook import write_log
+from pitotbench.effects import EFFECTS, FORMS
+from pitotbench.effects.effect import Effect, SensorEffect
+from pitotbench.logbook.writing import write_log
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
-from pitotbench.sense.recorder import header
+from pitotbench.sensing.recorder import header
 from pitotbench.units import KNOT, Array
 from pitotlab.blind.flown import DEVELOPMENT, SETTINGS, Environment, Setting, flown, has_wind, recorded
 from pitotlab.blind.forms import OWN_FORMS

@@ -9,16 +9,19 @@ from unittest.mock import patch
 
 import numpy as np
 
-from pitotbench.effects import EFFECTS, AirEffect, Effect, Overlay, SensorEffect, Signals
-from pitotbench.effects.air.recorded_time import elapsed
-from pitotbench.effects.expression import size
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.choice import elapsed
+from pitotbench.effects.effect import AirEffect, Effect, SensorEffect
+from pitotbench.effects.overlay import Overlay, size
+from pitotbench.effects.response import Signals
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import data_system, record
-from pitotbench.simulate import fly
-from pitotbench.simulate.modified import mark_recording
-from pitotbench.simulate.plant import Plant
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.modified import mark_recording
+from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.sortie import fly
 from pitotbench.timeline import pauses, stretches
 from pitotbench.units import FOOT, Array
 from pitotlab.blind.outsiders import HIDDEN_EFFECTS, SCHEDULES, Schedule
@@ -250,8 +253,8 @@ def flown(
     in_air = replace(case, turbulence="none") if gusts is not None else case
     with ExitStack() as stack:
         stack.enter_context(known_effects(schedules))
-        stack.enter_context(patch("pitotbench.simulate.sortie.Plant", loader))
-        stack.enter_context(patch("pitotbench.simulate.sortie.mark_recording", loader.mark))
+        stack.enter_context(patch("pitotbench.simulation.sortie.Plant", loader))
+        stack.enter_context(patch("pitotbench.simulation.sortie.mark_recording", loader.mark))
         flight = fly(in_air)
     return replace(flight, case=case)
 
@@ -283,7 +286,7 @@ def recorded(
         flight = _through_probes(flight)
     with known_effects(schedules), ExitStack() as stack:
         if environment.receiver:
-            stack.enter_context(patch("pitotbench.sense.recorder.add_noise", _receiver_noise))
+            stack.enter_context(patch("pitotbench.sensing.recorder.add_noise", _receiver_noise))
         return record(flight, case.das, case.sensor_seed)
 
 

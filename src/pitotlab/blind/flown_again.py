@@ -20,16 +20,16 @@ from zlib import crc32
 import numpy as np
 
 from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.reconciliation import reconcile_log
-from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
-from pitotbench.effects import FORMS, Effect, SensorEffect
-from pitotbench.logbook import read_log, write_log
-from pitotbench.reconcile.decide.judgment import hold_out
-from pitotbench.reconcile.decide.scoring import significance
-from pitotbench.reconcile.decide.sizes import is_in_range
-from pitotbench.reconcile.signatures.hypotheses import returns
-from pitotbench.reconcile.signatures.signatures import columns_of
+from pitotbench.bench.null_flights import aircraft_model
+from pitotbench.bench.rounds import NamedLog, reconcile_log
+from pitotbench.bench.workflow import reconcile_fully
+from pitotbench.effects import FORMS
+from pitotbench.effects.effect import Effect, SensorEffect
+from pitotbench.logbook.reading import read_log
+from pitotbench.logbook.writing import write_log
+from pitotbench.reconciliation.evidence import is_in_range, significance
+from pitotbench.reconciliation.signatures import columns_of, returns
+from pitotbench.reconciliation.verdict import hold_out
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case
 from pitotbench.records.gap import Feature

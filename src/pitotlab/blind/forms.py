@@ -10,13 +10,23 @@ from math import pi
 import numpy as np
 
 from pitotbench import air
-from pitotbench.effects import EFFECTS, AircraftEffect, AirEffect, Baseline, Effect, Overlay, SensorEffect, Signals
-from pitotbench.effects.air.recorded_time import ELAPSED, elapsed
-from pitotbench.effects.effect import Parameter
-from pitotbench.effects.expression import Term, operation, product, quotient, size
-from pitotbench.effects.overlay import AxisFunction, PropertySetting, WindTerm
-from pitotbench.effects.propulsion.engines import left_and_right
-from pitotbench.effects.response import delayed, first_order, first_order_varying
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.choice import ELAPSED, elapsed
+from pitotbench.effects.effect import AircraftEffect, AirEffect, Effect, Parameter, SensorEffect
+from pitotbench.effects.overlay import (
+    AxisFunction,
+    Baseline,
+    Overlay,
+    PropertySetting,
+    Term,
+    WindTerm,
+    operation,
+    product,
+    quotient,
+    size,
+)
+from pitotbench.effects.propulsion import left_and_right
+from pitotbench.effects.response import Signals, delayed, first_order, first_order_varying
 from pitotbench.units import FOOT, Array
 
 Sizes = Mapping[str, float]

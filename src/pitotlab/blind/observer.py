@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from scipy.special import logsumexp
 
-from pitotbench.logbook import read_log
+from pitotbench.logbook.reading import read_log
 from pitotbench.units import Array
 from pitotlab.blind import sealed
 from pitotlab.blind.drawn import PARTIAL, cause_of

@@ -5,13 +5,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pitotbench.effects import EFFECTS, AircraftEffect, Effect, Overlay, SensorEffect, Signals
-from pitotbench.effects.air.recorded_time import elapsed
-from pitotbench.effects.effect import Parameter, Sizes
-from pitotbench.effects.expression import Expression, difference, operation, product, quotient, size
-from pitotbench.effects.overlay import AxisFunction, Baseline, PropertySetting
-from pitotbench.effects.propulsion.engines import left_and_right
-from pitotbench.effects.response import delayed, first_order, first_order_varying
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.choice import elapsed
+from pitotbench.effects.effect import AircraftEffect, Effect, Parameter, SensorEffect, Sizes
+from pitotbench.effects.overlay import (
+    AxisFunction,
+    Baseline,
+    Expression,
+    Overlay,
+    PropertySetting,
+    difference,
+    operation,
+    product,
+    quotient,
+    size,
+)
+from pitotbench.effects.propulsion import left_and_right
+from pitotbench.effects.response import Signals, delayed, first_order, first_order_varying
 from pitotbench.units import FOOT, Array
 from pitotlab.blind.forms import OWN_FORMS
 

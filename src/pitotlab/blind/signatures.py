@@ -22,18 +22,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
+from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import Catalog
-from pitotbench.effects import EFFECTS, Effect, Overlay, SensorEffect
-from pitotbench.reconcile.decide.normal_equations import equations_from, inner_products
-from pitotbench.reconcile.residuals.free_parameters import AnalysisSetting
-from pitotbench.reconcile.residuals.grid import grid_of
-from pitotbench.reconcile.residuals.layout import Layout, lay_out
-from pitotbench.reconcile.residuals.layout_noise import noise_residuals
-from pitotbench.reconcile.residuals.predicted_channels import Frame, channel_residuals
-from pitotbench.reconcile.residuals.replay import Replay, answer, motion_of, replay_rows
-from pitotbench.reconcile.residuals.track import track_of
-from pitotbench.reconcile.residuals.whitening import NoiseModel, learned
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.effect import Effect, SensorEffect
+from pitotbench.effects.overlay import Overlay
+from pitotbench.reconciliation.equations import equations_from, inner_products, noise_residuals
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import Layout, lay_out
+from pitotbench.reconciliation.noise import NoiseModel, learned
+from pitotbench.reconciliation.residuals import Frame, channel_residuals
+from pitotbench.reconciliation.track import Replay, answer, grid_of, motion_of, replay_rows, track_of
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
@@ -100,8 +99,8 @@ def noiseless(case: Case, **what: Any) -> FlightLog:
 
 def _unrounded(work: Callable[[], FlightLog]) -> FlightLog:
     with (
-        patch("pitotbench.sense.recorder.add_noise", lambda values, deviation, stream: values),
-        patch("pitotbench.sense.recorder.quantize", lambda values, resolution: values),
+        patch("pitotbench.sensing.recorder.add_noise", lambda values, deviation, stream: values),
+        patch("pitotbench.sensing.recorder.quantize", lambda values, resolution: values),
     ):
         return work()
 

@@ -9,10 +9,9 @@ from pathlib import Path
 from statistics import mean
 from tempfile import TemporaryDirectory
 
-from pitotbench.bench.campaign.engine import fly_missing
-from pitotbench.bench.campaign.perform import perform_task
-from pitotbench.bench.campaign.plan_file import read_plan
-from pitotbench.bench.campaign.watching import Watch
+from pitotbench.bench.campaign import Watch, fly_missing
+from pitotbench.bench.campaign_plan import read_plan
+from pitotbench.bench.campaign_task import perform_task
 from pitotbench.bench.fleet import open_fleet
 from pitotbench.bench.store import ResultStore, stored
 from pitotlab.drills.drivers import (

@@ -11,8 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pitotbench.bench.campaign.engine import fly_missing
-from pitotbench.bench.campaign.watching import Watch
+from pitotbench.bench.campaign import Watch, fly_missing
 from pitotbench.bench.fleet import Fleet, Limits, open_fleet
 from pitotbench.bench.store import INDEX, OWNER, ResultStore
 from pitotlab.drills.drivers import (
@@ -188,6 +187,10 @@ def bad_stores(folder: Path, flights: int = 12) -> Iterator[str]:
     first = next((out / "store/flights").glob("*/*.json"))
     first.write_bytes(first.read_bytes()[:100])
     yield again("cut part")
+    first.write_bytes(first.read_bytes().replace(b'"minutes": ', b'"minutes": 1', 1))
+    yield again("changed number")
+    first.write_bytes(first.read_bytes().replace(b'"failures"', b'"other"', 1))
+    yield again("part without a field")
     (out / "store" / INDEX).write_bytes(b"PAR1 cut")
     yield f"cut index: {_listed(out)}"
     for path in (out / "store").rglob("*"):

@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.calibrate import CalibrationOptions, calibrate
-from pitotbench.logbook import read_log
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, ErrorCurve
-from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.units import Booleans
 from pitotlab.outside.generator import OutsideFlight, generate, write_csv
 from pitotlab.outside.moving_air import CELLS

@@ -12,15 +12,13 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from time import process_time
 
-from pitotbench.logbook import read_log
-from pitotbench.records.case import Case
+from pitotbench.logbook.reading import read_log
+from pitotbench.records.case import USUAL_RATE, Case
 from pitotbench.records.case_file import read_case
-from pitotbench.records.integration import USUAL_RATE
-from pitotbench.simulate.atmosphere import Air
-from pitotbench.simulate.attach.library import ENGINES, SYSTEMS, library
-from pitotbench.simulate.fdm import load_fdm
-from pitotbench.simulate.plant import Plant
-from pitotbench.simulate.sortie import fly
+from pitotbench.simulation.aircraft import ENGINES, SYSTEMS, library
+from pitotbench.simulation.plant import Plant, load_fdm
+from pitotbench.simulation.properties import Air
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import KNOT
 
 LEVEL_SPEED = 130.0 * KNOT  # m/s, of the bare loop

@@ -14,15 +14,17 @@ from scipy.optimize import least_squares
 from statsmodels.api import GLSAR, OLS
 from threadpoolctl import threadpool_limits
 
-from pitotbench.calibrate import CalibrationOptions, calibrate
-from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.calibrate.rows.observations import observe
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.observations import observe
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import data_system, record
-from pitotbench.show.draw_section import log_section
-from pitotbench.simulate import fly
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
+from pitotbench.show.pages import log_section
+from pitotbench.simulation.sortie import fly
 from pitotbench.units import Array
 from pitotlab.speed.commands import least
 from pitotlab.study.velocity_fit import fit_velocity, velocity_outputs_of

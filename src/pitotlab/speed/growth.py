@@ -15,14 +15,17 @@ from time import process_time
 import numpy as np
 from pyarrow.csv import ReadOptions, read_csv
 
-from pitotbench.calibrate import CalibrationOptions, calibrate
-from pitotbench.calibrate.gps_legs.leg_points import cross_check
-from pitotbench.calibrate.one_thread import one_thread
-from pitotbench.logbook import read_log, write_log
+from pitotbench.calibration import calibrate
+from pitotbench.calibration.leg_points import cross_check
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.reduction import one_thread
+from pitotbench.logbook.reading import read_log
+from pitotbench.logbook.writing import write_log
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import data_system, record
-from pitotbench.simulate import fly
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.sortie import fly
 from pitotlab.experiment import OUT
 from pitotlab.speed.commands import cpu_seconds_of_command, least
 

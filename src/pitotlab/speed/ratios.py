@@ -13,8 +13,9 @@ import numpy as np
 
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import CALIBRATION_CHANNELS, LOG_CHANNELS, data_system, record
-from pitotbench.simulate import fly
+from pitotbench.sensing.recorder import CALIBRATION_CHANNELS, LOG_CHANNELS, record
+from pitotbench.sensing.sampling import data_system
+from pitotbench.simulation.sortie import fly
 from pitotlab.speed.commands import COMPARED, SHIPPED, overhead_ratio, start_lines, step_ratio
 from pitotlab.speed.fits import FIT_ROWS, fit_times
 from pitotlab.speed.growth import cross_check_growth, peak_megabytes, reading_times, tiled

@@ -11,11 +11,11 @@ from rich.console import Console
 from rich.table import Table
 
 from pitotbench.bench.fleet import Failure, run_tasks
-from pitotbench.logbook import atomic, write_text
-from pitotbench.logbook.outputs import require_folder
-from pitotbench.records.errors import BadInputError, NoAnswerError
-from pitotbench.show.terminal import outside
-from pitotbench.simulate.maneuvers import MANEUVERS, PAPER_MANEUVERS
+from pitotbench.logbook.columns import atomic, write_text
+from pitotbench.logbook.writing import require_folder
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.show.columns import outside
+from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotlab.study.claims import CLAIMS, Finding
 from pitotlab.study.content import study_page_of
 from pitotlab.study.looks import Sortie, claim_sorties

@@ -9,15 +9,16 @@ import numpy as np
 import pandas as pd
 
 from pitotbench import bench
-from pitotbench.calibrate import Accuracies, CalibrationOptions
+from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.pressure_error import PAPER_MODELS
 from pitotbench.records.case import Case, DataSystem, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import SYSTEMS, data_system, record
-from pitotbench.simulate.maneuvers import PAPER_MANEUVERS
+from pitotbench.sensing.recorder import record
+from pitotbench.sensing.sampling import SYSTEMS, data_system
+from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.timeline import gaps
 from pitotbench.units import DEGREE, FOOT, KNOT, Array
 

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from pitotbench import air, bench
-from pitotbench.bench.truth_comparison import compare_curve, compare_wind, rms, scored
-from pitotbench.calibrate.output_error import OutputErrorFit
+from pitotbench.bench.flights import compare_curve, compare_wind, rms, scored
+from pitotbench.calibration.output_error import OutputErrorFit
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration
-from pitotbench.records.errors import BadInputError, NoAnswerError
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
-from pitotbench.sense import CALIBRATION_CHANNELS
-from pitotbench.simulate import MANEUVERS
+from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
+from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array
 from pitotlab.experiment import Row
 from pitotlab.study.looks import TURNING, Look, Sortie, sense_look

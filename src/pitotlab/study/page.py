@@ -10,24 +10,10 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from pitotbench.logbook import write_text
+from pitotbench.logbook.columns import write_text
 from pitotbench.show.columns import frame_columns, frame_rows, html_table, markdown_table
 from pitotbench.show.markup import environment
-from pitotbench.show.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    ORANGE,
-    PALE,
-    PURPLE,
-    RED,
-    SKY,
-    WIDE,
-    Panel,
-    stacked,
-    svg,
-)
+from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, WIDE, Panel, stacked, svg
 from pitotbench.units import Array
 from pitotlab.study.parts import Bars, Chart, Lines, LineSeries, Part, StudyPage
 

@@ -4,15 +4,14 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.axes import body_to_earth, flow_direction
-from pitotbench.calibrate import CalibrationOptions
-from pitotbench.calibrate.model.prediction import PredictionModel
-from pitotbench.calibrate.observability import require_observable
-from pitotbench.calibrate.one_thread import one_thread
-from pitotbench.calibrate.output_error import OutputErrorFit, Outputs, fit_output_error
-from pitotbench.calibrate.reduction import reference_of
-from pitotbench.calibrate.rows.observations import Observations, observe
+from pitotbench.calibration.fit_checks import require_observable
+from pitotbench.calibration.observations import Observations, observe
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.output_error import OutputErrorFit, Outputs, fit_output_error
+from pitotbench.calibration.prediction import PredictionModel
+from pitotbench.calibration.reduction import one_thread, reference_of
 from pitotbench.pressure_error import MODELS
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 

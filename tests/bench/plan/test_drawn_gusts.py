@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.bench.plan.drawn_gusts import _dryden, gust_deviation, stirred
+from pitotbench.bench.planner import _dryden, gust_deviation, stirred
 from pitotbench.records.case import Case
 from pitotbench.units import FOOT
 

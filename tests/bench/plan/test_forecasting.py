@@ -6,17 +6,22 @@ import numpy as np
 import pytest
 
 from pitotbench import bench
-from pitotbench.bench.plan.card_search import best_card, free_numbers
-from pitotbench.bench.plan.forecasting import forecast, known_noise_two_sigma, smooth_flight
-from pitotbench.bench.plan.plan_request import PlanRequest
-from pitotbench.bench.plan.recommend import make_plan
-from pitotbench.calibrate import CalibrationOptions
-from pitotbench.calibrate.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.bench.planner import (
+    PlanRequest,
+    best_card,
+    forecast,
+    free_numbers,
+    known_noise_two_sigma,
+    make_plan,
+    smooth_flight,
+)
+from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case, write_case
-from pitotbench.records.errors import BadInputError, NoAnswerError
-from pitotbench.sense import has_velocity_down
-from pitotbench.simulate import MANEUVERS
+from pitotbench.sensing.sampling import has_velocity_down
+from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import KNOT
 from pitotlab.plan_check import HEIGHT, TRIANGLE, VELOCITY, request_with
 

@@ -8,7 +8,7 @@ import pytest
 from pitotbench.cli.app import BAD_INPUT, DONE, command_line, main
 from pitotbench.cli.plan import request_of
 from pitotbench.records.case_file import read_case
-from pitotbench.sense import has_velocity_down
+from pitotbench.sensing.sampling import has_velocity_down
 
 FEW = ["plan", "--maneuver", "figure_eight,step_both_ways", "--draws", "2", "--search", "0"]
 

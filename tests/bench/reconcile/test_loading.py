@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, FlightLog, fly, sense
-from pitotbench.bench.reconcile.aircraft_models import aircraft_model
-from pitotbench.bench.reconcile.log_card import as_flown, card_of
-from pitotbench.effects import Overlay
-from pitotbench.reconcile.residuals.replay import motion_of
-from pitotbench.reconcile.residuals.track import track_of
+from pitotbench.bench.null_flights import aircraft_model, as_flown, card_of
+from pitotbench.effects.overlay import Overlay
+from pitotbench.reconciliation.track import motion_of, track_of
+from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec, PressureErrorSpec
-from pitotbench.records.errors import BadInputError
-from pitotbench.simulate.fuel_and_ballast import Loading, loaded_mass, mass_of
+from pitotbench.simulation.modified import Loading, loaded_mass, mass_of
 from pitotbench.units import FOOT
 
 CARD = Case(maneuver="rapid_decel", turbulence="none")

@@ -2,9 +2,10 @@
 
 from tests.shared_data import real_log
 
-from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
+from pitotbench.bench.rounds import NamedLog
+from pitotbench.bench.workflow import reconcile_fully
 from pitotbench.cli.reconcile import _setting
-from pitotbench.logbook import read_log
+from pitotbench.logbook.reading import read_log
 from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import sentences
 

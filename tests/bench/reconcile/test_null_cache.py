@@ -12,20 +12,27 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, FlightLog, logbook
-from pitotbench.bench import code_digest
-from pitotbench.bench.code_digest import NOT_DECIDING
+from pitotbench.bench import flight_store as code_digest
+from pitotbench.bench import null_flights as null_cache
+from pitotbench.bench import null_flights as null_learning
+from pitotbench.bench import rounds as reconciliation
+from pitotbench.bench import workflow
 from pitotbench.bench.fleet import open_fleet
-from pitotbench.bench.reconcile import null_cache, null_learning, reconciliation, workflow
-from pitotbench.bench.reconcile.null_cache import MOST_KEPT, _last_used
-from pitotbench.bench.reconcile.null_learning import null_distribution_of
-from pitotbench.bench.reconcile.reconciliation import AnalysisSetting, reconcile_log
+from pitotbench.bench.flight_store import NOT_DECIDING
+from pitotbench.bench.null_flights import MOST_KEPT, _last_used, null_distribution_of
+from pitotbench.bench.rounds import reconcile_log
 from pitotbench.cli.app import main
-from pitotbench.reconcile.null_flights.distribution_text import read_distribution, text_of
-from pitotbench.reconcile.null_flights.null_distribution import NullDistribution, ScoreScale
-from pitotbench.reconcile.null_flights.null_measure import Measure
-from pitotbench.reconcile.residuals.whitening import NoiseModel
-from pitotbench.records.errors import BadInputError
-from pitotbench.simulate.hangar import PACKAGE
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.noise import NoiseModel
+from pitotbench.reconciliation.null_distribution import (
+    Measure,
+    NullDistribution,
+    ScoreScale,
+    read_distribution,
+    text_of,
+)
+from pitotbench.records import BadInputError
+from pitotbench.simulation.aircraft import PACKAGE
 
 TEN = np.arange(1.0, 11.0)
 NOISE = NoiseModel(("one", "two"), np.array([[0.5, 0.1], [0.3, 1 / 3]]), np.array([1.0, 0.1]), np.eye(2))
@@ -181,7 +188,7 @@ def test_no_module_that_the_conductor_loads_is_left_out_of_the_key():
         "import sys, types\n"
         "package = types.ModuleType('pitotbench'); package.__path__ = [sys.argv[1]]\n"
         "sys.modules['pitotbench'] = package\n"  # without the public page, which names everything
-        "import pitotbench.bench.reconcile.reconciliation\n"
+        "import pitotbench.bench.rounds\n"
         "print(*{m.split('.')[1] for m in sys.modules if m.startswith('pitotbench.')})"
     )
     done = subprocess.run([sys.executable, "-c", code, str(PACKAGE)], capture_output=True, text=True, check=True)

@@ -5,11 +5,10 @@ from dataclasses import replace
 import pytest
 
 from pitotbench import Case, fly, sense
-from pitotbench.bench.reconcile.reconciliation import reconcile_log
-from pitotbench.bench.reconcile.reflight import wind_of_log
-from pitotbench.bench.reconcile.rounds import look_until_quiet, patch_of, settled, with_doubts
-from pitotbench.bench.reconcile.workflow import NamedLog, reconcile_fully
-from pitotbench.reconcile.decide.thresholds import THRESHOLDS
+from pitotbench.bench.reflight import wind_of_log
+from pitotbench.bench.rounds import NamedLog, look_until_quiet, patch_of, reconcile_log, settled, with_doubts
+from pitotbench.bench.workflow import reconcile_fully
+from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
 from pitotbench.units import DEGREE, KNOT

@@ -6,14 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pitotbench.bench.reconcile.written_verdict import install, keep
+from pitotbench.bench.verdict_folder import install, keep
 from pitotbench.cli.app import main
-from pitotbench.logbook import read_log
-from pitotbench.reconcile.decide.patches import patch_of_effects
+from pitotbench.logbook.reading import read_log
+from pitotbench.reconciliation.patches import patch_of_effects
+from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.errors import BadInputError
 from pitotbench.records.verdict import Candidate, Closure
-from pitotbench.simulate.hangar import find_aircraft
+from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.units import INCH_OF_MERCURY
 
 POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.3, 0.02),), 40.0, 1.0, True)
@@ -83,7 +83,7 @@ def test_bad_names_are_refused_before_the_log_is_read(capsys):
 
 
 def test_the_folder_holds_verdict_patch_report_and_overlay(tmp_path, monkeypatch):
-    monkeypatch.setattr("pitotbench.bench.reconcile.written_verdict.account_page", lambda account: "<html></html>")
+    monkeypatch.setattr("pitotbench.bench.verdict_folder.account_page", lambda account: "<html></html>")
     keep(outcome(POD), {"verdict": "named"}, tmp_path)
     assert sorted(f.name for f in tmp_path.iterdir()) == [
         "overlay.xml",

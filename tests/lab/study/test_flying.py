@@ -7,9 +7,9 @@ import pytest
 import trajectories
 
 from pitotbench import bench
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
-from pitotbench.records.errors import BadInputError
-from pitotbench.simulate.maneuvers import PAPER_MANEUVERS
+from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT
 from pitotlab.study.conduct import EXPLAINED, fly_sorties, plan_sorties
 from pitotlab.study.looks import BOTH_WAYS, COVERING, PAPER, SETTINGS, Look, Sortie, sense_look

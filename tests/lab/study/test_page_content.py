@@ -5,7 +5,7 @@ import re
 import pytest
 from tests.lab.study import made_up
 
-from pitotbench.records.errors import BadInputError
+from pitotbench.records import BadInputError
 from pitotlab.__main__ import main
 from pitotlab.study.claims import CLAIMS
 from pitotlab.study.conduct import StudyRequest, run_study

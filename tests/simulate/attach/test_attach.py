@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 
 from pitotbench.catalog import UnknownNameError
+from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
-from pitotbench.records.errors import BadInputError
-from pitotbench.simulate import fly
-from pitotbench.simulate.attach.autopilot_file import open_all_tanks
-from pitotbench.simulate.attach.library import library_aircraft
-from pitotbench.simulate.attach.record import read_record
-from pitotbench.simulate.hangar import find_aircraft
-from pitotbench.simulate.maneuvers.scaled_card import card_of, card_speeds, scaled_card, scaled_case
+from pitotbench.simulation.aircraft import find_aircraft, library_aircraft, read_record
+from pitotbench.simulation.autopilot.autopilot_file import open_all_tanks
+from pitotbench.simulation.sortie import card_of, card_speeds, fly, scaled_card, scaled_case
 from pitotbench.units import FOOT, KNOT
 
 

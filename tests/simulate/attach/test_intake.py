@@ -5,9 +5,9 @@ import os
 import jsbsim
 import pytest
 
-from pitotbench.records.errors import BadInputError
-from pitotbench.simulate.attach.intake import DEEPEST, LARGEST_FILE, aircraft_name, take_in
-from pitotbench.simulate.attach.library import library_aircraft
+from pitotbench.records import BadInputError
+from pitotbench.simulation.aircraft import library_aircraft
+from pitotbench.simulation.autopilot.attach import DEEPEST, LARGEST_FILE, aircraft_name, take_in
 
 BARE = '<?xml version="1.0"?><fdm_config name="x" version="2.0">{}</fdm_config>'
 

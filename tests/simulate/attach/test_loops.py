@@ -3,10 +3,17 @@
 import numpy as np
 import pytest
 
-from pitotbench.simulate.attach.derivatives import Linear
-from pitotbench.simulate.attach.envelope import Trim
-from pitotbench.simulate.attach.loops import LEAST_DAMPING, bank_loop, damping, pitch_loop, shape, step_response
-from pitotbench.simulate.fdm import SimulationError
+from pitotbench.simulation.autopilot.envelope import Trim
+from pitotbench.simulation.autopilot.loops import (
+    LEAST_DAMPING,
+    Linear,
+    bank_loop,
+    damping,
+    pitch_loop,
+    shape,
+    step_response,
+)
+from pitotbench.simulation.plant import SimulationError
 
 
 def model(stiffness=-8.0, elevator=-6.0, aileron=3.0):

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from pitotbench.sense import SYSTEMS
+from pitotbench.sensing.sampling import SYSTEMS
 from pitotbench.units import FOOT, KNOT
 from pitotlab.study.looks import MINUTE, NAMES, PAPER_ORDER, SPECIFICATION, STEEP, STEEPER, named
 from pitotlab.study.parts import Bars, BarSeries, Lines

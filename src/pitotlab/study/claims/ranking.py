@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from pitotbench.sense import SYSTEMS
+from pitotbench.sensing.sampling import SYSTEMS
 from pitotbench.units import Array
 from pitotlab.study.claims.sampling import expected_noise
 from pitotlab.study.looks import FIXED_POWER, NAMES, PAPER_ORDER, SETTINGS, SPECIFICATION, named

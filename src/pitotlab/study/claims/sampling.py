@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from pitotbench.sense import SYSTEMS
+from pitotbench.sensing.sampling import SYSTEMS
 from pitotlab.study.looks import ALIKE, NAMES, PAPER_ORDER, named
 from pitotlab.study.parts import Bars, BarSeries, Lines, LineSeries
 from pitotlab.study.questions import Claim, Finding, verdict

@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from pitotbench.bench.truth_comparison import rms
-from pitotbench.calibrate import CalibrationOptions
+from pitotbench.bench.flights import rms
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.units import FOOT
 from pitotlab.study.looks import COVERING, NAMES, PAPER, PAPER_ORDER, SIDESLIP_ERROR, Look, Sortie, case_of, named
 from pitotlab.study.parts import Lines

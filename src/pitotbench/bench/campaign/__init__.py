@@ -1,1 +1,0 @@
-"""Campaigns: many flights, sensed, calibrated, scored and kept."""

@@ -1,0 +1,422 @@
+"""The plan of a campaign: read from TOML, with grids and random draws, expanded case by case."""
+
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from itertools import product
+from math import exp, log, prod
+from pathlib import Path
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+
+from pitotbench.bench.campaign_task import Calibrations, Task, cell_digest, content_key, options_of_models
+from pitotbench.calibration.options import CalibrationOptions, options_from, require_model
+from pitotbench.catalog import explain
+from pitotbench.pressure_error import PAPER_MODELS
+from pitotbench.records import BadInputError
+from pitotbench.records.case import Case, DataSystem
+from pitotbench.records.case_file import case_of_table, case_table
+from pitotbench.sensing.sampling import SYSTEMS, data_system
+from pitotbench.simulation.aircraft import find_aircraft
+from pitotbench.simulation.maneuvers import maneuvers_named
+from pitotbench.simulation.sortie import card_of
+
+# Random values of fields: independent draws, or a Latin hypercube.
+
+METHODS = ("random", "latin_hypercube")
+
+_SPREADS = {"uniform": {"low", "high"}, "normal": {"mean", "sd"}, "choice": {"choose"}}
+
+_EXTRAS = {"log", "whole"}
+
+
+@dataclass(frozen=True, slots=True)
+class Draws:
+    """`count` draws of some fields.
+
+    A field has a spread: `{low, high}` (uniform; with `log = true` in its logarithm; with `whole = true` in whole
+    numbers, both ends included), `{mean, sd}` (normal) or `{choose = [...]}`. With the method `latin_hypercube`
+    (McKay, Beckman and Conover 1979) every field has one draw in each of `count` equally likely intervals.
+    Raises BadInputError for a spread that cannot be.
+    """
+
+    fields: Mapping[str, Mapping[str, Any]]
+    count: int
+    method: str = "random"
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise BadInputError(explain("method of draws", self.method, list(METHODS)))
+        if self.count < 1 or not self.fields:
+            raise BadInputError("draws need a count of at least 1 and at least one field")
+        for name, spread in self.fields.items():
+            _require_spread(name, spread)
+
+    def values(self) -> Iterator[dict[str, Any]]:
+        """Give the draws one by one. The first draws of a longer random plan are those of a shorter one."""
+        if self.method == "latin_hypercube":
+            yield from (self._of(shares) for shares in self._hypercube())
+            return
+        for number in range(self.count):
+            yield self._of(np.random.default_rng([self.seed, number]).random(len(self.fields)))
+
+    def middle(self) -> dict[str, Any]:
+        """Return the medians, to try whether the fields exist."""
+        return self._of(np.full(len(self.fields), 0.5))
+
+    def _hypercube(self) -> Any:
+        from scipy.stats import qmc  # slow to load
+
+        return qmc.LatinHypercube(d=len(self.fields), seed=np.random.default_rng(self.seed)).random(self.count)
+
+    def _of(self, shares: Any) -> dict[str, Any]:
+        return {
+            name: _quantile(spread, float(share))
+            for (name, spread), share in zip(self.fields.items(), shares, strict=True)
+        }
+
+
+def _quantile(spread: Mapping[str, Any], share: float) -> Any:
+    """Return the value below which a share of a spread lies."""
+    if "choose" in spread:
+        return spread["choose"][min(int(share * len(spread["choose"])), len(spread["choose"]) - 1)]
+    if "mean" in spread:
+        # The ends of the normal distribution are infinite, and a share can be exactly 0.
+        return NormalDist(spread["mean"], spread["sd"]).inv_cdf(min(max(share, 1e-12), 1.0 - 1e-12))
+    low, high = spread["low"], spread["high"]
+    if spread.get("whole"):
+        return min(int(low + share * (high - low + 1)), int(high))
+    if spread.get("log"):
+        return exp(log(low) + share * (log(high) - log(low)))
+    return low + share * (high - low)
+
+
+def _require_spread(name: str, spread: Mapping[str, Any]) -> None:
+    stated = set(spread) - _EXTRAS if isinstance(spread, Mapping) else set()
+    if stated not in _SPREADS.values():
+        raise BadInputError(f"draws of {name}: give {{low, high}}, {{mean, sd}} or {{choose = [...]}}")
+    if "choose" in stated:
+        good = isinstance(spread["choose"], list) and len(spread["choose"]) > 0
+    else:
+        good = all(isinstance(spread[key], int | float) and np.isfinite(spread[key]) for key in stated)
+        if good and "low" in stated:
+            good = spread["low"] <= spread["high"] and not (spread.get("log") and spread["low"] <= 0)
+        elif good:
+            good = spread["sd"] > 0
+    if not good:
+        raise BadInputError(f"draws of {name}: {dict(spread)} is no spread: low <= high, sd > 0, log above 0")
+
+
+# The plan of a campaign: which cases are flown, expanded one by one.
+
+_MOST_DRAWN = 20  # flights whose figures are in the report
+
+
+@dataclass(frozen=True, slots=True)
+class CampaignPlan:
+    """The cases of a campaign: rows × grid × draws × seeds, each with the same data systems and calibrations.
+
+    base: table of the case that the others change, with units as in a case file.
+    rows: changes that go together; grid: fields with their values, of which every combination is flown; draws:
+    fields with random values. A field is a path such as `wind.speed_kt` or `effects.0.parameters.latency_s`.
+    seeds: truth and sensor seeds; empty: those of the case, or a seed of its own for each draw.
+    systems: data systems; empty: that of the case.
+    """
+
+    base: Mapping[str, Any] = field(default_factory=dict)
+    rows: Sequence[Mapping[str, Any]] = ({},)
+    grid: Mapping[str, Sequence[Any]] = field(default_factory=dict)
+    draws: Draws | None = None
+    seeds: range = range(0)
+    systems: tuple[DataSystem, ...] = ()
+    calibrations: Calibrations = (("", CalibrationOptions()),)
+
+    @property
+    def count(self) -> int:
+        """The number of flights."""
+        cells = len(self.rows) * prod(len(values) for values in self.grid.values())
+        return cells * (self.draws.count if self.draws else 1) * max(len(self.seeds), 1)
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """The fields that differ between the flights, other than the maneuver and the seeds."""
+        listed = [name for row in self.rows for name in row] if len(self.rows) > 1 else []
+        drawn = [*self.draws.fields] if self.draws else []
+        several = [name for name, values in self.grid.items() if len(values) > 1]
+        return tuple(dict.fromkeys(name for name in (*listed, *several, *drawn) if name not in _NAMED))
+
+    def tasks(self, log_format: str = "parquet", keep_logs: str = "all", report: bool = True) -> Iterator[Task]:
+        """Give the tasks one by one; for a report, some of them draw their figures.
+
+        Raises BadInputError or UnknownNameError for a case that cannot be.
+        """
+        first = self.seeds[0] if self.seeds else None
+        distinct = bool(self.varied or self.draws)
+        for number, cell in enumerate(self.cells()):
+            systems = self.systems or (cell.das,)
+            sensed = replace(cell, das=systems[0])
+            digest = cell_digest(sensed, systems, self.calibrations)
+            for seed in self.seeds or (None,):
+                case = sensed if seed is None else replace(sensed, truth_seed=seed, sensor_seed=seed)
+                key = content_key(digest, case)
+                # Names by content, where maneuver and seed alone do not tell the flights apart.
+                name = f"{case.maneuver}-seed{case.truth_seed}" + (f"-{key[:10]}" if distinct else "")
+                drawn = report and seed == first and number < _MOST_DRAWN
+                yield Task(name, key, case, systems, self.calibrations, log_format, keep_logs, draw=drawn)
+
+    def cells(self) -> Iterator[Case]:
+        """Give the cases one by one, with the seeds of the base, or with a seed of its own for each draw."""
+        axes = [[(name, value) for value in values] for name, values in self.grid.items()]
+        for row in self.rows:
+            for cell in product(*axes):
+                fixed = {**row, **dict(cell)}
+                if self.draws is None:
+                    yield self.case(fixed)
+                    continue
+                for seed, drawn in enumerate(self.draws.values(), start=1):
+                    yield replace(self.case({**fixed, **drawn}), truth_seed=seed, sensor_seed=seed)
+
+    def case(self, changes: Mapping[str, Any]) -> Case:
+        """Return the base with changed fields. Raises BadInputError for a field or a value that cannot be."""
+        table = _copied(self.base)
+        for path, value in changes.items():
+            _put(table, path.split("."), value, path)
+        return case_of_table(table)
+
+    def check(self) -> None:
+        """Raise BadInputError or UnknownNameError for a wrong field or value of any axis; fly nothing."""
+        if not self.count:
+            raise BadInputError("the plan holds no flight")
+        middle = self.draws.middle() if self.draws else {}
+        first = {name: values[0] for name, values in self.grid.items()}
+        trials = [{**row, **first, **middle} for row in self.rows]
+        trials += [{**trials[0], name: value} for name, values in self.grid.items() for value in values]
+        for changes in trials:
+            case = self.case(changes)
+            card_of(case)
+
+
+_NAMED = ("maneuver", "truth_seed", "sensor_seed")
+
+
+def plan_of_names(
+    base: Case, maneuvers: str, systems: str, models: str, seeds: range, options: CalibrationOptions
+) -> CampaignPlan:
+    """Return the plan of names as the command line takes them: one flight for each maneuver and seed.
+
+    Raises UnknownNameError or BadInputError for a name that does not exist.
+    """
+    find_aircraft(base.aircraft)
+    flown = maneuvers_named(maneuvers)
+    sensed = systems_named(systems)
+    fitted = names("model", models, PAPER_MODELS)
+    for name in fitted:
+        require_model(name)
+    return CampaignPlan(
+        case_table(base),
+        grid={"maneuver": flown},
+        seeds=seeds,
+        systems=sensed,
+        calibrations=options_of_models(fitted, options),
+    )
+
+
+def plan_tasks(
+    base: Case, maneuvers: str, systems: str, models: str, seeds: int, options: CalibrationOptions
+) -> list[Task]:
+    """Return the tasks of a plan of names, with the seeds from 1 to `seeds`."""
+    return list(plan_of_names(base, maneuvers, systems, models, range(1, seeds + 1), options).tasks())
+
+
+def names(kind: str, text: str, known: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of a comma list, each once. `all` means all of `known`. Raises BadInputError for none."""
+    chosen = tuple(part.strip() for part in text.split(",") if part.strip())
+    if not chosen:
+        raise BadInputError(f"no {kind} is named: give one, several with commas, or all ({', '.join(known)})")
+    return tuple(known) if chosen == ("all",) else tuple(dict.fromkeys(chosen))
+
+
+def systems_named(text: str) -> tuple[DataSystem, ...]:
+    """Return the data systems of a comma list, each once."""
+    # `20/1` and `20.0/1` are one system. One spelling gives it one name for its logs and one row of the results.
+    systems = (data_system(name) for name in names("data system", text, list(SYSTEMS)))
+    return tuple({system.label: system for system in systems}.values())
+
+
+def seeds_of(text: str) -> range:
+    """Return the seeds of `N`, which are 1 to N, or of `A-B`. Raises BadInputError for anything else."""
+    return _seeds(text)
+
+
+@lru_cache(maxsize=16)
+def _seeds(text: str) -> range:
+    first, dash, last = text.partition("-")
+    try:
+        found = range(int(first), int(last) + 1) if dash else range(1, int(first) + 1)
+    except ValueError as error:
+        raise BadInputError(f"seeds {text!r}: give a number or a range, such as 30 or 501-1000") from error
+    if not found:
+        raise BadInputError("--seeds: seeds count from 1, and the first of a range is not above the last")
+    return found
+
+
+def _copied(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: _copied_value(value) for key, value in table.items()}
+
+
+def _copied_value(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return _copied(value)
+    return [_copied_value(entry) for entry in value] if isinstance(value, list | tuple) else value
+
+
+def _put(table: Any, path: Sequence[str], value: Any, whole: str) -> None:
+    """Set the value at a path; a number of the path counts the entries of a list from 0."""
+    name, *rest = path
+    here: Any = name
+    if isinstance(table, list):
+        if not name.isdigit() or int(name) >= len(table):
+            raise BadInputError(f"{whole}: the list has no entry {name!r}; it counts from 0 to {len(table) - 1}")
+        here = int(name)
+    elif not isinstance(table, dict):
+        raise BadInputError(f"{whole}: {name!r} is below a value that is no table")
+    if rest:
+        if isinstance(table, dict):
+            table.setdefault(here, {})
+        _put(table[here], rest, value, whole)
+        return
+    if isinstance(table, dict):
+        _drop_other_units(table, name)
+    table[here] = value
+
+
+def _drop_other_units(table: dict[str, Any], name: str) -> None:
+    """Remove the same quantity in another unit, which the base may have been written in."""
+    stem = name.rpartition("_")[0]
+    for key in [key for key in table if stem and key != name and key.rpartition("_")[0] == stem]:
+        if (
+            isinstance(table[key], int | float | list)
+            and not isinstance(table[key], bool)
+            and stem not in ("truth", "sensor")
+        ):
+            del table[key]
+
+
+_TABLES = ("case", "grid", "list", "draw", "calibrate", "das", "seeds")
+
+_LABEL = "label"
+
+
+def read_plan(path: Path) -> CampaignPlan:
+    """Read a plan. `case` is a case as in a case file, or the path of one, relative to the plan.
+
+    `grid`, `list` and `draw` change its fields, `das` is a list of data systems, `seeds` a number or a range and
+    `calibrate` a table of options, or several with a `label` each. Raises BadInputError or UnknownNameError for
+    anything that is wrong; the message begins with the name of the file.
+    """
+    try:
+        stated = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInputError(f"{path}: cannot be read as a plan: {error}") from error
+    except (ValueError, RecursionError) as error:
+        raise BadInputError(f"{path}: not valid TOML: {error}") from error
+    for name in stated:
+        if name not in _TABLES:
+            raise BadInputError(f"{path}: {explain('entry of a plan', name, list(_TABLES))}")
+    try:
+        plan = _plan(stated, path.parent)
+        plan.check()
+    except BadInputError as error:
+        raise BadInputError(f"{path}: {error}") from error
+    return plan
+
+
+def _plan(stated: Mapping[str, Any], folder: Path) -> CampaignPlan:
+    grid = {name: _values(name, value) for name, value in _table(stated, "grid").items()}
+    rows = stated.get("list", [{}])
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows) or not rows:
+        raise BadInputError("list: give one [[list]] table or several")
+    systems = stated.get("das")
+    plan = CampaignPlan(
+        base=_base(stated.get("case", {}), folder),
+        rows=[_flat(row) for row in rows],
+        grid=grid,
+        draws=_draws(_table(stated, "draw")),
+        seeds=seeds_of(str(stated["seeds"])) if "seeds" in stated else range(0),
+        systems=systems_named(",".join(map(str, _list(systems)))) if systems else (),
+        calibrations=_calibrations(stated.get("calibrate", {})),
+    )
+    if plan.systems and any(name.startswith("das.") for name in (*plan.varied, *plan.grid)):
+        raise BadInputError("das: a list of data systems or fields das.…, not both")
+    return plan
+
+
+def _base(stated: Any, folder: Path) -> Mapping[str, Any]:
+    if isinstance(stated, str):
+        place = folder / stated
+        try:
+            return tomllib.loads(place.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise BadInputError(f"case {place}: cannot be read as a case file: {error}") from error
+    if not isinstance(stated, dict):
+        raise BadInputError("case: give a table, or the path of a case file")
+    return stated
+
+
+def _values(name: str, value: Any) -> Sequence[Any]:
+    if name == "maneuver":
+        return maneuvers_named(",".join(map(str, _list(value))))
+    if isinstance(value, dict):
+        raise BadInputError(f'grid: write a path in quotes, such as "wind.speed_kt" = [0, 15], not [grid.{name}]')
+    if not isinstance(value, list) or not value:
+        raise BadInputError(f"grid: {name} needs a list of values")
+    return value
+
+
+def _draws(stated: Mapping[str, Any]) -> Draws | None:
+    if not stated:
+        return None
+    settings = {name: stated[name] for name in ("count", "method", "seed") if name in stated}
+    if not isinstance(settings.get("count"), int):
+        raise BadInputError("draw: state the count, such as count = 200")
+    return Draws({name: spread for name, spread in stated.items() if name not in settings}, **settings)
+
+
+def _calibrations(stated: Any) -> Calibrations:
+    """Return every model of every table of options, with the table's label."""
+    tables = stated if isinstance(stated, list) else [stated]
+    found = []
+    for table in tables:
+        choices = {name: value for name, value in table.items() if name not in (_LABEL, "model")}
+        options = options_from(choices)
+        for model in _list(table.get("model", "inverse+")):
+            found.append((str(table.get(_LABEL, "")), replace(options, model=model)))
+    marks = [(label, options.model) for label, options in found]
+    if len(set(marks)) < len(marks):
+        raise BadInputError(
+            "calibrate: two calibrations have one label and one model; give each a label of its own"
+        )
+    return tuple(found)
+
+
+def _table(stated: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    table = stated.get(name, {})
+    if not isinstance(table, dict):
+        raise BadInputError(f"{name}: give a table, [{name}]")
+    return table
+
+
+def _flat(row: Mapping[str, Any], path: str = "") -> dict[str, Any]:
+    """Return a row with its tables as paths: `[list.wind] speed_kt` is `wind.speed_kt`."""
+    found: dict[str, Any] = {}
+    for name, value in row.items():
+        found |= _flat(value, f"{path}{name}.") if isinstance(value, dict) else {path + name: value}
+    return found
+
+
+def _list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else [value]

@@ -1,0 +1,344 @@
+"""Reach a verdict on one or several logs, and judge them again until nothing significant remains."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from pitotbench.bench.null_flights import (
+    NULL_FLIGHTS,
+    Progress,
+    aircraft_model,
+    as_flown,
+    card_of,
+    null_distribution_of,
+    tells_the_day,
+)
+from pitotbench.reconciliation.free_parameters import AnalysisSetting
+from pitotbench.reconciliation.layout import Layout, lay_out
+from pitotbench.reconciliation.naming import Naming
+from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.patches import Patch, Shapes, patch_of_effects
+from pitotbench.reconciliation.renewal import with_effects
+from pitotbench.reconciliation.residuals import AircraftModel
+from pitotbench.reconciliation.signatures import FITTED, GUSTS, returns
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.reconciliation.verdict import (
+    JointVerdict,
+    doubted,
+    for_channels,
+    hold_out,
+    judge_together,
+    taken_back,
+    with_doubt,
+    with_hold_out,
+)
+from pitotbench.records import BadInputError
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.case import Case
+from pitotbench.records.gap import Round
+from pitotbench.records.log import FlightLog
+from pitotbench.records.verdict import SURE, Candidate, Closure, JoinedFlight, Verdict
+
+# Reconcile one or several logs: find their cards, fly the null flights, and reach a verdict.
+
+
+@dataclass(frozen=True, slots=True)
+class NamedLog:
+    """A log with its name in reports. `card` is the case that was flown; None: that in the log's header."""
+
+    name: str
+    log: FlightLog
+    card: Case | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedLog:
+    """A log as it was laid out, with its null distribution, and the case that was flown (None without a card)."""
+
+    name: str
+    log: FlightLog
+    layout: Layout
+    null: NullDistribution
+    card: Case | None
+
+
+@dataclass(frozen=True, slots=True)
+class Reconciliation:
+    """A verdict with the data that a page or a patch needs.
+
+    `logs` are those that were judged, `joint` their verdict before a log was held out. `shown` is the number of the
+    log of which a page shows pictures: that with the largest part of the gap. `naming`, `layout`, `null` and `card`
+    are those of this log.
+    """
+
+    verdict: Verdict
+    joint: JointVerdict
+    logs: tuple[JudgedLog, ...]
+    flights: tuple[JoinedFlight, ...]
+
+    @property
+    def shown(self) -> int:
+        """The number of the log with the largest part of the gap."""
+        gaps = [flight.closure.before - flight.closure.noise for flight in self.flights]
+        return gaps.index(max(gaps))
+
+    @property
+    def naming(self) -> Naming:
+        """The fit behind the verdict."""
+        return self.joint.together.namings[self.shown]
+
+    @property
+    def layout(self) -> Layout:
+        """The log as it was laid out."""
+        return self.logs[self.shown].layout
+
+    @property
+    def null(self) -> NullDistribution:
+        """What flights of its card without an effect show."""
+        return self.logs[self.shown].null
+
+    @property
+    def card(self) -> Case | None:
+        """The case that was flown."""
+        return self.logs[self.shown].card
+
+
+def reconcile_log(
+    log: FlightLog,
+    aircraft: str = "navajo",
+    holdout: FlightLog | None = None,
+    card: Case | None = None,
+    null_flights: int = NULL_FLIGHTS,
+    progress: Progress | None = None,
+    setting: AnalysisSetting | None = None,
+    keep: bool = True,
+) -> Reconciliation:
+    """Find where a measured log and the model of an aircraft disagree, and name the effect that is missing.
+
+    `card` is the case that was flown; without it, the case in the log's header is used. The other parameters are
+    those of `reconcile_logs`.
+    Raises BadInputError for a log that cannot be used.
+    """
+    named = NamedLog("measured log", log, card)
+    return reconcile_logs([named], aircraft, holdout, null_flights, progress, setting, keep)
+
+
+def reconcile_logs(
+    logs: Sequence[NamedLog],
+    aircraft: str = "navajo",
+    holdout: FlightLog | None = None,
+    null_flights: int = NULL_FLIGHTS,
+    progress: Progress | None = None,
+    setting: AnalysisSetting | None = None,
+    keep: bool = True,
+) -> Reconciliation:
+    """Name the effect that a model lacks, from one or several logs of one airplane that lacks the same in all.
+
+    Causes and sizes are shared; wind, error curve and sensor biases are each log's own. `aircraft` is a name of the
+    hangar, or `none` to judge the sensors alone. With an aircraft model the card of each log is flown for its
+    null flights, at the first mass and the height of the log. Without any card the noise of the log itself sets the
+    thresholds, which are then wider. Without `keep` the cache of null flights is neither read nor written.
+    Raises BadInputError without a log, or for a log that cannot be used.
+    """
+    if not logs:
+        raise BadInputError("no log to reconcile")
+    model = aircraft_model(aircraft)
+    judged = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
+    joint = judge_together(
+        [each.name for each in judged], [each.layout for each in judged], [each.null for each in judged]
+    )
+    flights = tuple(
+        replace(flight, maneuver=each.card.maneuver if each.card else "")
+        for flight, each in zip(joint.flights, judged, strict=True)
+    )
+    found = Reconciliation(joint.verdict, joint, tuple(judged), flights)
+    if holdout is not None and any(map(returns, found.naming.chosen)):
+        held = hold_out(holdout, model, found.null, found.naming, found.layout.setting)
+        found = replace(found, verdict=with_hold_out(found.verdict, held))
+    return found
+
+
+def _judged(
+    named: NamedLog,
+    aircraft: str,
+    model: AircraftModel | None,
+    null_flights: int,
+    progress: Progress | None,
+    setting: AnalysisSetting | None,
+    keep: bool,
+) -> JudgedLog:
+    """Lay a log out, and take the null distribution of its card."""
+    flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
+    flown = as_flown(flown, named.log) if flown is not None and model is not None else flown
+    setting = replace(
+        setting or AnalysisSetting(),
+        day_known=flown is not None and (named.card is not None or tells_the_day(named.log.header)),
+        instruments_known=flown is not None,
+    )
+    of_card = null_distribution_of(flown, null_flights, progress, setting, keep) if flown is not None else None
+    layout = lay_out(named.log, model, setting)
+    return JudgedLog(named.name, named.log, layout, for_channels(of_card, layout), flown)
+
+
+# Judge a log again with the named effects in the model, until nothing significant remains.
+
+
+@dataclass(frozen=True, slots=True)
+class Looks:
+    """The rounds of a reconciliation, the effects that later rounds added, and the fitted shapes of all effects.
+
+    `last` is the fit behind the verdict of the last round.
+    """
+
+    rounds: tuple[Round, ...]
+    added: tuple[Candidate, ...]
+    shapes: Shapes
+    last: Naming
+
+    @property
+    def effects(self) -> tuple[Candidate, ...]:
+        """All effects that the looks name, the corrections of later looks added to their sizes."""
+        return _joined((*(self.rounds[0].verdict.effects if self.rounds[0].added else ()), *self.added))
+
+    @property
+    def closure(self) -> Closure:
+        """How much of the gap all looks together close.
+
+        What the last look leaves stands above its own noise, for each look takes the level of its noise from what
+        it has to explain.
+        """
+        begin, end = self.rounds[0].verdict.closure, self.rounds[-1].verdict.closure
+        left = (end.after if self.rounds[-1].added else end.before) - end.noise
+        return Closure(begin.before, min(begin.noise + left, begin.before), begin.noise)
+
+    @property
+    def remains(self) -> bool:
+        """Whether something significant is left beside all that the looks name."""
+        last = self.rounds[-1].verdict
+        return last.kind == "unknown" or last.remains
+
+
+def fitted_shapes(naming: Naming) -> Shapes:
+    """Return the fitted shapes of the chosen effects, for instance the time of an event."""
+    chosen = [naming.layout.signatures[c] for c in naming.fit.columns]
+    return {signature.effect: signature.shapes for signature in chosen if signature.shapes}
+
+
+def inseparable_candidates(verdict: Verdict) -> list[list[Candidate]]:
+    """Return, for each effect, the explanations with fitted sizes that the log cannot separate from it."""
+    candidates = {candidate.name: candidate for candidate in verdict.candidates}
+    return [[candidates[name] for name in names if name in candidates] for names in verdict.alternatives]
+
+
+def patch_of(first: Reconciliation, added: Sequence[Candidate], shapes: Shapes, source: str, date: str) -> Patch:
+    """Return the patch of a reconciliation and its later rounds. It is empty where the verdict is not certain."""
+    verdict = first.verdict
+    effects = verdict.effects if verdict.kind in SURE else ()
+    others = inseparable_candidates(verdict) if effects else ()
+    return patch_of_effects(_joined((*effects, *added)), source, date, shapes, others)
+
+
+def look_until_quiet(
+    aircraft: str,
+    first: Reconciliation,
+    progress: Progress | None = None,
+) -> Looks:
+    """Judge the logs again with all effects named so far in the model, and return the rounds.
+
+    Ends with a verdict of no gap or of an unknown cause, or after the third round.
+    """
+    rounds = [_round(first.verdict)]
+    shapes, added = dict(fitted_shapes(first.naming)), list[Candidate]()
+    model, naming = aircraft_model(aircraft), first.naming
+    while rounds[-1].added and len(rounds) < THRESHOLDS.looks_most:
+        if progress is not None:
+            progress(f"looking again with {', '.join(rounds[-1].added)} in the model")
+        entries = dict(patch_of(first, added, shapes, "", "").entries)
+        layouts = [with_effects(each.layout, model, entries) for each in first.logs]
+        joint = judge_together([each.name for each in first.logs], layouts, [each.null for each in first.logs])
+        verdict, naming = joint.verdict, joint.together.namings[first.shown]
+        rounds.append(_round(_news(verdict, naming, set(entries))))
+        added += [e for e in rounds[-1].verdict.effects if rounds[-1].added]
+        shapes |= fitted_shapes(naming)
+    return Looks(tuple(rounds), tuple(added), shapes, naming)
+
+
+def settled(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]:
+    """Return a reconciliation and its looks, the name doubted or taken back where they close too little of the gap.
+
+    A fault that the table does not hold looks like one that it holds, and leaves more of the gap than another form
+    of that one would. Where the answer is one of several causes, none is claimed, and none is taken back.
+    """
+    closed = looks.closure
+    share = f"{max(0.0, closed.share):.0%} of the gap"
+    if first.verdict.doubts and closed.share < THRESHOLDS.closure_probable:
+        return without_names(first, f"all looks close only {share}")
+    least = THRESHOLDS.closure_with_rest if looks.remains else THRESHOLDS.closure_lowest
+    by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
+    fitted = [e.name for e in looks.effects if e.name in FITTED and e.name not in GUSTS]
+    names = ", ".join(fitted)
+    if len(fitted) > THRESHOLDS.effects_most:
+        one_look = Looks(looks.rounds[:1], (), fitted_shapes(first.naming), first.naming)
+        return _doubted(first, one_look, f"so many effects would be needed that none is named: {names}")
+    if first.verdict.kind != "named" or not first.naming.chosen or closed.share >= least or by_chance:
+        return first, looks
+    return _doubted(first, looks, f"{names} comes closest, but closes only {share}")
+
+
+def _doubted(first: Reconciliation, looks: Looks, why: str) -> tuple[Reconciliation, Looks]:
+    """The names of some looks as probable causes where they close enough of the gap, else taken back."""
+    if looks.closure.share < THRESHOLDS.closure_probable:
+        return without_names(first, why)
+    verdict = doubted(first.verdict, why)
+    return replace(first, verdict=verdict), replace(looks, rounds=(_round(verdict), *looks.rounds[1:]))
+
+
+def without_names(first: Reconciliation, why: str) -> tuple[Reconciliation, Looks]:
+    """Return a reconciliation and its looks with all names taken back, and the reason as a note."""
+    verdict = replace(taken_back(first.verdict, why), remains=False)
+    return replace(first, verdict=verdict), Looks((Round(verdict, ()),), (), {}, first.naming)
+
+
+def with_doubts(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]:
+    """Return a reconciliation and its looks with calibrated probabilities, for what all looks leave of the gap."""
+    left = 1.0 - looks.closure.share
+    begun = looks.rounds[0].verdict
+    rounds = tuple(replace(each, verdict=with_doubt(each.verdict, left, begun)) for each in looks.rounds)
+    return replace(first, verdict=rounds[0].verdict), replace(looks, rounds=rounds)
+
+
+def _round(verdict: Verdict) -> Round:
+    return Round(verdict, tuple(e.name for e in verdict.effects) if verdict.kind in SURE else ())
+
+
+def _news(verdict: Verdict, naming: Naming, before: set[str]) -> Verdict:
+    """Return the verdict without the effects that are already in the patch and cannot be subtracted from a log.
+
+    Counted faults and the level of turbulence appear again in each round. A size that is fitted again is a
+    correction of the earlier one, so it is kept.
+    """
+    new = [i for i, e in enumerate(verdict.effects) if e.name not in before or e.name in naming.chosen]
+    return replace(
+        verdict,
+        kind="no_gap" if verdict.kind in SURE and not new else verdict.kind,
+        effects=tuple(verdict.effects[i] for i in new),
+        alternatives=tuple(verdict.alternatives[i] for i in new),
+    )
+
+
+def _joined(effects: Sequence[Candidate]) -> tuple[Candidate, ...]:
+    """Return the effects with the corrections of later rounds added to their sizes."""
+    joined: dict[str, Candidate] = {}
+    for effect in effects:
+        first = joined.get(effect.name)
+        joined[effect.name] = effect if first is None else replace(first, sizes=_corrected(first, effect))
+    return tuple(joined.values())
+
+
+def _corrected(first: Candidate, later: Candidate) -> tuple[Estimate, ...]:
+    """The sizes of an effect with its correction by a later look; what the correction does not name stays."""
+    added = {s.name: s for s in later.sizes}
+    old = tuple(
+        replace(added[s.name], value=s.value + added[s.name].value) if s.name in added else s for s in first.sizes
+    )
+    known = {s.name for s in first.sizes}
+    return (*old, *(s for s in later.sizes if s.name not in known))

@@ -1,0 +1,91 @@
+"""Write the verdict, the patch and the report to a folder, and keep the patched aircraft under a name."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pitotbench.bench.workflow import FullReconciliation, entries
+from pitotbench.effects import effect_of
+from pitotbench.logbook.columns import write_text
+from pitotbench.records import BadInputError
+from pitotbench.records.case import EffectSpec
+from pitotbench.records.verdict import SURE
+from pitotbench.show.columns import json_text
+from pitotbench.show.gap_page import account_page
+from pitotbench.simulation.modified import install_variant, overlay_xml
+
+WRITTEN = (
+    "verdict.json",
+    "patch.toml",
+    "report.html",
+    "overlay.xml",
+    "next_flight.toml",
+)  # the files that a run writes
+
+
+def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) -> list[str]:
+    """Write `verdict.json`, `patch.toml` and `report.html` to a folder, and replace those of an earlier run.
+
+    Where an effect acts on the aircraft, `overlay.xml` is written too, and `next_flight.toml` where a flight would
+    part the causes that are left. Returns the lines to print.
+    """
+    texts = {
+        "verdict.json": json_text(document),
+        "patch.toml": outcome.patch.text,
+        "report.html": account_page(outcome.account),
+    }
+    aircraft = outcome.account.aircraft
+    overlay = overlay_xml(aircraft, _of_aircraft(outcome)) if aircraft != "none" else ""
+    if overlay:
+        texts["overlay.xml"] = overlay
+    advised = outcome.account.next_flight
+    if advised is not None and advised.case:
+        texts["next_flight.toml"] = advised.case
+    out.mkdir(parents=True, exist_ok=True)
+    for name in ("overlay.xml", "next_flight.toml"):  # that of an earlier run would not belong to this verdict
+        (out / name).unlink(missing_ok=True)
+    for name, text in texts.items():
+        write_text(out / name, text)
+    return ["written: " + ", ".join(str(out / name) for name in texts)]
+
+
+def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None) -> list[str]:
+    """Write the patched aircraft as `<aircraft>+<variant>`, and return the lines to print.
+
+    One line names the effects that belong in a case file instead. An existing aircraft is never overwritten.
+    Raises BadInputError where no named effect acts on the aircraft, or where the name is taken.
+    """
+    verdict, aircraft = outcome.reconciliation.verdict, outcome.account.aircraft
+    acting = _of_aircraft(outcome)
+    if not acting:
+        raise BadInputError(_why_nothing(verdict.kind, bool(entries(outcome.patch))))
+    closed = outcome.account.formula.closure if outcome.account.formula else verdict.closure
+    provenance = {"log": outcome.account.log, "verdict": verdict.kind, "closure": round(closed.share, 3)}
+    folder = install_variant(aircraft, variant, acting, provenance | _bounds(outcome), shelf)
+    not_of_aircraft = [e.name for e in entries(outcome.patch) if e not in acting]
+    lines = [f"written: {folder}; it flies as --aircraft {folder.name}"]
+    if not_of_aircraft:
+        names = ", ".join(not_of_aircraft)
+        lines.append(f"not of the aircraft, to be put into the case file from patch.toml: {names}")
+    return lines
+
+
+def _of_aircraft(outcome: FullReconciliation) -> list[EffectSpec]:
+    return [e for e in entries(outcome.patch) if effect_of(e.name).acts_on == "aircraft"]
+
+
+def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
+    """Return 2σ of every size of the named effects, by effect and parameter, in the units of the effects table."""
+    effects = [(e.name, s) for r in outcome.account.rounds for e in r.verdict.effects for s in e.sizes]
+    effects += [(t.effect, t.size) for t in outcome.account.formula.terms] if outcome.account.formula else []
+    bounds: dict[str, dict[str, float]] = {}
+    for name, size in effects:
+        bounds.setdefault(name, {})[size.name] = float(f"{size.two_sigma:.3g}")
+    return {"two_sigma": bounds}
+
+
+def _why_nothing(kind: str, patched: bool) -> str:
+    if kind in SURE or patched:
+        return "no named effect acts on the aircraft: put the entries of patch.toml into the case file instead"
+    why = "there is no significant gap" if kind == "no_gap" else "the cause of the gap is unknown"
+    return f"nothing to apply: {why}, so there is no patch"

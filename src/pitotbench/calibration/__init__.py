@@ -1,0 +1,93 @@
+"""Calibration of a FlightLog. Nothing in this package can read the truth of a simulated flight.
+
+The estimators load with the first calibration, so that options and the arithmetic of legs do not wait for SciPy.
+All arrays are SI and radians; parameters of the error curve are without units.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from pitotbench.calibration.leg_points import FixedSpeedResult as FixedSpeedResult
+from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
+from pitotbench.calibration.options import AUTO
+from pitotbench.calibration.options import Accuracies as Accuracies
+from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
+from pitotbench.calibration.options import accuracies_from as accuracies_from
+from pitotbench.calibration.reduction import one_thread
+from pitotbench.records import BadInputError
+from pitotbench.records.calibration import CalibratedFlight, Calibration
+from pitotbench.records.log import FlightLog
+
+
+def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
+    """Estimate the pressure-error curve and the wind from a log.
+
+    Parameters: log; options (defaults: Inverse+, covering method). The result is in SI units, each number with 2σ.
+    Raises BadInputError for a log that cannot be used, NoAnswerError for one that does not determine the answer.
+    Source: Martos, Kiszely and Foster (2011) for the problem; see `gls.covering_fit` and `output_error` for the
+    methods.
+    """
+    from pitotbench.calibration.average import calibrate_auto
+    from pitotbench.calibration.reduction import reduce_log
+    from pitotbench.calibration.result import assemble
+
+    chosen = options or CalibrationOptions()
+    with one_thread():
+        calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
+    return _judged(calibration, log)
+
+
+def calibrate_together(
+    logs: Sequence[FlightLog], options: CalibrationOptions | None = None
+) -> tuple[Calibration, ...]:
+    """Estimate one curve from several logs of one airplane, with a separate wind for each log.
+
+    Returns one Calibration per log; all have the same curve. A warning says where the logs disagree about the
+    curve. Raises as `calibrate` does, and BadInputError for the model `auto`.
+    """
+    from pitotbench.calibration.flights import assemble_together, reduce_together
+
+    chosen = options or CalibrationOptions()
+    if chosen.model == AUTO:
+        raise BadInputError("several logs have a curve in common only of one model: name it, or use --separately")
+    with one_thread():
+        calibrations = assemble_together(reduce_together(logs, chosen))
+    return tuple(_judged(calibration, log) for calibration, log in zip(calibrations, logs, strict=True))
+
+
+def calibrate_flights(
+    logs: Sequence[FlightLog], options: CalibrationOptions | None = None
+) -> tuple[CalibratedFlight, ...]:
+    """Estimate one curve from all flights of the logs, with a separate wind for each flight.
+
+    A log that pauses for more than five minutes holds several flights. Raises as `calibrate_together` does. A
+    single log may have the model `auto`, which gives each of its flights a curve of its own.
+    """
+    from pitotbench.calibration.flights import reduce_flights
+
+    with one_thread():
+        flights = reduce_flights(logs, options or CalibrationOptions())
+    return tuple(replace(flight, calibration=_judged(flight.calibration, flight.log)) for flight in flights)
+
+
+def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
+    """Return the calibration with the steps of the log's display in its bound; warn where its curve is doubtful.
+
+    Raises NoAnswerError where its bound is too wide, and BadInputError where no airplane has such a curve.
+    """
+    from pitotbench.calibration.fit_checks import judge_curve, require_useful
+    from pitotbench.calibration.result import with_display_steps
+
+    calibration = with_display_steps(calibration, log)
+    require_useful(calibration)
+    curve = calibration.curve
+    verdict = judge_curve(curve.indicated_airspeed, curve.normalized_pressure_error, curve.normalized_two_sigma)
+    if verdict.kind == "impossible":
+        raise BadInputError(
+            f"{verdict.words}. Look for GPS velocity in other units (knots read as m/s, or m/s as knots), impact "
+            "pressure in other units or doubled, total pressure read as static, and a zero offset of the impact "
+            "pressure (--accuracy impact_pressure_zero_pa=400 finds one)"
+        )
+    if verdict.kind == "doubtful":
+        return replace(calibration, warnings=(*calibration.warnings, verdict.words))
+    return calibration

@@ -1,0 +1,405 @@
+"""The altitude equation: indicated static pressure against GPS height gives the static source's error directly."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from pitotbench import air
+from pitotbench.calibration.observations import Observations
+from pitotbench.calibration.options import WITHOUT_TEMPERATURE
+from pitotbench.calibration.prediction import ZERO, Nuisance, PredictionModel
+from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
+from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
+from pitotbench.estimation.restricted_likelihood import Regression
+from pitotbench.records.log import FlightLog
+from pitotbench.timeline import interval, pauses, stretch_numbers
+from pitotbench.units import KNOT, Array, Booleans, Meters, MetersPerSecond, Pascal, Seconds
+
+_DENSE = 0.5  # share of fresh fixes above which a chord between fixes is exact enough
+
+_FEWEST_FIXES = 4
+
+
+@dataclass(frozen=True, slots=True)
+class CarriedHeight:
+    """Height at every row of the log, from the fixes.
+
+    `height` [m] is interpolated or the integral of the vertical velocity, and NaN where unknown. `part` is the
+    stretch of every row. `fresh` marks new fixes, `fixes` are their rows, and `seconds` the usual interval between
+    them. `offsets` [m] is the receiver's height minus the integral at `fixes`, None without vertical velocity.
+    """
+
+    height: Meters
+    part: NDArray[np.intp]
+    fresh: Booleans
+    fixes: NDArray[np.intp]
+    seconds: float
+    offsets: Meters | None
+
+
+def carried_height(log: FlightLog, latency: float, by_velocity: bool) -> CarriedHeight:
+    """Compute the height of each stretch separately, with fixes `latency` seconds earlier than stamped."""
+    assert log.altitude is not None
+    fresh = log.fresh_fixes()
+    part = stretch_numbers(log.time, pauses(log.time))
+    dense = bool(fresh.mean() > _DENSE)
+    height, at_fixes, offsets = np.full(len(log), np.nan), [], []
+    for number in range(int(part[-1]) + 1):
+        fixes = np.flatnonzero((part == number) & fresh)
+        if len(fixes) < _FEWEST_FIXES:
+            continue
+        knots, measured = log.time[fixes] - latency, log.altitude[fixes]
+        inside = np.flatnonzero((part == number) & (log.time >= knots[0]) & (log.time <= knots[-1]))
+        if by_velocity:
+            assert log.velocity_down is not None
+            integral, height[inside] = _integrated(knots, -log.velocity_down[fixes], log.time[inside], dense)
+            start = float(np.median(measured - integral))
+            height[inside] += start
+            at_fixes.append(fixes)
+            offsets.append(measured - integral - start)
+        else:
+            curve = np.interp(log.time[inside], knots, measured) if dense else None
+            height[inside] = CubicSpline(knots, measured)(log.time[inside]) if curve is None else curve
+    seconds = interval(log.time[fresh])
+    fixes = np.concatenate(at_fixes) if at_fixes else np.flatnonzero(fresh)
+    return CarriedHeight(height, part, fresh, fixes, seconds, np.concatenate(offsets) if offsets else None)
+
+
+def _integrated(knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bool) -> tuple[Meters, Meters]:
+    """The integral [m] of a climb rate given at knots, at the knots and at other times."""
+    if dense:
+        rises = np.concatenate([[0.0], np.cumsum(0.5 * (climb[1:] + climb[:-1]) * np.diff(knots))])
+        return rises, np.interp(time, knots, rises)
+    integral = CubicSpline(knots, climb).antiderivative()
+    return integral(knots), integral(time)
+
+
+# The altitude equation: indicated static pressure against GPS height gives the static source's error directly.
+#     p_i(t) = p_ref + ∫ −ρ g dh + Δp(q_ci)
+# with Δp = q_c − q_ci, which is p_i − p where the total pressure is right. It needs neither the wind nor, to
+# first order, the temperature. Its noise does not grow with the gusts: it is the error of the receiver's height,
+# which has a white and a slow part. Where the log has the vertical velocity, its integral is the height between
+# fixes, and the receiver's height only removes the drift of the integral.
+# All these signals are slow, so means over two to four seconds are enough. They are a few hundred rows, in
+# meters. Background: Gracey, NASA RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
+
+_BLOCK = 2.0  # s: short against the correlation time of a height error
+
+_LONG, _LONG_BLOCK = 480.0, 4.0  # s: above so much data, so long a block
+
+_FEWEST_BLOCKS = 15
+
+_CORIOLIS = 1e-4  # 1/s, middle latitudes
+
+_LEAST_WIND = 3.0  # m/s: least wind from which a pressure gradient is computed
+
+_TENDENCY = 5.0  # Pa in ten minutes (1σ): change of the weather and drift of the transducer
+
+# K (1σ): effect of moisture and gravity on the weight of the air between two heights, as a temperature
+_LAYER = 1.5
+
+_LEAST_LAPSE = 1e-6  # K/m: stands for zero, for which the formula of the column would divide by zero
+
+_LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
+
+_AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
+
+_FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of `screening`
+
+_FLOOR = 1e-8  # m²: keeps the covariance regular for logs without noise
+
+
+@dataclass(frozen=True, slots=True)
+class AltitudeRows:
+    """Block means, (n,), and their noise.
+
+    `rise`: indicated static pressure minus that of the air column at the height, in meters of air. `gain`: meters
+    per pascal, 1/(ρ g). `impact_pressure`: indicated [Pa], 0 at rest. `tie`: the receiver's height minus the
+    integral of its vertical velocity [m], None without vertical velocity. `sensor`, `fix`: white variances [m²];
+    the latter is infinite where a block has no fix (without vertical velocity: one over the number of fixes).
+    `first`: whether the block begins a stretch. `warmth`: change of `rise` per kelvin [m/K]. `unknown`: columns of
+    the unknowns of this equation alone. `spread`: standard deviation of what the slow height error shows in [m].
+    """
+
+    time: Seconds
+    rise: Meters
+    gain: Array
+    impact_pressure: Pascal
+    tie: Meters | None
+    sensor: Array
+    fix: Array
+    first: Booleans
+    warmth: Array
+    unknown: UnknownColumns
+    spread: float
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def count(self) -> int:
+        """Rows of the regression: one per block, and another where the block has a fix that ties the integral."""
+        return len(self) + (0 if self.tie is None else int(np.isfinite(self.fix).sum()))
+
+
+def altitude_rows(log: FlightLog, obs: Observations, latency: float, wind: Array) -> AltitudeRows | None:
+    """Compute the altitude rows from a log's used rows and its rows at rest; None where its height is of no use.
+
+    Parameters: log; obs; latency, by which the GPS is stamped late [s]; wind (2,), roughly, toward north and east
+    [m/s], which gives the size of the horizontal pressure gradient.
+    """
+    if log.altitude is None:
+        return None
+    carried = carried_height(log, latency, obs.has_down)
+    rest = _at_rest(log)
+    rows = np.flatnonzero((obs.used | rest) & np.isfinite(carried.height))
+    if len(rows) < _FEWEST_BLOCKS:
+        return None
+    noise, spikes = _white_noise(log.static_pressure[rows])
+    blocks = _divided(log, carried, rows[~spikes])
+    if len(blocks.count) < _FEWEST_BLOCKS or float(np.ptp(log.altitude)) == 0.0:
+        return None
+    return _assembled(log, obs, carried, blocks, np.where(rest, 0.0, log.impact_pressure), noise, wind)
+
+
+def altitude_regression(
+    rows: AltitudeRows, model: PredictionModel | None, theta: Array, nuisances: Sequence[Nuisance]
+) -> Regression:
+    """Linearize the rows at θ (p,), in the unknowns of the wind triangle [m].
+
+    There are no unknowns where `model` is None: the error is then not the static source's.
+    """
+    response, regressors = rows.rise, np.zeros((len(rows), 0))
+    if model is not None:
+        free = model.error_count
+        regressors = np.zeros((len(rows), model.count + len(nuisances)))
+        q = rows.impact_pressure
+        basis = model.error.basis(np.maximum(q, 1.0) / model.reference_pressure)
+        rest = 1.0 - basis @ theta[:free]
+        response = rows.rise - rows.gain * q * (1.0 / rest - 1.0)
+        regressors[:, :free] = basis * (rows.gain * q / rest**2)[:, None]
+        for place, nuisance in enumerate(nuisances, start=model.count):
+            if nuisance.name == "temperature_k":
+                regressors[:, place] = rows.warmth
+            if nuisance.name == ZERO:
+                regressors[:, place] = _by_zero(rows, model, theta[:free], rest)
+    if rows.tie is not None:
+        ties = rows.tie[np.isfinite(rows.fix)]
+        response = np.concatenate([response, ties])
+        regressors = np.concatenate([regressors, np.zeros((len(ties), regressors.shape[1]))])
+    return Regression(response, regressors, regressors, np.zeros(regressors.shape[1]))
+
+
+def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) -> Array:
+    """Change of the rows per pascal of zero offset, (n,) [m/Pa]: the ports see the reading minus the offset.
+
+    At rest they see nothing, whatever the reading is.
+    """
+    q, reference = rows.impact_pressure, model.reference_pressure
+    bend = model.error.basis_slope(np.maximum(q, 1.0) / reference) @ k / reference
+    return np.where(q > 0.0, -rows.gain * ((1.0 / rest - 1.0) + q * bend / rest**2), 0.0)
+
+
+def _at_rest(log: FlightLog) -> Booleans:
+    """Rows before take-off or after landing: there the static source has no error, so height and pressure agree."""
+    still = np.hypot(log.velocity_north, log.velocity_east) < _AT_REST
+    return np.asarray(still & (log.impact_pressure < float(air.impact_pressure(_NO_AIRSPEED))))
+
+
+def _white_noise(values: Array) -> tuple[float, Booleans]:
+    """The standard deviation of the white noise of values (n,), and which values differ from both neighbors, (n,).
+
+    It comes from second differences, in which slow signals cancel.
+    """
+    second = np.abs(np.diff(values, 2)) / np.sqrt(6.0)
+    noise = deviation_of_sizes(second)
+    # Values without noise have no scale by which a difference could be too large.
+    return noise, spikes_among(second, _FARTHEST * noise if noise > 0.0 else np.inf)
+
+
+@dataclass(frozen=True, slots=True)
+class _Blocks:
+    """The chosen rows, the block of each, (rows,), non-decreasing, and the number of rows per block, (n,)."""
+
+    rows: NDArray[np.intp]
+    index: NDArray[np.intp]
+    count: Array
+
+    def mean(self, values: Array) -> Array:
+        """Block means of values at all rows of the log."""
+        return np.asarray(np.bincount(self.index, values[self.rows], len(self.count)) / self.count)
+
+
+def _divided(log: FlightLog, carried: CarriedHeight, rows: NDArray[np.intp]) -> _Blocks:
+    """Divide rows into blocks of two seconds, four in long logs, or of a longer fix interval; none spans a gap."""
+    length = max(_LONG_BLOCK if len(log) * interval(log.time) > _LONG else _BLOCK, carried.seconds)
+    cell = np.floor((log.time - log.time[0]) / length).astype(np.intp)
+    cell += carried.part * (int(cell[-1]) + 2)
+    _, index, count = np.unique(cell[rows], return_inverse=True, return_counts=True)
+    return _Blocks(rows, index, count.astype(np.float64))
+
+
+def _assembled(
+    log: FlightLog,
+    obs: Observations,
+    carried: CarriedHeight,
+    blocks: _Blocks,
+    impact_pressure: Pascal,
+    noise: float,
+    wind: Array,
+) -> AltitudeRows:
+    static, impact = blocks.mean(log.static_pressure), blocks.mean(impact_pressure)
+    height = blocks.mean(carried.height)
+    above = height - float(np.mean(height))
+    middle, lapse = _air_temperature(log, obs, blocks, impact, static, above)
+    column = (1.0 + lapse * above / middle) ** (-air.GRAVITY / (air.GAS_CONSTANT * lapse))
+    gain = air.GAS_CONSTANT * (middle + lapse * above) / (static * air.GRAVITY)
+    tie, fix = _ties(carried, blocks)
+    rows = AltitudeRows(
+        time=blocks.mean(log.time),
+        rise=gain * (static - float(np.mean(static / column)) * column),
+        gain=gain,
+        impact_pressure=impact,
+        tie=tie,
+        sensor=(gain * noise) ** 2 / blocks.count + _FLOOR,
+        fix=fix,
+        first=np.diff(blocks.mean(carried.part.astype(np.float64)), prepend=-1.0) != 0.0,
+        warmth=above / middle,
+        unknown=UnknownColumns(np.zeros((0, 0)), np.zeros(0)),
+        spread=1.0,
+    )
+    velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])
+    unknown = _unknowns(rows, column, velocity, wind, obs.standard_day)
+    measured = rows.rise if tie is None else tie[np.isfinite(fix)]
+    return replace(rows, unknown=unknown, spread=float(np.std(measured)))
+
+
+def _air_temperature(
+    log: FlightLog, obs: Observations, blocks: _Blocks, impact: Pascal, static: Pascal, above: Meters
+) -> tuple[float, float]:
+    """Air temperature [K] at the mean height, and its change with height [K/m].
+
+    The change is fitted to a log that climbs and standard for another.
+    """
+    probe = log.total_temperature if log.total_temperature is not None else log.air_temperature
+    if probe is None:
+        probe = air.standard_temperature(air.pressure_altitude(log.static_pressure))
+    mach = air.mach_from_impact_pressure(np.maximum(impact, 0.0), static)
+    temperature = blocks.mean(probe) / (1.0 + obs.probe_heating * mach**2)
+    if float(np.ptp(above)) > _LEAST_CLIMB:
+        lapse, middle = (float(part) for part in np.polyfit(above, temperature, 1))
+        return middle, lapse if abs(lapse) > _LEAST_LAPSE else _LEAST_LAPSE
+    return float(np.mean(temperature)), -air.LAPSE_RATE
+
+
+def _ties(carried: CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:
+    """The receiver's height minus the integral of its velocity, per block [m], and its white variance [m²].
+
+    Without vertical velocity the first is None and the second is one over the number of fixes in the block.
+    """
+    count = len(blocks.count)
+    if carried.offsets is None:
+        fixes = np.bincount(blocks.index, carried.fresh[blocks.rows], count)
+        return None, 1.0 / np.maximum(fixes, 1.0)
+    place = np.searchsorted(blocks.rows, carried.fixes)
+    place = np.minimum(place, len(blocks.rows) - 1)
+    good = (blocks.rows[place] == carried.fixes) & ~_white_noise(carried.offsets)[1]
+    index, offsets = blocks.index[place[good]], carried.offsets[good]
+    fixes = np.bincount(index, minlength=count).astype(np.float64)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        tie = np.bincount(index, offsets, count) / fixes
+        variance = np.where(fixes > 0.0, _white_variance(carried.offsets) / fixes + _FLOOR, np.inf)
+    return tie, variance
+
+
+def _white_variance(values: Array) -> float:
+    """Variance of the white part of a series that also has slow parts.
+
+    The white part adds the same variance to differences over one and over two steps; a slow part adds twice as much
+    over two. So the first minus half the second is the white variance.
+    """
+    once, twice = ((NORMAL * float(np.median(np.abs(values[lag:] - values[:-lag])))) ** 2 for lag in (1, 2))
+    return max(once - 0.5 * twice, 0.0)
+
+
+def _unknowns(
+    rows: AltitudeRows, column: Array, velocity: Array, wind: Array, standard_day: bool
+) -> UnknownColumns:
+    """The unknowns of the altitude equation alone, as columns with their priors.
+
+    They are the reference pressure (flat prior), a horizontal pressure gradient (two), a slow change of pressure,
+    and the mean temperature of the layer between the heights.
+    """
+    step = np.diff(rows.time)
+    place = np.concatenate(
+        [np.zeros((2, 1)), np.cumsum(0.5 * (velocity[:, 1:] + velocity[:, :-1]) * step, axis=1)], 1
+    )
+    # ρ f V in slope of a pressure level
+    gradient = _CORIOLIS * max(float(np.hypot(*wind)), _LEAST_WIND) / air.GRAVITY
+    elapsed = (rows.time - float(np.mean(rows.time))) / 600.0
+    layer = np.hypot(_LAYER, 0.5 * WITHOUT_TEMPERATURE if standard_day else 0.0)
+    columns = np.stack(
+        [rows.gain * column, *(place - place.mean(axis=1)[:, None]), rows.gain * elapsed, rows.warmth], 1
+    )
+    deviation = np.array([np.inf, gradient, gradient, _TENDENCY, layer])
+    ties = rows.count - len(rows)
+    return UnknownColumns(np.concatenate([columns, np.zeros((ties, columns.shape[1]))]), 1.0 / deviation**2)
+
+
+# The noise of the altitude rows: the slow and the white error of the receiver's height, and their priors.
+
+SLOW_SCALE = 5.0  # m, half-normal prior on the slow height error: 1 to 3 m for a receiver alone
+
+SLOW_TIME, SLOW_TIME_FACTOR = 90.0, 3.0  # s, its correlation time: log-normal prior, 1σ as a factor
+
+WALK_SCALE = 0.2  # m/√s, half-normal prior on the integral of the vertical velocity's error: 0.05 at 1 Hz
+
+WHITE_SCALE = 3.0  # m, half-normal prior on the white height error where there is no vertical velocity
+
+NOISE_COUNT = 3
+
+
+@dataclass(frozen=True, slots=True)
+class AltitudeNoise:
+    """The map from φ, (3,), to the covariance of the rows.
+
+    φ = ln(slow height error [m], its correlation time [s], third). The third is the random walk of the integrated
+    velocity [m/√s] or, without vertical velocity, the white height error [m].
+    """
+
+    rows: AltitudeRows
+
+    def __call__(self, phi: Array, /) -> PointNoise:
+        """Return the covariance for φ (3,)."""
+        return self.stack(phi)
+
+    def stack(self, phis: Array) -> PointNoise:
+        """Return the covariances for many φ, (b, 3)."""
+        rows, (deviation, memory, third) = self.rows, np.moveaxis(np.exp(phis), -1, 0)
+        if rows.tie is None:
+            white = (rows.sensor + third[..., None] ** 2 * rows.fix)[..., None, :]
+            return PointNoise(white, [ornstein_uhlenbeck(rows.time, deviation, memory, (1.0,))], rows.unknown)
+        walk = random_walk(rows.time, third, rows.first, (1.0, -1.0))
+        slow = ornstein_uhlenbeck(rows.time, deviation, memory, (0.0, 1.0))
+        white = np.broadcast_to(np.stack([rows.sensor, rows.fix]), (*phis.shape[:-1], 2, len(rows)))
+        return PointNoise(white, [walk, slow], rows.unknown)
+
+
+def altitude_log_prior(rows: AltitudeRows, phi: Array) -> float:
+    """The prior of φ (3,): half-normal levels and a log-normal correlation time.
+
+    The φ terms convert the density of a level to that of its logarithm.
+    """
+    third = WHITE_SCALE if rows.tie is None else WALK_SCALE
+    memory = (phi[1] - np.log(SLOW_TIME)) / np.log(SLOW_TIME_FACTOR)
+    levels = (np.exp(phi[0]) / SLOW_SCALE) ** 2 + (np.exp(phi[2]) / third) ** 2
+    return float(phi[0] + phi[2] - 0.5 * (levels + memory**2))
+
+
+def altitude_guess(rows: AltitudeRows) -> Array:
+    """A start for φ, (3,)."""
+    third = 0.3 if rows.tie is None else 0.03
+    return np.log([np.clip(rows.spread, 0.1, SLOW_SCALE), SLOW_TIME, third])

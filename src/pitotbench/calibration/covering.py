@@ -1,0 +1,446 @@
+"""The estimator of the covering 2σ: generalized least squares with the noise estimated from the log."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from pitotbench.calibration.altitude import (
+    NOISE_COUNT,
+    AltitudeNoise,
+    AltitudeRows,
+    altitude_guess,
+    altitude_log_prior,
+    altitude_regression,
+)
+from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
+from pitotbench.calibration.output_error import OutputErrorFit
+from pitotbench.calibration.prediction import MeanWind, Nuisance, PredictionModel, kernel_means, mean_wind
+from pitotbench.estimation.noise import NORMAL, Intervals, JointNoiseOf, MarkovNoise, MarkovProcess, Noise, NoiseOf
+from pitotbench.estimation.restricted_likelihood import (
+    LogPrior,
+    NoiseNode,
+    Regression,
+    half_width,
+    most_likely_noise,
+    noise_posterior,
+    simultaneous_factor,
+    solve,
+)
+from pitotbench.records import NoAnswerError
+from pitotbench.records.calibration import Estimate
+from pitotbench.units import Array
+
+# The covering estimator's problem at one point: block means, their regressors and the family of their noise.
+# The residual of the block means is white sensor noise plus the gust along the flight path. The gust is a
+# horizontal vector. Its two components are first-order Gauss-Markov processes with the length of the Dryden
+# spectrum (MIL-F-8785C; 533 m above 2,000 ft) under a wide prior. In a turn the flight path points along one
+# component, then along the other.
+
+GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
+
+GUST_LENGTH_FACTOR = 2.5  # one standard deviation of the prior on it, as a factor
+
+HIGH_LENGTH_FACTOR = 4.0  # above 10,000 ft, where the slow wind aloft has no outer scale near that length
+
+GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
+
+WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
+
+WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation
+
+WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
+
+_HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
+
+_LEAST_WHITE = 0.02  # m/s, least start of the search for the white level
+
+_WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
+
+_SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """The structure to be fitted: the prediction, the nuisances and the equations.
+
+    `drifting` states whether the wind drifts. `altitude` holds the rows of the altitude equation, for an error of
+    the static source in a log with heights.
+    """
+
+    model: PredictionModel
+    nuisances: tuple[Nuisance, ...]
+    drifting: bool
+    altitude: AltitudeRows | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Linearized:
+    """The problem linearized at one θ, as block means.
+
+    `regression` [m/s] holds the airspeeds of the blocks, then the altitude rows [m] where the structure has them.
+    `noise_of` gives the noise for parameters φ. `sensor` (blocks,) [(m/s)²] is the pressure
+    sensor's part of the noise along the path. `kernel` is the correlation of each datum with the mean of a drifting
+    wind, None for another wind.
+    """
+
+    regression: Regression
+    noise_of: NoiseOf
+    sensor: Array
+    kernel: Array | None
+
+
+def linearize(
+    structure: Structure, obs: Observations, blocks: Blocks, theta: Array, gust_variance: float = 0.0
+) -> Linearized:
+    """Linearize the problem at θ (p,).
+
+    Gusts across the flight path lengthen the airspeed vector by σ²/V on average, with σ² = `gust_variance`
+    [(m/s)²]; this is subtracted. Raises NoAnswerError where θ is outside the model's domain.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        prediction = structure.model.predict(theta, obs)
+    if not np.isfinite(np.sum(prediction.jacobian)) or not np.all(prediction.slope != 0.0):
+        raise NoAnswerError(
+            "the fit leaves the domain of the model (no airspeed explains some rows): "
+            "check the clock and the units, also of part of the log, or choose a model with fewer parameters"
+        )
+    response = blocks.mean((obs.impact_pressure - prediction.indicated) / prediction.slope)
+    columns = [nuisance.column(prediction, obs) for nuisance in structure.nuisances]
+    regressors = blocks.mean(np.column_stack([prediction.jacobian / prediction.slope[:, None], *columns]))
+    airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
+    sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
+    response -= gust_variance / airspeed
+    precision = [0.0] * structure.model.count + [1.0 / n.deviation**2 for n in structure.nuisances]
+    regression = Regression(response, regressors, smoothed(regressors, blocks), np.array(precision))
+    # A residual falls by the wind component along its direction: these are the direction cosines.
+    first = structure.model.error_count
+    seen = -regressors[None, :, first : first + 2]
+    kernel = kernel_means(blocks, WIND_TIME) if structure.drifting else None
+    at_edges = blocks.at_edges(airspeed)
+    noise_of = WindNoise(blocks.intervals, at_edges, seen, sensor, structure.drifting)
+    problem = Linearized(regression, noise_of, sensor, kernel)
+    return problem if structure.altitude is None else _with_altitude(problem, structure, structure.altitude, theta)
+
+
+def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRows, theta: Array) -> Linearized:
+    """The same problem with the altitude rows appended to those of the wind triangle."""
+    first, second = triangle.regression, altitude_regression(rows, structure.model, theta, structure.nuisances)
+    both = Regression(
+        np.concatenate([first.response, second.response]),
+        np.concatenate([first.regressors, second.regressors]),
+        np.concatenate([first.instruments, second.instruments]),
+        first.prior_precision,
+    )
+    noise_of = JointNoiseOf(
+        data=np.column_stack([both.instruments, both.response]),
+        first=triangle.noise_of,
+        second=AltitudeNoise(rows),
+        count=noise_count(structure) - NOISE_COUNT,
+        size=len(first.response),
+    )
+    # The altitude rows do not depend on the wind; the mean remains that over the rows of the triangle.
+    kernel = triangle.kernel
+    if kernel is not None:
+        kernel = np.append(kernel, np.full(len(second.response), float(np.mean(kernel))))
+    return replace(triangle, regression=both, noise_of=noise_of, kernel=kernel)
+
+
+def smoothed(regressors: Array, blocks: Blocks) -> Array:
+    """Smooth regressors (blocks, p) into instruments (blocks, p), without their fast noise."""
+    return np.asarray(gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest"))
+
+
+def _sensor_noise(obs: Observations) -> float:
+    """White noise of the impact pressure [Pa], from its second differences (slow signals cancel)."""
+    second = np.diff(obs.impact_pressure, 2)
+    return float(NORMAL * np.median(np.abs(second)) / np.sqrt(6.0))
+
+
+@dataclass(frozen=True, slots=True)
+class WindNoise:
+    """The map from φ to the covariance.
+
+    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s] (, slow wind's deviation [m/s])).
+    `at_edges` are airspeeds at the edges of the intervals [m/s], `seen` (1, blocks, 2) direction cosines, and
+    `sensor` (blocks,) the pressure sensor's part of the noise along the path [(m/s)²]. `drifting` is that of the
+    structure.
+    """
+
+    intervals: Intervals
+    at_edges: Array
+    seen: Array
+    sensor: Array
+    drifting: bool
+
+    def __call__(self, phi: Array, /) -> MarkovNoise:
+        """Return the covariance for φ (d,)."""
+        return self.stack(phi)
+
+    def stack(self, phis: Array) -> MarkovNoise:
+        """Return the covariances for many φ, (b, d)."""
+        levels = np.exp(phis)
+        winds = [MarkovProcess(levels[..., 0], levels[..., 1, None] / self.at_edges, self.seen)]
+        if self.drifting:
+            winds.append(MarkovProcess(levels[..., 3], np.full(len(self.at_edges), WIND_TIME), self.seen))
+        variance = self.sensor + levels[..., 2, None] ** 2 + _WHITE_FLOOR
+        return MarkovNoise(self.intervals, variance[..., None, :], winds)
+
+
+def length_factor(obs: Observations) -> float:
+    """One standard deviation of the prior of the gusts' length, as a factor: greater for a log above 10,000 ft."""
+    high = float(np.median(obs.static_pressure)) < _HIGH
+    return HIGH_LENGTH_FACTOR if high else GUST_LENGTH_FACTOR
+
+
+def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
+    """The prior of φ: half-normal levels and a log-normal length, wider for a log above 10,000 ft.
+
+    The φ terms convert the density of a level to that of its logarithm. The gust's level has no φ term (Jeffreys'
+    prior for a scale). A density that is flat in the level would put gusts of a few centimeters a second into calm
+    air, which outweigh all sensor noise.
+    """
+    rows = structure.altitude
+    levels = {0: (GUST_SCALE, 0.0), 2: (WHITE_SCALE, 1.0)}
+    if structure.drifting:
+        levels[3] = (WIND_SCALE, 1.0)
+    factor = length_factor(obs)
+
+    def log_prior(phi: Array) -> float:
+        half_normal = sum(
+            flat * phi[i] - 0.5 * (np.exp(phi[i]) / scale) ** 2 for i, (scale, flat) in levels.items()
+        )
+        length = -0.5 * ((phi[1] - np.log(GUST_LENGTH)) / np.log(factor)) ** 2
+        height = 0.0 if rows is None else altitude_log_prior(rows, phi[-NOISE_COUNT:])
+        return float(half_normal + length) + height
+
+    return log_prior
+
+
+def noise_count(structure: Structure) -> int:
+    """The number of parameters of the noise."""
+    return 3 + structure.drifting + (0 if structure.altitude is None else NOISE_COUNT)
+
+
+def first_guess(problem: Linearized, structure: Structure) -> Array:
+    """A start for φ (d,) from the least-squares residual of the airspeed.
+
+    The covariance of neighboring blocks is attributed to gusts. The rest, without the sensor's noise, is white.
+    """
+    data, blocks = problem.regression, len(problem.sensor)
+    response, regressors = data.response[:blocks], data.regressors[:blocks]
+    rest = response - regressors @ np.linalg.lstsq(regressors, response)[0]
+    total = max(float(np.mean(rest**2)), _WHITE_FLOOR)
+    once, twice = (max(float(np.mean(rest[k:] * rest[:-k])), 0.05 * total) for k in (1, 2))
+    gust = min(once**2 / twice, total)  # an exponential correlation, carried back to lag zero
+    white = max(total - gust - float(np.mean(problem.sensor)), _LEAST_WHITE**2)
+    start = [np.sqrt(gust), GUST_LENGTH, np.sqrt(white), *[0.3 * WIND_SCALE] * structure.drifting]
+    height = np.zeros(0) if structure.altitude is None else altitude_guess(structure.altitude)
+    return np.concatenate([np.log(start), height])
+
+
+# The estimator of the covering 2σ: generalized least squares with correlated noise.
+# The noise (see `linearized_problem`) is white sensor noise plus gusts. Their levels and length are unknown. They
+# are estimated by restricted likelihood, and the answer is averaged over their posterior.
+
+_LEAST_PLANNED = 10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
+
+_PASSES, _FAR = 6, 4.0  # passes at most; a step of more standard errors than this is followed by another
+
+
+@dataclass(frozen=True, slots=True)
+class CoveringFit:
+    """A fit: θ0, the nodes of the noise posterior and the most likely noise.
+
+    `theta` (p + m,) is the reference point θ0, zero for the m nuisances; the nodes hold corrections to it. The
+    deviations of gust and drifting wind are in m/s, the gust length in m; `blocks` is the number of blocks.
+    """
+
+    theta: Array
+    nodes: tuple[NoiseNode, ...]
+    gust_deviation: float
+    gust_length: float
+    wind_deviation: float
+    blocks: int
+    problem: Regression  # linearized at θ0
+    noise_of: NoiseOf
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """The result of the first pass: θ (p,), the most likely noise φ, and the covariance of θ and the nuisances,
+    (p + m, p + m)."""
+
+    theta: Array
+    noise: Array
+    covariance: Array
+
+
+def fit_covering(structure: Structure, obs: Observations, start: Array) -> CoveringFit:
+    """Fit from a nearby start θ (p,). Every node's estimate is a correction to the returned θ.
+
+    The first pass, on blocks twice as long, moves θ to the estimate under the most likely noise. The last pass
+    linearizes there and gives the bound.
+    Raises NoAnswerError where the log is too short, the fit leaves the model's domain or the steps do not settle.
+    """
+    return settle(structure, obs, approach(structure, obs, start))
+
+
+def settle(structure: Structure, obs: Observations, approached: Approach) -> CoveringFit:
+    """Run the last pass of `fit_covering`."""
+    length, log_prior = block_length(obs), log_prior_of(structure, obs)
+    theta, mode = approached.theta, approached.noise
+    blocks = divide(obs, length)
+    fine = linearize(structure, obs, blocks, theta, gust_variance=float(np.exp(2.0 * mode[0])))
+    nodes = noise_posterior(fine.regression, fine.noise_of, log_prior, mode)
+    best = max(nodes, key=lambda node: node.weight).noise
+    return CoveringFit(
+        theta=np.concatenate([theta, np.zeros(len(structure.nuisances))]),
+        nodes=tuple(_node_of_mean_wind(structure, fine, node) for node in nodes),
+        gust_deviation=float(np.exp(best[0])),
+        gust_length=float(np.exp(best[1])),
+        wind_deviation=float(np.exp(best[3])) if structure.drifting else 0.0,
+        blocks=len(blocks.count),
+        problem=fine.regression,
+        noise_of=fine.noise_of,
+    )
+
+
+def _node_of_mean_wind(structure: Structure, problem: Linearized, node: NoiseNode) -> NoiseNode:
+    estimate, covariance = _of_mean_wind(structure, problem, node.noise, (node.estimate, node.covariance))
+    return replace(node, estimate=estimate, covariance=covariance)
+
+
+def _of_mean_wind(
+    structure: Structure, problem: Linearized, phi: Array, answer: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """The answer under one noise, with the mean wind where the wind drifts."""
+    mean = mean_wind_under(problem, structure, problem.noise_of(phi), phi)
+    return answer if mean is None else mean.of(answer)
+
+
+def mean_wind_under(problem: Linearized, structure: Structure, noise: Noise, phi: Array) -> MeanWind | None:
+    """The mean of a drifting wind under the noise of parameters φ (d,); None for a wind that does not drift."""
+    if problem.kernel is None:
+        return None
+    deviation, first = float(np.exp(phi[3])), structure.model.error_count
+    return mean_wind(noise, problem.regression, problem.kernel, deviation, first)
+
+
+def linearized(structure: Structure, obs: Observations, theta: Array, gust_deviation: float) -> Linearized:
+    """Linearize the problem of a structure at θ (p,), on the blocks of `fit_covering`; gust deviation [m/s]."""
+    blocks = divide(obs, block_length(obs))
+    return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2)
+
+
+def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
+    """Run the first pass of `fit_covering`, repeated from a start (p,) that is far away.
+
+    Raises NoAnswerError where the log is too short for its unknowns or the steps do not settle.
+    """
+    theta, mode, count, log_prior = start, None, structure.model.count, log_prior_of(structure, obs)
+    blocks = divide(obs, 2.0 * block_length(obs))
+    unknowns = count + noise_count(structure)
+    if len(blocks.count) <= unknowns:
+        raise NoAnswerError(
+            f"by its clock the log lasts {obs.time[-1] - obs.time[0]:.3g} s, too short for {unknowns} unknowns: "
+            "check the unit of the time, or fly longer"
+        )
+    for _ in range(_PASSES):
+        rough = linearize(structure, obs, blocks, theta)
+        guess = first_guess(rough, structure) if mode is None else mode
+        mode = most_likely_noise(rough.regression, rough.noise_of, log_prior, guess)
+        answer = solve(rough.regression, rough.noise_of(mode))
+        # The next point has the mean wind: the level of a drifting wind may be far from any wind of the flight.
+        step, covariance = _of_mean_wind(structure, rough, mode, answer)
+        theta = theta + step[:count]
+        if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])):
+            return Approach(theta, mode, covariance)
+    raise NoAnswerError("the fit does not settle: check the log for gross errors, or choose a simpler model")
+
+
+def covariance_given(structure: Structure, obs: Observations, blocks: Blocks, theta: Array, phi: Array) -> Array:
+    """Covariance of θ and the nuisances, (p + m, p + m), for a known noise.
+
+    φ = ln(gust deviation [m/s], gust length [m], white deviation [m/s]). It is the inverse information matrix and
+    does not depend on the response.
+    """
+    problem = linearize(structure, obs, blocks, theta)
+    return solve(problem.regression, problem.noise_of(phi))[1]
+
+
+def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFit, column: Nuisance) -> Estimate:
+    """Estimate one more nuisance, without a prior, on one-second blocks, and return it with 2σ.
+
+    The noise is the most likely one with this nuisance. Its instrument is its smoothed column where that exceeds
+    `column.deviation`: such accelerations are planned and not a response to gusts. 2σ is infinite where there are
+    too few of them.
+    """
+    blocks, structure = divide(obs, 1.0), replace(structure, altitude=None)
+    theta = fit.theta[: structure.model.count]
+    plain = linearize(structure, obs, blocks, theta)
+    added = blocks.mean(column.column(structure.model.predict(theta, obs), obs))
+    smooth = smoothed(added, blocks)
+    planned = np.where(np.abs(smooth) > column.deviation, smooth, 0.0)
+    if float(planned @ planned) < _LEAST_PLANNED:
+        return Estimate(column.name, 0.0, float("inf"))
+    wider = Regression(
+        plain.regression.response,
+        np.column_stack([plain.regression.regressors, added]),
+        np.column_stack([plain.regression.instruments, planned]),
+        np.append(plain.regression.prior_precision, 0.0),
+    )
+    best = max(fit.nodes, key=lambda node: node.weight).noise
+    start = best[: noise_count(structure)]
+    mode = most_likely_noise(wider, plain.noise_of, log_prior_of(structure, obs), start)
+    estimate, covariance = solve(wider, plain.noise_of(mode))
+    return Estimate(column.name, float(estimate[-1]), 2.0 * float(np.sqrt(covariance[-1, -1])))
+
+
+@dataclass(frozen=True, slots=True)
+class Posterior:
+    """Weighted Gaussians for θ: weights (m,), which sum to 1, means (m, p) and covariances (m, p, p)."""
+
+    weights: Array
+    means: Array
+    covariances: Array
+
+    @property
+    def mean(self) -> Array:
+        """The mixture's mean, (p,)."""
+        return np.asarray(self.weights @ self.means)
+
+    @property
+    def covariance(self) -> Array:
+        """The mixture's covariance, (p, p)."""
+        offset = self.means - self.mean
+        within = np.einsum("m,mpq->pq", self.weights, self.covariances)
+        return np.asarray(within + np.einsum("m,mp,mq->pq", self.weights, offset, offset))
+
+    def two_sigma(self, gradient: Array) -> Array:
+        """2σ of linear functions of θ with gradient (c, p), as half-widths of the mixture, (c,)."""
+        means = self.means @ gradient.T
+        variances = np.einsum("cp,mpq,cq->mc", gradient, self.covariances, gradient)
+        with np.errstate(invalid="ignore"):  # a negative variance gives a NaN bound, which `require_useful` refuses
+            deviations = np.sqrt(variances)
+        return half_width(self.weights, means, deviations)
+
+    def simultaneous(self, gradient: Array, bounds: Array) -> Array:
+        """Half-widths that hold at all points together: the pointwise `bounds` (c,) times one factor."""
+        return bounds * simultaneous_factor(self.weights, self.means, self.covariances, gradient, bounds)
+
+    def two_sigma_by(self, place: int, gradient: Array) -> Array:
+        """The part of 2σ, (c,), that the uncertainty of θ[place] adds: it vanishes where θ[place] is known."""
+        covariance = self.covariance
+        return 2.0 * np.abs(gradient @ covariance[:, place]) / float(np.sqrt(covariance[place, place]))
+
+
+def posterior_of(fit: OutputErrorFit | CoveringFit) -> Posterior:
+    """The posterior of a fit: one Gaussian for output error, a mixture for the covering estimator."""
+    if isinstance(fit, OutputErrorFit):
+        return Posterior(np.ones(1), fit.theta[None], fit.covariance[None])
+    return Posterior(
+        np.array([node.weight for node in fit.nodes]),
+        fit.theta + np.stack([node.estimate for node in fit.nodes]),
+        np.stack([node.covariance for node in fit.nodes]),
+    )

@@ -1,0 +1,74 @@
+"""The bound expected of a flight from its geometry alone: the inverse information matrix.
+
+The geometry is speeds, headings and times; the response of the log is not used. The level and the length of the
+gusts and the noise of the receiver's height are assumed known. The calibration estimates them, and its bound is
+wider.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pitotbench.calibration.altitude import SLOW_TIME, altitude_rows
+from pitotbench.calibration.covering import GUST_LENGTH, Structure, covariance_given
+from pitotbench.calibration.fit_checks import require_observable
+from pitotbench.calibration.location import STATIC
+from pitotbench.calibration.observations import block_length, divide, observe
+from pitotbench.calibration.options import CalibrationOptions, accuracies_of
+from pitotbench.calibration.prediction import CurveMap, PredictionModel, nuisances_of
+from pitotbench.calibration.reduction import reference_of
+from pitotbench.pressure_error import MODELS
+from pitotbench.records.log import FlightLog
+from pitotbench.units import Array, MetersPerSecond
+
+_LEAST = 1e-4  # m/s, m: stands for a level of zero, whose logarithm does not exist
+
+
+@dataclass(frozen=True, slots=True)
+class ExpectedNoise:
+    """The expected noise: standard deviation [m/s] and length [m] of the gusts, and the standard deviation of the
+    white noise [m/s] without that of the pressure sensor.
+
+    The receiver's height error: standard deviation [m] and correlation time [s] of its slow part, the standard
+    deviation of its white part [m] a fix, and the random walk of the integrated vertical velocity [m/√s].
+    """
+
+    gust_deviation: float
+    gust_length: float = GUST_LENGTH
+    white_deviation: float = 0.03
+    height_deviation: float = 0.0
+    height_memory: float = SLOW_TIME
+    height_white: float = 1.5
+    height_walk: float = 0.05
+
+
+def expected_two_sigma(
+    log: FlightLog,
+    options: CalibrationOptions,
+    theta: Array,
+    noise: ExpectedNoise,
+    indicated_airspeed: MetersPerSecond,
+) -> MetersPerSecond:
+    """Compute 2σ of the error curve at indicated airspeeds, (c,) [m/s], for known noise.
+
+    Parameters: log, of the flight in smooth air; options; theta (p,), error parameters and wind toward north and
+    east [m/s], at which the problem is linearized; noise; indicated_airspeed (c,) [m/s]. Raises NoAnswerError where
+    the flight cannot determine the answer. An error of the static source is seen by the altitude equation too,
+    where the log has its height.
+    """
+    options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
+    obs = observe(log, options)
+    model = PredictionModel(MODELS[options.model], reference_of([obs]), options.error_location == STATIC)
+    require_observable(model, obs)
+    rows = None
+    if model.static_error and options.use_altitude:
+        rows = altitude_rows(log, obs, options.gps_latency, theta[model.error_count :])
+    structure = Structure(model, nuisances_of(options, obs), drifting=False, altitude=rows)
+    phi = np.log([max(noise.gust_deviation, _LEAST), noise.gust_length, noise.white_deviation])
+    if rows is not None:
+        third = noise.height_white if rows.tie is None else noise.height_walk
+        phi = np.append(phi, np.log(np.maximum([noise.height_deviation, noise.height_memory, third], _LEAST)))
+    covariance = covariance_given(structure, obs, divide(obs, block_length(obs)), theta, phi)
+    free = model.error_count
+    gradient = CurveMap(model, indicated_airspeed).correction_gradient(theta[:free])
+    return np.asarray(2.0 * np.sqrt(np.einsum("cp,pq,cq->c", gradient, covariance[:free, :free], gradient)))

@@ -1,0 +1,275 @@
+"""Checks of a fit: what the log determines, whether the curve is possible, what lies outside its prior."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pitotbench.calibration.altitude import NOISE_COUNT, SLOW_SCALE, SLOW_TIME, SLOW_TIME_FACTOR, WALK_SCALE
+from pitotbench.calibration.altitude import WHITE_SCALE as HEIGHT_SCALE
+from pitotbench.calibration.covering import (
+    GUST_LENGTH,
+    GUST_SCALE,
+    WHITE_SCALE,
+    WIND_SCALE,
+    CoveringFit,
+    Posterior,
+    Structure,
+    length_factor,
+)
+from pitotbench.calibration.observations import Observations
+from pitotbench.calibration.prediction import Nuisance, PredictionModel
+from pitotbench.logbook.plausible_air import LIMITS
+from pitotbench.records import NoAnswerError
+from pitotbench.records.calibration import Calibration
+from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
+
+# Checks that a log determines the requested answer. A number that it does not determine is never returned.
+
+_HEADING_SPREAD = 30.0 * DEGREE  # below it the along-track wind and the curve's level are one unknown
+
+_SPEED_RATIO = {1: 1.0, 2: 1.05, 3: 1.10}  # number of terms to the ratio of impact pressures that they need
+
+_SPLINE_RATIO = 1.3  # the same for a model of more terms
+
+_USELESS = 10.0 * KNOT  # a bound beyond this is no answer
+
+
+def require_observable(model: PredictionModel, obs: Observations) -> None:
+    """Raise NoAnswerError where headings or speeds are too similar. The message says what to fly next."""
+    for axis, velocity in (("north", obs.velocity_north), ("east", obs.velocity_east)):
+        if not np.any(velocity):
+            raise NoAnswerError(
+                f"the wind is not observable: the ground velocity toward {axis} is zero in every row: check it"
+            )
+    spread = heading_spread(obs)
+    if spread < _HEADING_SPREAD:
+        raise NoAnswerError(
+            f"the wind is not observable: all headings lie within {spread / DEGREE:.0f}°; "
+            "fly a second leg at least 60° away (the reciprocal is best)"
+        )
+    low, high = np.quantile(obs.impact_pressure, [0.02, 0.98])
+    needed = _SPEED_RATIO.get(model.error_count, _SPLINE_RATIO)
+    if high / low < needed:
+        raise NoAnswerError(
+            f"the airspeed hardly changes (impact pressure {low:.0f} to {high:.0f} Pa): the model "
+            f"{model.error.name!r} with {model.error_count} parameters needs a ratio of {needed:g}; "
+            "use --model bias, or fly a wider speed range"
+        )
+
+
+def heading_spread(obs: Observations) -> float:
+    """Return the width of the smallest arc that contains 98 % of the ground tracks [rad]."""
+    thin = max(1, len(obs) // 5000)
+    track = np.sort(np.arctan2(obs.velocity_east[::thin], obs.velocity_north[::thin]))
+    keep = int(np.ceil(0.98 * len(track)))
+    wrapped = np.concatenate([track, track + 2.0 * np.pi])
+    return float(np.min(wrapped[keep - 1 : keep - 1 + len(track)] - wrapped[: len(track)]))
+
+
+def require_useful(calibration: Calibration) -> None:
+    """Raise NoAnswerError where 2σ of the curve or the wind is above 10 kt or not finite."""
+    wind = max(calibration.wind.north.two_sigma, calibration.wind.east.two_sigma)
+    curve = float(np.max(calibration.curve.two_sigma))
+    if not np.isfinite(wind + curve):
+        raise NoAnswerError(
+            "the log does not determine the answer: no bound can be given; check the clock, the units and the "
+            "columns, or fly longer, on reciprocal headings"
+        )
+    if max(wind, curve) > _USELESS:
+        raise NoAnswerError(
+            f"the log does not determine the answer: 2σ would be {curve / KNOT:.1f} kt on the curve and "
+            f"{wind / KNOT:.1f} kt on the wind; fly longer, on reciprocal headings, at every speed of interest"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class CurveVerdict:
+    """The verdict: `plausible`, `doubtful` (a warning) or `impossible` (no answer), with a sentence of explanation.
+
+    `worst` [-] is the Δp/q_c of greatest size among the points beyond the limit, and `indicated_airspeed` [m/s] the
+    airspeed at that point. Both are 0 where no point is beyond it.
+    """
+
+    kind: Literal["plausible", "doubtful", "impossible"]
+    worst: float = 0.0
+    indicated_airspeed: float = 0.0
+    words: str = ""
+
+
+def judge_curve(
+    indicated_airspeed: MetersPerSecond, normalized_pressure_error: Array, normalized_two_sigma: Array
+) -> CurveVerdict:
+    """Judge a curve Δp/q_c over indicated airspeed [m/s] by its size; arrays of one length, (n,).
+
+    A point is beyond a limit where it exceeds the limit by more than its 2σ: an uncertain curve is not impossible.
+    Impossible: above 0.2, an error of a tenth in airspeed. Doubtful: above 0.1, which is 5 kt at 100 kt and the
+    largest error that FAR 23.1323 accepts. The limits are those for the judgment of a log.
+    Raises ValueError for arrays of different lengths, or for a number that is not finite.
+    """
+    speed, error, bound = indicated_airspeed, normalized_pressure_error, normalized_two_sigma
+    if not speed.shape == error.shape == bound.shape:
+        raise ValueError(f"a curve needs arrays of one length, not {speed.shape}, {error.shape}, {bound.shape}")
+    if not np.all(np.isfinite([speed, error, bound])):
+        raise ValueError("a curve holds a number that is not finite")
+    surely = np.abs(error) - bound
+    if np.any(surely > LIMITS.curve_refused):
+        return _verdict("impossible", speed, error, surely > LIMITS.curve_refused)
+    if np.any(surely > LIMITS.curve_doubted):
+        return _verdict("doubtful", speed, error, surely > LIMITS.curve_doubted)
+    return CurveVerdict("plausible")
+
+
+def _verdict(
+    kind: Literal["doubtful", "impossible"], speed: MetersPerSecond, error: Array, beyond: Booleans
+) -> CurveVerdict:
+    at = int(np.argmax(np.where(beyond, np.abs(error), -1.0)))
+    reason = {
+        "doubtful": "a certified airplane's is smaller: check units, gains and zeros of the log",
+        "impossible": "no airplane's is so large: a unit, a gain or a zero of the log is wrong",
+    }[kind]
+    words = (
+        f"the pressure error is {error[at]:+.0%} of the impact pressure at {speed[at] / KNOT:.0f} kt indicated; "
+        f"{reason}"
+    )
+    return CurveVerdict(kind, float(error[at]), float(speed[at]), words)
+
+
+# Warnings for nuisances and noise parameters that the log puts far outside their priors.
+# Where the log contradicts a prior, the estimate is a compromise between the two, and the bound is too small. The
+# sensor, its unit or the assumption is wrong; only the user can decide which.
+# A log that hardly knows a nuisance moves its estimate little, however wrong the prior. So an estimate is held
+# against what the prior lets such logs find, its prior predictive distribution: where the prior has standard
+# deviation s and the posterior r, estimates scatter by √(s² − r²) (Box, "Sampling and Bayes' inference in
+# scientific modelling and robustness", Journal of the Royal Statistical Society A 143, 1980).
+
+_FAR = 3.0  # standard deviations of the prior of a noise parameter
+
+_SELDOM = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
+
+_LEAST_KNOWN = 0.04  # share of the prior variance: a log that resolves less says nothing of a nuisance
+
+_ERRORS = {  # name of a nuisance to its words and its unit
+    "temperature_k": ("constant error of the temperature", "K"),
+    "recovery_factor": ("error of the recovery factor", ""),
+    "static_pressure_pa": ("constant error of the static pressure", "Pa"),
+    "impact_pressure_zero_pa": ("zero offset of the impact pressure", "Pa"),
+    "velocity_north_mps": ("constant error of the GPS velocity toward north", "m/s"),
+    "velocity_east_mps": ("constant error of the GPS velocity toward east", "m/s"),
+    "latency_s": ("latency of the GPS", "s"),
+    "wind_north_mps_per_600_s": ("change of the wind toward north in 600 s", "m/s"),
+    "wind_east_mps_per_600_s": ("change of the wind toward east in 600 s", "m/s"),
+    "wind_north_mps_per_300_m": ("change of the wind toward north over 300 m of height", "m/s"),
+    "wind_east_mps_per_300_m": ("change of the wind toward east over 300 m of height", "m/s"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Level:
+    """A level with a half-normal prior of the given scale."""
+
+    words: str
+    unit: str
+    scale: float
+
+    def departure(self, value: float) -> float:
+        """Distance from zero in standard deviations."""
+        return value / self.scale
+
+    @property
+    def expected(self) -> str:
+        """The assumed size, in words."""
+        return f"at most about {2.0 * self.scale:.3g} {self.unit} expected"
+
+
+@dataclass(frozen=True, slots=True)
+class _Extent:
+    """A length or a time with a log-normal prior: its middle, and one standard deviation as a factor."""
+
+    words: str
+    unit: str
+    middle: float
+    factor: float
+
+    def departure(self, value: float) -> float:
+        """Distance of the logarithm from that of the middle, in standard deviations, without sign."""
+        return float(abs(np.log(value / self.middle)) / np.log(self.factor))
+
+    @property
+    def expected(self) -> str:
+        """The assumed size, in words."""
+        reach = self.factor**2
+        return f"{self.middle / reach:.3g} to {self.middle * reach:.3g} {self.unit} expected"
+
+
+def outside_prior(structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior) -> tuple[str, ...]:
+    """Write a sentence for each nuisance and each noise parameter far outside its prior.
+
+    Far is what 1 % of logs find of a nuisance where its prior holds, and for a noise parameter more than three
+    standard deviations of the prior from its middle. The sentence states the size.
+    """
+    return (*_nuisances_outside(structure, answer), *_noise_outside(structure, obs, fit))
+
+
+def _nuisances_outside(structure: Structure, answer: Posterior) -> list[str]:
+    mean, bounds = answer.mean, answer.two_sigma(np.eye(len(answer.mean)))
+    found = []
+    for place, nuisance in enumerate(structure.nuisances, start=structure.model.count):
+        # The scatter for known noise: the nodes' own differences are no knowledge of the nuisance.
+        left = float(answer.weights @ answer.covariances[:, place, place]) / nuisance.deviation**2
+        scatter = nuisance.deviation * float(np.sqrt(max(1.0 - left, _LEAST_KNOWN)))
+        if abs(float(mean[place])) > _SELDOM * scatter:
+            found.append(_nuisance_sentence(nuisance, float(mean[place]), float(bounds[place]), scatter))
+    return found
+
+
+def _nuisance_sentence(nuisance: Nuisance, value: float, bound: float, scatter: float) -> str:
+    words, unit = _ERRORS.get(nuisance.name, (nuisance.name.replace("_", " "), ""))
+    return (
+        f"the {words} is found to be {_sized(f'{value:+.3g} ± {bound:.2g}', unit)}; under what was assumed "
+        f"({_sized(f'±{2.0 * nuisance.deviation:.3g}', unit)}, 2σ) such a log would find "
+        f"{_sized(f'0 ± {2.0 * scatter:.2g}', unit)}: check the sensor and its unit, or assume more"
+    )
+
+
+def _sized(number: str, unit: str) -> str:
+    return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
+
+
+def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) -> list[str]:
+    likely = np.exp(max(fit.nodes, key=lambda node: node.weight).noise)
+    found = []
+    for prior, value in zip(_noise_priors(structure, length_factor(obs)), likely, strict=True):
+        departure = prior.departure(float(value))
+        if departure > _FAR:
+            found.append(
+                f"the {prior.words} is found to be {value:.3g} {prior.unit}, {departure:.1f} standard deviations "
+                f"of what was assumed ({prior.expected}): the bound may be too small; check the log for slow "
+                "changes of the wind and for faulty channels"
+            )
+    return found
+
+
+def _noise_priors(structure: Structure, factor: float) -> list[_Level | _Extent]:
+    """The priors of the noise parameters in their order; `factor` is that of the gusts' length."""
+    priors: list[_Level | _Extent] = [
+        _Level("gusts' standard deviation", "m/s", GUST_SCALE),
+        _Extent("gusts' length", "m", GUST_LENGTH, factor),
+        _Level("white noise of the airspeed", "m/s", WHITE_SCALE),
+    ]
+    if structure.drifting:
+        priors.append(_Level("standard deviation of the drifting wind", "m/s", WIND_SCALE))
+    if structure.altitude is not None:
+        third = (
+            _Level("white noise of the height", "m", HEIGHT_SCALE)
+            if structure.altitude.tie is None
+            else _Level("wander of the integrated vertical velocity", "m/√s", WALK_SCALE)
+        )
+        height: list[_Level | _Extent] = [
+            _Level("slow error of the height", "m", SLOW_SCALE),
+            _Extent("memory of the height error", "s", SLOW_TIME, SLOW_TIME_FACTOR),
+            third,
+        ]
+        assert len(height) == NOISE_COUNT
+        priors += height
+    return priors

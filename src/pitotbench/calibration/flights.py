@@ -1,0 +1,231 @@
+"""Logs that hold one flight or several: one curve for all flights, and a separate wind for each."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtrc
+
+from pitotbench import air
+from pitotbench.calibration.average import calibrate_auto
+from pitotbench.calibration.covering import Posterior
+from pitotbench.calibration.fit_checks import require_useful
+from pitotbench.calibration.observations import observe
+from pitotbench.calibration.options import AUTO, Accuracies, CalibrationOptions
+from pitotbench.calibration.prediction import curve_airspeeds
+from pitotbench.calibration.reduction import Reduction, reduce_log, reference_of
+from pitotbench.calibration.result import assemble
+from pitotbench.logbook.checks import flights_in
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.calibration import CalibratedFlight, Calibration
+from pitotbench.records.log import FlightLog
+from pitotbench.units import Array, MetersPerSecond
+
+# Several logs of one airplane: one curve in common, and a separate wind for each log.
+# Each log is reduced separately. Its answer, as a Gaussian, is information about the curve, the wind of that log
+# and the nuisances. The unknowns of the airplane (curve, errors of its sensors) are common to all logs; those of
+# the day are separate. A common prior counts once. The sum of the information is the joint fit of the linearized
+# problems.
+
+_DISAGREE = 0.01  # probability of so much disagreement by chance: below it there is a warning
+
+
+@dataclass(frozen=True, slots=True)
+class _Information:
+    """The information of one log without the common priors.
+
+    `precision` is (p, p), and `pull` (p,) is precision times estimate. `place` (p,) is the index of each unknown
+    among those of all logs.
+    """
+
+    precision: Array
+    pull: Array
+    place: NDArray[np.intp]
+
+
+def reduce_together(
+    logs: Sequence[FlightLog], options: CalibrationOptions
+) -> list[tuple[Reduction, MetersPerSecond]]:
+    """Reduce each log and give it the joint answer, with the indicated airspeeds [m/s] that all logs cover.
+
+    Raises as `reduction.reduce_log` does.
+    """
+    reference = reference_of([observe(log, options) for log in logs])
+    return join([reduce_log(log, options, reference) for log in logs])
+
+
+def join(single: Sequence[Reduction]) -> list[tuple[Reduction, MetersPerSecond]]:
+    """Give each of several reductions with one reference pressure the joint answer, as `reduce_together` does."""
+    indicated = [air.calibrated_airspeed(each.observations.impact_pressure) for each in single]
+    airspeeds = curve_airspeeds(np.concatenate(indicated))
+    warning = _disagreement(single)
+    joint = _joined(single)
+    return [
+        (replace(each, answer=answer, warnings=each.warnings + warning), airspeeds)
+        for each, answer in zip(single, joint, strict=True)
+    ]
+
+
+def _joined(single: Sequence[Reduction]) -> list[Posterior]:
+    """The joint answer, once per log, in the unknowns of that log."""
+    shared: dict[str, int] = {}
+    known = [_information(each, number, shared) for number, each in enumerate(single)]
+    size = len(shared)
+    precision, pull = np.zeros((size, size)), np.zeros(size)
+    for part in known:
+        precision[np.ix_(part.place, part.place)] += part.precision
+        pull[part.place] += part.pull
+    for name, prior in _common_priors(single).items():
+        precision[shared[name], shared[name]] += prior
+    covariance = _inverse(precision)
+    mean = covariance @ pull
+    return [
+        Posterior(np.ones(1), mean[part.place][None], covariance[np.ix_(part.place, part.place)][None])
+        for part in known
+    ]
+
+
+def _information(each: Reduction, number: int, shared: dict[str, int]) -> _Information:
+    """The information of one log. `shared` maps names to places; new unknowns of the log are added to it."""
+    precision = _inverse(each.answer.covariance)
+    pull = precision @ each.answer.mean
+    commons = _common_priors([each])
+    names = _names(each, number)
+    for place, name in enumerate(names):
+        precision[place, place] -= commons.get(name, 0.0)
+        shared.setdefault(name, len(shared))
+    return _Information(precision, pull, np.array([shared[name] for name in names]))
+
+
+def _names(each: Reduction, number: int) -> list[str]:
+    """Names of the elements of θ. A name with the log's number belongs to this log alone."""
+    winds = [f"wind {axis} {number}" for axis in range(each.model.count - each.model.error_count)]
+    others = [n.name if _is_common(each, n.name) else f"{n.name} {number}" for n in each.nuisances]
+    return [*each.model.error.parameter_names, *winds, *others]
+
+
+def _is_common(each: Reduction, name: str) -> bool:
+    """Whether a nuisance is common to all logs; the temperature of a standard day and a changing wind are not."""
+    if name == "temperature_k" and each.observations.standard_day:
+        return False
+    return any(name == f.name or name.startswith("velocity_") for f in fields(Accuracies))
+
+
+def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
+    """Prior precision of every common nuisance."""
+    return {n.name: 1.0 / n.deviation**2 for each in single for n in each.nuisances if _is_common(each, n.name)}
+
+
+def _disagreement(single: Sequence[Reduction]) -> tuple[str, ...]:
+    """A warning where the logs' curves differ by more than their bounds allow."""
+    free = single[0].model.error_count
+    means = np.stack([each.answer.mean[:free] for each in single])
+    weights = np.stack([_inverse(each.answer.covariance[:free, :free]) for each in single])
+    common = np.linalg.solve(weights.sum(axis=0), np.einsum("lij,lj->i", weights, means))
+    offset = means - common
+    statistic = float(np.einsum("li,lij,lj->", offset, weights, offset))
+    statistic = max(statistic, 0.0)  # rounding may bring that of equal curves below zero
+    chance = float(chdtrc(free * (len(single) - 1), statistic)) if len(single) > 1 else 1.0
+    if chance >= _DISAGREE:
+        return ()
+    return (
+        f"the flights disagree about the curve (by chance in {100.0 * chance:.2g} % of cases): compare them singly",
+    )
+
+
+def _inverse(matrix: Array) -> Array:
+    """Inverse of a symmetric matrix whose rows have different units, scaled to keep it well conditioned."""
+    scale = np.sqrt(np.abs(np.diag(matrix)))
+    return np.asarray(np.linalg.inv(matrix / np.outer(scale, scale)) / np.outer(scale, scale))
+
+
+# Logs that hold one flight or several: one curve for all flights, and a separate wind for each.
+# A log is cut where its recording pauses for more than five minutes. A flight that determines no answer by
+# itself, such as a taxi or a leg on one heading, is left out where two others remain; else the log is reduced as
+# one flight.
+
+T = TypeVar("T")
+
+_FEWEST = 2  # flights of one log
+
+
+@dataclass(frozen=True, slots=True)
+class _Part(Generic[T]):
+    """A flight cut from a log, with what came of it."""
+
+    log: FlightLog
+    found: T
+    place: int
+    number: int
+    count: int
+    left_out: tuple[int, ...] = ()
+
+
+def reduce_flights(logs: Sequence[FlightLog], options: CalibrationOptions) -> list[CalibratedFlight]:
+    """Calibrate every flight of the logs, with one curve for all and a separate wind for each.
+
+    The model `auto` gives each flight of a log its own curve, and a warning says so. Raises as `reduce_log` does,
+    and BadInputError for several logs with the model `auto`.
+    """
+    if options.model == AUTO:
+        if len(logs) > 1:
+            raise BadInputError(
+                "several logs have a curve in common only of one model: name it, or use --separately"
+            )
+
+        def calibrate(log: FlightLog) -> Calibration:
+            calibration = calibrate_auto(log, options)
+            require_useful(calibration)
+            return calibration
+
+        alone = _parts(logs[0], 0, calibrate)
+        return [_flight(part, part.found, 1) for part in alone]
+    reference = reference_of([observe(log, options) for log in logs])
+
+    def reduce(log: FlightLog) -> Reduction:
+        reduction = reduce_log(log, options, reference)
+        require_useful(assemble(reduction))
+        return reduction
+
+    parts = [part for place, log in enumerate(logs) for part in _parts(log, place, reduce)]
+    if len(parts) == 1:
+        return [_flight(parts[0], assemble(parts[0].found), 1)]
+    joint = assemble_together(join([part.found for part in parts]))
+    return [_flight(part, calibration, len(parts)) for part, calibration in zip(parts, joint, strict=True)]
+
+
+def assemble_together(joint: Sequence[tuple[Reduction, MetersPerSecond]]) -> list[Calibration]:
+    """Assemble the Calibration of each reduction with the joint answer; all have one band for the whole curve."""
+    found = [assemble(reduction, airspeeds) for reduction, airspeeds in joint]
+    # The band comes from random draws of all unknowns, of which each flight has its own.
+    band = found[0].curve.simultaneous_two_sigma
+    return [replace(each, curve=replace(each.curve, simultaneous_two_sigma=band)) for each in found]
+
+
+def _parts(log: FlightLog, place: int, reduce: Callable[[FlightLog], T]) -> list[_Part[T]]:
+    """Cut a log into its flights and reduce each; one part, the whole log, where fewer than two give an answer."""
+    flights = flights_in(log)
+    found: list[_Part[T]] = []
+    missing: list[int] = []
+    for number, flight in enumerate(flights if len(flights) > 1 else [], start=1):
+        try:
+            found.append(_Part(flight, reduce(flight), place, number, len(flights)))
+        except (NoAnswerError, BadInputError):
+            missing.append(number)
+    if len(found) < _FEWEST:
+        return [_Part(log, reduce(log), place, 1, 1)]
+    return [replace(part, left_out=tuple(missing)) for part in found]
+
+
+def _flight(part: _Part[T], calibration: Calibration, joined: int) -> CalibratedFlight:
+    """The flight of a part, with the warnings that the cutting of its log makes."""
+    warnings = list(calibration.warnings)
+    if part.left_out:
+        names = ", ".join(str(number) for number in part.left_out)
+        warnings.append(f"flight {names} of this log determines no answer by itself and is left out")
+    if part.count > 1 and joined == 1:
+        warnings.append("auto gives each flight of this log its own curve: name a model for one curve in common")
+    calibration = replace(calibration, warnings=tuple(warnings))
+    return CalibratedFlight(part.log, calibration, part.place, part.number, part.count, joined)

@@ -1,0 +1,211 @@
+"""The location of the pressure error, and the fit for it.
+
+An error of the static source changes the static pressure (p = p_i − Δp), and GPS height shows it. An error of the
+total source, or of the impact pressure alone (as published), does not change the static pressure. These two predict
+the same data, so no log can separate them. The wind triangle hardly depends on the location; the altitude equation
+together with it gives clear evidence.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import chdtrc
+
+from pitotbench.calibration.altitude import (
+    NOISE_COUNT,
+    AltitudeNoise,
+    AltitudeRows,
+    altitude_guess,
+    altitude_log_prior,
+    altitude_regression,
+    altitude_rows,
+)
+from pitotbench.calibration.covering import (
+    Approach,
+    CoveringFit,
+    Posterior,
+    Structure,
+    approach,
+    fit_covering,
+    posterior_of,
+    settle,
+)
+from pitotbench.calibration.observations import Observations
+from pitotbench.calibration.options import AUTO, CalibrationOptions
+from pitotbench.estimation.noise import NoiseOf
+from pitotbench.estimation.restricted_likelihood import (
+    LogPrior,
+    Regression,
+    mode_and_evidence,
+    restricted_log_likelihood,
+    solve,
+)
+from pitotbench.records.log import FlightLog
+from pitotbench.units import Array
+
+STATIC, TOTAL, IMPACT = "static", "total", "impact"
+
+SURE = 1e-3  # probability below which the less likely location is left out of the answer
+
+_CERTAIN = 500.0  # log odds, clipped here to keep the exponential finite
+
+_LEAST_GAINED = 1e-6  # share of a variance: below it the altitude does not determine a direction
+
+_FAR_OFF = 40.0  # log odds beyond which a coarse list of noises is enough
+
+# Factors on (slow error, its correlation time, third parameter): a wrong location makes the heights look noisier.
+_NOISIER = ((1.0, 1.0, 1.0), (2.0, 1.0, 1.0), (2.0, 0.5, 2.0), (4.0, 1.0, 1.0), (4.0, 0.5, 4.0))
+
+_BENCH = "pitotbench flight log"  # the `format` in a synthetic log's header begins with it
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorPlace:
+    """The location of the error and the fit for it.
+
+    `static_probability` is the probability of the static source, None where the location was stated or assumed.
+    `answer` is a mixture where two locations are likely. `chance` is the probability that the curves of wind
+    triangle and altitude equation differ by so much by chance; it is None without the altitude equation for this
+    location, and without vertical velocity.
+    """
+
+    location: str
+    static_probability: float | None
+    structure: Structure
+    fit: CoveringFit
+    answer: Posterior
+    chance: float | None = None
+
+
+def assumed_location(header: Mapping[str, object]) -> str:
+    """The location assumed before any evidence: as published for a synthetic log, else the static source.
+
+    The static source has the larger error on nearly every airplane (Gracey 1980).
+    """
+    return IMPACT if str(header.get("format", "")).startswith(_BENCH) else STATIC
+
+
+def fit_located(
+    log: FlightLog, options: CalibrationOptions, structure: Structure, obs: Observations, start: Array
+) -> ErrorPlace:
+    """Fit with the error at the location that the options state, or at the one that the log supports (`auto`).
+
+    Parameters: log; options; structure, without altitude rows; obs; start, θ (p,). Raises as `fit_covering` does.
+    """
+    stated = None if options.error_location == AUTO else options.error_location
+    assumed = stated or assumed_location(log.header)
+    bare = _at(structure, assumed == STATIC)
+    rows = None
+    if options.use_altitude and stated in (None, STATIC):
+        count = structure.model.error_count
+        rows = altitude_rows(log, obs, options.gps_latency, start[count : count + 2])
+    if rows is not None:
+        return _with_height(stated, assumed, bare, rows, obs, start)
+    fit = fit_covering(bare, obs, start)
+    answer = posterior_of(fit)
+    if stated is None and assumed == STATIC:
+        answer = widened_by(
+            answer, posterior_of(fit_covering(_at(structure, False), obs, start)).mean - answer.mean
+        )
+    return ErrorPlace(assumed, None, bare, fit, answer)
+
+
+def _at(structure: Structure, static: bool, rows: AltitudeRows | None = None) -> Structure:
+    return replace(structure, model=replace(structure.model, static_error=static), altitude=rows)
+
+
+def _with_height(
+    stated: str | None, assumed: str, bare: Structure, rows: AltitudeRows, obs: Observations, start: Array
+) -> ErrorPlace:
+    """Fit the triangle on coarse blocks, add the altitude rows to its answer, and fit the likely locations."""
+    near = approach(bare, obs, start)
+    joint, gain, chance = _with_rows(near, bare, rows)
+    moved = _at(bare, True, rows)
+    if stated is not None:
+        fit = settle(moved, obs, joint)
+        return ErrorPlace(stated, None, moved, fit, posterior_of(fit), chance)
+    odds = gain - _evidence_without_curve(rows, joint.noise[-NOISE_COUNT:], gain)
+    probability = float(1.0 / (1.0 + np.exp(-np.clip(odds, -_CERTAIN, _CERTAIN))))
+    elsewhere = IMPACT if assumed == IMPACT else TOTAL
+    shares = {STATIC: probability, elsewhere: 1.0 - probability}
+    tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False), near)}
+    fits = {name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > SURE}
+    best = max(fits, key=lambda name: shares[name])
+    answer = mixed([(shares[name], posterior_of(fit)) for name, fit in fits.items()])
+    return ErrorPlace(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
+
+
+def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float, float | None]:
+    """Update the triangle's answer with the altitude rows.
+
+    Returns the new answer, the log evidence of the rows given the triangle, and the probability of so large a
+    change by chance (None without vertical velocity). The triangle's curve is the prior of the rows: k = k0 + L z,
+    with LLᵀ its covariance and z standard normal.
+    """
+    free = bare.model.error_count
+    known = near.covariance[:free, :free]
+    scale = np.sqrt(np.diag(known))
+    root = scale[:, None] * np.linalg.cholesky(known / np.outer(scale, scale))
+    plain = altitude_regression(rows, bare.model, near.theta, ())
+    seen = plain.regressors[:, :free] @ root
+    problem = Regression(plain.response, seen, seen, np.ones(free))
+    noise, log_evidence = _tried(problem, rows)
+    z, left = solve(problem, AltitudeNoise(rows)(noise))
+    # Without vertical velocity the simple noise makes the probability too small, and the warning would be false.
+    chance = None if rows.tie is None else _chance(z, left)
+    count = bare.model.count
+    step = near.covariance[:count, :free] @ np.linalg.solve(root.T, z)
+    return Approach(near.theta + step, np.concatenate([near.noise, noise]), near.covariance), log_evidence, chance
+
+
+def _chance(z: Array, left: Array) -> float:
+    """Probability of so large an estimate z of a standard normal vector whose posterior covariance is `left`.
+
+    Before the data are known, such an estimate has the covariance 1 − `left`.
+    """
+    gained, axes = np.linalg.eigh(np.eye(len(z)) - left)
+    moved = gained > _LEAST_GAINED
+    distance = float(np.sum((axes.T @ z)[moved] ** 2 / gained[moved]))
+    return float(chdtrc(int(moved.sum()), distance))
+
+
+def _evidence_without_curve(rows: AltitudeRows, noise: Array, gain: float) -> float:
+    """Log evidence of the altitude rows where the static pressure has no error: heights and their noise alone.
+
+    Where no noise near the given one brings it close to `gain`, the best of those noises is enough: the exact
+    number would not change the decision.
+    """
+    problem = altitude_regression(rows, None, np.zeros(0), ())
+    near = [noise + np.log(factors) for factors in _NOISIER]
+    best = max(
+        restricted_log_likelihood(problem, AltitudeNoise(rows)(phi)) + altitude_log_prior(rows, phi) for phi in near
+    )
+    return best if gain - best > _FAR_OFF else _tried(problem, rows)[1]
+
+
+def _tried(problem: Regression, rows: AltitudeRows) -> tuple[Array, float]:
+    """The most likely noise of a problem of altitude rows alone, and the log evidence."""
+    return mode_and_evidence(problem, *_noise_and_prior(rows), altitude_guess(rows))
+
+
+def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:
+    """The family of the altitude rows' noise, and the prior of its parameters."""
+    return AltitudeNoise(rows), lambda phi: altitude_log_prior(rows, phi)
+
+
+def mixed(answers: list[tuple[float, Posterior]]) -> Posterior:
+    """Combine several answers, each with its probability, in one mixture."""
+    if len(answers) == 1:
+        return answers[0][1]
+    total = sum(share for share, _ in answers)
+    return Posterior(
+        np.concatenate([share / total * answer.weights for share, answer in answers]),
+        np.concatenate([answer.means for _, answer in answers]),
+        np.concatenate([answer.covariances for _, answer in answers]),
+    )
+
+
+def widened_by(answer: Posterior, apart: Array) -> Posterior:
+    """Widen an answer by its difference (p,) from that for another location, taken as one standard deviation."""
+    return replace(answer, covariances=answer.covariances + np.outer(apart, apart))

@@ -1,0 +1,310 @@
+"""The rows and channels of a log that the estimators use, in blocks; logs that cannot be used are refused here."""
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench import air
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.estimation.noise import Intervals, robust_deviation
+from pitotbench.logbook.plausible_air import at_ceiling
+from pitotbench.records import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.timeline import interval, pauses, stretch_numbers
+from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
+
+# Rows that the range of the impact-pressure sensor cuts off: a reading at its end is not a measurement.
+# Leaving out the rows at the end alone would keep the lulls and lose the gusts, and the curve would be wrong by a
+# part of the gusts. So the rows are chosen by what hardly depends on one gust: the mean of the reading over half
+# a minute has to be below the end of the range by three times the scatter about it.
+
+_MEAN_OVER = 30.0  # s: a gust lasts 4 s at 250 kt and 10 s at 100 kt
+
+_AROUND = 5.0  # s: before and after a row at the end of the range, where the airplane comes from it or goes to it
+
+_SCATTER = 3.0  # times the scatter about the mean: a thousandth of the readings is cut off there
+
+
+@dataclass(frozen=True, slots=True)
+class RangeEnd:
+    """The end of the sensor's range in a log.
+
+    `airspeed` [m/s] is the indicated airspeed there and `usable` [m/s] the mean one up to which rows are used.
+    `rows` (n,) marks the rows at the end, `cut_off` (n,) those and all that are left out because of it.
+    """
+
+    airspeed: float
+    usable: float
+    rows: Booleans
+    cut_off: Booleans
+
+    @property
+    def words(self) -> str:
+        """The warning: where the range ends, and which rows are not used."""
+        return (
+            f"the impact pressure stands at the end of the sensor's range, {self.airspeed / KNOT:.0f} kt, on "
+            f"{int(self.rows.sum())} rows: those, {_AROUND:.0f} s around them and rows whose mean is above "
+            f"{self.usable / KNOT:.0f} kt are not used, {int(self.cut_off.sum())} in all; for these speeds use a "
+            "sensor with more range"
+        )
+
+
+def range_end(log: FlightLog) -> RangeEnd | None:
+    """Return the end of the impact-pressure sensor's range as the log shows it; None where it shows none."""
+    rows = at_ceiling(log.impact_pressure)
+    if not rows.any():
+        return None
+    from scipy.ndimage import maximum_filter1d, uniform_filter1d  # slow to load, and most logs need none
+
+    speed: MetersPerSecond = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))
+    period = interval(log.time)
+    mean = uniform_filter1d(speed, 1 + 2 * round(0.5 * _MEAN_OVER / period), mode="nearest")
+    near = maximum_filter1d(rows, 1 + 2 * round(_AROUND / period), mode="nearest")
+    end = float(np.max(speed))
+    free = ~near if not near.all() else ~rows
+    usable = end - _SCATTER * float(robust_deviation((speed - mean)[free]))
+    return RangeEnd(end, usable, rows, near | (mean > usable))
+
+
+# The rows and channels of a log that the estimators use; logs that cannot be used are refused here.
+
+_MINIMUM_SAMPLES = 30
+
+_MINIMUM_AIRSPEED = 20.0 * KNOT  # below it the impact pressure is too small to be of use
+
+_FEWEST_FIXES = 4  # in a stretch between pauses: four points determine a cubic
+
+_DENSE = 0.5  # share of fresh GPS rows: above it the velocity counts as sampled with the air data
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """The rows used, arrays (n,). Pressures are indicated [Pa], velocities over the ground [m/s].
+
+    `probe_temperature` [K] is total (`probe_heating` = 0.2 r) or of the air (`probe_heating` = 0). `stretch`
+    numbers the stretches between pauses, and `fresh` marks new GPS samples. `held_*` are the velocities as logged
+    and `velocity_*` those at the time of the air data. `used` (rows of the log,) marks the used rows.
+    `standard_day` states that the log has no temperature.
+    """
+
+    time: Seconds
+    impact_pressure: Pascal
+    static_pressure: Pascal
+    probe_temperature: Kelvin
+    velocity_north: MetersPerSecond
+    velocity_east: MetersPerSecond
+    velocity_down: MetersPerSecond
+    held_north: MetersPerSecond
+    held_east: MetersPerSecond
+    held_down: MetersPerSecond
+    altitude: Meters | None
+    stretch: NDArray[np.intp]
+    fresh: Booleans
+    used: Booleans
+    probe_heating: float
+    has_down: bool
+    standard_day: bool
+    heading: Array | None = None  # rad, as logged
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def every(self, step: int) -> "Observations":
+        """Every `step`-th row."""
+        return self.at(slice(None, None, step))
+
+    def at(self, rows: slice | NDArray[np.intp] | Booleans) -> "Observations":
+        """The chosen rows; `used` remains that of all."""
+        names = (f.name for f in fields(self) if isinstance(getattr(self, f.name), np.ndarray) and f.name != "used")
+        chosen: dict[str, Any] = {name: getattr(self, name)[rows] for name in names}
+        return replace(self, **chosen)
+
+    def select(self, good: Booleans) -> "Observations":
+        """The good rows; `used` marks these alone."""
+        used = self.used.copy()
+        used[np.flatnonzero(used)[~good]] = False
+        return replace(self.at(good), used=used)
+
+    def as_held(self) -> "Observations":
+        """The same rows with the velocity as logged: each fix is held until the next, as in the paper."""
+        return replace(
+            self,
+            velocity_north=self.held_north,
+            velocity_east=self.held_east,
+            velocity_down=self.held_down,
+        )
+
+
+def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) -> Observations:
+    """Choose rows and interpolate the ground velocity to the times of the air data.
+
+    `margin` [s] is left out at both ends of each stretch, so that other latencies have the same rows.
+    Raises BadInputError where too few usable rows remain or a needed channel is missing.
+    """
+    fresh = log.fresh_fixes()
+    stretch = stretch_numbers(log.time, pauses(log.time))
+    down = log.velocity_down if log.velocity_down is not None and options.use_down else np.zeros(len(log))
+    held = np.stack([log.velocity_north, log.velocity_east, down])
+    velocity, between = _between_fixes(log.time, held, fresh, stretch, options.gps_latency, margin)
+    used = _usable_rows(log, options) & between
+    _require_rows(used, log, options)
+    temperature, heating, standard = _temperature(log, options)
+    return Observations(
+        time=log.time[used],
+        impact_pressure=log.impact_pressure[used],
+        static_pressure=log.static_pressure[used],
+        probe_temperature=temperature[used],
+        velocity_north=velocity[0, used],
+        velocity_east=velocity[1, used],
+        velocity_down=velocity[2, used],
+        held_north=held[0, used],
+        held_east=held[1, used],
+        held_down=held[2, used],
+        altitude=None if log.altitude is None else log.altitude[used],
+        stretch=stretch[used],
+        fresh=fresh[used],
+        used=used,
+        probe_heating=heating,
+        has_down=log.velocity_down is not None and options.use_down,
+        standard_day=standard,
+        heading=None if log.heading is None else log.heading[used],
+    )
+
+
+def observe_again(log: FlightLog, options: CalibrationOptions, before: Observations) -> Observations:
+    """Read the rows of `before` again with other options, as far as these options allow them.
+
+    Rows that were screened out remain out. Raises as `observe` does.
+    """
+    read = observe(log, options)
+    return read.select(before.used[read.used])
+
+
+def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
+    used = log.impact_pressure > float(air.impact_pressure(_MINIMUM_AIRSPEED))
+    end = range_end(log)
+    if end is not None:
+        used &= ~end.cut_off
+    if options.ground_speed_min > 0.0:
+        used &= np.hypot(log.velocity_north, log.velocity_east) >= options.ground_speed_min
+    if options.on_condition:
+        if log.on_condition is None:
+            raise BadInputError("the log has no on_condition column; leave out --on-condition or add the column")
+        used &= log.on_condition
+    if options.mach_max is not None:
+        used &= air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure) <= options.mach_max
+    return used
+
+
+def _require_rows(used: Booleans, log: FlightLog, options: CalibrationOptions) -> None:
+    if int(used.sum()) < _MINIMUM_SAMPLES:
+        end = range_end(log)
+        raise BadInputError(
+            f"only {int(used.sum())} of {len(used)} rows are usable (airspeed above 20 kt, "
+            "pressure below the end of its sensor's range"
+            f"{', on condition' if options.on_condition else ''}"
+            f"{', below the Mach limit' if options.mach_max is not None else ''}"
+            f"{', above the least ground speed' if options.ground_speed_min > 0.0 else ''}"
+            ", between GPS fixes that change); "
+            f"at least {_MINIMUM_SAMPLES} are needed: choose other rows or fly longer"
+            f"{'' if end is None else '; ' + end.words}"
+        )
+
+
+def _between_fixes(
+    time: Seconds, held: Array, fresh: Booleans, stretch: NDArray[np.intp], latency: float, margin: float
+) -> tuple[Array, Booleans]:
+    """Interpolate held velocities (3, n), and mark the rows between fixes.
+
+    The curves are cubic splines through the fixes, each taken `latency` seconds earlier than stamped, one spline
+    per stretch. A held velocity would lag by half a fix interval. Beyond the last fix nothing can be interpolated.
+    """
+    if fresh.mean() > _DENSE and latency == margin == 0.0:
+        return held, np.ones(len(time), dtype=np.bool_)
+    from scipy.interpolate import (
+        CubicSpline,
+    )  # slow to load; logs with GPS at the rate of the air data do not need it
+
+    velocity, between = held.copy(), np.zeros(len(time), dtype=np.bool_)
+    for number in np.unique(stretch):
+        rows = stretch == number
+        fixes = rows & fresh
+        if int(fixes.sum()) < _FEWEST_FIXES:
+            continue
+        knots = time[fixes] - latency
+        rows &= time >= max(knots[0], knots[0] + latency + margin)
+        rows &= time <= min(knots[-1], knots[-1] + latency - margin)
+        velocity[:, rows] = CubicSpline(knots, held[:, fixes], axis=1)(time[rows])
+        between |= rows
+    return velocity, between
+
+
+def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, float, bool]:
+    if log.total_temperature is not None:
+        return log.total_temperature, 0.2 * options.recovery_factor, False
+    if log.air_temperature is not None:
+        return log.air_temperature, 0.0, False
+    return air.standard_temperature(air.pressure_altitude(log.static_pressure)), 0.0, True
+
+
+# Means over short blocks: they keep slow signals, average out fast sensor noise and shorten the sums.
+
+_BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensors' sampling
+
+_SHORT, _SHORT_BLOCK = 120.0, 0.5  # s: blocks of a log with less data
+
+_LONG, _LONG_BLOCK = 480.0, 2.0  # s: blocks of a log with more data
+
+
+@dataclass(frozen=True, slots=True)
+class Blocks:
+    """The block of each row, (rows,), the number of rows per block, (n,), and the blocks' intervals in time.
+
+    `length` is that of a block [s].
+    """
+
+    index: NDArray[np.intp]
+    count: Array
+    intervals: Intervals
+    length: float
+
+    def mean(self, data: Array) -> Array:
+        """Block means, (n,) or (n, k), of (rows,) or (rows, k) data."""
+        if data.ndim == 1:
+            return np.asarray(np.bincount(self.index, data, len(self.count)) / self.count)
+        return np.stack([self.mean(column) for column in data.T], axis=1)
+
+    def at_edges(self, block_values: Array) -> Array:
+        """Assign block values (n,) to the intervals' edges, (s,); a shared edge has that of the later block."""
+        edges = np.empty(len(self.intervals.edges))
+        edges[self.intervals.left + 1] = block_values
+        edges[self.intervals.left] = block_values
+        return edges
+
+
+def block_length(obs: Observations) -> float:
+    """Length of a block [s]: 1, but 0.5 for less than two minutes of data and 2 for more than eight."""
+    duration = len(obs) * float(np.median(np.diff(obs.time)))
+    return _SHORT_BLOCK if duration < _SHORT else _LONG_BLOCK if duration > _LONG else _BLOCK
+
+
+def divide(obs: Observations, length: float) -> Blocks:
+    """Divide the rows into blocks of a length [s]. No block spans a pause."""
+    offset = obs.time - obs.time[0]
+    cell = np.floor((offset + 0.5 * length) / length).astype(np.intp)
+    cells = int(cell[-1]) + 2
+    key, index, count = np.unique(cell + obs.stretch * cells, return_inverse=True, return_counts=True)
+    return Blocks(index, count.astype(np.float64), _intervals(key, cells, length), length)
+
+
+def _intervals(key: NDArray[np.intp], cells: int, length: float) -> Intervals:
+    """Edges of the blocks. Neighbors share one; after an empty cell, or in a new stretch, there is a new one."""
+    cell = key % cells
+    joined = np.concatenate([[False], (np.diff(key) == 1)])
+    left = np.cumsum(np.where(joined, 1, 2)) - 2
+    edges = np.empty(left[-1] + 2)
+    edges[left + 1] = (cell + 0.5) * length
+    edges[left] = (cell - 0.5) * length
+    return Intervals(edges, left)

@@ -1,0 +1,426 @@
+"""The predicted air data for a ground velocity, a wind, an error curve and nuisances, with the exact Jacobian."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.calibration.observations import Blocks, Observations
+from pitotbench.calibration.options import WITHOUT_TEMPERATURE, CalibrationOptions, accuracies_of
+from pitotbench.estimation.noise import Noise
+from pitotbench.estimation.restricted_likelihood import Regression
+from pitotbench.pressure_error.models import PressureErrorModel
+from pitotbench.units import KNOT, Array, Kelvin, Meters, MetersPerSecond, Pascal
+
+# The predicted air data for a given ground velocity, wind and error curve, with the exact Jacobian.
+# The noisy channel (indicated impact pressure) is predicted from the clean one (ground velocity). The parameters
+# are θ = [k1 … kK, W_N, W_E (, W_D)], wind components in m/s toward north, east and down.
+
+_NEWTON_STEPS = 8  # more are needed only where the error curve bends back on itself
+
+_BLOCK = 1 << 12  # rows: their arrays fill a part of a processor's cache
+
+_LAST_STEP = 1e-5  # of the impact pressure; the remaining error is about 1e-10 of it
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """The prediction for n rows.
+
+    `indicated` (n,) [Pa] is the indicated impact pressure and `jacobian` (n, p) its derivative with respect to θ;
+    `impact_pressure` (n,) [Pa] is the true one and `true_airspeed` (n,) [m/s] the predicted one. `slope` (n,)
+    [Pa s/m] is the derivative of the indicated impact pressure with respect to true airspeed.
+    """
+
+    indicated: Pascal
+    jacobian: Array
+    impact_pressure: Pascal
+    true_airspeed: MetersPerSecond
+    slope: Array
+    error_count: int
+
+    @property
+    def wind_columns(self) -> Array:
+        """The part of the Jacobian that belongs to the wind, (n, 2 or 3) [Pa s/m]."""
+        return self.jacobian[:, self.error_count :]
+
+
+@dataclass(frozen=True, slots=True)
+class PredictionModel:
+    """The prediction to be fitted.
+
+    `reference_pressure` [Pa] is q_ref of the error model. With `static_error` the error is that of the static
+    source and changes the static pressure too. With `wind_down` the vertical wind is a parameter.
+    """
+
+    error: PressureErrorModel
+    reference_pressure: float
+    static_error: bool = False
+    wind_down: bool = False
+
+    @property
+    def error_count(self) -> int:
+        """The number of parameters of the error curve, K."""
+        return len(self.error.parameter_names)
+
+    @property
+    def count(self) -> int:
+        """The number of parameters in all: those of the curve and the components of the wind."""
+        return self.error_count + (3 if self.wind_down else 2)
+
+    def predict(self, theta: Array, obs: Observations) -> Prediction:
+        """Predict every row for θ (p,)."""
+        work = _Work(self, theta, obs)
+        # Block by block, so that a block's arrays stay in the processor's cache: a long log takes half the time.
+        # All blocks take the same number of Newton steps, so the numbers do not depend on the size of a block.
+        blocks = [slice(first, first + _BLOCK) for first in range(0, len(obs), _BLOCK)]
+        for rows in blocks:
+            work.place(rows)
+        for _ in range(_NEWTON_STEPS):
+            step = np.max([work.improve(rows) for rows in blocks])
+            if float(step) < _LAST_STEP * float(np.max(work.indicated)):
+                break  # convergence is quadratic: the remaining error is far below the step
+        for rows in blocks:
+            work.differentiate(rows)
+        return Prediction(
+            work.indicated, work.jacobian, work.impact, work.speed, work.slope, error_count=self.error_count
+        )
+
+
+class _Work:
+    """The arrays of a prediction, (n,) each, filled for some rows at a time."""
+
+    def __init__(self, model: PredictionModel, theta: Array, obs: Observations) -> None:
+        count = len(obs)
+        self._model, self._obs = model, obs
+        self._k, self._wind = theta[: model.error_count], theta[model.error_count :]
+        self.indicated = obs.impact_pressure.copy()  # Newton's method starts from the measured one
+        self.jacobian = np.empty((model.count, count)).T  # contiguous columns
+        self.impact, self.speed, self.slope = np.empty(count), np.empty(count), np.empty(count)
+        self._ratio, self._ratio_slope, self._by_ratio = np.empty(count), np.empty(count), np.empty(count)
+
+    def place(self, rows: slice) -> None:
+        """Find the impact pressure of the ground velocity less the wind, as a share of the static pressure."""
+        obs = self._obs
+        north, east, down = self._through_air(rows)
+        self._ratio[rows], self._ratio_slope[rows], self.speed[rows] = _pressure_ratio(
+            north, east, down, obs.probe_temperature[rows], obs.probe_heating
+        )
+        self.impact[rows] = obs.static_pressure[rows] * self._ratio[rows]
+
+    def _through_air(self, rows: slice) -> tuple[Array, Array, Array]:
+        obs, wind = self._obs, self._wind
+        down = obs.velocity_down[rows]
+        down = down - wind[2] if self._model.wind_down else down
+        return obs.velocity_north[rows] - wind[0], obs.velocity_east[rows] - wind[1], down
+
+    def improve(self, rows: slice) -> float:
+        """Take one Newton step to the solution of q_ci = F(f(q_ci/q_ref)), and return the largest step [Pa]."""
+        model, ratio, impact, q = self._model, self._ratio[rows], self.impact[rows], self.indicated[rows]
+        x = q / model.reference_pressure
+        basis, f_slope = model.error.basis(x), model.error.basis_slope(x) @ self._k
+        f = basis @ self._k
+        shape = 1.0 / (1.0 + f * ratio) if model.static_error else 1.0
+        value = impact * (1.0 - f) * shape
+        by_f = -impact * (1.0 + ratio) * shape**2 if model.static_error else -impact
+        damping = 1.0 - by_f * f_slope / model.reference_pressure
+        step = (value - q) / damping
+        q += step
+        by_ratio = self._obs.static_pressure[rows] * (1.0 - f) * (shape**2 if model.static_error else 1.0)
+        self._by_ratio[rows] = by_ratio / damping
+        self.jacobian[rows, : model.error_count] = basis * (by_f / damping)[:, None]
+        return float(np.max(np.abs(step)))
+
+    def differentiate(self, rows: slice) -> None:
+        """Fill the derivatives by the wind and by the true airspeed."""
+        by_speed_squared = self._by_ratio[rows] * self._ratio_slope[rows]
+        for column, axis in enumerate(self._through_air(rows)[: len(self._wind)], start=self._model.error_count):
+            self.jacobian[rows, column] = by_speed_squared * (-2.0 * axis)
+        self.slope[rows] = 2.0 * self.speed[rows] * by_speed_squared
+
+
+def _pressure_ratio(
+    north: Array, east: Array, down: Array, probe_temperature: Kelvin, probe_heating: float
+) -> tuple[Array, Array, Array]:
+    """q_c/p of an air velocity, its derivative with respect to V², and V [m/s].
+
+    From V² = M² γRT and T_t = T(1 + 0.2 r M²): M² = V²/(γR T_t − 0.2 r V²).
+    """
+    squared = north * north + east * east + down * down
+    heat = air.HEAT_RATIO * air.GAS_CONSTANT * probe_temperature
+    rest = heat - probe_heating * squared
+    mach_squared = squared / rest
+    base = 1.0 + 0.2 * mach_squared
+    power = base * base * np.sqrt(base)
+    return power * base - 1.0, 0.7 * power * heat / (rest * rest), np.sqrt(squared)
+
+
+_STEPS_KT = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+
+_MOST_POINTS = 32
+
+_SLACK_KT = 1.5  # a round airspeed this far outside the data still counts as covered
+
+
+@dataclass(frozen=True, slots=True)
+class CurveMap:
+    """The curve and its gradients as functions of the error parameters k (K,), at fixed indicated airspeeds (c,).
+
+    `indicated_airspeed` [m/s] is the raw reading. `zero` [Pa] is the zero offset of the impact pressure in it; q_ci
+    is the reading minus the offset.
+    """
+
+    model: PredictionModel
+    indicated_airspeed: MetersPerSecond
+    zero: float = 0.0
+
+    def impact_pressure(self) -> Pascal:
+        """q_ci at the curve's airspeeds [Pa], (c,): the pressure at the ports, without the sensor's zero offset."""
+        return air.impact_pressure(self.indicated_airspeed) - self.zero
+
+    def basis(self) -> Array:
+        """The error model's basis at the curve's airspeeds, (c, K) [-]."""
+        return self.model.error.basis(self.impact_pressure() / self.model.reference_pressure)
+
+    def normalized(self, k: Array) -> Array:
+        """Normalized pressure error Δp/q_c, (c,) [-]."""
+        return np.asarray(self.basis() @ k)
+
+    def correction(self, k: Array) -> MetersPerSecond:
+        """Calibrated airspeed minus the raw reading [m/s], (c,)."""
+        pressure = self.impact_pressure() / (1.0 - self.normalized(k))
+        return air.calibrated_airspeed(pressure) - self.indicated_airspeed
+
+    def correction_gradient(self, k: Array) -> Array:
+        """Derivative of the correction with respect to k, (c, K) [m/s]."""
+        rest = 1.0 - self.normalized(k)
+        pressure = self.impact_pressure() / rest
+        return self.basis() * (air.calibrated_airspeed_slope(pressure) * pressure / rest)[:, None]
+
+    def correction_by_zero(self, k: Array) -> Array:
+        """Derivative of the correction with respect to the zero offset, (c,) [m/s per Pa]."""
+        rest, reference = 1.0 - self.normalized(k), self.model.reference_pressure
+        bend = self.model.error.basis_slope(self.impact_pressure() / reference) @ k / reference
+        by_indicated = (1.0 + self.impact_pressure() * bend / rest) / rest
+        return np.asarray(-air.calibrated_airspeed_slope(self.impact_pressure() / rest) * by_indicated)
+
+    def altitude(self, k: Array, static_pressure: float) -> Meters:
+        """True minus indicated pressure altitude [m], (c,), for an error of the static source.
+
+        `static_pressure` [Pa] is the indicated one. The true one is p = p_i − Δp; a lower pressure is a greater
+        altitude.
+        """
+        error = self.impact_pressure() * (1.0 / (1.0 - self.normalized(k)) - 1.0)
+        return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(static_pressure)
+
+    def altitude_gradient(self, k: Array, static_pressure: float) -> Array:
+        """Derivative of the altitude correction with respect to k, (c, K) [m]."""
+        rest = 1.0 - self.normalized(k)
+        pressure = self.impact_pressure()
+        true = static_pressure - pressure * (1.0 / rest - 1.0)
+        temperature = air.standard_temperature(air.pressure_altitude(true))
+        meters_a_pascal = air.GAS_CONSTANT * temperature / (true * air.GRAVITY)
+        return np.asarray(self.basis() * (meters_a_pascal * pressure / rest**2)[:, None])
+
+
+def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
+    """Round indicated airspeeds [m/s], (c,), over the range of the data (n,) between its 0.1 and 99.9 percentiles.
+
+    They are multiples of the least step in knots that gives 32 points or fewer.
+    """
+    low, high = np.quantile(indicated_airspeed, [0.001, 0.999]) / KNOT
+    for step in _STEPS_KT:
+        first = np.ceil((low - _SLACK_KT) / step) * step
+        points = np.arange(first, high + _SLACK_KT, step)
+        if len(points) <= _MOST_POINTS:
+            break
+    if len(points) < 2:
+        points = np.array([low, high])
+    return np.asarray(points * KNOT)
+
+
+# The wind reported for a drifting wind: the mean over the rows of the log, not the level W of the process.
+# The wind is W + w(t), with w a Gauss-Markov process. The data determine its mean over the flight far better than
+# W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the estimate of W (Goldberger 1962;
+# Robinson, "That BLUP is a good thing", Statistical Science 6, 1991).
+
+# Error of treating blocks as points, as a share of the process's variance: 0.7 cm/s at 1 m/s.
+_COARSE = 5e-5
+
+
+def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
+    """Correlation of the process in each block with its mean over all rows, (blocks,) [-].
+
+    `correlation_time` [s] is that of the process.
+    """
+    middle = 0.5 * (
+        blocks.intervals.edges[blocks.intervals.left] + blocks.intervals.edges[blocks.intervals.left + 1]
+    )
+    apart = np.abs(middle[:, None] - middle[None, :])
+    return np.asarray(np.exp(-apart / correlation_time) @ (blocks.count / blocks.count.sum()))
+
+
+@dataclass(frozen=True, slots=True)
+class MeanWind:
+    """The map from an answer for the wind's level to one for its mean, under one noise.
+
+    `winds` are the wind's columns among the coefficients. `weighed` (n, 2) is the transpose of G C⁻¹. `unknown`
+    (2, 2) [(m/s)²] is the covariance of the mean, given the data and the level.
+    """
+
+    winds: slice
+    problem: Regression
+    weighed: Array
+    unknown: Array
+
+    def of(self, answer: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Return the answer (estimate (p,), covariance (p, p)) with the mean wind in place of the wind's level."""
+        response, regressors = self.problem.response, self.problem.regressors
+        estimate, covariance = answer[0].copy(), answer[1]
+        estimate[self.winds] += self.weighed.T @ (response - regressors @ answer[0])
+        known = np.eye(len(estimate))
+        known[self.winds] -= self.weighed.T @ regressors
+        covariance = known @ covariance @ known.T
+        covariance[self.winds, self.winds] += self.unknown
+        return estimate, 0.5 * (covariance + covariance.T)
+
+
+def mean_wind(noise: Noise, problem: Regression, kernel: Array, deviation: float, first: int) -> MeanWind:
+    """The mean wind of a problem whose wind columns begin at `first`.
+
+    Parameters: noise, which includes the process; problem; kernel (n,), see `kernel_means`; deviation, the standard
+    deviation of the process [m/s]; first.
+    """
+    winds = slice(first, first + 2)
+    crossed = deviation**2 * kernel[:, None] * problem.regressors[:, winds]  # Gᵀ
+    weighed = noise.weigh(crossed)
+    unknown = deviation**2 * float(np.mean(kernel)) * np.eye(2) - crossed.T @ weighed
+    return MeanWind(winds, problem, weighed, _at_least(unknown, _COARSE * deviation**2))
+
+
+def _at_least(matrix: Array, floor: float) -> Array:
+    """A symmetric matrix with eigenvalues raised to a floor."""
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    return np.asarray((vectors * np.maximum(values, floor)) @ vectors.T)
+
+
+# The nuisances: quantities that are estimated together with the curve and the wind, each with its prior.
+# Every nuisance is one number with a mean of zero. Its effect on the predicted airspeed is proportional to it.
+# The first order is enough: an error of 3 K in the temperature changes the airspeed by 0.5 %, and the neglected
+# second order is below 0.003 % of the airspeed.
+
+# Wide priors of a linear wind: a change of 5 m/s in ten minutes or in 300 m is one standard deviation.
+_WIND_CHANGE = 5.0  # m/s
+
+_WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
+
+_LEAST_CLIMB = 60.0  # m: a smaller difference in height cannot determine a shear
+
+ZERO = "impact_pressure_zero_pa"  # the only nuisance that enters the correction of a reading
+
+_AXES = ("north", "east")
+
+Column = Callable[[Prediction, Observations], MetersPerSecond]
+
+Change = Callable[[Observations], Array | float]
+
+
+@dataclass(frozen=True, slots=True)
+class Nuisance:
+    """One unknown with a Gaussian prior of mean zero.
+
+    `name` ends in the unit and `deviation` is the prior's standard deviation in it. `column` gives the change of
+    the predicted true airspeed per unit, (n,) [m/s].
+    """
+
+    name: str
+    deviation: float
+    column: Column
+
+
+def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisance, ...]:
+    """The nuisances of a log. The accuracies of its header must already be in the options.
+
+    A nuisance whose accuracy is zero is left out.
+    """
+    stated = accuracies_of(options.accuracies, {})
+    temperature = max(stated.temperature_k, WITHOUT_TEMPERATURE if obs.standard_day else 0.0)
+    probe_heated = 1.0 if obs.probe_heating > 0.0 else 0.0  # an air temperature needs no recovery
+    known = (
+        Nuisance("temperature_k", 0.5 * temperature, _by_temperature),
+        Nuisance("recovery_factor", 0.5 * stated.recovery_factor * probe_heated, _by_recovery),
+        Nuisance("static_pressure_pa", 0.5 * stated.static_pressure_pa, _by_static_pressure),
+        Nuisance(ZERO, 0.5 * stated.impact_pressure_zero_pa, lambda p, o: 1.0 / p.slope),
+        *(Nuisance(f"velocity_{a}_mps", 0.5 * stated.velocity_mps, _wind(i)) for i, a in enumerate(_AXES)),
+        Nuisance("latency_s", 0.5 * stated.latency_s, by_latency),
+    )
+    changing = _linear_wind(obs) if options.wind == "linear" else ()
+    return (*(n for n in known if n.deviation > 0.0), *changing)
+
+
+def along_track(prediction: Prediction) -> Array:
+    """Change of the predicted airspeed per unit of wind toward north and east, (n, 2) [-].
+
+    It is minus the direction cosines of the air velocity.
+    """
+    return prediction.wind_columns[:, :2] / prediction.slope[:, None]
+
+
+def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
+    """The wind's change with time and, where the log climbs, with height, toward north and east."""
+    middle = 0.5 * (obs.time[0] + obs.time[-1])
+    # These are functions of the rows: the search for a latency reads the rows again, and there may be fewer.
+    changes: dict[str, Change] = {"per_600_s": lambda o: (o.time - middle) / _WIND_TIME}
+    if obs.altitude is not None and np.ptp(obs.altitude) > _LEAST_CLIMB:
+        mean = float(np.mean(obs.altitude))
+        changes["per_300_m"] = lambda o: (_altitude(o) - mean) / _WIND_HEIGHT
+    return tuple(
+        Nuisance(f"wind_{name}_mps_{unit}", _WIND_CHANGE, _wind(axis, change))
+        for unit, change in changes.items()
+        for axis, name in enumerate(_AXES)
+    )
+
+
+def _wind(axis: int, change: Change = lambda obs: 1.0) -> Column:
+    """The effect of a wind toward an axis (0 north, 1 east), times its change from row to row."""
+    return lambda prediction, obs: along_track(prediction)[:, axis] * change(obs)
+
+
+def _altitude(obs: Observations) -> Meters:
+    assert obs.altitude is not None
+    return obs.altitude
+
+
+def _by_temperature(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    # V = M sqrt(γRT): the same ground velocity in warmer air is a smaller Mach number and impact pressure.
+    return -0.5 * prediction.true_airspeed / obs.probe_temperature
+
+
+def _by_recovery(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    # T = T_t/(1 + 0.2 r M²): more recovery means colder air for the same reading.
+    heat = air.HEAT_RATIO * air.GAS_CONSTANT * obs.probe_temperature
+    return 0.1 * prediction.true_airspeed**3 / heat
+
+
+def _by_static_pressure(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    # The impact pressure of a Mach number is proportional to the static pressure.
+    return prediction.indicated / (obs.static_pressure * prediction.slope)
+
+
+def by_latency(prediction: Prediction, obs: Observations) -> MetersPerSecond:
+    """Change of the predicted airspeed per second of GPS latency, (n,) [m/s]: the ground acceleration along it."""
+    return np.asarray(-np.sum(along_track(prediction) * _acceleration(obs), axis=1))
+
+
+def _acceleration(obs: Observations) -> Array:
+    """Acceleration over the ground toward north and east, (n, 2) [m/s²]."""
+    return np.stack([_rate(v, obs) for v in (obs.velocity_north, obs.velocity_east)], axis=1)
+
+
+def _rate(values: Array, obs: Observations) -> Array:
+    """Time derivative; zero next to a pause, where the difference spans the pause."""
+    rate = np.gradient(values, obs.time)
+    edge = np.flatnonzero(np.diff(obs.stretch))
+    rate[edge] = rate[edge + 1] = 0.0
+    return rate

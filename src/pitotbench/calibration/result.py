@@ -1,0 +1,260 @@
+"""The Calibration assembled from a reduction by either method, with the steps of a display in its bound."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.calibration.covering import Posterior
+from pitotbench.calibration.observations import Observations
+from pitotbench.calibration.output_error import OutputErrorFit
+from pitotbench.calibration.prediction import ZERO, CurveMap, Nuisance, PredictionModel, curve_airspeeds
+from pitotbench.calibration.reduction import Reduction
+from pitotbench.records import NoAnswerError
+from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, Residuals, Share, WindEstimate
+from pitotbench.records.log import FlightLog
+from pitotbench.units import KNOT, Array, MetersPerSecond, Seconds
+
+# The Calibration assembled from a reduction by either method.
+
+_FEWEST_POINTS = 2  # of a curve
+
+
+def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> Calibration:
+    """Assemble the Calibration of a reduction.
+
+    `airspeeds` (c,) [m/s] are the indicated airspeeds of the curve; None takes the range of the log. Raises
+    NoAnswerError where the impact pressure is hardly more than its zero offset.
+    """
+    model, obs, white, answer = reduction.model, reduction.observations, reduction.white, reduction.answer
+    zero = found_zero(model, answer, reduction.nuisances)
+    if airspeeds is None:
+        airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
+    curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
+    residuals = _residuals(model, obs, answer.mean[: model.count])
+    return Calibration(
+        model=reduction.options.model,
+        method=reduction.options.method,
+        parameters=_parameters(model, answer),
+        reference_pressure=model.reference_pressure,
+        wind=_wind(model, answer),
+        curve=with_altitude(_curve(curve, white, answer, reduction.nuisances), curve, answer, obs),
+        residual_two_sigma=2.0 * float(np.std(white.residuals[0])),
+        samples=len(obs),
+        converged=True,
+        reason=white.reason,
+        condition_number=white.condition_number,
+        residuals=residuals,
+        warnings=reduction.warnings,
+        shares=_shares(curve, answer, reduction.nuisances),
+        diagnostics={"iterations": white.iterations, **reduction.diagnostics},
+        error_location=reduction.error_location,
+        assumptions=reduction.assumptions,
+        impact_pressure_zero=zero,
+    )
+
+
+def found_zero(model: PredictionModel, answer: Posterior, nuisances: Sequence[Nuisance]) -> Estimate | None:
+    """Return the zero offset of the impact pressure [Pa], or None where it was not estimated."""
+    place = _zero_place(model, nuisances)
+    if place is None:
+        return None
+    only = np.eye(len(answer.mean))[[place]]
+    return Estimate(ZERO, float(answer.mean[place]), float(answer.two_sigma(only)[0]))
+
+
+def _zero_place(model: PredictionModel, nuisances: Sequence[Nuisance]) -> int | None:
+    names = [nuisance.name for nuisance in nuisances]
+    return model.count + names.index(ZERO) if ZERO in names else None
+
+
+def _above_zero(airspeeds: MetersPerSecond, zero: Estimate | None) -> MetersPerSecond:
+    """The airspeeds whose impact pressure exceeds the zero offset plus its 2σ.
+
+    Raises NoAnswerError where there are fewer than two.
+    """
+    if zero is None:
+        return airspeeds
+    above = air.impact_pressure(airspeeds) > zero.value + zero.two_sigma
+    if np.count_nonzero(above) < _FEWEST_POINTS:
+        raise NoAnswerError(
+            f"the impact pressure is hardly more than its zero offset ({zero.value:+.0f} ± {zero.two_sigma:.0f} "
+            "Pa, 2σ): fly faster, or set the sensor's zero before the flight"
+        )
+    return airspeeds[above]
+
+
+def _parameters(model: PredictionModel, answer: Posterior) -> tuple[Estimate, ...]:
+    bounds = answer.two_sigma(np.eye(len(answer.mean)))
+    names = model.error.parameter_names
+    return tuple(Estimate(name, float(v), float(b)) for name, v, b in zip(names, answer.mean, bounds, strict=False))
+
+
+def _wind(model: PredictionModel, answer: Posterior) -> WindEstimate:
+    bounds = answer.two_sigma(np.eye(len(answer.mean)))
+    names = ("north", "east", "down")[: model.count - model.error_count]
+    parts = [
+        Estimate(name, float(answer.mean[i]), float(bounds[i]))
+        for i, name in enumerate(names, start=model.error_count)
+    ]
+    return WindEstimate(*parts)
+
+
+def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances: Sequence[Nuisance]) -> ErrorCurve:
+    k = answer.mean[: curve.model.error_count]
+    gradient, basis = correction_gradient(curve, answer, nuisances), widened(curve.basis(), answer)
+    bounds = answer.two_sigma(gradient)
+    part = gradient[:, : curve.model.count]
+    white_variance = np.einsum("cp,pq,cq->c", part, white.covariance, part)
+    return ErrorCurve(
+        indicated_airspeed=curve.indicated_airspeed,
+        correction=curve.correction(k),
+        two_sigma=bounds,
+        simultaneous_two_sigma=answer.simultaneous(gradient, bounds),
+        white_two_sigma=2.0 * np.sqrt(white_variance),
+        normalized_pressure_error=curve.normalized(k),
+        normalized_two_sigma=answer.two_sigma(basis),
+    )
+
+
+def with_altitude(curve: ErrorCurve, of: CurveMap, answer: Posterior, obs: Observations) -> ErrorCurve:
+    """Add the altitude correction [m] and its 2σ to the curve where the error is the static source's.
+
+    They are computed at the median of the log's static pressures.
+    """
+    if not of.model.static_error:
+        return curve
+    pressure = float(np.median(obs.static_pressure))
+    k = answer.mean[: of.model.error_count]
+    gradient = widened(of.altitude_gradient(k, pressure), answer)
+    return replace(
+        curve, altitude_correction=of.altitude(k, pressure), altitude_two_sigma=answer.two_sigma(gradient)
+    )
+
+
+def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> Array:
+    """Derivative of the correction [m/s] with respect to all of θ, (c, p), including the zero offset."""
+    k = answer.mean[: curve.model.error_count]
+    gradient, place = widened(curve.correction_gradient(k), answer), _zero_place(curve.model, nuisances)
+    if place is not None:
+        gradient[:, place] = curve.correction_by_zero(k)
+    return gradient
+
+
+def widened(gradient: Array, answer: Posterior) -> Array:
+    """Extend a gradient (c, K) over the error parameters with zeros to one over all of θ, (c, p)."""
+    wide = np.zeros((len(gradient), len(answer.mean)))
+    wide[:, : gradient.shape[1]] = gradient
+    return wide
+
+
+def _shares(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> tuple[Share, ...]:
+    """The contribution of each nuisance to the bounds."""
+    free, count = curve.model.error_count, curve.model.count
+    gradient = correction_gradient(curve, answer, nuisances)
+    every = np.eye(len(answer.mean))
+    wind, bounds = every[free : free + 2], answer.two_sigma(every)
+    return tuple(
+        Share(
+            nuisance.name,
+            Estimate(nuisance.name, float(answer.mean[place]), float(bounds[place])),
+            float(np.sqrt(np.mean(answer.two_sigma_by(place, gradient) ** 2))),
+            float(np.max(answer.two_sigma_by(place, wind))),
+        )
+        for place, nuisance in enumerate(nuisances, start=count)
+    )
+
+
+def _residuals(model: PredictionModel, obs: Observations, theta: Array) -> Residuals:
+    prediction = model.predict(theta, obs)
+    indicated = air.calibrated_airspeed(obs.impact_pressure)
+    airspeed = indicated - air.calibrated_airspeed(prediction.indicated)
+    return Residuals(time=obs.time, indicated_airspeed=indicated, airspeed=airspeed, used=obs.used)
+
+
+# The share of the bound that the steps of a display make: what the residual of a log cannot show.
+# On a steady leg a display shows one number, which is wrong by up to half a step and never scatters. Near each
+# airspeed the mean of the readings errs as the mean of so many independent rounding errors as there are different
+# readings; a reading that stands for long counts once.
+# Where gusts move the reading to and fro, its rounding errors change from row to row. They are then part of the
+# residual, which the bound already holds, and their mean is nearly zero. With a scatter of σ steps the share of
+# the mean's variance that stays is the sum over k of 6/(π k)² |φ(2π k)|², where φ is the characteristic function
+# of what moves the reading (B. Widrow and I. Kollár, Quantization Noise, 2008). No shape is assumed for it: the
+# share is that of a sinusoid, whose envelope |φ(2π k)|² <= 1/(√2 π² k σ) falls slowest of the usual ones.
+
+_NEAR = 10.0 * KNOT  # m/s: readings that decide about the curve at an airspeed
+
+_ROUNDING = 1.0 / np.sqrt(12.0)  # standard deviation of an error that is uniform over a step
+
+_WINDOW = 10.0  # s: scatter within it is that of gusts, not a change of the maneuver's airspeed
+
+_FEWEST = 5  # rows of a window that tell a scatter
+
+_ORDERS = np.arange(1.0, 51.0)
+
+
+def with_display_steps(calibration: Calibration, log: FlightLog) -> Calibration:
+    """Return a calibration whose curve has the steps of the log's display in its bounds; as it is without any.
+
+    The header's table `display` holds the steps: `airspeed_mps` and `ground_speed_mps`.
+    """
+    steps = log.header.get("display", {})
+    if not isinstance(steps, Mapping) or not steps:
+        return calibration
+    curve = calibration.curve
+    added = display_two_sigma(log, curve.indicated_airspeed, steps)
+    if not np.any(added):
+        return calibration
+    wider = np.hypot(1.0, added / curve.two_sigma)
+    widened = replace(
+        curve,
+        two_sigma=curve.two_sigma * wider,
+        simultaneous_two_sigma=curve.simultaneous_two_sigma * wider,
+        normalized_two_sigma=curve.normalized_two_sigma * wider,
+        altitude_two_sigma=None if curve.altitude_two_sigma is None else curve.altitude_two_sigma * wider,
+    )
+    words = f"the steps of the display add up to {float(added.max()) / KNOT:.2f} kt to the bound, as squares"
+    return replace(calibration, curve=widened, warnings=(*calibration.warnings, words))
+
+
+def display_two_sigma(
+    log: FlightLog, indicated_airspeed: MetersPerSecond, steps: Mapping[str, float]
+) -> MetersPerSecond:
+    """Return 2σ [m/s] that the steps of a display leave in the correction at indicated airspeeds, (c,) [m/s]."""
+    speed = np.asarray(air.calibrated_airspeed(log.impact_pressure))
+    variance = np.zeros(len(indicated_airspeed))
+    velocity = (log.velocity_north, log.velocity_east)
+    readings = {"airspeed_mps": (speed, (speed,)), "ground_speed_mps": (np.hypot(*velocity), velocity)}
+    for name, (shown, channels) in readings.items():
+        step = steps.get(name, 0.0)
+        if not isinstance(step, int | float) or not step > 0.0:
+            continue
+        stays = share_that_stays(log.time, shown / step)
+        near = [np.abs(speed - at) < _NEAR for at in indicated_airspeed]
+        left = [min(np.mean(stays[rows]), 1.0 / _different(channels, rows)) if rows.any() else 1.0 for rows in near]
+        variance += (_ROUNDING * step) ** 2 * np.array(left)
+    return np.asarray(2.0 * np.sqrt(variance))
+
+
+def share_that_stays(time: Seconds, reading: Array) -> Array:
+    """Return the share of the rounding variance that the mean of a reading keeps, (n,), from 0 to 1.
+
+    `reading` (n,) is in steps. A reading that stands still keeps 1. The scatter is taken within windows of ten
+    seconds, less the variance of the rounding itself (Sheppard's correction); a window of few rows keeps 1.
+    """
+    _, window, count = np.unique((time - time[0]) // _WINDOW, return_inverse=True, return_counts=True)
+    mean = np.bincount(window, reading) / count
+    squares = np.bincount(window, (reading - mean[window]) ** 2) / np.maximum(count - 1, 1)
+    scatter = np.sqrt(np.maximum(squares - _ROUNDING**2, 0.0))
+    scatter[count < _FEWEST] = 0.0
+    with np.errstate(divide="ignore"):
+        envelope = np.minimum(1.0, 1.0 / (np.sqrt(2.0) * np.pi**2 * _ORDERS[:, None] * scatter))
+    kept = np.sum(envelope / _ORDERS[:, None] ** 2, axis=0) / np.sum(1.0 / _ORDERS**2)
+    return np.asarray(kept[window])
+
+
+def _different(channels: tuple[Array, ...], near: Array) -> float:
+    """Return how many different readings the chosen rows hold, a reading of many rows counting once; at least 1."""
+    _, counts = np.unique(np.stack([c[near] for c in channels]), axis=1, return_counts=True)
+    return float(counts.sum() ** 2 / np.sum(counts.astype(np.float64) ** 2))

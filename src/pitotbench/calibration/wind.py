@@ -1,0 +1,321 @@
+"""Whether the wind of a log changed: the evidence for a change, from the triangle and from straight flight."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeNoise, altitude_regression
+from pitotbench.calibration.covering import CoveringFit, Linearized, Structure, linearize, log_prior_of
+from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
+from pitotbench.estimation.evidence import ColumnEvidence, EvidencePart, column_evidence
+from pitotbench.estimation.noise import MarkovNoise, MarkovProcess, deviation_of_sizes
+from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck
+from pitotbench.units import Array, MetersPerSecond, Seconds
+
+# The wind across the heading in straight flight, which needs no airspeed.
+# Without sideslip the velocity through the air points along the heading, so the ground velocity across the
+# heading is the wind across it. A heading is a few degrees off, which at 60 m/s are meters a second. But most of
+# this error is the same over a log, follows the speed (the trim in sideslip) or drifts slowly (a gyro), so the
+# rows show whether the wind changed. Gusts hardly count: they turn the airplane's path over the ground slowly.
+
+# Degrees (1σ) of the heading's error: constant, with 1/q over the log, and in ten minutes.
+DIRECTION_DEVIATIONS = np.array([5.0, 2.0, 0.5])
+
+_TEN_MINUTES = 600.0  # s
+
+_STRAIGHT = np.radians(1.0)  # rad/s: in a faster turn a heading lags, and a sideslip comes with the bank
+
+_FEWEST = 10  # straight blocks
+
+_WANDER, _WANDER_TIME = 0.2, 20.0  # m/s, least level of the wander of heading and path; its correlation time [s]
+
+_LAG = 10.0  # s between rows whose differences show the level
+
+_WHITE = 0.05  # m/s, least white noise of a block
+
+
+@dataclass(frozen=True, slots=True)
+class HeadingRows:
+    """Means over the straight blocks, (n,), of the ground velocity to the right of the heading.
+
+    `straight` (n,) are the numbers of these blocks and `right` (n, 2) their unit vectors to the right, toward north
+    and east. `directions` (n, 3) [m/s per degree] are the effects of the errors of the heading.
+    """
+
+    straight: NDArray[np.intp]
+    response: MetersPerSecond
+    right: Array
+    directions: Array
+    noise: PointNoise
+
+
+def heading_rows(obs: Observations, blocks: Blocks, airspeed: MetersPerSecond) -> HeadingRows | None:
+    """Compute the rows; None for a log without heading or straight flight. `airspeed` (blocks,) is the true one."""
+    if obs.heading is None:
+        return None
+    right = np.stack([-np.sin(obs.heading), np.cos(obs.heading)], axis=1)
+    ground = np.stack([obs.velocity_north, obs.velocity_east], axis=1)
+    east, north = (blocks.mean(right) * [-1.0, 1.0]).T
+    turn = np.abs(np.gradient(np.unwrap(np.arctan2(east, north)), blocks.length)) > _STRAIGHT
+    beside = turn | np.append(turn[1:], False) | np.append(False, turn[:-1])
+    straight = np.flatnonzero(~beside)
+    if len(straight) < _FEWEST:
+        return None
+    time = blocks.intervals.edges[blocks.intervals.left[straight]]
+    pressure, middle = blocks.mean(obs.impact_pressure)[straight], 0.5 * (time[0] + time[-1])
+    response, right = blocks.mean(np.sum(ground * right, axis=1))[straight], blocks.mean(right)[straight]
+    shapes = [np.ones(len(time)), float(np.median(pressure)) / pressure - 1.0, (time - middle) / _TEN_MINUTES]
+    per_degree = np.radians(1.0) * airspeed[straight, None]
+    return HeadingRows(
+        straight, response, right, per_degree * np.stack(shapes, axis=1), _heading_noise(time, response)
+    )
+
+
+def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
+    """White noise and a slow wander, by the usual difference of neighbors and of rows some time apart.
+
+    Medians of differences do not see a single change of the wind.
+    """
+    step = float(np.median(np.diff(time)))
+    white = max(deviation_of_sizes(np.abs(np.diff(response, 2)) / np.sqrt(6.0)), _WHITE)
+    lag = max(round(_LAG / step), 1)
+    together = time[lag:] - time[:-lag] < 1.5 * lag * step
+    apart = deviation_of_sizes(np.abs(response[lag:] - response[:-lag])[together]) if together.any() else 0.0
+    wander = max(apart / float(np.sqrt(2.0 * (1.0 - np.exp(-lag * step / _WANDER_TIME)))), _WANDER)
+    slow = ornstein_uhlenbeck(time, wander, _WANDER_TIME, (1.0,))
+    return PointNoise(
+        np.full((1, len(time)), white**2), [slow], UnknownColumns(np.zeros((len(time), 0)), np.zeros(0))
+    )
+
+
+# Whether the wind of a log changed: the evidence for a change beside the constant wind.
+# The answer for a constant wind is not touched. A change of the wind is a sum of known shapes with unknown sizes:
+# a straight line, a wave, slow cosines for a drift, one step for a front. Where each speed is flown once, the
+# airspeed alone often cannot tell a change of the wind from a curve. The heading helps: see `heading_rows`.
+# Background: Kass and Raftery, "Bayes factors", Journal of the American Statistical Association 90 (1995).
+
+STEADY, WAVE, DRIFT, JUMP = "steady", "wave", "drift", "jump"
+
+# Bayes factor of a change from which on it may be named. Below a third the log supports a constant wind; from there
+# to three it says nothing worth more than a mention (Kass and Raftery 1995).
+ASKS = 1.0 / 3.0
+
+_STEADY_SIZES = (1.0, 3.0)  # m/s (1σ) of each component, over the log
+
+_SIZES = (0.4, 1.2, 3.6)  # m/s, standard deviation of a component of the wind around its mean over the log
+
+_MEMORIES = (60.0, 600.0)  # s of a drift: a wave, a steady change
+
+_ENOUGH = 0.1  # s between rows: a wind that changes is slow
+
+_PERIODS, _WAVE_SIZES = (160.0, 230.0, 330.0, 470.0), (0.5, 1.5)  # s, and m/s (1σ) of each coefficient
+
+_SHORTEST = 30.0  # s, half a period of the fastest cosine: shorter changes are gusts
+
+_MOST_COSINES = 24  # in a long log the slower ones
+
+_MOMENTS = 200  # at which winds are compared for the size of a change
+
+_JUMP_SIZE = 3.0  # m/s (1σ) of each component
+
+_JUMP_SECONDS = 20.0  # s that a jump lasts
+
+_JUMP_TIMES = 30  # that are tried, evenly over the log
+
+# Of the gust length found for a constant wind, which takes a change for long gusts.
+_SHORTER = (1.0, 0.4, 0.15)
+
+_DRAWS, _SEED = 1000, 1  # of logs with a constant wind
+
+_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
+
+
+@dataclass(frozen=True, slots=True)
+class WindChange:
+    """The evidence for a wind that changed, and its most likely change.
+
+    `bayes_factor` is that of a change against a constant wind. `chance` is how often a constant wind would give as
+    large a one in the same gusts: where gusts hide every change, the factor is near 1 and says nothing.
+    `kind` is `steady`, `wave`, `drift` or `jump`.
+    `size` [m/s] is the greatest difference between two winds of the log, `time` [s after the first row] the middle
+    of a jump.
+    `moved` (p,) is the change of the estimate of θ if the wind so changed.
+    """
+
+    bayes_factor: float
+    chance: float
+    kind: str
+    size: float
+    time: float
+    moved: Array
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """One kind of change: the columns' places (k,), their prior deviations [m/s] (k,), and the log of its share."""
+
+    kind: str
+    places: NDArray[np.intp]
+    deviations: Array
+    log_share: float
+    time: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Shapes:
+    """Changes of one component of the wind, (blocks, s) [-], and what they may be."""
+
+    of_time: Array
+    changes: tuple[_Change, ...]
+
+
+def check_wind(structure: Structure, obs: Observations, fit: CoveringFit) -> WindChange | None:
+    """Weigh changes of the wind beside the constant wind of a fit; None for a log too short for a change."""
+    obs = obs.every(max(round(_ENOUGH / float(np.median(np.diff(obs.time)))), 1))
+    blocks = divide(obs, 2.0 * block_length(obs))
+    shapes = _shapes(blocks)
+    if shapes is None:
+        return None
+    best = max(fit.nodes, key=lambda node: node.weight).noise
+    evidence_at = _evidence(structure, obs, blocks, fit.theta[: structure.model.count], shapes.of_time)
+    log_prior = log_prior_of(structure, obs)
+    noises = [_shorter(best, ratio) for ratio in _SHORTER]
+    found = [evidence_at(phi) for phi in noises]
+    heights = np.array([each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)])
+    gains = np.array([_gains(each, each.pull[None], shapes)[:, 0] for each in found])
+    odds = heights[:, None] + gains
+    noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
+    change = shapes.changes[int(place)]
+    likely = found[int(noise)].estimate(change.places, change.deviations)
+    moved = (found[int(noise)].moved[:, change.places] @ likely)[: structure.model.count]
+    sizes = likely.reshape(2, -1)
+    some = shapes.of_time[:: len(shapes.of_time) // _MOMENTS + 1, change.places[: sizes.shape[1]]]
+    winds = some @ sizes.T
+    apart = np.linalg.norm(winds[:, None] - winds[None], axis=-1)
+    log_factor = float(logsumexp(odds) - logsumexp(heights))
+    by_chance = logsumexp(_gains(found[0], found[0].drawn(_DRAWS, _SEED), shapes), axis=0) >= log_factor
+    factor, chance = float(np.exp(min(log_factor, 700.0))), float(np.mean(by_chance))
+    return WindChange(factor, chance, change.kind, float(np.max(apart)), change.time, moved)
+
+
+def _gains(evidence: ColumnEvidence, pulls: Array, shapes: _Shapes) -> Array:
+    """The log Bayes factor of each change with its share, (changes, d), for pulls (d, m)."""
+    return np.array(
+        [
+            evidence.log_bayes_factors(pulls, change.places, change.deviations) + change.log_share
+            for change in shapes.changes
+        ]
+    )
+
+
+def _shorter(noise: Array, ratio: float) -> Array:
+    """A noise with another gust length and the same gusts over short times."""
+    phi = noise.copy()
+    phi[:2] += np.log(ratio) * np.array([0.5, 1.0])
+    return phi
+
+
+def _shapes(blocks: Blocks) -> _Shapes | None:
+    """The changes that are weighed, each kind with the same probability."""
+    edges, left = blocks.intervals.edges, blocks.intervals.left
+    time, duration = 0.5 * (edges[left] + edges[left + 1]) - edges[0], float(edges[-1] - edges[0])
+    count = min(int(duration / _SHORTEST), _MOST_COSINES)
+    if count < 1:
+        return None
+    number = np.arange(1, count + 1)
+    cosines = np.cos(np.pi * np.outer(time / duration, number))
+    times = np.linspace(0.0, duration, _JUMP_TIMES + 2)[1:-1]
+    steady = (time / duration - 0.5)[:, None]
+    jumps = np.clip((time[:, None] - times) / _JUMP_SECONDS + 0.5, 0.0, 1.0)
+    angles = 2.0 * np.pi * time[:, None] / np.array(_PERIODS)
+    of_time = np.hstack([cosines, steady, jumps, np.cos(angles), np.sin(angles)])
+    shapes, first_wave = of_time.shape[1], count + 1 + _JUMP_TIMES
+    shares = {
+        STEADY: 1.0 / len(_STEADY_SIZES),
+        WAVE: 1.0 / (len(_PERIODS) * len(_WAVE_SIZES)),
+        DRIFT: 1.0 / (len(_MEMORIES) * len(_SIZES)),
+        JUMP: 1.0 / _JUMP_TIMES,
+    }
+    share = {kind: float(np.log(part / len(shares))) for kind, part in shares.items()}
+    changes = [
+        _Change(STEADY, _both(np.array([count]), shapes), np.full(2, size), share[STEADY]) for size in _STEADY_SIZES
+    ]
+    for place in range(first_wave, first_wave + len(_PERIODS)):
+        both = _both(np.array([place, place + len(_PERIODS)]), shapes)
+        changes += [_Change(WAVE, both, np.full(4, size), share[WAVE]) for size in _WAVE_SIZES]
+    for memory in _MEMORIES:
+        spread = _spread(number, duration, memory)
+        changes += [
+            _Change(DRIFT, _both(number - 1, shapes), np.tile(size * spread, 2), share[DRIFT]) for size in _SIZES
+        ]
+    changes += [
+        _Change(JUMP, _both(np.array([count + 1 + i]), shapes), np.full(2, _JUMP_SIZE), share[JUMP], float(middle))
+        for i, middle in enumerate(times)
+    ]
+    return _Shapes(of_time, tuple(changes))
+
+
+def _spread(number: NDArray[np.intp], duration: float, memory: float) -> Array:
+    """Standard deviations of the cosines' coefficients, by the spectrum of a Gauss-Markov process of unit size."""
+    power = 1.0 / (1.0 + (np.pi * number * memory / duration) ** 2)
+    return np.asarray(np.sqrt(2.0 * power / np.sum(power)))
+
+
+def _both(places: NDArray[np.intp], shapes: int) -> NDArray[np.intp]:
+    """The places of some shapes of the north and of the east component."""
+    return np.concatenate([places, places + shapes])
+
+
+def _evidence(
+    structure: Structure, obs: Observations, blocks: Blocks, theta: Array, of_time: Array
+) -> Callable[[Array], ColumnEvidence]:
+    """The map from a noise φ to the evidence for changes of the wind."""
+    triangle = linearize(replace(structure, altitude=None), obs, blocks, theta)
+    first, regression = structure.model.error_count, triangle.regression
+    winds, added = slice(first, first + 2), len(DIRECTION_DEVIATIONS)
+    ground = blocks.mean(np.stack([obs.velocity_north, obs.velocity_east], axis=1))
+    airspeed = np.linalg.norm(ground - theta[winds], axis=1)
+    heading = heading_rows(obs, blocks, airspeed)
+    along = -regression.regressors[:, winds]
+    precision = np.append(regression.prior_precision, 1.0 / DIRECTION_DEVIATIONS**2)
+
+    def evidence(phi: Array) -> ColumnEvidence:
+        noise = _triangle_noise(blocks, triangle, along, airspeed, phi)
+        wide = np.pad(regression.instruments, ((0, 0), (0, added)))
+        parts = [EvidencePart(regression.response, wide, _changing(-along, of_time), noise)]
+        if heading is not None:
+            wide = np.zeros((len(heading.response), len(precision)))
+            wide[:, winds], wide[:, -added:] = heading.right, heading.directions
+            response = heading.response - heading.right @ theta[winds]
+            further = _changing(heading.right, of_time[heading.straight])
+            parts.append(EvidencePart(response, wide, further, heading.noise))
+        if structure.altitude is not None:
+            parts.append(_altitude_part(structure, theta, added, 2 * of_time.shape[1], phi))
+        return column_evidence(parts, precision)
+
+    return evidence
+
+
+def _changing(effects: Array, of_time: Array) -> Array:
+    """Columns (blocks, 2 s) of changes toward north, then toward east, from the effects of both (blocks, 2)."""
+    return np.concatenate([effects[:, :1] * of_time, effects[:, 1:] * of_time], axis=1)
+
+
+def _triangle_noise(
+    blocks: Blocks, triangle: Linearized, along: Array, airspeed: MetersPerSecond, phi: Array
+) -> MarkovNoise:
+    """The noise of the triangle's rows: white, and gusts along the path."""
+    deviation, length, white = np.exp(phi[:3])
+    gusts = MarkovProcess(float(deviation), length / blocks.at_edges(airspeed), along)
+    return MarkovNoise(blocks.intervals, triangle.sensor + white**2 + _FLOOR, [gusts])
+
+
+def _altitude_part(structure: Structure, theta: Array, added: int, changes: int, phi: Array) -> EvidencePart:
+    assert structure.altitude is not None
+    rows = altitude_regression(structure.altitude, structure.model, theta, structure.nuisances)
+    wide = np.pad(rows.regressors, ((0, 0), (0, added)))
+    noise = AltitudeNoise(structure.altitude)(phi[-NOISE_COUNT:])
+    return EvidencePart(rows.response, wide, np.zeros((len(wide), changes)), noise)

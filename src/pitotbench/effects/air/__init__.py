@@ -1,1 +1,0 @@
-"""Effects in the air that the aircraft flies through."""

@@ -1,1 +1,0 @@
-"""Effects in the airframe: drag, mass, trim, controls."""

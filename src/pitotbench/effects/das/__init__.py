@@ -1,1 +1,0 @@
-"""Effects in the data system: clocks, samples, word lengths, and sensors other than pressure."""

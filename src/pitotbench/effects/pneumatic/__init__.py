@@ -1,1 +1,0 @@
-"""Effects between the pressure ports and the transducers."""

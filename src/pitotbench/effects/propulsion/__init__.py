@@ -1,1 +1,0 @@
-"""Effects in engines, propellers and their gauges."""

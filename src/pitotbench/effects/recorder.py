@@ -1,0 +1,515 @@
+"""Effects of the data system: clocks, GPS receiver, compass, inertial unit, probe and vanes."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.axes import body_to_earth
+from pitotbench.channels import numbers_from
+from pitotbench.effects.effect import (
+    CHANGING_AIRSPEED,
+    RANGE_OF_AIRSPEED,
+    SIDESLIP,
+    TEMPERATURE,
+    TURNING,
+    Parameter,
+    SensorEffect,
+)
+from pitotbench.effects.pneumatic import play
+from pitotbench.effects.response import Signals, delayed, first_order
+from pitotbench.units import DEGREE, Array
+
+# The channels of the air-data bus. A fault of the bus changes them together.
+
+AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature")
+
+
+# Air data that are stamped when they arrive: one delay of the bus for all of them.
+
+
+def _apply_air_data_latency(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    present = [name for name in AIR_DATA if name in signals]
+    return signals.with_channels(**{name: delayed(signals, signals[name], sizes["latency_s"]) for name in present})
+
+
+AIR_DATA_LATENCY = SensorEffect(
+    name="air_data_latency",
+    family="das",
+    acts_on="sensors",
+    parameters=(Parameter("latency_s", 0.3, 0.01, 3.0, "time by which pressures and temperature are late"),),
+    source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
+    what="Pressures and temperature are recorded late against GPS and attitude.",
+    shows_in=CHANGING_AIRSPEED,
+    changes=AIR_DATA[:2],
+    also=AIR_DATA[2:],
+    function=_apply_air_data_latency,
+)
+
+
+# A GPS antenna that is not at the center of gravity: it has its own height, and rotation adds to its velocity.
+
+ANTENNA_LEVER_ARM_ATTITUDE = ("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate")
+
+
+def _apply_antenna_lever_arm(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    roll, pitch, heading, p, q, r = (signals[name] for name in ANTENNA_LEVER_ARM_ATTITUDE)
+    x, y, z = sizes["forward_m"], sizes["right_m"], sizes["down_m"]
+    # ω × r in body axes; the log's velocity is in earth axes.
+    swing = np.stack([q * z - r * y, r * x - p * z, p * y - q * x])
+    added = body_to_earth(swing, roll, pitch, heading)
+    names = ("velocity_north", "velocity_east", "velocity_down")
+    changed = {name: signals[name] + part for name, part in zip(names, added, strict=True) if name in signals}
+    if "altitude" in signals:
+        arm = np.repeat(np.array([[x], [y], [z]]), len(signals), axis=1)
+        changed["altitude"] = signals["altitude"] - body_to_earth(arm, roll, pitch, heading)[2]
+    return signals.with_channels(**changed)
+
+
+ANTENNA_LEVER_ARM = SensorEffect(
+    name="antenna_lever_arm",
+    family="das",
+    acts_on="sensors",
+    parameters=(
+        Parameter("forward_m", -3.0, -15.0, 15.0, "antenna ahead of the center of gravity"),
+        Parameter("right_m", 1.0, -15.0, 15.0, "antenna right of it"),
+        Parameter("down_m", -1.0, -5.0, 5.0, "antenna below it"),
+    ),
+    source="rigid-body kinematics, v = v_cg + ω × r (Stevens and Lewis 2003, Aircraft Control and Simulation)",
+    what="GPS velocity and altitude are those of the antenna, which moves around the center of gravity.",
+    shows_in=TURNING,
+    changes=("velocity_north", "velocity_east"),
+    also=("velocity_down", "altitude"),
+    needs=ANTENNA_LEVER_ARM_ATTITUDE,
+    function=_apply_antenna_lever_arm,
+)
+
+
+# Two clocks that differ: the recorder's runs slow or fast against GPS time, so a latency grows with time.
+
+
+def _apply_clock_drift(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    late = 1e-6 * sizes["drift_ppm"] * (signals.time - signals.time[0])
+    present = [name for name in numbers_from("gps") if name in signals]
+    return signals.with_channels(**{name: delayed(signals, signals[name], late) for name in present})
+
+
+CLOCK_DRIFT = SensorEffect(
+    name="clock_drift",
+    family="das",
+    acts_on="sensors",
+    parameters=(Parameter("drift_ppm", 500.0, -5000.0, 5000.0, "GPS data late, a millionth of the time flown"),),
+    source="quartz clocks: 20 to 100 ppm by data sheet, some 1,000 ppm for a loaded computer's timer",
+    what="The clocks of air data and GPS drift apart during the flight.",
+    shows_in=CHANGING_AIRSPEED,
+    changes=("velocity_north", "velocity_east"),
+    also=("velocity_down", "altitude"),
+    function=_apply_clock_drift,
+)
+
+
+# A compass with deviation: the recorded heading errs by an angle that depends on the heading.
+
+COMPASS_DEVIATION_SOURCE = (
+    "Handbook of Magnetic Compass Adjustment 2004 (NGA, formerly Pub. 226), ch. 5: "
+    "B sin ψ + C cos ψ + D sin 2ψ + E cos 2ψ; "
+)
+
+
+def _waves(times: int) -> Callable[[Signals, Mapping[str, float]], Signals]:
+    """Return the deviation with so many waves in a full turn."""
+
+    def apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+        angle = times * signals["heading"]
+        deviation = sizes["sine_deg"] * np.sin(angle) + sizes["cosine_deg"] * np.cos(angle)
+        return signals.with_channels(heading=signals["heading"] + DEGREE * deviation)
+
+    return apply
+
+
+COMPASS_DEVIATION = SensorEffect(
+    name="compass_deviation",
+    family="das",
+    acts_on="sensors",
+    parameters=(
+        Parameter("sine_deg", 1.5, -20.0, 20.0, "heading too large on east: coefficient B"),
+        Parameter("cosine_deg", -1.0, -20.0, 20.0, "heading too large on north: coefficient C"),
+    ),
+    source=COMPASS_DEVIATION_SOURCE + "14 CFR 25.1327: at most 10° once compensated",
+    what="Magnetized parts of the airplane turn the compass: the heading has a semicircular deviation.",
+    shows_in=TURNING,
+    changes=("heading",),
+    function=_waves(1),
+)
+
+QUADRANTAL_DEVIATION = SensorEffect(
+    name="quadrantal_deviation",
+    family="das",
+    acts_on="sensors",
+    parameters=(
+        Parameter("sine_deg", 1.0, -10.0, 10.0, "heading too large on northeast: coefficient D"),
+        Parameter("cosine_deg", -0.5, -10.0, 10.0, "heading too large on north and south: coefficient E"),
+    ),
+    source=COMPASS_DEVIATION_SOURCE + "D and E come from induced magnetism",
+    what="Soft iron in the airplane bends the earth's field: the heading has a quadrantal deviation.",
+    shows_in=TURNING,
+    changes=("heading",),
+    function=_waves(2),
+)
+
+
+# Lost frames of air data, which the recorder fills with the last good one.
+
+
+def _apply_dropped_samples(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    # Bursts begin at random, so often that the share of lost rows comes out right. The first row of a stretch is
+    # never lost: the recorder has no earlier value to repeat.
+    draw = np.random.default_rng(int(sizes["seed"]))
+    start, lost = sizes["fraction"] / sizes["burst_rows"], np.zeros(len(signals), dtype=np.bool_)
+    begun = np.flatnonzero(draw.random(len(signals)) < start)
+    for length in range(int(sizes["burst_rows"])):
+        lost[np.minimum(begun + length, len(signals) - 1)] = True
+    lost[[part.start for part in signals.stretches()]] = False
+    source = np.maximum.accumulate(np.where(lost, 0, np.arange(len(signals))))
+    return signals.with_channels(**{name: signals[name][source] for name in AIR_DATA if name in signals})
+
+
+DROPPED_SAMPLES = SensorEffect(
+    name="dropped_samples",
+    family="das",
+    acts_on="sensors",
+    parameters=(
+        Parameter("fraction", 0.05, 0.001, 0.5, "share of the rows that is lost"),
+        Parameter("burst_rows", 4.0, 1.0, 200.0, "rows lost at once", shape=True),
+        Parameter("seed", 1.0, 0.0, 1e6, "which rows are lost", shape=True),
+    ),
+    source="Gilbert 1960, Bell System Technical Journal 39: losses come in bursts",
+    what="Some rows of air data are lost; the recorder repeats the last good one.",
+    shows_in=CHANGING_AIRSPEED,  # a row that repeats shows only while the pressure changes
+    changes=("impact_pressure", "static_pressure"),
+    also=("total_temperature",),
+    after_noise=True,
+    function=_apply_dropped_samples,
+)
+
+
+# A GPS solution that is stamped when it arrives, not when it was true.
+
+
+def _apply_gps_latency(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    present = [name for name in numbers_from("gps") if name in signals]
+    late = {name: delayed(signals, signals[name], sizes["latency_s"]) for name in present}
+    return signals.with_channels(**late)
+
+
+GPS_LATENCY = SensorEffect(
+    name="gps_latency",
+    family="das",
+    acts_on="sensors",
+    parameters=(Parameter("latency_s", 0.3, 0.01, 3.0, "time by which GPS velocity and altitude are late"),),
+    source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
+    what="GPS velocity and altitude are recorded late against the air data.",
+    shows_in=CHANGING_AIRSPEED,
+    changes=("velocity_north", "velocity_east"),
+    also=("velocity_down", "altitude"),
+    function=_apply_gps_latency,
+)
+
+
+# A receiver that filters its velocity: late in a ramp, and rounded where the velocity changes direction.
+
+VELOCITIES = ("velocity_north", "velocity_east", "velocity_down")
+
+
+def _apply_gps_smoothing(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    present = [name for name in VELOCITIES if name in signals]
+    return signals.with_channels(**{name: first_order(signals, signals[name], sizes["lag_s"]) for name in present})
+
+
+GPS_SMOOTHING = SensorEffect(
+    name="gps_smoothing",
+    family="das",
+    acts_on="sensors",
+    parameters=(Parameter("lag_s", 0.3, 0.01, 3.0, "time constant of the receiver's filter"),),
+    source="receivers' low-dynamics navigation filters; first-order form (estimate)",
+    what="The receiver smooths its velocity and so delays it.",
+    shows_in=CHANGING_AIRSPEED,
+    variant_of="gps_latency",
+    changes=VELOCITIES[:2],
+    also=VELOCITIES[2:],
+    function=_apply_gps_smoothing,
+)
+
+
+# A GPS velocity of the wrong scale: a unit, a latitude or a map projection that does not fit.
+
+
+def _apply_gps_velocity_scale(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    return signals.with_channels(
+        velocity_north=(1.0 + sizes["north"]) * signals["velocity_north"],
+        velocity_east=(1.0 + sizes["east"]) * signals["velocity_east"],
+    )
+
+
+GPS_VELOCITY_SCALE = SensorEffect(
+    name="gps_velocity_scale",
+    family="das",
+    acts_on="sensors",
+    parameters=(
+        Parameter("north", 0.01, -0.2, 0.2, "velocity toward north too large by this share"),
+        Parameter("east", 0.01, -0.2, 0.2, "velocity toward east too large by this share"),
+    ),
+    source="Snyder 1987, Map Projections, USGS PP 1395: scale factors of projections, and the length of a degree "
+    "of longitude, which a latitude that is wrong by 1° at 40° changes by 1.5 %",
+    what="The horizontal velocity of the GPS has a wrong scale.",
+    shows_in=RANGE_OF_AIRSPEED,
+    changes=("velocity_north", "velocity_east"),
+    function=_apply_gps_velocity_scale,
+)
+
+
+# An inertial unit that is not aligned with the airplane: attitude, rates and forces are in its own axes.
+
+INERTIAL_UNIT_MISALIGNMENT_ATTITUDE = ("roll", "pitch", "heading")
+
+RATES = ("roll_rate", "pitch_rate", "yaw_rate")
+
+FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
+
+
+def _unit_axes(sizes: Mapping[str, float]) -> Array:
+    """Return the axes of the unit, one a row, in the axes of the airplane."""
+    angles = (DEGREE * sizes[name] for name in ("roll_deg", "pitch_deg", "yaw_deg"))
+    return body_to_earth(np.eye(3), *(np.full(3, angle) for angle in angles)).T
+
+
+def _apply_inertial_unit_misalignment(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    axes = _unit_axes(sizes)
+    roll, pitch, heading = (signals[name] for name in INERTIAL_UNIT_MISALIGNMENT_ATTITUDE)
+    forward, right, down = (
+        body_to_earth(np.repeat(axis[:, None], len(signals), axis=1), roll, pitch, heading) for axis in axes
+    )
+    turned = np.arctan2(forward[1], forward[0]) - heading
+    changed = {
+        "roll": np.arctan2(right[2], down[2]),
+        "pitch": -np.arcsin(np.clip(forward[2], -1.0, 1.0)),
+        # The heading keeps its count of full turns.
+        "heading": heading + np.mod(turned + np.pi, 2.0 * np.pi) - np.pi,
+    }
+    for names in (RATES, FORCES):
+        if all(name in signals for name in names):
+            changed |= dict(zip(names, axes @ np.stack([signals[name] for name in names]), strict=True))
+    return signals.with_channels(**changed)
+
+
+INERTIAL_UNIT_MISALIGNMENT = SensorEffect(
+    name="inertial_unit_misalignment",
+    family="das",
+    acts_on="sensors",
+    parameters=(
+        Parameter("roll_deg", 1.0, -15.0, 15.0, "unit mounted right wing down"),
+        Parameter("pitch_deg", 1.0, -15.0, 15.0, "unit mounted nose up"),
+        Parameter("yaw_deg", 1.0, -15.0, 15.0, "unit mounted nose right"),
+    ),
+    source="rotation of axes (Stevens and Lewis 2003, Aircraft Control and Simulation, §1.3); "
+    "1° is a mount that was leveled by eye (estimate)",
+    what="The inertial unit is not aligned with the airplane.",
+    shows_in=TURNING,
+    changes=INERTIAL_UNIT_MISALIGNMENT_ATTITUDE,
+    also=(*RATES, *FORCES),
+    function=_apply_inertial_unit_misalignment,
+)
+
+
+# A word that is too short for its range: pressures are recorded in steps.
+
+PRESSURES = ("impact_pressure", "static_pressure")
+
+
+def _apply_quantization(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    step = sizes["step_pa"]
+    return signals.with_channels(**{name: np.rint(signals[name] / step) * step for name in PRESSURES})
+
+
+QUANTIZATION = SensorEffect(
+    name="quantization",
+    family="das",
+    acts_on="sensors",
+    parameters=(Parameter("step_pa", 40.0, 1.0, 500.0, "step of both pressures"),),
+    source="Widrow and Kollár 2008, Quantization Noise: a step q adds q²/12; 34 Pa is 12 bits over 138 kPa",
+    what="The pressures are stored in coarse steps.",
+    shows_in=CHANGING_AIRSPEED,  # a pressure that changes crosses many steps
+    changes=PRESSURES,
+    after_noise=True,
+    function=_apply_quantization,
+)
+
+
+# A bus that delivers new air data less often than the recorder writes rows: values repeat.
+
+_SLACK = 1e-6  # periods: a row this close to a refresh has it
+
+
+def _apply_sample_and_hold(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    source = np.arange(len(signals))
+    for part in signals.stretches():
+        time = signals.time[part]
+        frame = np.floor((time - time[0]) / sizes["period_s"] + _SLACK)
+        source[part] = part.start + np.searchsorted(frame, frame)  # the first row of each frame
+    return signals.with_channels(**{name: signals[name][source] for name in AIR_DATA if name in signals})
+
+
+SAMPLE_AND_HOLD = SensorEffect(
+    name="sample_and_hold",
+    family="das",
+    acts_on="sensors",
+    parameters=(Parameter("period_s", 0.25, 0.02, 5.0, "time between new values"),),
+    source="Martos, Kiszely and Foster 2011, §II.C: data systems of several rates on one time base",
+    what="Air data refresh more slowly than they are recorded: each value repeats.",
+    shows_in=CHANGING_AIRSPEED,  # a value that repeats shows only while the pressure changes
+    changes=("impact_pressure", "static_pressure"),
+    also=("total_temperature",),
+    after_noise=True,
+    function=_apply_sample_and_hold,
+)
+
+
+# A transducer or amplifier whose range ends below the speeds flown.
+
+
+# Acts after the noise: an amplifier at its limit gives a constant, not noise around it.
+def _apply_saturation(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    return signals.with_channels(impact_pressure=np.minimum(signals["impact_pressure"], sizes["ceiling_pa"]))
+
+
+SATURATION = SensorEffect(
+    name="saturation",
+    family="das",
+    acts_on="sensors",
+    parameters=(Parameter("ceiling_pa", 3500.0, 500.0, 20000.0, "greatest impact pressure; 0 for none"),),
+    source="range of the transducer or of its amplifier; 3,500 Pa is 146 KIAS",
+    what="Above some airspeed the impact pressure does not rise any more.",
+    shows_in=RANGE_OF_AIRSPEED,  # only the highest airspeeds reach the ceiling
+    changes=("impact_pressure",),
+    after_noise=True,
+    function=_apply_saturation,
+)
+
+
+# Errors of the temperature probe: it measures less than the whole ram rise, or reads too warm.
+
+TEMPERATURE_PROBE_SOURCE = (
+    "Trenkle and Reinhardt 1973, AGARDograph 160 vol. 2: recovery 0.6 to 0.99; probe errors of some kelvin"
+)
+
+
+def _recovery(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    # Noise can make the impact pressure slightly negative at rest, where the Mach number is zero.
+    mach = air.mach_from_impact_pressure(signals["impact_pressure"].clip(min=0.0), signals["static_pressure"])
+    static = air.air_temperature(signals["total_temperature"], mach)
+    return signals.with_channels(total_temperature=air.total_temperature(static, mach, 1.0 - sizes["deficit"]))
+
+
+def _bias(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    return signals.with_channels(total_temperature=np.asarray(signals["total_temperature"] + sizes["bias_k"]))
+
+
+RECOVERY_DEFICIT = SensorEffect(
+    name="recovery_deficit",
+    family="das",
+    acts_on="sensors",
+    parameters=(Parameter("deficit", 0.2, -0.2, 1.0, "one minus the recovery factor, against full recovery"),),
+    source=TEMPERATURE_PROBE_SOURCE,
+    what="The temperature probe measures only part of the ram rise.",
+    shows_in=TEMPERATURE,
+    changes=("total_temperature",),
+    needs=("impact_pressure", "static_pressure"),
+    function=_recovery,
+)
+
+TEMPERATURE_BIAS = SensorEffect(
+    name="temperature_bias",
+    family="das",
+    acts_on="sensors",
+    parameters=(Parameter("bias_k", 2.5, -15.0, 15.0, "reading above the probe's temperature"),),
+    source=TEMPERATURE_PROBE_SOURCE,
+    what="The temperature probe reads too warm or too cold by a constant.",
+    shows_in=TEMPERATURE,
+    changes=("total_temperature",),
+    function=_bias,
+)
+
+
+# Flow vanes with a wrong calibration: upwash that was not measured, or a vane that was not set to zero.
+
+VANE_CALIBRATION_SOURCE = (
+    "Gracey 1958, NACA TN 4351: the flow at a vane is that of the airplane with its upwash; "
+    "Haering 1995, NASA TM-104316: scale and offset of flow angles are calibrated in flight"
+)
+
+
+def _read(channel: str) -> Callable[[Signals, Mapping[str, float]], Signals]:
+    def apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+        return signals.with_channels(
+            **{channel: (1.0 + sizes["scale"]) * signals[channel] + DEGREE * sizes["offset_deg"]}
+        )
+
+    return apply
+
+
+ALPHA_VANE_CALIBRATION = SensorEffect(
+    name="alpha_vane_calibration",
+    family="das",
+    acts_on="sensors",
+    parameters=(
+        Parameter("scale", 0.1, -0.5, 1.0, "reading too large by this share of the angle: upwash"),
+        Parameter("offset_deg", 1.0, -10.0, 10.0, "reading at zero angle of attack"),
+    ),
+    source=VANE_CALIBRATION_SOURCE,
+    what="The vane of the angle of attack has a wrong scale or zero.",
+    shows_in=RANGE_OF_AIRSPEED,
+    changes=("angle_of_attack",),
+    function=_read("angle_of_attack"),
+)
+
+SIDESLIP_VANE_CALIBRATION = SensorEffect(
+    name="sideslip_vane_calibration",
+    family="das",
+    acts_on="sensors",
+    parameters=(
+        Parameter("scale", 0.1, -0.5, 1.0, "reading too large by this share of the angle: sidewash"),
+        Parameter("offset_deg", 1.0, -10.0, 10.0, "reading at zero sideslip"),
+    ),
+    source=VANE_CALIBRATION_SOURCE,
+    what="The vane of the sideslip has a wrong scale or zero.",
+    shows_in=SIDESLIP,
+    changes=("sideslip",),
+    function=_read("sideslip"),
+)
+
+
+# Flow vanes that stick: they follow the flow only once it has turned by more than their friction holds.
+
+
+def _apply_vane_friction(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+    return signals.with_channels(
+        angle_of_attack=play(signals["angle_of_attack"], DEGREE * sizes["alpha_deg"]),
+        sideslip=play(signals["sideslip"], DEGREE * sizes["sideslip_deg"]),
+    )
+
+
+VANE_FRICTION = SensorEffect(
+    name="vane_friction",
+    family="das",
+    acts_on="sensors",
+    parameters=(
+        Parameter("alpha_deg", 0.5, 0.02, 10.0, "angle of attack that turns the vane back after a turn-round"),
+        Parameter("sideslip_deg", 0.5, 0.02, 10.0, "the same of the sideslip vane"),
+    ),
+    source="Gracey 1958, NACA TN 4351: vanes and their friction; "
+    "the play operator of Krasnosel'skii and Pokrovskii 1989",
+    what="The flow vanes stick: dirt, ice or a dry bearing.",
+    shows_in=SIDESLIP,
+    changes=("angle_of_attack", "sideslip"),
+    function=_apply_vane_friction,
+)

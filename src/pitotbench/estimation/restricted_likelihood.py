@@ -1,0 +1,427 @@
+"""Linear regression with correlated noise of unknown level and scale: restricted likelihood, posterior, mixture."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.special import ndtr
+
+from pitotbench.estimation.noise import JointNoise, JointNoiseOf, Noise, NoiseOf, weighed_by_each
+from pitotbench.records import NoAnswerError
+from pitotbench.units import Array
+
+# Compute bounds from a mixture of Gaussians, one for each plausible set of noise parameters.
+# The noise parameters are unknown. At each of some nodes of their posterior the answer is Gaussian; the weighted
+# mixture of these is the answer with the noise marginalized (integrated nested Laplace approximations: Rue,
+# Martino and Chopin 2009; §6.5 for the nodes).
+
+TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
+
+_DRAWS, _DRAW_SEED = 600, 20111  # draws for each node; they give the factor to about 1 %
+
+_FULL = 5  # dimensions up to which the design has all corners
+
+_STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
+
+
+@dataclass(frozen=True, slots=True)
+class Nodes:
+    """Design points in whitened coordinates, (m, d), and their weights for a Gaussian, (m,)."""
+
+    points: Array
+    weights: Array
+
+
+def composite_design(dimensions: int) -> Nodes:
+    """Return the center, and star and corner points on a sphere of radius f0·√d, with weights exact for a Gaussian.
+
+    In three dimensions these are 15 points.
+    """
+    if dimensions == 0:
+        return Nodes(np.zeros((1, 0)), np.ones(1))
+    radius = _STAR * np.sqrt(dimensions)
+    star = np.concatenate([np.eye(dimensions), -np.eye(dimensions)]) * radius
+    corners = _corners(dimensions) * _STAR
+    outer = np.concatenate([star, corners]) if dimensions > 1 else star
+    # Such that Σ w exp(−|z|²/2) = 1 and Σ w exp(−|z|²/2) |z|² = d: exact moments for a Gaussian posterior.
+    center = 1.0 - 1.0 / _STAR**2
+    each = np.exp(0.5 * radius**2) / (len(outer) * _STAR**2)
+    weights = np.concatenate([[center], np.full(len(outer), each)])
+    return Nodes(np.concatenate([np.zeros((1, dimensions)), outer]), weights)
+
+
+def _corners(dimensions: int) -> Array:
+    """Return all corners of a cube up to five dimensions; in more dimensions, sixteen of them.
+
+    The sixteen prefer neither a sum nor a product of two coordinates (a fraction of resolution IV: Box, Hunter and
+    Hunter 1978).
+    """
+    if dimensions <= _FULL:
+        return np.array(list(product((-1.0, 1.0), repeat=dimensions)))
+    base = np.array(list(product((-1.0, 1.0), repeat=4)))
+    a, b, c, d = base.T
+    return np.stack([a, b, c, d, a * b * c, b * c * d, a * c * d, a * b * d], axis=1)[:, :dimensions]
+
+
+def half_width(weights: Array, means: Array, deviations: Array, share: float = TWO_SIGMA_SHARE) -> Array:
+    """Return the half-width, (c,), of the interval around the mixture mean that holds `share` of the mixture.
+
+    Parameters: weights (m,), with sum 1; means and standard deviations, (m, c), of c quantities.
+    """
+    # Bisection: 60 halvings take the bracket to rounding, and all quantities are solved together.
+    offset = means - weights @ means
+    low = np.zeros(means.shape[1])
+    high = 12.0 * np.max(deviations + np.abs(offset), axis=0)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        inside = weights @ (ndtr((middle - offset) / deviations) - ndtr((-middle - offset) / deviations))
+        low, high = np.where(inside < share, middle, low), np.where(inside < share, high, middle)
+    return np.asarray(0.5 * (low + high))
+
+
+def simultaneous_factor(weights: Array, means: Array, covariances: Array, gradient: Array, bounds: Array) -> float:
+    """Return the factor, at least 1, by which pointwise bounds must grow to hold at all points at once.
+
+    They then hold together in `TWO_SIGMA_SHARE` of cases. The factor is that quantile of the largest deviation, in
+    units of the bounds, over draws of the mixture with a fixed seed.
+
+    Parameters: weights (m,), means (m, p) and covariances (m, p, p) of the mixture; gradient (c, p) of c linear
+    functions; bounds, their pointwise half-widths, (c,).
+    """
+    # A fixed seed makes the bound of one log the same at every run.
+    rng = np.random.default_rng(_DRAW_SEED)
+    offset = (means - weights @ means) @ gradient.T
+    largest = np.empty((len(weights), _DRAWS))
+    for node, covariance in enumerate(covariances):
+        scale = np.sqrt(np.diag(covariance))
+        # The root of a covariance by its eigenvectors: a Cholesky factor fails where rounding makes it singular.
+        values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+        root = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        deviation = offset[node][:, None] + gradient @ root @ rng.standard_normal((len(scale), _DRAWS))
+        largest[node] = np.max(np.abs(deviation) / bounds[:, None], axis=0)
+    order = np.argsort(largest, axis=None)
+    held = np.cumsum(np.repeat(weights / _DRAWS, _DRAWS)[order])
+    return max(1.0, float(largest.ravel()[order][np.searchsorted(held, TWO_SIGMA_SHARE)]))
+
+
+# Linear regression with correlated noise of unknown level and scale: restricted likelihood and its posterior.
+# y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the coefficients
+# β and accounts for the degrees of freedom that they take. The noise parameters φ have a prior; their posterior
+# is represented by its mode and a few nodes around it.
+
+_DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
+
+_STEPS, _HALVINGS = 40, 12
+
+_SETTLED, _ROUGHLY = 0.1, 0.3  # gain in log-posterior below which a step is the last one; the next gains far less
+
+_FLATTEST = 0.2  # second derivative below which a direction counts as flat
+
+_LONGEST = 2.0  # step in ln φ
+
+_NARROWEST, _WIDEST = 0.05, 1.2  # bounds on a node's standard deviation in ln φ
+
+_UNDETERMINED = (
+    "the log does not determine the answer within its noise: check the clock, the units and the columns, "
+    "or choose a model with fewer parameters"
+)
+
+_TOGETHER = 1 << 13  # rows whose noises are made together: their arrays stay in a processor's cache
+
+LogPrior = Callable[[Array], float]
+
+Heights = Callable[[Array], Array]  # of a log-posterior, (b,), at places (b, d)
+
+
+@dataclass(frozen=True, slots=True)
+class Regression:
+    """The linear problem: response (n,), regressors (n, p), instruments (n, p), prior precision (p,).
+
+    The instruments are the regressors, or smoothed copies that do not share their measurement noise. The prior
+    precision of a coefficient is that of a Gaussian around zero; 0 means no prior.
+    """
+
+    response: Array
+    regressors: Array
+    instruments: Array
+    prior_precision: Array
+
+
+@dataclass(frozen=True, slots=True)
+class NoiseNode:
+    """One value φ of the noise parameters, its posterior weight, and β with its covariance given φ.
+
+    `log_mass` is the logarithm of the weight before normalization. The sum of the masses of all nodes is the
+    restricted likelihood integrated over φ.
+    """
+
+    noise: Array
+    weight: float
+    log_mass: float
+    estimate: Array
+    covariance: Array
+
+
+def restricted_log_likelihood(problem: Regression, noise: Noise) -> float:
+    """Return the restricted log-likelihood of the residuals (Harville 1974), up to a constant.
+
+    The instruments stand for the regressors: measurement noise of the regressors is in the response as well, and
+    where both meet, fast noise passes for something that the coefficients explain, and a noise with too long a
+    memory for the likely one.
+    Raises numpy.linalg.LinAlgError where the data do not determine β.
+    """
+    if isinstance(noise, JointNoise):
+        products = noise.products()
+    else:
+        data = _instruments_and_response(problem)
+        products = data.T @ noise.weigh(data)
+    return float(_log_likelihoods(problem, products[None], np.array([noise.log_determinant]))[0])
+
+
+def _instruments_and_response(problem: Regression) -> Array:
+    return np.concatenate([problem.instruments, problem.response[:, None]], axis=1)
+
+
+def _log_likelihoods(problem: Regression, products: Array, log_determinants: Array) -> Array:
+    """The restricted log-likelihoods, (b,), from [Z y]ᵀC⁻¹[Z y], (b, p + 1, p + 1), and ln|C|, (b,)."""
+    # A prior is like one more datum for its coefficient: it adds to the diagonal. Scaling to a unit diagonal keeps
+    # the factor accurate for coefficients of very different units.
+    diagonal = np.arange(products.shape[1] - 1)
+    products[:, diagonal, diagonal] += problem.prior_precision
+    scale = np.sqrt(np.diagonal(products, axis1=1, axis2=2))
+    # The last pivot of the factor is the root of the residual sum of squares of the response.
+    factors = np.linalg.cholesky(products / scale[:, :, None] / scale[:, None, :])
+    pivots = np.diagonal(factors, axis1=1, axis2=2) * scale
+    log_normal = 2.0 * np.sum(np.log(pivots[:, :-1]), axis=1)
+    return np.asarray(-0.5 * (log_determinants + log_normal + pivots[:, -1] ** 2))
+
+
+def _heights_of(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior) -> Heights:
+    """The log-posterior of φ as a function of many φ, (b, d); −∞ where the data do not determine β."""
+    data = _instruments_and_response(problem)
+
+    def of_all(phis: Array) -> Array:
+        if isinstance(noise_of, JointNoiseOf):
+            noise_of.learn(phis)
+            noises = [noise_of(phi) for phi in phis]
+            products = np.stack([noise.products() for noise in noises])
+            return _log_likelihoods(problem, products, np.array([noise.log_determinant for noise in noises]))
+        log_determinants, weighed = weighed_by_each(noise_of, phis, data)
+        return _log_likelihoods(problem, data.T @ weighed, log_determinants)
+
+    def of_each(phis: Array) -> Array:
+        try:
+            return of_all(phis)
+        except np.linalg.LinAlgError:
+            if len(phis) == 1:
+                return np.array([-np.inf])  # the search then tries a shorter step
+            return np.concatenate([of_each(phi[None]) for phi in phis])
+
+    def heights(phis: Array) -> Array:
+        return np.concatenate([of_each(part) for part in _stacks(problem, phis)]) + [log_prior(phi) for phi in phis]
+
+    return heights
+
+
+def _stacks(problem: Regression, phis: Array) -> list[Array]:
+    """Divide places (b, d) into stacks."""
+    together = max(1, _TOGETHER // len(problem.response))
+    return [phis[first : first + together] for first in range(0, len(phis), together)]
+
+
+def solve(problem: Regression, noise: Noise) -> tuple[Array, Array]:
+    """Return β, (p,), and its covariance, (p, p), given the noise, by generalized least squares with instruments.
+
+    With instruments equal to regressors this is ordinary generalized least squares.
+    Raises NoAnswerError where the data do not determine β.
+    """
+    weighed = noise.weighed_instruments() if isinstance(noise, JointNoise) else noise.weigh(problem.instruments)
+    return _solved(problem, weighed)
+
+
+def _solved(problem: Regression, weighed: Array) -> tuple[Array, Array]:
+    """`solve` with the weighed instruments, C⁻¹Z, (n, p)."""
+    p = problem.regressors.shape[1]
+    prior = np.diag(problem.prior_precision)
+    normal = weighed.T @ problem.regressors + prior
+    spread = weighed.T @ problem.instruments + prior
+    scale = np.sqrt(np.diag(spread))
+    try:
+        inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
+    except np.linalg.LinAlgError as error:
+        raise NoAnswerError(_UNDETERMINED) from error
+    estimate = inverse @ (weighed.T @ problem.response)
+    covariance = inverse @ spread @ inverse.T
+    return estimate, np.asarray(0.5 * (covariance + covariance.T)).reshape(p, p)
+
+
+def most_likely_noise(problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array) -> Array:
+    """Return the approximate mode of the posterior of φ = ln(noise parameters), (d,), searched from `start`.
+
+    Raises NoAnswerError where none is found.
+    """
+    return _climb(_heights_of(problem, noise_of, log_prior), start, _ROUGHLY)[0]
+
+
+def mode_and_evidence(
+    problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
+) -> tuple[Array, float]:
+    """Return the approximate mode of φ, (d,), and the logarithm of the restricted likelihood integrated over φ.
+
+    The integral is Laplace's (Tierney and Kadane 1986), up to a constant that problems of the same rows share.
+    """
+    heights = _heights_of(problem, noise_of, log_prior)
+    mode, curvature = _climb(heights, start, _ROUGHLY, _first_set(noise_of))
+    height = heights(mode[None])[0]
+    values = np.clip(np.linalg.eigvalsh(curvature), _WIDEST**-2, _NARROWEST**-2)
+    return mode, float(height - 0.5 * np.sum(np.log(values)) + 0.5 * len(mode) * np.log(2.0 * np.pi))
+
+
+def noise_posterior(
+    problem: Regression, noise_of: NoiseOf, log_prior: LogPrior, start: Array
+) -> tuple[NoiseNode, ...]:
+    """Return the nodes of the posterior of φ, each with its β. `start` is a first guess of the mode, (d,).
+
+    Raises NoAnswerError where no mode is found, or where the data do not determine β.
+    """
+    heights = _heights_of(problem, noise_of, log_prior)
+    mode, curvature = _climb(heights, start, _SETTLED, _first_set(noise_of))
+    return _nodes(problem, noise_of, heights, mode, curvature)
+
+
+def weighted_noises(log_posterior: LogPrior, start: Array) -> tuple[Array, Array]:
+    """Values of φ around the mode of any log-posterior, (m, d), and their weights, (m,), which add up to one.
+
+    `log_posterior` returns −inf where the data determine nothing; `start` is a first guess of the mode. Raises
+    NoAnswerError where no mode is found.
+    """
+
+    def heights(phis: Array) -> Array:
+        return np.array([log_posterior(phi) for phi in phis])
+
+    places, base, _ = _places(*_climb(heights, start, _SETTLED))
+    return places, _weights(base, heights(places))
+
+
+def _places(mode: Array, curvature: Array, count: int | None = None) -> tuple[Array, Array, Array]:
+    """Return the nodes around a mode, (m, d), their base weights, (m,), and the axes along which they lie, (d, d).
+
+    `count` is the number of parameters of the first set of rows, whose axes are found apart; None for one set.
+    """
+    design = composite_design(len(mode))
+    axes = _axes_by_set(curvature, count)
+    return mode + design.points @ axes.T, design.weights, axes
+
+
+def _weights(base: Array, heights: Array) -> Array:
+    # Relative to the largest height: the exponential of a log-likelihood of thousands would overflow.
+    weights = base * np.exp(heights - heights.max())
+    return np.asarray(weights / weights.sum())
+
+
+def _nodes(
+    problem: Regression, noise_of: NoiseOf, heights_of: Heights, mode: Array, curvature: Array
+) -> tuple[NoiseNode, ...]:
+    """Return the nodes around a mode; `curvature` is minus the second derivatives there, (d, d)."""
+    places, base, axes = _places(mode, curvature, _first_set(noise_of))
+    heights = heights_of(places)
+    if np.any(np.isneginf(heights)):
+        raise NoAnswerError(_UNDETERMINED)
+    volume = float(np.linalg.slogdet(axes)[1]) + 0.5 * len(mode) * np.log(2.0 * np.pi)
+    masses = np.log(base) + heights + volume
+    weighed = _weighed_instruments(problem, noise_of, places)
+    return tuple(
+        NoiseNode(phi, float(weight), float(mass), *_solved(problem, instruments))
+        for phi, weight, mass, instruments in zip(places, _weights(base, heights), masses, weighed, strict=True)
+    )
+
+
+def _weighed_instruments(problem: Regression, noise_of: NoiseOf, phis: Array) -> Iterator[Array]:
+    """C⁻¹Z, (n, p), for one φ of (b, d) after the other."""
+    if isinstance(noise_of, JointNoiseOf):
+        yield from (noise_of(phi).weighed_instruments() for phi in phis)
+        return
+    for part in _stacks(problem, phis):
+        yield from weighed_by_each(noise_of, part, problem.instruments)[1]
+
+
+def _climb(heights: Heights, start: Array, enough: float, count: int | None = None) -> tuple[Array, Array]:
+    """Return the maximum of a smooth function of few variables, and minus its second derivatives there.
+
+    Newton's method with numerical derivatives; it ends with a step that gains less than `enough`. Second
+    derivatives between the first `count` variables and the others are taken as zero. The second derivatives are
+    needed anyway, and a quasi-Newton search would take twice the evaluations. Raises NoAnswerError where it does
+    not converge.
+    """
+    place, found = start, _around(heights, start, count)
+    for _ in range(_STEPS):
+        here, slope, curvature = found
+        if not np.all(np.isfinite(curvature)):
+            raise NoAnswerError(_UNDETERMINED)
+        # Absolute eigenvalues make each step go uphill even where the function is not yet concave.
+        values, vectors = np.linalg.eigh(curvature)
+        step = vectors @ ((vectors.T @ slope) / np.maximum(np.abs(values), _FLATTEST))
+        step *= min(1.0, _LONGEST / float(np.linalg.norm(step)))
+        if float(slope @ step) < enough:
+            return place + step, curvature
+        taken = _uphill(heights, place, here, step, count)
+        if taken is None:
+            return place, curvature
+        place, found = taken
+    raise NoAnswerError("the noise of this log has no most likely level: look for stuck or constant channels")
+
+
+def _uphill(
+    heights: Heights, place: Array, here: float, step: Array, count: int | None
+) -> tuple[Array, tuple[float, Array, Array]] | None:
+    """Take a step, halved until the function grows, and look around there. None where no such step is found."""
+    there = _around(heights, place + step, count)  # most steps are taken, and all this is one stack
+    if np.isfinite(there[0]) and there[0] > here:
+        return place + step, there
+    for _ in range(1, _HALVINGS):
+        step = 0.5 * step
+        height = float(heights((place + step)[None])[0])
+        if np.isfinite(height) and height > here:
+            return place + step, _around(heights, place + step, count)
+    return None
+
+
+def _around(heights: Heights, place: Array, count: int | None) -> tuple[float, Array, Array]:
+    """Return the height, the central first derivatives, (d,), and minus the second derivatives, (d, d)."""
+    d, h = len(place), _DIFFERENCE
+    step = np.eye(d) * h
+    pairs = [(i, j) for i in range(d) for j in range(count if count is not None and i >= count else 0, i)]
+    places = [place, *(place + step), *(place - step), *(place + step[i] + step[j] for i, j in pairs)]
+    (here,), ahead, behind, both = np.split(heights(np.array(places)), [1, d + 1, 2 * d + 1])
+    with np.errstate(invalid="ignore"):
+        curvature = np.diag((2.0 * here - ahead - behind) / h**2)
+        for (i, j), value in zip(pairs, both, strict=True):
+            curvature[i, j] = curvature[j, i] = -((value - ahead[i] - ahead[j] + here) / h**2)
+        return float(here), (ahead - behind) / (2.0 * h), curvature
+
+
+def _first_set(noise_of: NoiseOf) -> int | None:
+    """Return the number of parameters of the first of two sets of rows; None where there is one set."""
+    return noise_of.count if isinstance(noise_of, JointNoiseOf) else None
+
+
+def _axes_by_set(curvature: Array, count: int | None) -> Array:
+    """Return the principal axes of the first `count` parameters and of the others, each set separately.
+
+    Two sets of rows share little but the coefficients, and each set's noise is then factored once for many nodes.
+    """
+    if count is None:
+        return _principal_axes(curvature)
+    axes = np.zeros_like(curvature)
+    for own in (slice(None, count), slice(count, None)):
+        axes[own, own] = _principal_axes(curvature[own, own])
+    return axes
+
+
+def _principal_axes(curvature: Array) -> Array:
+    """Return the principal axes of the posterior at its mode, one standard deviation long, as columns (d, d)."""
+    # The limits keep a flat direction from putting nodes at absurd noise levels.
+    values, vectors = np.linalg.eigh(curvature)
+    deviations = np.clip(1.0 / np.sqrt(np.maximum(values, 1e-6)), _NARROWEST, _WIDEST)
+    return np.asarray(vectors * deviations)

@@ -1,0 +1,333 @@
+"""A table as read from a file: column names with unit suffixes, clock times, a TOML header. It is not yet a log."""
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, date, datetime, time, timedelta
+from math import pi
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.catalog import explain
+from pitotbench.channels import CHANNELS, Channel
+from pitotbench.records import BadInputError
+from pitotbench.units import SUFFIXES, Array, Seconds
+
+# A table as read from a file: named columns, a header, warnings, units. It is not yet a log.
+
+Column = NDArray[Any]
+
+_CLOCK = re.compile(r"\d:[0-5]\d|\d{4}-\d\d-\d\d")  # 14:03:06 or 2026-05-04
+
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Columns in the order of the file, the header, and the warnings of the reader. A name may occur twice."""
+
+    names: tuple[str, ...]
+    columns: tuple[Column, ...]
+    header: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()  # of each column, as a line of units beside that of the names states them
+
+    def __len__(self) -> int:
+        return len(self.columns[0]) if self.columns else 0
+
+    def column(self, name: str) -> Column:
+        """Return the column of a name. Raises BadInputError where it is missing or given twice."""
+        count = self.names.count(name)
+        if count != 1:
+            raise BadInputError(f"column {name!r} is {'given twice; keep one' if count else 'missing'}")
+        return self.columns[self.names.index(name)]
+
+
+def numbers(name: str, column: Column) -> NDArray[np.float64]:
+    """Return a column as floats, with NaN for empty cells.
+
+    Raises BadInputError that names the first row whose cell is not a number.
+    """
+    if column.dtype.kind in "fiub":
+        return np.asarray(column, dtype=np.float64)
+    if column.dtype.kind in "mM" and len(column):
+        raise BadInputError(f"column {name!r}, row 1: {_no_number(column[0])}")
+    values = np.full(len(column), np.nan)
+    for i, cell in enumerate(column):
+        try:
+            values[i] = np.nan if cell is None or (isinstance(cell, str) and not cell.strip()) else float(cell)
+        except (TypeError, ValueError):
+            raise BadInputError(f"column {name!r}, row {i + 1}: {_no_number(cell)}") from None
+    return values
+
+
+def _no_number(cell: object) -> str:
+    """Return why a cell is not a number, and what to write instead."""
+    text = str(cell)
+    if isinstance(cell, date | time | timedelta | np.datetime64 | np.timedelta64) or _CLOCK.search(text):
+        return f"{text!r} is a clock time or a date; write seconds from the start of the log"
+    if _DECIMAL_COMMA.fullmatch(text):
+        return f"{text!r} has a decimal comma; write decimal points in the whole file"
+    return f"{text!r} is not a number; correct or remove that row"
+
+
+def flags(name: str, column: Column) -> NDArray[np.bool_]:
+    """Return a column as booleans. Raises BadInputError that names the first row which is neither."""
+    if column.dtype.kind == "b" or (column.dtype.kind in "fiu" and np.isin(column, (0, 1)).all()):
+        return np.asarray(column, dtype=np.bool_)
+    words = {"true": True, "1": True, "1.0": True, "false": False, "0": False, "0.0": False}
+    cells = [words.get(str(cell).lower()) for cell in column]
+    if None in cells:
+        row = cells.index(None)
+        raise BadInputError(f"column {name!r}, row {row + 1}: {str(column[row])!r} is not true or false (1 or 0)")
+    return np.array(cells, dtype=np.bool_)
+
+
+def texts(column: Column) -> NDArray[np.str_]:
+    """Return a column as text; an empty cell is an empty text."""
+    if column.dtype.kind == "U":
+        return column
+    first = np.flatnonzero(np.r_[True, column[1:] != column[:-1]][: len(column)])  # labels come in long runs
+    cells = np.array(["" if cell is None else str(cell) for cell in column[first]], dtype=np.str_)
+    return np.repeat(cells, np.diff(first, append=len(column)))
+
+
+@contextmanager
+def atomic(path: Path) -> Iterator[Path]:
+    """Give a temporary path in the folder of `path`; rename it to `path` on success, remove it on failure.
+
+    A reader therefore never finds half a file. Raises BadInputError where the folder does not exist or cannot be
+    written.
+    """
+    # The random part of the name keeps two processes that write the same file apart.
+    temporary = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
+    try:
+        yield temporary
+        temporary.replace(path)
+    except OSError as error:
+        raise BadInputError(
+            f"{path}: cannot be written: {error.strerror or error}; choose another folder"
+        ) from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all. Raises BadInputError as `atomic` does."""
+    with atomic(path) as scratch:
+        scratch.write_text(text, encoding="utf-8")
+
+
+# Read, but not kept: `derived` and `checks` turn them into channels of a log.
+CONVERTED = (
+    Channel("pa", "air", 5e3, 270e3, essential=True, name="total_pressure"),
+    Channel("mps", "air", 0.0, 350.0, essential=True, name="indicated_airspeed"),
+    Channel("mps", "air", 0.0, 350.0, essential=True, name="calibrated_airspeed"),
+    Channel("m", "air", 0.0, 25e3, essential=True, name="pressure_altitude"),
+    Channel("m", "air", 0.0, 25e3, essential=True, name="indicated_altitude"),
+    Channel("pa", "air", 80e3, 120e3, essential=True, name="altimeter_setting"),
+    Channel("mps", "gps", 0.0, 700.0, essential=True, name="ground_speed"),
+    Channel("rad", "gps", 0.0, 2.0 * pi, essential=True, wraps=True, name="track"),
+    Channel("rad", "gps", 0.0, 2.0 * pi, essential=True, wraps=True, name="magnetic_track"),
+    Channel("rad", "inertial", 0.0, 2.0 * pi, wraps=True, name="magnetic_heading"),
+    Channel("rad", "inertial", 0.0, pi, name="magnetic_variation"),
+    Channel("", "clock", 0.0, 0.0, essential=True, kind="text", name="clock_time"),
+    Channel("", "clock", 0.0, 0.0, kind="text", name="date"),
+)
+
+QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in CONVERTED}
+
+_LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before roll
+
+
+def parse_column(column: str) -> tuple[Channel, str] | None:
+    """Return the quantity and the unit suffix of a column name; None for a name that is not in the table.
+
+    Raises BadInputError for a quantity of the table whose unit is missing, unknown or of another dimension.
+    """
+    for name in _LONGEST_FIRST:
+        rest = column.removeprefix(name)
+        # `altitude_m` is ours; `altitude_mean_m`, with two words after the quantity, is another quantity.
+        if rest == column or (rest and (rest[0] != "_" or "_" in rest[1:])):
+            continue
+        quantity, suffix = QUANTITIES[name], rest[1:]
+        _check_suffix(column, quantity, suffix)
+        return quantity, suffix
+    return None
+
+
+def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
+    if suffix in quantity.suffixes or (not suffix and not quantity.unit):
+        return
+    if not quantity.unit:
+        raise BadInputError(f"column {column!r}: {quantity.name} has no unit; name the column {quantity.name!r}")
+    usable = ", ".join(f"{quantity.name}_{s}" for s in quantity.suffixes)
+    if not suffix:
+        raise BadInputError(f"column {column!r} does not say its unit; name it {usable}")
+    if suffix in SUFFIXES:
+        raise BadInputError(
+            f"column {column!r}: {suffix!r} is a unit of {SUFFIXES[suffix].dimension}, but {quantity.name} is of "
+            f"{SUFFIXES[quantity.unit].dimension}; name it {usable}"
+        )
+    raise BadInputError(f"column {column!r}: {explain('unit suffix', suffix, list(SUFFIXES))} Name it {usable}.")
+
+
+# Parse the TOML header of a log. All formats have the same header.
+
+MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
+
+WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
+
+
+def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
+    """Return the table of a header and a list of warnings. Text that is not TOML is kept line by line."""
+    try:
+        return tomllib.loads(text), []
+    except (ValueError, RecursionError):  # not TOML, a number of thousands of digits, thousands of brackets
+        return {"comments": text.splitlines()}, ["the header's lines are not TOML; they are kept as text"]
+
+
+def earlier_warnings(header: Mapping[str, Any]) -> list[str]:
+    """Return the warnings in a header. Entries that are not text are ignored, and a warning says so."""
+    found = header.get(WARNINGS, [])
+    entries = found if isinstance(found, list | tuple) else [found]
+    texts = [entry for entry in entries if isinstance(entry, str)]
+    if len(texts) == len(entries):
+        return texts
+    return [*texts, "the header's `warnings` holds entries that are not text; they are ignored"]
+
+
+# Read clock times and dates as seconds: HH:MM:SS, ISO 8601, day/month/year, and IRIG day:HH:MM:SS.
+
+_DAY = 86400.0  # s
+
+_MIDNIGHT = 0.5 * _DAY  # a clock without a date that runs back by more has passed midnight
+
+_YEAR_ONE = date(1970, 1, 1).toordinal()
+
+# An hour above 24 is IRIG's day of the year; the fraction may follow a point, a comma or a third colon.
+_TIME = re.compile(
+    r"(?:(\d{1,3}):)?(\d{1,2}):([0-5]?\d):([0-6]?\d(?:[.,]\d*)?)\s*([AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?"
+)
+
+_MINUTES = re.compile(r"([0-5]?\d):([0-5]?\d(?:[.,]\d*)?)")
+
+_ISO_DATE = re.compile(r"(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})")
+
+_ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
+
+_SLASHED = re.compile(r"(\d{1,2})[-/.](\d{1,2})[-/.](\d{4}|\d\d)")
+
+
+def is_clock(column: Column) -> bool:
+    """Return whether the first cell of a column that is not empty is a clock time or a date with one."""
+    if column.dtype.kind in "mM":
+        return True
+    if column.dtype.kind not in "OU":
+        return False
+    first = next((cell for cell in column if not _blank(cell)), None)
+    if isinstance(first, datetime | time | timedelta | np.datetime64):
+        return True
+    return first is not None and _reads(str(first))
+
+
+def clock_seconds(name: str, column: Column) -> Seconds:
+    """Return clock times as seconds, (n,): since 1970 with a date, else since midnight of the first day.
+
+    A clock without a date that falls by more than half a day has passed midnight. Empty cells are NaN.
+    Raises BadInputError that names the first row which is no clock time.
+    """
+    if column.dtype.kind in "mM":
+        return np.asarray(
+            column.astype("datetime64[ns]" if column.dtype.kind == "M" else "m8[ns]").astype(float) / 1e9
+        )
+    found = np.full((len(column), 2), np.nan)  # the day, and the second of it
+    for row, cell in enumerate(column):
+        if _blank(cell):
+            continue
+        try:
+            found[row] = _day_and_second(cell)
+        except ValueError:
+            raise BadInputError(f"column {name!r}, row {row + 1}: {str(cell)!r} is not a clock time") from None
+    known = np.isfinite(found[:, 1])
+    day, second = found[known].T
+    seconds = np.full(len(column), np.nan)
+    seconds[known] = second + _DAY * (day if np.isfinite(day).all() else _days_passed(second))
+    return seconds
+
+
+def joined_clock(dates: Column, times: Column) -> Column:
+    """Return a column of dates and one of times as one column of both."""
+    return np.array(
+        ["" if _blank(a) or _blank(b) else f"{a} {b}" for a, b in zip(dates, times, strict=True)], dtype=object
+    )
+
+
+def _days_passed(second: Array) -> Array:
+    return np.cumsum(np.diff(second, prepend=second[:1]) < -_MIDNIGHT).astype(np.float64)
+
+
+def _blank(cell: object) -> bool:
+    return cell is None or (isinstance(cell, float) and np.isnan(cell)) or not str(cell).strip()
+
+
+def _reads(text: str) -> bool:
+    try:
+        _day_and_second(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _day_and_second(cell: object) -> tuple[float, float]:
+    """Return the day (NaN without a date) and the second of the day. Raises ValueError for anything else."""
+    if isinstance(cell, timedelta):
+        return np.nan, cell.total_seconds()
+    text = str(cell).strip()
+    day, rest = _day(text)
+    if _ISO_DATE.match(text) and _ZONE.search(rest):
+        moment = datetime.fromisoformat(text.replace(",", ".").replace(" ", "T", 1).replace(" ", "")).astimezone(
+            UTC
+        )
+        return moment.toordinal() - _YEAR_ONE, moment.timestamp() % _DAY
+    return _second(day, rest)
+
+
+def _day(text: str) -> tuple[float, str]:
+    """Return the day number of a leading date, and what follows it."""
+    for pattern in (_ISO_DATE, _SLASHED):
+        found = pattern.match(text)
+        if found is None:
+            continue
+        year, month, day = map(int, found.groups() if pattern is _ISO_DATE else (found[3], found[1], found[2]))
+        if month > 12:  # day before month; both are written, and only this one is possible
+            month, day = day, month
+        year += 2000 if year < 100 else 0
+        return date(year, month, day).toordinal() - _YEAR_ONE, text[found.end() :].lstrip("T ,")
+    return np.nan, text
+
+
+def _second(day: float, text: str) -> tuple[float, float]:
+    found = _TIME.fullmatch(text)
+    if found is None:
+        short = _MINUTES.fullmatch(text)
+        if short is None:
+            raise ValueError(text)
+        return day, 60.0 * int(short[1]) + _number(short[2])
+    number, hour, minute, second, half = found.groups()
+    hours = int(hour)
+    if half:
+        hours = hours % 12 + (12 if half.lower() == "pm" else 0)
+    if hours > 24:
+        raise ValueError(text)
+    return (float(number) if number else day), 3600.0 * hours + 60.0 * int(minute) + _number(second)
+
+
+def _number(text: str) -> float:
+    return float(text.replace(",", "."))

@@ -1,0 +1,476 @@
+"""Draft a mapping for a log whose columns have unknown names."""
+
+import json
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from difflib import SequenceMatcher
+from itertools import islice, product
+
+import numpy as np
+import tomli_w
+
+from pitotbench import air
+from pitotbench.channels import Channel
+from pitotbench.logbook.columns import QUANTITIES, Column, Table, is_clock, numbers
+from pitotbench.logbook.joining import rename
+from pitotbench.logbook.mapping import MappedFile, Renamed
+from pitotbench.logbook.reading import log_of
+from pitotbench.logbook.synonyms import ANGLES, RATES, SCALED, SYNONYMS, UNIT_WORDS, USUAL_UNITS
+from pitotbench.records import BadInputError
+from pitotbench.units import Array, to_si
+
+_BRACKETS = re.compile(r"[\[({]([^\])}]*)[\])}]")
+
+# Words that say which box measured, or in which axes; without them a name is the quantity's.
+_SYSTEMS = frozenset(
+    [
+        "gps",
+        "gnss",
+        "adc",
+        "dadc",
+        "ins",
+        "imu",
+        "ahrs",
+        "ekf",
+        "egi",
+        "gin",
+        "ned",
+        "air",
+        "data",
+        "sensor",
+        "primary",
+        "true",
+        "efis",
+        "fms",
+        "0",
+        "1",
+        "2",
+    ]
+)
+
+_IN_KNOTS = frozenset(("kias", "kcas", "ktgs", "kgs"))
+
+_FASTEST = 2e-3  # s between rows: 500 Hz; a clock that seems faster is in another unit
+
+_EXACT, _PART, _NEAR = 1.0, 0.8, 0.6
+
+_SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """What a column may be: our quantity, the units that are possible (the likeliest first), and how well the name
+    fits, 0 to 1. `stated` says that the unit is written in the file. `factor` turns the number into the unit's."""
+
+    theirs: str
+    quantity: str
+    units: tuple[str, ...]
+    score: float
+    stated: bool
+    factor: float = 1.0
+
+    def target(self, unit: str | None = None) -> str:
+        """Return our column name, with the likeliest unit or another one."""
+        suffix = self.units[0] if unit is None else unit
+        return f"{self.quantity}_{suffix}" if suffix else self.quantity
+
+
+def guesses(name: str, unit: str, column: Column) -> list[Guess]:
+    """Return what a column may be, the best first; nothing for a column that fits no quantity.
+
+    `unit` is what the file states beside the names, or empty.
+    """
+    if is_clock(column):
+        return [Guess(name, "time", ("s",), _EXACT, True)]
+    values = _numbers(column)
+    if values is None:
+        return [Guess(name, "date", ("",), _EXACT, True)] if _plain(name) in SYNONYMS["date"].split() else []
+    words, written = _words(name, unit)
+    found = _fitting(name, words, written, values)
+    if not found and written and not unit and not _BRACKETS.search(name):
+        # The last word of the name may be no unit after all: TAT_DI_R is right of the nose, not in °R.
+        found = _fitting(name, [*words, *written.split("/")], "", values)
+    return sorted(found, key=lambda guess: -guess.score)
+
+
+def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> list[Guess]:
+    """Return the guesses for words of a name with a unit, each with the units in which the values are plausible."""
+    found = []
+    for quantity, names in SYNONYMS.items():
+        score, sign = _score(words, names.split())
+        if score > 0.0 and quantity != "date":
+            found += _with_units(name, QUANTITIES[quantity], score, sign, written, values)
+    return found
+
+
+def _with_units(
+    name: str, quantity: Channel, score: float, sign: float, written: str, values: Array
+) -> list[Guess]:
+    """Return the guess with the units in which the values are plausible; none where there is no such unit."""
+    if written in SCALED and SCALED[written][0] in quantity.suffixes:
+        suffix, factor = SCALED[written]
+        return [Guess(name, quantity.name, (suffix,), score, True, sign * factor)]
+    stated = next((s for s in quantity.suffixes if written in UNIT_WORDS.get(s, "").split()), None)
+    if stated is not None:
+        return (
+            [Guess(name, quantity.name, (stated,), score, True, sign)]
+            if _plausible(quantity, values, stated)
+            else []
+        )
+    if written:
+        return []  # the unit of another kind of quantity
+    usual = USUAL_UNITS.get(quantity.name) or (ANGLES if "rad" in quantity.suffixes else RATES)
+    possible = tuple(s for s in usual if s in quantity.suffixes and _plausible(quantity, values, s))
+    return [Guess(name, quantity.name, possible, score, False, sign)] if possible else []
+
+
+def _plausible(quantity: Channel, values: Array, suffix: str) -> bool:
+    """Return whether most values in a unit are those of an airplane in flight."""
+    known = values[np.isfinite(values)]
+    if quantity.name == "time":
+        return len(known) > 1 and bool(np.mean(np.diff(known) > 0.0) > 0.9) and _rate_fits(known, suffix)
+    if len(known) < 2:
+        return False
+    low, high = _RANGES.get(quantity.name, (quantity.low, quantity.high))
+    size = np.abs(to_si(known, suffix))
+    return bool(low <= np.quantile(size, 0.7) and np.quantile(size, 0.95) <= high)
+
+
+def _rate_fits(time: Array, suffix: str) -> bool:
+    return _FASTEST <= float(to_si(float(np.median(np.diff(time))), suffix)) <= 10.0
+
+
+# Narrower than what a log may hold: the ranges of usual flights tell the units apart.
+_RANGES = {
+    "static_pressure": (15e3, 108e3),
+    "total_pressure": (15e3, 140e3),
+    "impact_pressure": (30.0, 60e3),
+    "indicated_airspeed": (7.0, 330.0),
+    "calibrated_airspeed": (7.0, 330.0),
+    "ground_speed": (7.0, 400.0),
+    "altimeter_setting": (90e3, 108e3),
+    "air_temperature": (205.0, 325.0),
+    "total_temperature": (215.0, 380.0),
+    "pressure_altitude": (0.0, 18e3),
+    "altitude": (0.0, 20e3),
+}
+
+
+def _numbers(column: Column) -> Array | None:
+    if column.dtype.kind in "fiu":
+        return np.asarray(column, dtype=np.float64)
+    if column.dtype.kind not in "OU":
+        return None
+    cells = [str(cell).strip() if cell is not None else "" for cell in column[:400]]
+    try:
+        values = np.array([float(cell) if cell else np.nan for cell in cells])
+    except ValueError:
+        return None
+    return values if np.isfinite(values).any() else None
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[^a-z0-9°/^.-]", "", name.lower())
+
+
+def _words(name: str, unit: str) -> tuple[list[str], str]:
+    """Return the words of a name without its unit, and the unit in lower case without blanks."""
+    bracket = _BRACKETS.search(name)
+    written = re.sub(r"\s", "", (unit or (bracket[1] if bracket else "")).lower()).strip("()[]")
+    bare = _BRACKETS.sub(" ", name)
+    tokens = [token for token in re.split(r"[^A-Za-z0-9°]+", bare) if token]
+    words = [word for token in tokens for word in _parts(token)]
+    if not written and len(words) > 1:
+        for count in (2, 1):  # ft_min before min
+            tail = ("/" if count == 2 else "").join(words[-count:])
+            if len(words) > count and _is_unit(tail):
+                return words[:-count], tail
+    if written and len(words) > 1 and _is_unit(words[-1]):
+        words = words[:-1]
+    if not written and _IN_KNOTS & set(words):
+        return words, "kt"
+    return words, written if _is_unit(written) else ""
+
+
+def _parts(token: str) -> list[str]:
+    """Return the words that capitals separate, in lower case: `GndSpd` has two; `hPa` is one unit."""
+    if _is_unit(token.lower()):
+        return [token.lower()]
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", token).lower().split()
+
+
+def _is_unit(word: str) -> bool:
+    return word in SCALED or any(word in known.split() for known in UNIT_WORDS.values())
+
+
+def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
+    """Return how well words fit one of the names of a quantity, and the sign with which it counts."""
+    whole = "".join(words)
+    core = "".join(word for word in words if word not in _SYSTEMS)
+    best, sign = 0.0, 1.0
+    for rank, name in enumerate(names):
+        plain = name.removeprefix("-")
+        if whole == plain:
+            score = _EXACT - 0.001 * rank
+        elif core == plain or (len(plain) > 2 and plain in words):
+            score = _PART - 0.001 * rank + 0.01 * len(plain) / len(whole)
+        elif len(plain) > 4 and SequenceMatcher(None, core, plain).ratio() >= _SIMILAR:
+            score = _NEAR - 0.001 * rank
+        else:
+            continue
+        if score > best:
+            best, sign = score, -1.0 if name.startswith("-") else 1.0
+    return best, sign
+
+
+# Columns that say the same in two ways: an airspeed and an impact pressure, a height and a static pressure.
+# Where both are there, the one that needs no unit by guess tells the unit of the other.
+
+_AIRSPEED_AGREES = 0.05  # of the airspeed: a display shows the impact pressure of its own source
+
+_HEIGHT_AGREES = 250.0  # m, more than a static source errs; a unit errs by kilometers
+
+_PAIRS: tuple[tuple[str, tuple[str, ...], Callable[[Array], Array]], ...] = (
+    ("impact_pressure", ("indicated_airspeed", "calibrated_airspeed"), lambda q: air.calibrated_airspeed(q)),
+    ("static_pressure", ("pressure_altitude",), lambda p: air.pressure_altitude(p)),
+)
+
+
+def agreed(table: Table, chosen: Sequence[Guess]) -> list[Guess]:
+    """Return the guesses, with the units of pressures that agree with a display; a pressure that agrees in no unit
+    is left out, because a raw or a smoothed count looks like one."""
+    by_quantity = {guess.quantity: guess for guess in chosen}
+    result = list(chosen)
+    for pressure, displays, converted in _PAIRS:
+        shown = next((by_quantity[name] for name in displays if name in by_quantity), None)
+        guess = by_quantity.get(pressure)
+        if shown is None or guess is None:
+            continue
+        fits = [unit for unit in guess.units if _close(table, guess, unit, shown, converted)]
+        result.remove(guess)
+        if fits:
+            result.append(replace(guess, units=(fits[0],), stated=True))
+    return [guess for guess in result if guess.units]
+
+
+def _close(table: Table, guess: Guess, unit: str, shown: Guess, converted: Callable[[Array], Array]) -> bool:
+    """Return whether a pressure in a unit agrees with a display in one of its possible units."""
+    pressure = to_si(numbers(guess.theirs, table.column(guess.theirs)) * guess.factor, unit)
+    with np.errstate(all="ignore"):
+        expected = converted(pressure)
+    written = numbers(shown.theirs, table.column(shown.theirs)) * shown.factor
+    return any(_near(expected, to_si(written, suffix), guess.quantity) for suffix in shown.units)
+
+
+def _near(one: Array, other: Array, pressure: str) -> bool:
+    known = np.isfinite(one) & np.isfinite(other)
+    if pressure == "impact_pressure":
+        known &= other > 0.5 * float(np.nanmax(other, initial=0.0))
+    if not known.any():
+        return False
+    difference = float(np.median(np.abs(one[known] - other[known])))
+    if pressure == "impact_pressure":
+        return difference < _AIRSPEED_AGREES * float(np.median(other[known]))
+    return difference < _HEIGHT_AGREES
+
+
+# Draft a mapping for a table of unknown names, and say how sure each line is.
+# Each column goes to the quantity that its name fits best. Where the file does not state a unit, the units in
+# which the values are possible are tried on the whole log: airspeed and ground speed, height and pressure have to
+# agree.
+
+_ROWS = 2000  # of a long log that are tried
+
+_MOST_TRIALS = 48
+
+_SURE = 0.7  # score of a name above which it is the field's own
+
+_NEEDED = (
+    ("time",),
+    ("impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed"),
+    ("static_pressure", "pressure_altitude", "indicated_altitude"),
+    ("velocity_north", "ground_speed"),
+    ("velocity_east", "track", "magnetic_track"),
+)
+
+_SUPERSEDED = {  # a quantity that is not needed beside others
+    "indicated_airspeed": ("impact_pressure", "total_pressure"),
+    "calibrated_airspeed": ("impact_pressure", "total_pressure", "indicated_airspeed"),
+    "pressure_altitude": ("static_pressure",),
+    "indicated_altitude": ("static_pressure", "pressure_altitude"),
+    "altimeter_setting": ("static_pressure", "pressure_altitude"),
+    "ground_speed": ("velocity_north",),
+    "track": ("velocity_east",),
+    "magnetic_track": ("velocity_east", "track"),
+    "total_pressure": ("impact_pressure",),
+    "air_temperature": ("total_temperature",),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class DraftedLine:
+    """A line of the mapping: the guess with its unit, whether it is sure, and the question to ask where it is
+    not."""
+
+    guess: Guess
+    unit: str
+    question: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DraftedMapping:
+    """The lines of a drafted mapping, the needed quantities for which no column was found, the columns that are
+    left over, and what the reader says of the log with it: empty, or a refusal."""
+
+    lines: tuple[DraftedLine, ...]
+    missing: tuple[str, ...]
+    unused: tuple[str, ...]
+    refusal: str
+
+    @property
+    def sure(self) -> bool:
+        """Whether the mapping can be used as it is."""
+        return not self.missing and not self.refusal and not any(line.question for line in self.lines)
+
+
+def draft_mapping(table: Table) -> DraftedMapping:
+    """Return a mapping for a table, as far as its columns can be recognized."""
+    units = table.units or ("",) * len(table.names)
+    offered = [guesses(n, u, c) for n, u, c in zip(table.names, units, table.columns, strict=True)]
+    chosen = _without_superseded(agreed(table, _one_each(offered)))
+    fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
+    others = {guess.theirs: rest for guess in fitted for rest in [_rivals(guess, offered)] if rest}
+    lines = tuple(
+        DraftedLine(guess, guess.units[0], _question(guess, others.get(guess.theirs, []))) for guess in fitted
+    )
+    unused = tuple(name for name in table.names if name not in {guess.theirs for guess in fitted})
+    return DraftedMapping(lines, _missing(chosen), unused, refusal)
+
+
+def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
+    """Give each quantity to one column and each column one quantity, the best fit first."""
+    ranked = sorted((guess for options in offered for guess in options), key=lambda g: (-g.score, not g.stated))
+    chosen: dict[str, Guess] = {}
+    used: set[str] = set()
+    for guess in ranked:
+        if guess.quantity not in chosen and guess.theirs not in used:
+            chosen[guess.quantity] = guess
+            used.add(guess.theirs)
+    order = [guess.theirs for options in offered for guess in options[:1]]
+    return sorted(
+        chosen.values(), key=lambda guess: order.index(guess.theirs) if guess.theirs in order else len(order)
+    )
+
+
+def _without_superseded(chosen: list[Guess]) -> list[Guess]:
+    here = {guess.quantity for guess in chosen if guess.score >= _SURE}
+    if "velocity_north" not in here or "velocity_east" not in here:
+        here -= {"velocity_north", "velocity_east"}
+        if {"ground_speed"} & here:
+            chosen = [g for g in chosen if not g.quantity.startswith("velocity_")]
+    kept = [g for g in chosen if not set(_SUPERSEDED.get(g.quantity, ())) & here]
+    if "indicated_altitude" in here and not any(g.quantity == "altimeter_setting" for g in kept):
+        kept = [g for g in kept if g.quantity != "indicated_altitude"]
+    return kept
+
+
+def _missing(chosen: Sequence[Guess]) -> tuple[str, ...]:
+    here = {guess.quantity for guess in chosen}
+    return tuple(" or ".join(names) for names in _NEEDED if not here & set(names))
+
+
+def _fit_units(table: Table, chosen: list[Guess]) -> tuple[list[Guess], str]:
+    """Return the guesses with the units that bring the log together best, and why the log is refused with them."""
+    step = max(1, len(table) // _ROWS)
+    sample = replace(table, columns=tuple(column[::step] for column in table.columns), warnings=())
+    trials = [_trial(sample, units) for units in islice(_unit_choices(chosen), _MOST_TRIALS)]
+    best = min(trials, key=lambda trial: (bool(trial[1]), trial[2]))
+    if best[1]:
+        return best[0], best[1]
+    as_good = [each for each, refusal, doubts in trials if not refusal and doubts == best[2]]
+    possible = [
+        dict.fromkeys(column) for column in zip(*([g.units[0] for g in each] for each in as_good), strict=True)
+    ]
+    return [replace(g, units=tuple(units)) for g, units in zip(best[0], possible, strict=True)], ""
+
+
+def _unit_choices(chosen: list[Guess]) -> Iterator[list[Guess]]:
+    """Yield the guesses with each choice of units, the usual ones first; both horizontal velocities have one
+    unit."""
+    open_units = {g.quantity: g.units for g in chosen if len(g.units) > 1 and g.quantity != "velocity_east"}
+    ranks = product(*(range(len(units)) for units in open_units.values()))
+    for rank in sorted(ranks, key=sum):
+        picked = dict(zip(open_units, rank, strict=True))
+        picked["velocity_east"] = picked.get("velocity_north", 0)
+        yield [_first(guess, picked.get(guess.quantity, 0)) for guess in chosen]
+
+
+def _first(guess: Guess, number: int) -> Guess:
+    number = min(number, len(guess.units) - 1)
+    return replace(guess, units=(guess.units[number], *guess.units[:number], *guess.units[number + 1 :]))
+
+
+def _trial(sample: Table, chosen: list[Guess]) -> tuple[list[Guess], str, int]:
+    """Return the guesses, why the log is refused with them, and how many doubts it raises."""
+    try:
+        with np.errstate(all="ignore"):
+            log = log_of(rename(sample, entry_of(chosen)))
+    except BadInputError as error:
+        return chosen, str(error), 0
+    doubts = [w for w in log.header.get("warnings", []) if not w.startswith(("the header", "the recording"))]
+    return chosen, "", len(doubts)
+
+
+def entry_of(chosen: Sequence[Guess]) -> MappedFile:
+    """Return the guesses as the entry of a mapping."""
+    renamed = tuple(Renamed(g.theirs, g.target(), g.factor) for g in chosen)
+    return MappedFile(("*",), "last", renamed)
+
+
+def _rivals(guess: Guess, offered: Sequence[list[Guess]]) -> list[str]:
+    """Return other columns that fit the same quantity as well."""
+    return [
+        other.theirs
+        for options in offered
+        for other in options
+        if other.quantity == guess.quantity and other.theirs != guess.theirs and other.score > guess.score - 0.15
+    ]
+
+
+def _question(guess: Guess, rivals: Sequence[str]) -> str:
+    """Return what to ask about a line; empty for one that is sure."""
+    if guess.score < _SURE:
+        return f"is this the {guess.quantity.replace('_', ' ')}?"
+    if rivals:
+        return f"or is it {' or '.join(map(repr, rivals[:3]))}?"
+    if not guess.stated and len(guess.units) > 1:
+        return f"the file states no unit: is it {guess.units[0]}, or {' or '.join(guess.units[1:])}?"
+    return ""
+
+
+_SHOWN = 40  # columns left over that are listed
+
+
+def mapping_text(drafted: DraftedMapping, log: str) -> str:
+    """Return the TOML text of a mapping for the log of a name."""
+    open_lines = sum(bool(line.question) for line in drafted.lines)
+    log = " ".join(log.split())
+    above = [f"# Drafted from {log}: {len(drafted.lines)} columns recognized, {open_lines} to be checked."]
+    above += [f"# No column was found for {name}: add a line." for name in drafted.missing]
+    if drafted.refusal:
+        above.append(f"# With these lines the log is refused: {' '.join(drafted.refusal.split())}")
+    body = [_line(line) for line in drafted.lines]
+    unused = [" ".join(name.split()) for name in drafted.unused if name][
+        :_SHOWN
+    ]  # a line break would end the comment
+    below = [f"# Not used: {', '.join(unused)}"] if unused else []
+    title = tomli_w.dumps({"title": f"drafted from {log}"}).strip()
+    return "\n".join([*above, title, "", "[columns]", *body, "", *below]).rstrip() + "\n"
+
+
+def _line(line: DraftedLine) -> str:
+    guess = line.guess
+    target = guess.target(line.unit)
+    value = json.dumps(target) if guess.factor == 1.0 else f'{{ name = "{target}", factor = {guess.factor!r} }}'
+    return f"{json.dumps(guess.theirs, ensure_ascii=False)} = {value}  # {line.question or 'sure'}"

@@ -1,0 +1,452 @@
+"""What cannot be true together in a log: a mistake that fits is named with the column to write."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench import air
+from pitotbench.logbook.columns import QUANTITIES
+from pitotbench.logbook.draft import Draft
+from pitotbench.logbook.plausible_air import (
+    LIMITS,
+    UNIT_WORDS,
+    at_ceiling,
+    check_height,
+    check_rise,
+    check_temperature,
+    other_units,
+    some,
+    warmth,
+)
+from pitotbench.records import BadInputError
+from pitotbench.timeline import fresh_fixes
+from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array
+
+# Airspeed against ground speed: what impact pressure the ground speed asks for, in a wind that is found with it.
+# Over all headings a wind cannot look like a factor. On one heading it can: then the standard error of the
+# factor, with the wind's usual size as knowledge, is large, and nothing is said.
+
+_FLYING = 5.0  # m/s over ground
+
+_SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
+
+_ROWS = 600  # that the fit looks at: more rows add nothing to a factor
+
+_FEWEST = 20
+
+_LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as one
+
+_SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as its weight was right
+
+_GUST = 0.5  # m/s: what stays in the calmest air
+
+_ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
+
+_SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
+
+_SCALE_SPREAD = 10.0  # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
+
+_CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the log is looked at
+
+
+@dataclass(frozen=True, slots=True)
+class FlownRows:
+    """The rows in flight with a new fix, (n,) each, from which the factor is found; `rows` count in the draft."""
+
+    rows: NDArray[np.intp]
+    time: Array
+    impact: Array
+    static: Array
+    temperature: Array
+    north: Array
+    east: Array
+
+    @property
+    def shared(self) -> float:
+        """Samples for each that counts: gusts last, and samples within one say the same."""
+        return max(1.0, _LASTING * len(self.time) / max(float(self.time[-1] - self.time[0]), _LASTING))
+
+
+@dataclass(frozen=True, slots=True)
+class Factor:
+    """What the ground speed says of the impact pressure q_c: true ≈ `scale` · q_c + `zero`.
+
+    `excess` is true over measured, less one, at low, usual and high q_c, with standard errors `spread`; `wind`
+    [m/s] toward north and east; `misfit` the rms of ground speed less wind against airspeed, over airspeed.
+    `change` is that of the factor from the first to the second half of the log, with its standard error.
+    """
+
+    scale: float
+    zero: float
+    excess: Array
+    spread: Array
+    wind: Array
+    misfit: float
+    change: float
+    change_spread: float
+
+
+def flown_rows(draft: Draft) -> FlownRows | None:
+    """The rows to compare; None where too few are in flight and below the end of the sensor's range."""
+    c = draft.channels
+    north, east, impact = c["velocity_north"], c["velocity_east"], c["impact_pressure"]
+    flying = np.hypot(north, east) > _FLYING
+    flying &= impact > max(0.0, _SLOW * float(np.quantile(impact, 0.95)))
+    flying &= ~at_ceiling(impact)
+    flying &= fresh_fixes(c.get("gps_fresh"), north, east)
+    rows = np.flatnonzero(flying)
+    if len(rows) < _FEWEST:
+        return None
+    rows = rows[:: max(1, len(rows) // _ROWS)]
+    static = c["static_pressure"][rows]
+    warm = air.standard_temperature(air.pressure_altitude(static)) * warmth(draft, some(draft, "static_pressure"))
+    return FlownRows(rows, c["time"][rows], impact[rows], static, warm, north[rows], east[rows])
+
+
+def find_factor(flown: FlownRows) -> Factor:
+    """Fit wind, scale, zero and a change of the scale at half time, by weighted least squares with weak priors."""
+    from scipy.optimize import least_squares  # slow to load, and a log without ground speed does not need it
+
+    late = np.where(flown.time > np.median(flown.time), 0.5, -0.5)
+    airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
+    ground = float(np.median(np.hypot(flown.north, flown.east)))
+    wind_spread = LIMITS.wind_spread + LIMITS.wind_share * min(airspeed, ground)
+    spreads = np.array([wind_spread, wind_spread, _SCALE_SPREAD, LIMITS.zero_spread, _CHANGE_SPREAD])
+
+    def misfits(x: Array, sigma: float) -> Array:
+        return np.append(_residual(x, flown, late) / (np.sqrt(flown.shared) * sigma), x / spreads)
+
+    x: Array = np.array([0.0, 0.0, 2.0 * np.log(ground / airspeed), 0.0, 0.0])
+    size, settled = _size(x, flown, late), False
+    while not settled:
+        fit = least_squares(misfits, x, method="lm", x_scale="jac", args=(max(_GUST, size),))
+        before, size = size, _size(fit.x, flown, late)
+        x, settled = fit.x, not max(_GUST, size) < _SETTLED * before
+    slopes = np.asarray(fit.jac)
+    return _factor(x, np.asarray(np.linalg.inv(slopes.T @ slopes)), flown, size)
+
+
+def _size(x: Array, flown: FlownRows, late: Array) -> float:
+    return float(np.sqrt(np.mean(_residual(x, flown, late) ** 2)))
+
+
+def _residual(x: Array, flown: FlownRows, late: Array) -> Array:
+    """Ground speed less wind, less the airspeed of the corrected impact pressure [m/s], (n,)."""
+    corrected = np.maximum(np.exp(x[2] + x[4] * late) * flown.impact + x[3], 1.0)
+    airspeed = air.true_airspeed(corrected, flown.static, flown.temperature)
+    through_air: Array = np.hypot(flown.north - x[0], flown.east - x[1])
+    return through_air - airspeed
+
+
+def _factor(x: Array, covariance: Array, flown: FlownRows, misfit: float) -> Factor:
+    scale, zero = float(np.exp(x[2])), float(x[3])
+    impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
+    by_unknown = np.stack([np.full(3, scale), 1.0 / impact])
+    spread = np.sqrt(np.einsum("ik,ij,jk->k", by_unknown, covariance[2:4, 2:4], by_unknown))
+    airspeed = float(np.median(np.hypot(flown.north - x[0], flown.east - x[1])))
+    return Factor(
+        scale=scale,
+        zero=zero,
+        excess=scale + zero / impact - 1.0,
+        spread=spread,
+        wind=x[:2],
+        misfit=misfit / max(airspeed, 1.0),
+        change=float(np.expm1(x[4])),
+        change_spread=float(np.exp(x[4]) * np.sqrt(covariance[4, 4])),
+    )
+
+
+def check_speed(draft: Draft, flown: FlownRows, factor: Factor) -> None:
+    """Refuse speeds that no pressure error and no wind can bring together; warn of those that hardly one can."""
+    _check_axes(draft, flown, factor)
+    _check_misfit(draft, factor)
+    _check_change(draft, factor)
+    _check_size(draft, flown, factor)
+
+
+def _columns(draft: Draft) -> str:
+    return f"columns {draft.columns['impact_pressure']!r} and {draft.columns['velocity_north']!r}"
+
+
+def _check_axes(draft: Draft, flown: FlownRows, factor: Factor) -> None:
+    """Refuse a velocity of which one component is in another unit than the other."""
+    if factor.misfit <= LIMITS.axes_misfit:
+        return
+    for axis in ("north", "east"):
+        name = f"velocity_{axis}"
+        for suffix, times in other_units(draft, name):
+            other = replace(flown, **{axis: getattr(flown, axis) * times})
+            if find_factor(other).misfit < LIMITS.axes_better * factor.misfit:
+                raise BadInputError(
+                    f"column {draft.columns[name]!r}: this component alone looks like {UNIT_WORDS[suffix]}: "
+                    f"name the column {name}_{suffix}"
+                )
+
+
+def _check_misfit(draft: Draft, factor: Factor) -> None:
+    if factor.misfit <= LIMITS.misfit_doubted:
+        return
+    words = (
+        f"{_columns(draft)}: no steady wind brings ground speed and airspeed together (they differ by "
+        f"{factor.misfit:.0%} rms): check that {draft.columns['velocity_north']!r} and "
+        f"{draft.columns['velocity_east']!r} are north and east in one unit, on the clock of the air data"
+    )
+    if factor.misfit > LIMITS.misfit_refused:
+        raise BadInputError(words)
+    draft.warnings.append(words)
+
+
+def _check_change(draft: Draft, factor: Factor) -> None:
+    doubted = abs(factor.change) - LIMITS.sigmas * factor.change_spread
+    if doubted <= 0.0 or abs(factor.change) <= LIMITS.change_doubted:
+        return
+    words = (
+        f"{_columns(draft)}: the impact pressure that the ground speed asks for changes by {factor.change:+.0%} "
+        "from the first to the second half of the log, against the measured one: did a unit, a gain or a source "
+        "change in flight?"
+    )
+    if doubted > LIMITS.change_refused:
+        raise BadInputError(words)
+    draft.warnings.append(words)
+
+
+def _check_size(draft: Draft, flown: FlownRows, factor: Factor) -> None:
+    size = np.abs(factor.excess) - LIMITS.sigmas * factor.spread
+    if not np.any(size > LIMITS.curve_doubted):
+        return
+    airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
+    ground = float(np.median(np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])))
+    impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
+    fits = _fits(draft, flown)
+    words = (
+        f"the air data say about {airspeed:.0f} m/s, the GPS {ground:.0f} m/s with the wind taken off: "
+        f"{', or '.join(fits or _other_guesses(draft, factor, float(impact[1])))}"
+    )
+    absurd = size - LIMITS.zero_allowed / impact > LIMITS.curve_refused
+    # A unit that fits explains more than a zero does, where the difference is more than that of a zero.
+    named = bool(fits) and size[1] > max(LIMITS.curve_refused, LIMITS.zero_allowed / impact[1])
+    if named or bool(np.all(absurd)):
+        raise BadInputError(words)
+    draft.warnings.append(words)
+
+
+def _fits(draft: Draft, flown: FlownRows) -> list[str]:
+    """The mistakes of unit that fit, with the columns to write: each is tried with a new fit of the wind."""
+    fits = []
+    for suffix, times in other_units(draft, "velocity_north"):
+        if _explains(replace(flown, north=flown.north * times, east=flown.east * times)):
+            columns = f"velocity_north_{suffix} and velocity_east_{suffix}"
+            fits.append(f"these look like {UNIT_WORDS[suffix]}: name the columns {columns}")
+    column = draft.columns["impact_pressure"]
+    if not column.startswith("impact_pressure"):
+        return fits  # formed from a total pressure: another unit of it would have been refused
+    for suffix, times in other_units(draft, "impact_pressure"):
+        if _explains(replace(flown, impact=flown.impact * times)):
+            fits.append(f"{column!r} looks like {UNIT_WORDS[suffix]}: name the column impact_pressure_{suffix}")
+    return fits
+
+
+def _explains(flown: FlownRows) -> bool:
+    return abs(float(find_factor(flown).excess[1])) < LIMITS.unit_fits
+
+
+def _other_guesses(draft: Draft, factor: Factor, impact_pressure: float) -> list[str]:
+    """What may be wrong where no unit fits."""
+    north, impact = draft.columns["velocity_north"], draft.columns["impact_pressure"]
+    needed = max(1.0 + float(factor.excess[1]), 1e-6)
+    guesses = [
+        f"{impact!r} looks like {word} the impact pressure: check its gain"
+        for times, word in ((2.0, "half"), (0.5, "twice"))
+        if abs(np.log(needed / times)) < LIMITS.unit_fits
+    ]
+    offset = _offset(factor, impact_pressure)
+    if abs(offset) > _SMALL_ZERO:
+        guesses.append(f"{impact!r} looks as if it had a zero offset of {offset:+.0f} Pa: check its zero")
+    return guesses or [f"check units and zero of {impact!r} and {north!r}"]
+
+
+def _offset(factor: Factor, impact_pressure: float) -> float:
+    """The zero offset that would explain the difference [Pa]; 0 where none does that a gauge may have."""
+    if abs(factor.zero) > _ZERO_LEADS * abs(factor.scale - 1.0) * impact_pressure:
+        return -factor.zero
+    offset = -float(factor.excess[1]) * impact_pressure
+    return offset if abs(offset) <= LIMITS.zero_allowed else 0.0
+
+
+# Velocity against heading, where the log holds it: signs, exchanged or turned axes.
+# With z = north + i·east, the velocity over ground is a·V·e^(iψ) + wind, and a is near 1. A velocity with
+# exchanged axes or with one wrong sign is the mirror image, a·V·e^(−iψ) + wind; the angle of a says which.
+
+Complex = NDArray[np.complex128]
+
+_MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn
+    0: "the east velocity has the wrong sign",
+    90: "the north and east velocities are exchanged",
+    180: "the north velocity has the wrong sign",
+    -90: "the north and east velocities are exchanged, with the wrong sign",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """Velocity against heading: the angle from one to the other [deg], its standard error [deg], and the rms of
+    what does not fit, over the airspeed."""
+
+    angle: float
+    spread: float
+    misfit: float
+
+
+def check_heading(draft: Draft, flown: FlownRows, factor: Factor) -> None:
+    """Warn where the velocity does not follow the heading; leave out a heading that stands still in turns."""
+    heading = draft.channels.get("heading")
+    if heading is None:
+        return
+    psi = heading[flown.rows]
+    track = np.arctan2(flown.east, flown.north)
+    if _turning(psi) < LIMITS.headings_spread:
+        if _turning(track) > LIMITS.headings_spread and _turning(psi) < 0.1 * LIMITS.headings_spread:
+            draft.leave_out("heading", "it does not turn while the GPS track does; check its unit")
+        return
+    words = _disagreement(flown, factor, psi, track)
+    if words:
+        draft.warnings.append(
+            f"columns {draft.columns['heading']!r} and {draft.columns['velocity_north']!r}: {words}; the wind, and "
+            "all that uses the heading, would be wrong"
+        )
+
+
+def align(flown: FlownRows, psi: Array, mirrored: bool) -> Alignment:
+    """The least-squares a and wind of the velocity against the heading `psi` [rad], (n,)."""
+    airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
+    pointer = airspeed * np.exp(-1j * psi if mirrored else 1j * psi)
+    velocity: Complex = flown.north + 1j * flown.east
+    matrix = np.stack([pointer, np.ones_like(pointer)], axis=1)
+    solution = np.linalg.lstsq(matrix, velocity, rcond=None)[0]
+    rest = velocity - matrix @ solution
+    misfit = float(np.sqrt(np.mean(np.abs(rest) ** 2)))
+    scatter = float(np.std(pointer))
+    spread = misfit / (abs(solution[0]) * scatter * np.sqrt(len(psi) / flown.shared))
+    usual = abs(solution[0]) * float(np.median(airspeed))
+    return Alignment(float(np.angle(solution[0])) / DEGREE, float(spread) / DEGREE, misfit / usual)
+
+
+def _turning(angle: Array) -> float:
+    """0 on one heading, 1 over full turns or out and back."""
+    return 1.0 - float(np.abs(np.mean(np.exp(1j * angle))))
+
+
+def _disagreement(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> str:
+    direct, mirror = align(flown, psi, False), align(flown, psi, True)
+    if min(direct.misfit, mirror.misfit) > LIMITS.misfit_refused:
+        return "the velocity does not follow the heading; check signs and units of both"
+    if mirror.misfit < LIMITS.mirror_better * direct.misfit:
+        quarter = round(mirror.angle / 90.0) * 90
+        return f"{_MIRRORED[180 if abs(quarter) == 180 else quarter]}, or the heading is counted the wrong way"
+    if min(direct.misfit, mirror.misfit) > LIMITS.misfit_doubted:
+        return (
+            f"the velocity does not follow the heading (they differ by {direct.misfit:.0%} rms): does one of its "
+            "components lack its sign?"
+        )
+    if abs(direct.angle) - LIMITS.sigmas * direct.spread > LIMITS.angle_doubted:
+        if abs(direct.angle) > 150.0:
+            return "both velocities have the wrong sign, or the heading is that of the tail"
+        return (
+            f"the axes are turned by {direct.angle:+.0f}° against each other: is one of them magnetic, the heading "
+            "not the airplane's, or a sign wrong?"
+        )
+    return _is_track(flown, factor, psi, track)
+
+
+def _is_track(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> str:
+    """A heading that is the track itself, though the wind sets the airplane off."""
+    difference = np.angle(np.exp(1j * (psi - track)))
+    if float(np.sqrt(np.mean(difference**2))) > LIMITS.track_equal * DEGREE:
+        return ""
+    wind = float(np.hypot(*factor.wind)) / float(np.median(np.hypot(flown.north, flown.east)))
+    return "" if wind < 4.0 * LIMITS.track_equal * DEGREE else "the heading is the track over ground"
+
+
+_SPAN = 4.0  # s, over which an acceleration is taken: longer than a fix of 1 Hz, shorter than a turn
+
+
+def check_attitude(draft: Draft, flown: FlownRows, factor: Factor) -> None:
+    """Leave out a roll or pitch in another unit than its column says; warn of one with the wrong sign."""
+    forward, right = _accelerations(flown, factor.wind)
+    if "roll" in draft.channels:
+        _compare(draft, "roll", np.arctan(right / STANDARD_GRAVITY), draft.channels["roll"][flown.rows], False)
+    if "pitch" in draft.channels and "specific_force_x" in draft.channels:
+        force = draft.channels["specific_force_x"][flown.rows] - forward
+        # In a turn of bank φ the force along the airplane is that of the angle of attack times the load factor,
+        # 1/cos φ, and the pitch is cos φ of the angle of attack.
+        in_level_flight = force / (1.0 + (right / STANDARD_GRAVITY) ** 2)
+        expected = np.arcsin(np.clip(in_level_flight / STANDARD_GRAVITY, -0.9, 0.9))
+        _compare(draft, "pitch", expected, draft.channels["pitch"][flown.rows], True)
+
+
+def _accelerations(flown: FlownRows, wind: Array) -> tuple[Array, Array]:
+    """Along and to the right of the path through the air [m/s²], (n,), over `_SPAN`."""
+    north, east = (_rate(flown.time, v) for v in (flown.north, flown.east))
+    through = flown.north - wind[0], flown.east - wind[1]
+    speed = np.maximum(np.hypot(*through), 1.0)
+    forward = (north * through[0] + east * through[1]) / speed
+    right = (east * through[0] - north * through[1]) / speed
+    return forward, right
+
+
+def _rate(time: Array, values: Array) -> Array:
+    before, after = np.maximum(time - _SPAN / 2.0, time[0]), np.minimum(time + _SPAN / 2.0, time[-1])
+    change = np.interp(after, time, values) - np.interp(before, time, values)
+    return np.asarray(change / np.maximum(after - before, 1e-3))
+
+
+def _compare(draft: Draft, name: str, expected: Array, measured: Array, about_mean: bool) -> None:
+    """Name the unit or the sign with which the measured angle would be the expected one."""
+    if about_mean:
+        expected, measured = expected - np.mean(expected), measured - np.mean(measured)
+    power = float(np.mean(expected**2))
+    needed = LIMITS.pitch_needed if about_mean else LIMITS.bank_needed
+    size = float(np.sqrt(np.mean(measured**2)))
+    if np.sqrt(power) < needed or size == 0.0:
+        return
+    slope = float(np.mean(expected * measured)) / power
+    if abs(slope) * np.sqrt(power) / size < LIMITS.agrees:
+        return
+    column = draft.columns[name]
+    if not LIMITS.slope_low < abs(slope) < LIMITS.slope_high:
+        fits = [f"{name}_{s}" for s in _units(draft, name, slope)]
+        way_out = f"; it would fit {' or '.join(fits)}: name the column so" if fits else "; check its unit"
+        draft.leave_out(name, f"the motion asks for {1.0 / abs(slope):.2g} times the angle{way_out}")
+    elif slope < 0.0:
+        draft.warnings.append(f"column {column!r}: the angle has the wrong sign against the motion of the airplane")
+
+
+def _units(draft: Draft, name: str, slope: float) -> list[str]:
+    written = SUFFIXES[draft.suffixes[name]].factor
+    return [
+        s
+        for s in QUANTITIES[name].suffixes
+        if LIMITS.slope_low < abs(slope) * SUFFIXES[s].factor / written < LIMITS.slope_high
+    ]
+
+
+# What cannot be true together in a log: a mistake that fits is named with the column to write.
+# The checks run in this order, because each trusts what those before it have looked at: static pressure and
+# temperature give the density with which airspeeds are formed. All arrays are SI, one value for each row.
+
+__all__ = ["LIMITS", "check_plausibility"]
+
+
+def check_plausibility(draft: Draft) -> None:
+    """Warn of what is hardly possible; raise BadInputError for what is not."""
+    check_height(draft)
+    check_temperature(draft)
+    check_rise(draft)
+    flown = flown_rows(draft)
+    if flown is None:
+        return
+    factor = find_factor(flown)
+    check_speed(draft, flown, factor)
+    check_heading(draft, flown, factor)
+    check_attitude(draft, flown, factor)

@@ -1,1 +1,0 @@
-"""Find a formula for a gap that no effect of the table explains."""

@@ -1,0 +1,337 @@
+"""Lay out a log for judgment: residuals, free parameters, signatures, and the cells in which a gap is located."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.catalog import Catalog
+from pitotbench.effects.effect import Effect
+from pitotbench.effects.overlay import Overlay
+from pitotbench.logbook.plausible_air import at_ceiling
+from pitotbench.reconciliation.free_parameters import (
+    AnalysisSetting,
+    FreeParameters,
+    fit_free_parameters,
+    free_parameters_of,
+    without_curve,
+)
+from pitotbench.reconciliation.log_checks import CheckedLog, check_log
+from pitotbench.reconciliation.noise import UNUSABLE
+from pitotbench.reconciliation.residuals import (
+    AircraftModel,
+    ChannelResiduals,
+    Scene,
+    air_velocity,
+    set_scene,
+    slack,
+    true_airspeed_along,
+)
+from pitotbench.reconciliation.signatures import WHOLE_FLIGHT, Signature, signatures_of
+from pitotbench.reconciliation.track import MARGIN, Grid, Track, can_replay, mach_number, replay_motion, track_of
+from pitotbench.records import BadInputError
+from pitotbench.records.log import FlightLog
+from pitotbench.records.verdict import where
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, Array, Booleans
+
+# Locate the gap: cells, which are columns without physics, one a channel and phase of flight or variable.
+# They are fitted as the effects are, so that both have significances in the same units: a gap that cells show and
+# no effect explains is real, with an unknown cause. Phases and variables come from the clean track, because a
+# variable that contains the gusts, such as the angle of attack, is correlated with the residuals by its noise.
+
+TURN = 12.0 * DEGREE  # bank from which the airplane turns; gusts bank it by less
+
+VERTICAL = 2.0  # m/s of climb or descent
+
+CHANGE = 0.25  # m/s² of airspeed
+
+IDLE = 12.0 * INCH_OF_MERCURY
+
+FEWEST = 12  # instants of a phase that is examined, so 6 s
+
+SPAN = 4.0  # s over which rates are taken, so that gusts do not make a phase
+
+MEAN_HALF_ROWS = 10  # rows on either side over which a value is averaged before its rate is taken
+
+WITH_HEADING = ("airspeed_along", "airspeed_across", "airspeed_down")
+
+LEAST_SPREAD = {"bank": 3.0 * DEGREE, "altitude": 30.0 * FOOT}  # less is the wander of a held state
+
+LEAST_OTHER_SPREAD = 1e-9  # of any other variable: it has to vary at all
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A place of the gap: a channel, and a phase of flight or a variable."""
+
+    channel: str
+    phase: str
+    variable: str
+
+    @property
+    def where(self) -> str:
+        """The phase of flight, or the variable."""
+        return where(self.phase, self.variable)
+
+
+def is_examined(cell: Cell) -> bool:
+    """Whether a cell is examined: the heading matters to compass and GPS, not to forces and engines."""
+    return not cell.variable.startswith("heading") or cell.channel in WITH_HEADING
+
+
+def phases(track: Track, grid: Grid) -> NDArray[np.str_]:
+    """Return the phase of flight at every instant, (n,)."""
+    speed, half = true_airspeed_along(track), max(1, round(0.5 * SPAN / track.row_period))
+    names = np.full(len(grid), "level", dtype="<U12")
+    acceleration = _slope(speed, grid, half, track)
+    names[acceleration > CHANGE] = "acceleration"
+    names[acceleration < -CHANGE] = "deceleration"
+    if "altitude" in track:
+        climb = _slope(track["altitude"], grid, half, track)
+        names[climb > VERTICAL] = "climb"
+        names[climb < -VERTICAL] = "descent"
+    if "manifold_pressure_left" in track:
+        names[grid.smooth(track["manifold_pressure_left"]) < IDLE] = "idle"
+    if "roll" in track:
+        names[np.abs(grid.smooth(track["roll"])) > TURN] = "turn"
+    return names
+
+
+def _slope(values: Array, grid: Grid, half: int, track: Track) -> Array:
+    ahead = np.minimum(grid.rows + half, len(values) - 1)
+    behind = np.maximum(grid.rows - half, 0)
+    change = _mean_around(values, ahead) - _mean_around(values, behind)
+    seconds = np.maximum(ahead - behind, 1) * track.row_period
+    return np.asarray(change / seconds)
+
+
+def _mean_around(values: Array, rows: NDArray[np.intp], half: int = MEAN_HALF_ROWS) -> Array:
+    """Mean over the rows around each row."""
+    around = np.clip(rows[:, None] + np.arange(-half, half + 1), 0, len(values) - 1)
+    return np.asarray(values[around].mean(axis=1))
+
+
+def flight_variables(track: Track, grid: Grid) -> dict[str, Array]:
+    """Return the variables that a gap may follow, at the instants in SI units and radians, (n,) each."""
+    values = {"airspeed": grid.smooth(true_airspeed_along(track)), "time": track.time[grid.rows]}
+    sources = {"bank": "roll", "altitude": "altitude", "power": "manifold_pressure_left"}
+    for name, source in sources.items():
+        if source in track:
+            values[name] = grid.smooth(track[source])
+    if "heading" in track:
+        for name, way in (("heading_north", np.cos), ("heading_east", np.sin)):
+            values[name] = grid.smooth(way(track["heading"]))
+            values[f"{name}_twice"] = grid.smooth(way(2.0 * track["heading"]))
+    if "bank" in values:
+        values["bank"] = np.abs(values["bank"])
+    return values
+
+
+def variables(track: Track, grid: Grid) -> dict[str, Array]:
+    """Return the variables of a flight that vary, each scaled to mean 0 and deviation 1, (n,)."""
+    values = flight_variables(track, grid)
+    spread = {name: float(np.std(each)) for name, each in values.items()}
+    varying = [name for name in values if spread[name] > LEAST_SPREAD.get(name, LEAST_OTHER_SPREAD)]
+    return {name: (values[name] - values[name].mean()) / spread[name] for name in varying}
+
+
+def cells(track: Track, grid: Grid, base: ChannelResiduals) -> tuple[tuple[Cell, ...], Array]:
+    """Return the cells of all channels, and their shapes, (n, k): one column a variable and a phase.
+
+    Every channel has the same shapes.
+    """
+    phase = phases(track, grid)
+    shapes = {("", name): values for name, values in variables(track, grid).items()}
+    for name in np.unique(phase):
+        if np.sum(phase == name) >= FEWEST:
+            shapes[str(name), ""] = (phase == name).astype(np.float64)
+    places = tuple(Cell(channel, *key) for channel in base.names for key in shapes)
+    return places, np.stack(list(shapes.values()), axis=1)
+
+
+# Lay out a log for judgment: its residuals, its free parameters, and the signatures of the effects.
+
+PASCAL_A_METER = 10.0  # of height near the ground, rounded
+
+CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
+
+DAY = "nonstandard_temperature"  # a gap where the day is told; a free parameter where nobody told it
+
+USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
+
+Curves = tuple[Mapping[str, float], ...]
+
+FEWEST_INSTANTS = 40  # of a log: three times the memory of its noise
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """A log laid out, before its noise is known.
+
+    `residuals` are measured less predicted, `free` the free parameters, `signatures` the hypotheses; `cells` are
+    the places to examine, and `shapes` (n, k) the values that each cell has at the instants. `measured` marks the
+    rows of the track whose air data lie below the end of their sensor's range. `subtracted` is what the residuals
+    were before, less what they are, by effects that are in the model and that neither the track nor the scene
+    holds, (n, c) or 0. `in_model` holds the sizes of the effects in the model, by effect and parameter. `curves`
+    are the sizes of the error curves that were taken out of the track, one after the other.
+    """
+
+    checked: CheckedLog
+    track: Track
+    measured: Booleans
+    scene: Scene
+    residuals: ChannelResiduals
+    free: FreeParameters
+    signatures: tuple[Signature, ...]
+    cells: tuple[Cell, ...]
+    shapes: Array
+    setting: AnalysisSetting
+    subtracted: Array | float = 0.0
+    in_model: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    curves: Curves = ()
+
+    @property
+    def grid(self) -> Grid:
+        """The instants."""
+        return self.scene.grid
+
+    @property
+    def used(self) -> Booleans:
+        """Whether the comparison uses each channel at each instant, (n, c): not at the end of a sensor's range."""
+        used: Booleans = self.residuals.slack < UNUSABLE
+        return used
+
+    @property
+    def places(self) -> tuple[tuple[int, Cell], ...]:
+        """The cells that are examined, each with its column in the normal equations."""
+        return tuple((i, c) for i, c in enumerate(self.cells, start=len(self.signatures)) if is_examined(c))
+
+    def without(self, columns: Sequence[Array], sizes: Sequence[float] | Array) -> "Layout":
+        """Return the layout with columns (n, c) at their sizes subtracted from the residuals."""
+        explained = np.zeros_like(self.residuals.values)
+        for column, size in zip(columns, sizes, strict=True):
+            explained = explained + column * size
+        return replace(self, residuals=replace(self.residuals, values=self.residuals.values - explained))
+
+
+def lay_out(
+    log: FlightLog,
+    aircraft: AircraftModel | None,
+    setting: AnalysisSetting,
+    effects: Catalog[Effect] = WHOLE_FLIGHT,
+) -> Layout:
+    """Lay out a log. Without an aircraft its sensors are judged alone; `effects` are the hypotheses.
+
+    Raises BadInputError for a log without attitude, or one that cannot be compared.
+    """
+    _require_attitude(log)
+    checked = check_log(log)
+    track = track_of(log, checked.fresh)
+    measured = below_range_end(track, log)
+    track, curves = without_error_curve(track, measured, setting)
+    return replace(_laid_out(checked, track, measured, aircraft, setting, effects), curves=curves)
+
+
+def with_aircraft(layout: Layout, aircraft: AircraftModel, kept: Mapping[Overlay, Array] | None = None) -> Layout:
+    """Return the layout of the same log with another aircraft, with all hypotheses.
+
+    `kept` holds the changes of the reaction by overlays that are the same on both aircraft.
+    """
+    checked, track, measured = layout.checked, layout.track, layout.measured
+    laid = _laid_out(checked, track, measured, aircraft, layout.setting, WHOLE_FLIGHT, kept)
+    return replace(laid, curves=layout.curves)
+
+
+def _laid_out(
+    checked: CheckedLog,
+    track: Track,
+    measured: Booleans,
+    aircraft: AircraftModel | None,
+    setting: AnalysisSetting,
+    effects: Catalog[Effect],
+    kept: Mapping[Overlay, Array] | None = None,
+) -> Layout:
+    replay = (
+        replay_motion(track, lambda motion: aircraft.react(motion, Overlay(), True))
+        if aircraft is not None and can_replay(track)
+        else None
+    )
+    scene = set_scene(track, mean_wind_of(track, measured), replay, aircraft, kept)
+    if len(scene.grid) < FEWEST_INSTANTS:
+        raise BadInputError(
+            f"the log gives {len(scene.grid)} instants to compare, and {FEWEST_INSTANTS} are needed: give at least "
+            f"{(FEWEST_INSTANTS + 2) * scene.grid.step + 2.0 * MARGIN:.0f} s without a pause or an outage"
+        )
+    setting = replace(setting, pressure_step=_coarse_step(checked))
+    residuals = scene.residuals_of(track)
+    unusable = np.where(_usable(track, measured, scene.grid, setting), 0.0, UNUSABLE)
+    loose = slack(scene.grid, replay, residuals.names) + unusable[:, None]
+    if setting.pressure_step and "pressure_height" in residuals.names:
+        # Off by up to half a step for as long as it is held.
+        loose[:, residuals.names.index("pressure_height")] += setting.pressure_step / PASCAL_A_METER
+    residuals = replace(residuals, slack=loose)
+    places, shapes = cells(scene.clean, scene.grid, scene.base)
+    free, signatures = free_parameters_of(scene, setting, shapes), signatures_of(scene, effects)
+    if not setting.day_known:
+        days = [s for s in signatures if s.effect == DAY]
+        free = free.with_columns({f"{DAY} {s.parameter}": (s.column, USUAL_DAYS[s.parameter]) for s in days})
+        signatures = tuple(s for s in signatures if s.effect != DAY)
+    return Layout(checked, track, measured, scene, residuals, free, signatures, places, shapes, setting)
+
+
+def without_error_curve(track: Track, measured: Booleans, setting: AnalysisSetting) -> tuple[Track, Curves]:
+    """Return the track without the error curve that its wind triangle shows on the rows `measured`, (m,).
+
+    The second is what was taken out. All later steps are linear in the remaining curve. Forces follow the product
+    of pressure and angles, so that a large curve would otherwise look like drag.
+    """
+    curves: list[Mapping[str, float]] = []
+    for _ in range(CURVE_ROUNDS):
+        scene = set_scene(track, mean_wind_of(track, measured), None, None)
+        values = scene.residuals_of(track).values
+        free = free_parameters_of(scene, setting, np.zeros((len(scene.grid), 0)))
+        usable = _usable(track, measured, scene.grid, setting)
+        sizes = fit_free_parameters(values, free, np.broadcast_to(usable[:, None], values.shape)).sizes
+        curves.append(dict(zip(free.names, sizes.tolist(), strict=True)))
+        track = without_curve(track, curves[-1], setting)
+    return track, tuple(curves)
+
+
+def below_range_end(track: Track, log: FlightLog) -> Booleans:
+    """Return the rows of a log's track whose impact pressure lies below the end of its sensor's range, (m,)."""
+    ceiling = at_ceiling(log.impact_pressure).astype(np.float64)
+    rows: Booleans = np.interp(track.time, log.time, ceiling) == 0.0
+    return rows
+
+
+def mean_wind_of(track: Track, measured: Booleans) -> Array:
+    """Return the mean wind over the rows `measured`, (m,), toward north, east, down [m/s], (3,).
+
+    It is the ground velocity less the velocity through the air.
+    """
+    through, wind = air_velocity(track), np.zeros(3)
+    for i, name in enumerate(("velocity_north", "velocity_east", "velocity_down")):
+        if name in track:
+            wind[i] = np.mean((track[name] - through[i])[measured])
+    return wind
+
+
+def _require_attitude(log: FlightLog) -> None:
+    missing = [name for name in ("roll", "pitch", "heading") if getattr(log, name) is None]
+    if missing:
+        raise BadInputError(
+            f"reconcile needs the attitude: the log has no {', '.join(missing)}; record roll, pitch and heading"
+        )
+
+
+def _coarse_step(checked: CheckedLog) -> float:
+    """The step of a coarse quantization [Pa], 0 for none."""
+    return next((e.sizes[0].value for e in checked.effects if e.name == "quantization"), 0.0)
+
+
+def _usable(track: Track, measured: Booleans, grid: Grid, setting: AnalysisSetting) -> Booleans:
+    """Instants that are not near a row at the ceiling, and not above the greatest Mach number, (n,)."""
+    at_ceiling = grid.smooth((~measured).astype(np.float64)) > 0.0
+    usable: Booleans = ~at_ceiling & (grid.smooth(mach_number(track)) <= setting.mach_max)
+    return usable

@@ -1,0 +1,397 @@
+"""Name the effects of one flight or of several of one airplane: causes and sizes shared."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import chdtrc, ndtri
+
+from pitotbench.reconciliation.equations import (
+    Fit,
+    NormalEquations,
+    closure_of,
+    scaled_to,
+    whitened_equations,
+    with_form_error,
+)
+from pitotbench.reconciliation.evidence import Evidence, LogEvidence, estimates, is_in_range, merit, significance
+from pitotbench.reconciliation.layout import Layout
+from pitotbench.reconciliation.noise import NoiseModel
+from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.null_learning import wander_of
+from pitotbench.reconciliation.posterior import (
+    Answer,
+    CausePosterior,
+    CauseSearch,
+    Names,
+    answer_of,
+    cause_posterior,
+)
+from pitotbench.reconciliation.renewal import (
+    Entries,
+    at_sizes,
+    placed_in_time,
+    with_parts_of_flight,
+    without_sensor_effects,
+)
+from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, returns, times_of
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.records.verdict import Candidate, Closure, Located
+from pitotbench.units import Array
+
+# Name the effects of a log: fit every hypothesis, form the posterior over causes, and read its answer.
+
+RENEWALS = 3  # times the signatures are renewed; they mostly stay as they are after the first
+
+RENEWED = 6  # best single explanations whose signatures are renewed: the others have no part in the answer
+
+SETTLED = 0.02  # change of a size, as a share, from which an effect is taken out of the log anew
+
+LISTED = 10  # candidates in a verdict
+
+SMALLEST_GAIN = 1e-9  # so that the ratio of two gains is defined for an effect without any
+
+
+@dataclass(frozen=True, slots=True)
+class Naming:
+    """The outcome of the posterior over causes.
+
+    `chosen` are the effects fitted together, by `fit`, with the layout and the normal equations of that fit.
+    `alternatives` holds, for each chosen effect, the other causes of the set that holds it. `located` is the gap
+    by channel before, `remaining` the gap after the chosen effects.
+    """
+
+    answer: Answer
+    posterior: CausePosterior
+    chosen: tuple[str, ...]
+    alternatives: tuple[tuple[str, ...], ...]
+    candidates: tuple[Candidate, ...]
+    located: tuple[Located, ...]
+    remaining: tuple[Located, ...]
+    layout: Layout
+    equations: NormalEquations
+    fit: Fit
+
+
+@dataclass(frozen=True, slots=True)
+class Renewed:
+    """A layout with its signatures at the fitted sizes, its normal equations, and the noise model of both."""
+
+    layout: Layout
+    equations: NormalEquations
+    noise: NoiseModel
+
+    def evidence(self, null: NullDistribution) -> LogEvidence:
+        """Return the evidence of the log."""
+        wander = wander_of(null, self.layout.residuals.names)
+        return LogEvidence(self.layout, self.noise, wander, null.scores, null.gap_bayes_factor)
+
+
+def name_effects(layout: Layout, null: NullDistribution) -> Naming:
+    """Name the effects that a log shows, given the noise and the wander of its null flights."""
+    renewed = renewed_signatures(layout, null)
+    log = renewed.evidence(null)
+    posterior = cause_posterior([log])
+    return naming_of(renewed, null, posterior)
+
+
+def naming_of(renewed: Renewed, null: NullDistribution, posterior: CausePosterior) -> Naming:
+    """Return what a posterior names on a log: its own, or that of several logs of which it is one."""
+    answer, layout, equations = answer_of(posterior), renewed.layout, renewed.equations
+    chosen = answer.effects
+    fit = _fit(renewed, answer)
+    located, remaining = _located(renewed, null, ()), _located(renewed, null, fit.columns)
+    alternatives = tuple(answer.others(cause_of(name)) for name in chosen)
+    candidates = _candidates(renewed, null, posterior, answer)
+    return Naming(answer, posterior, chosen, alternatives, candidates, located, remaining, layout, equations, fit)
+
+
+def renewed_signatures(original: Layout, null: NullDistribution) -> Renewed:
+    """Renew the signatures of the best explanations at their fitted sizes, and form the equations anew.
+
+    Events are placed in time. A large effect on the sensors is subtracted from the clean track first.
+    """
+    noise = scaled_to(null.noise, original)
+    original = with_parts_of_flight(placed_in_time(original, noise), noise)
+    layout, equations = original, whitened_equations(original, noise, with_cells=False)
+    columns = columns_of(layout.signatures)
+    undone: Entries = {}
+    for _ in range(RENEWALS):
+        sizes = _fitted_sizes(layout, equations, columns)
+        large = _large_effect(layout, equations, columns)
+        renewed = layout
+        if not _is_near(large, undone):
+            renewed, undone = without_sensor_effects(original, large), large
+        renewed = at_sizes(renewed, sizes)
+        if renewed is layout:
+            break
+        layout, equations = renewed, whitened_equations(renewed, noise, with_cells=False)
+    return Renewed(layout, whitened_equations(layout, noise), noise)
+
+
+def _large_effect(
+    layout: Layout, equations: NormalEquations, columns: Mapping[str, Sequence[int]]
+) -> dict[str, dict[str, float]]:
+    """The best single explanation with its sizes and shapes where it is large; else nothing."""
+    best = max(columns, key=lambda n: merit(equations.fit(columns[n])))
+    fit = equations.fit(columns[best])
+    if significance(fit) <= THRESHOLDS.undone_from:
+        return {}
+    signatures = [layout.signatures[c] for c in columns[best]]
+    sizes = dict(signatures[0].shapes)
+    for signature, size in zip(signatures, fit.sizes, strict=True):
+        parameter = FITTED[best].parameter(signature.parameter)
+        sizes[signature.parameter] = float(np.clip(size, parameter.low, parameter.high))
+    return {best: sizes}
+
+
+def _is_near(large: Entries, undone: Entries) -> bool:
+    """Whether effects that are to be taken out of a log are those already taken out, at about the same sizes."""
+    if large.keys() != undone.keys():
+        return False
+    pairs = [(v, undone[name][key]) for name, sizes in large.items() for key, v in sizes.items()]
+    return all(abs(new - old) <= SETTLED * abs(new) for new, old in pairs)
+
+
+def _fitted_sizes(
+    layout: Layout, equations: NormalEquations, columns: Mapping[str, Sequence[int]]
+) -> dict[tuple[str, str], float]:
+    """Sizes of the best explanations, each fitted alone."""
+    fits = {n: equations.fit(c) for n, c in columns.items()}
+    best = sorted(fits, key=lambda n: -merit(fits[n]))[:RENEWED]
+    sizes: dict[tuple[str, str], float] = {}
+    for effect in best:
+        for column, size in zip(columns[effect], fits[effect].sizes, strict=True):
+            sizes[effect, layout.signatures[column].parameter] = float(size)
+    return sizes
+
+
+def _fit(renewed: Renewed, answer: Answer) -> Fit:
+    """The sizes of the named effects as a fit of this log, with the bounds that their form error leaves.
+
+    Form error widens the bounds and must not shift the sizes: these are a fit without it. A size of another log of
+    the posterior that this log cannot show has no column.
+    """
+    index = {(s.effect, s.parameter): i for i, s in enumerate(renewed.layout.signatures)}
+    weighed = answer.best.explained.weighed
+    places = [i for i, key in enumerate(answer.keys) if key in index]
+    columns = tuple(index[answer.keys[i]] for i in places)
+    plain = renewed.equations.fit(columns)
+    return Fit(columns, plain.sizes, weighed.covariance[np.ix_(places, places)], plain.gain)
+
+
+def _candidates(
+    renewed: Renewed, null: NullDistribution, posterior: CausePosterior, answer: Answer
+) -> tuple[Candidate, ...]:
+    """The causes as single explanations, each in its best form, the most probable first."""
+    equations, columns = renewed.equations, columns_of(renewed.layout.signatures)
+    fits = {name: equations.fit(c) for name, c in columns.items()}
+    forms: dict[str, str] = {cause_of(name): name for name in answer.effects}
+    for name in sorted(fits, key=lambda n: -merit(fits[n])):
+        forms.setdefault(cause_of(name), name)
+    probable = answer.probabilities
+    ranked = sorted(
+        (name for name in forms.values() if name in columns),
+        key=lambda n: (-round(probable.get(cause_of(n), 0.0), 3), -merit(fits[n])),
+    )
+    signatures = renewed.layout.signatures
+    return tuple(
+        Candidate(
+            name,
+            estimates(signatures, fits[name]),
+            null.scores.of_effect(name, significance(fits[name])),
+            equations.held_out_gain(columns[name]) / max(fits[name].gain, SMALLEST_GAIN),
+            is_in_range(signatures, fits[name]),
+            probable.get(cause_of(name), 0.0),
+            times_of(signatures[columns[name][0]]),
+        )
+        for name in ranked[:LISTED]
+    )
+
+
+def _located(renewed: Renewed, null: NullDistribution, given: Sequence[int]) -> tuple[Located, ...]:
+    """The most significant place in every channel, in σ beyond the mean of null flights."""
+    places = renewed.layout.places
+    values = renewed.equations.scores([i for i, _ in places], given)
+    best: dict[str, Located] = {}
+    for (_, cell), value in zip(places, values, strict=True):
+        score = null.scores.of_cell(cell, float(value))
+        if cell.channel not in best or abs(score) > abs(best[cell.channel].significance):
+            best[cell.channel] = Located(cell.channel, cell.phase, cell.variable, score)
+    return tuple(sorted(best.values(), key=lambda place: -abs(place.significance)))
+
+
+# Name the effects of several flights of one airplane: causes and sizes shared, free parameters each flight's own.
+# Each flight is judged by the noise and the wander of the null flights of its own card. Its evidence adds to that
+# of the others. A flight that shows another size than the others do contradicts the cause.
+
+Key = tuple[str, str]  # an effect and one of its parameters
+
+FARTHEST = 1e-300  # smallest probability that is turned into a distance
+
+
+@dataclass(frozen=True, slots=True)
+class Together:
+    """Several flights named together.
+
+    `namings` holds for each flight the shared answer with the shared sizes, `logs` its evidence, and `alone` the
+    posterior of the flight by itself.
+    """
+
+    posterior: CausePosterior
+    namings: tuple[Naming, ...]
+    logs: tuple[LogEvidence, ...]
+    alone: tuple[CausePosterior, ...]
+    sizes: Mapping[Key, float]
+
+
+@dataclass(frozen=True, slots=True)
+class OwnSizes:
+    """The sizes of some effects that one flight, or several, show: keys, values, (k,), and covariance, (k, k)."""
+
+    keys: tuple[Key, ...]
+    values: Array
+    covariance: Array
+
+    def by_key(self) -> dict[Key, float]:
+        """Return each size by its key."""
+        return dict(zip(self.keys, self.values.tolist(), strict=True))
+
+
+def name_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> Together:
+    """Name the effects that several flights show, each with its null distribution.
+
+    The signatures are computed once more at the shared sizes, because a flight that shows little of an effect fits
+    a size of its own that is far from them.
+    Raises ValueError without a flight.
+    """
+    renewed = [renewed_signatures(layout, null) for layout, null in zip(layouts, nulls, strict=True)]
+    logs = [each.evidence(null) for each, null in zip(renewed, nulls, strict=True)]
+    alone = tuple(cause_posterior([log]) for log in logs)
+    posterior = alone[0] if len(logs) == 1 else cause_posterior(logs)
+    if len(logs) > 1:
+        moved = [_at(each, _sizes_of(posterior)) for each in renewed]
+        changed = [new is not old for new, old in zip(moved, renewed, strict=True)]
+        if any(changed):
+            logs = [
+                new.evidence(null) if is_new else log
+                for new, null, log, is_new in zip(moved, nulls, logs, changed, strict=True)
+            ]
+            renewed, posterior = moved, cause_posterior(logs)
+    namings = [naming_of(each, null, posterior) for each, null in zip(renewed, nulls, strict=True)]
+    sizes = shared_sizes(namings).by_key()
+    if len(namings) > 1:
+        namings = [_with_sizes(naming, sizes) for naming in namings]
+    return Together(posterior, tuple(namings), tuple(logs), alone, sizes)
+
+
+def _at(renewed: Renewed, sizes: Mapping[Key, float]) -> Renewed:
+    """The signatures at some sizes; the same object where none has to be computed anew."""
+    layout = at_sizes(renewed.layout, sizes)
+    if layout is renewed.layout:
+        return renewed
+    return Renewed(layout, whitened_equations(layout, renewed.noise), renewed.noise)
+
+
+def _sizes_of(posterior: CausePosterior) -> dict[Key, float]:
+    """The sizes of the most probable set of effects."""
+    best = posterior.weights[0].explained
+    return dict(zip(best.keys, best.weighed.sizes.tolist(), strict=True))
+
+
+def shared_sizes(namings: Sequence[Naming], left_out: int | None = None) -> OwnSizes:
+    """Return the sizes of the named effects as fitted to all flights together, or to all but one of them.
+
+    Form error widens their bounds and must not shift them: this is a fit without it. A size that the others hardly
+    show is drawn to zero by a wide prior, as its bound is.
+    """
+    keys = list(dict.fromkeys(key for naming in namings for key in _keys(naming)))
+    inner = np.zeros((len(keys) + 1, len(keys) + 1))
+    for number, naming in enumerate(namings):
+        if number != left_out:
+            rows = [*(keys.index(key) for key in _keys(naming)), len(keys)]
+            columns = [*naming.fit.columns, -1]
+            inner[np.ix_(rows, rows)] += naming.equations.inner[np.ix_(columns, columns)]
+    shown = [i for i in range(len(keys)) if inner[i, i] > 0.0]
+    squares, found = inner[np.ix_(shown, shown)], tuple(keys[i] for i in shown)
+    covariance = np.linalg.inv(squares + np.diag([_widest(key) ** -2.0 for key in found]))
+    if left_out is None:
+        sizes = np.linalg.lstsq(squares, inner[shown, -1], rcond=None)[0]
+    else:
+        sizes = covariance @ inner[shown, -1]
+    return OwnSizes(found, np.asarray(sizes), np.asarray(covariance))
+
+
+def _keys(naming: Naming) -> tuple[Key, ...]:
+    """The sizes of the chosen effects that this flight shows, in the order of its fit."""
+    signatures = [naming.layout.signatures[c] for c in naming.fit.columns]
+    return tuple((s.effect, s.parameter) for s in signatures)
+
+
+def _with_sizes(naming: Naming, sizes: Mapping[Key, float]) -> Naming:
+    """The naming of a flight with the shared sizes in place of its own."""
+    values = np.array([sizes[key] for key in _keys(naming)])
+    columns = naming.fit.columns
+    inner = naming.equations.inner
+    gain = 2.0 * values @ inner[columns, -1] - values @ inner[np.ix_(columns, columns)] @ values
+    return replace(naming, fit=Fit(columns, values, naming.fit.covariance, max(0.0, float(gain))))
+
+
+def left_out_closures(namings: Sequence[Naming]) -> tuple[Closure | None, ...]:
+    """Return for each flight the closure by the sizes that the other flights show; None where they show none.
+
+    Effects for a part of one flight, and events, are fitted to that flight: another flight does not have them.
+    """
+    if len(namings) < 2:
+        return (None,) * len(namings)
+    found: list[Closure | None] = []
+    for number, naming in enumerate(namings):
+        sizes = shared_sizes(namings, left_out=number)
+        pairs = [
+            (column, sizes.keys.index(key))
+            for column, key in zip(naming.fit.columns, _keys(naming), strict=True)
+            if key in sizes.keys and returns(key[0])
+        ]
+        cells, columns, places = [i for i, _ in naming.layout.places], [c for c, _ in pairs], [p for _, p in pairs]
+        own = zip(naming.fit.columns, _keys(naming), strict=True)
+        once = [column for column, key in own if not returns(key[0])]
+        values = sizes.values[places].tolist()
+        errors = with_form_error(sizes.covariance[np.ix_(places, places)], values)
+        found.append(closure_of(naming.equations, columns, values, cells, errors, once) if pairs else None)
+    return tuple(found)
+
+
+def own_sizes(logs: Sequence[LogEvidence], effects: Names, sizes: Mapping[Key, float]) -> OwnSizes:
+    """Return the sizes of some effects that logs show, with the form error of effects of about these sizes.
+
+    The prior is as wide as a size can be, so that a log that does not show an effect says nothing of it.
+    """
+    search = CauseSearch(logs)
+    shown = tuple(name for name in effects if name in search.keys)
+    keys = search.keys_of(shown)
+    evidence, _ = search.reduced(shown, np.array([sizes.get(key, 0.0) for key in keys]), keys)
+    wide = np.array([_widest(key) for key in keys])
+    found = Evidence(evidence.inner).of(range(len(keys)), wide)
+    method = np.array([THRESHOLDS.size_error * sizes.get(key, 0.0) for key in keys])
+    return OwnSizes(tuple(keys), found.mean, found.covariance + np.diag(method**2))
+
+
+def _widest(key: Key) -> float:
+    """The widest prior deviation of a size."""
+    return THRESHOLDS.size_scales[-1] * abs(float(FITTED[key[0]].parameter(key[1]).typical))
+
+
+def contradiction(own: OwnSizes, others: OwnSizes) -> float:
+    """Return the distance [σ] of the sizes that one flight shows from those that the other flights show.
+
+    It is that of a normal number as improbable as the squared distance of the sizes, which is χ²-distributed.
+    """
+    both = [key for key in own.keys if key in others.keys]
+    if not both:
+        return 0.0
+    mine, theirs = ([each.keys.index(key) for key in both] for each in (own, others))
+    difference = own.values[mine] - others.values[theirs]
+    covariance = own.covariance[np.ix_(mine, mine)] + others.covariance[np.ix_(theirs, theirs)]
+    square = float(difference @ np.linalg.solve(covariance, difference))
+    chance = float(chdtrc(len(both), square))
+    return float(-ndtri(0.5 * max(chance, FARTHEST)))

@@ -1,0 +1,230 @@
+"""The null distribution: noise, scores and thresholds of flights without an effect; as text and back."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, TypeAdapter
+
+from pitotbench.reconciliation.equations import noise_of_log, shortness_of
+from pitotbench.reconciliation.layout import Cell, Layout
+from pitotbench.reconciliation.noise import NoiseModel
+from pitotbench.reconciliation.signatures import FITTED, reads_gusts
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """Mean and standard deviation of a measure over null flights."""
+
+    mean: float
+    deviation: float
+
+    def standardized(self, value: float) -> float:
+        """Return a value less the mean, in standard deviations."""
+        return (value - self.mean) / self.deviation
+
+
+def measures_over(flights: Sequence[Mapping[str, float]], lowest: float) -> dict[str, Measure]:
+    """Return mean and deviation over null flights of each measure; no deviation is below `lowest`."""
+    values = {name: [each[name] for each in flights] for name in flights[0]}
+    return {n: Measure(float(np.mean(v)), max(lowest, float(np.std(v, ddof=1)))) for n, v in values.items()}
+
+
+# The null distribution: noise, spread of the scores and thresholds of flights without an effect.
+# Textbook thresholds would name something on nearly every flight, because many hypotheses are tried and no noise
+# model is perfect. Therefore flights of the same card, data system and turbulence set the thresholds.
+
+
+@dataclass(frozen=True, slots=True)
+class ScoreScale:
+    """The scores that flights without an effect have.
+
+    `search_gain` is the part of an effect's score that the search for its shape (the time of an event) brings by
+    chance; `effect_spread` is the root mean square of the score less this gain. `cell_mean` and `cell_spread` are
+    the mean and the standard deviation of the signed score of a cell, by its label. `fluctuation` is the root mean
+    square of the score of a size, by its label, where every cell is fitted beside it: by what moves to and fro.
+    Gusts give it one, for the pilot answers them and the vanes read them. `left_over` holds the same for sizes that
+    null flights still seem to have when wander and fluctuation are eliminated, the largest first, each beside those
+    before it. No spread is below 1.
+    """
+
+    search_gain: Mapping[str, float]
+    effect_spread: Mapping[str, float]
+    cell_mean: Mapping[str, float]
+    cell_spread: Mapping[str, float]
+    fluctuation: Mapping[str, float] = field(default_factory=dict)
+    left_over: Mapping[str, float] = field(default_factory=dict)
+
+    def of_effect(self, name: str, score: float) -> float:
+        """Return the score of an effect less its search gain, in units of its spread."""
+        return max(0.0, score - self.search_gain.get(name, 0.0)) / self.effect_spread.get(name, 1.0)
+
+    def of_cell(self, cell: Cell, score: float) -> float:
+        """Return the signed score of a cell less its mean, in units of its spread."""
+        return self.of_label(cell_label(cell), score)
+
+    def of_label(self, label: str, score: float) -> float:
+        """Return the same for the label of a cell."""
+        return (score - self.cell_mean.get(label, 0.0)) / self.cell_spread.get(label, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class NullDistribution:
+    """What flights of a card without an effect show by chance.
+
+    `threshold` is for the largest score of the table and `cell_threshold` for the largest score of the cells, both
+    on the scale of `scores`. `gust_levels`, `channel_powers` and `spectral_lines` hold further measures, see the
+    modules of these names (`wander` for the powers, `periodic` for the lines).
+    """
+
+    noise: NoiseModel
+    scores: ScoreScale
+    threshold: float
+    cell_threshold: float
+    flights: int
+    gust_levels: Mapping[str, Measure] = field(default_factory=dict)
+    channel_powers: Mapping[str, Measure] = field(default_factory=dict)
+    spectral_lines: Mapping[str, Measure] = field(default_factory=dict)
+
+    @property
+    def gap_bayes_factor(self) -> float:
+        """The logarithm of the Bayes factor from which a log shows a gap."""
+        return THRESHOLDS.gap_bayes_factor if self.flights else 0.5 * self.threshold**2
+
+    def threshold_of(self, name: str) -> float:
+        """Return the score [σ] at which an effect reaches the threshold."""
+        return self.scores.search_gain.get(name, 0.0) + self.threshold * self.scores.effect_spread.get(name, 1.0)
+
+
+def theoretical_distribution(layout: Layout) -> NullDistribution:
+    """Return the null distribution of a log for which no null flight can be flown.
+
+    Its thresholds come from theory, and its scores are those that null flights usually have. The noise, which the
+    log itself has to give, counts one half more. A short log knows its noise badly, so that it needs a larger Bayes
+    factor.
+    """
+    least, shortness = THRESHOLDS.gap_without_null_flights, shortness_of(layout)
+    if shortness > 1.0:
+        least = THRESHOLDS.gap_of_short_log * shortness**2
+    limit = float(np.sqrt(2.0 * least))  # the score of one size that shows a gap
+    noise = noise_of_log(layout)
+    noise = replace(noise, deviations=THRESHOLDS.noise_without_null_flights * noise.deviations)
+    vanes = {name: THRESHOLDS.vanes_unknown for name in FITTED if reads_gusts(name)}
+    fluctuation = {
+        size_label(name, p.name): THRESHOLDS.vanes_moving if name in vanes else THRESHOLDS.fluctuation_unknown
+        for name, effect in FITTED.items()
+        for p in effect.parameters
+        if not p.shape and not effect.part_of
+    }
+    return NullDistribution(noise, ScoreScale({}, vanes, {}, {}, fluctuation), limit, limit, 0)
+
+
+def size_label(effect: str, parameter: str) -> str:
+    """Return a size of an effect as text; that for a part of the flight is the one for all of it."""
+    return f"{FITTED[effect].part_of or effect}|{parameter}"
+
+
+def cell_label(cell: Cell) -> str:
+    """Return a cell as text."""
+    return f"{cell.channel}|{cell.phase}|{cell.variable}"
+
+
+# A null distribution as text and back; a text that cannot be right is refused.
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
+
+# Learning never lets a spread fall below this one.
+Spread = Annotated[float, Field(allow_inf_nan=False, ge=THRESHOLDS.score_deviation_lowest)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Measure:
+    """The fields of a Measure, as JSON holds them."""
+
+    mean: Finite
+    deviation: Positive
+
+
+@dataclass(frozen=True, slots=True)
+class _Noise:
+    """The fields of a NoiseModel, as JSON holds them."""
+
+    names: tuple[str, ...]
+    coefficients: list[list[Finite]]
+    deviations: list[Positive]
+    correlation: list[list[Finite]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Scale:
+    """The fields of a ScoreScale, as JSON holds them."""
+
+    search_gain: dict[str, Finite]
+    effect_spread: dict[str, Spread]
+    cell_mean: dict[str, Finite]
+    cell_spread: dict[str, Spread]
+    fluctuation: dict[str, Spread]
+    left_over: dict[str, Spread]
+
+
+@dataclass(frozen=True, slots=True)
+class _Text:
+    """The fields of a NullDistribution, as JSON holds them, with the rules that its numbers must obey."""
+
+    noise: _Noise
+    scores: _Scale
+    threshold: Positive
+    cell_threshold: Positive
+    flights: Annotated[int, Field(ge=THRESHOLDS.null_flights_fewest)]
+    gust_levels: dict[str, _Measure]
+    channel_powers: dict[str, _Measure]
+    spectral_lines: dict[str, _Measure]
+
+
+def text_of(null: NullDistribution) -> str:
+    """Return a null distribution as JSON. Raises ValueError where a number in it is not finite."""
+    return json.dumps(asdict(null), default=np.ndarray.tolist, allow_nan=False)
+
+
+def read_distribution(text: str | bytes) -> NullDistribution:
+    """Return the null distribution of a text that `text_of` wrote.
+
+    Raises ValueError for any other text: cut, of another form, or with a number that learning cannot give (not
+    finite, a threshold or a deviation of zero).
+    """
+    checked = TypeAdapter(_Text).validate_json(text, strict=True)
+    return NullDistribution(
+        noise=_noise(checked.noise),
+        scores=ScoreScale(**_fields(checked.scores)),
+        threshold=checked.threshold,
+        cell_threshold=checked.cell_threshold,
+        flights=checked.flights,
+        gust_levels=_measures(checked.gust_levels),
+        channel_powers=_measures(checked.channel_powers),
+        spectral_lines=_measures(checked.spectral_lines),
+    )
+
+
+def _fields(checked: _Scale) -> dict[str, Any]:
+    return {f.name: getattr(checked, f.name) for f in fields(checked)}
+
+
+def _measures(checked: dict[str, _Measure]) -> dict[str, Measure]:
+    return {name: Measure(each.mean, each.deviation) for name, each in checked.items()}
+
+
+def _noise(checked: _Noise) -> NoiseModel:
+    count = len(checked.names)
+    rows = {
+        *(len(checked.coefficients), len(checked.deviations), len(checked.correlation)),
+        *map(len, checked.correlation),
+    }
+    if rows != {count} or len({len(row) for row in checked.coefficients}) != 1:
+        raise ValueError(f"the noise of {count} channels has arrays of other lengths")
+    arrays = (np.array(a) for a in (checked.coefficients, checked.deviations, checked.correlation))
+    return NoiseModel(checked.names, *arrays)

@@ -1,0 +1,383 @@
+"""Learn the null distribution from null flights: noise, scores, gusts, spectral lines, wander."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+from scipy.special import ndtri
+
+from pitotbench.estimation.noise import robust_deviation
+from pitotbench.reconciliation.equations import noise_residuals, scaled_to, whitened_equations
+from pitotbench.reconciliation.evidence import SMALLEST, Evidence, LogEvidence, significance, without_score
+from pitotbench.reconciliation.layout import Layout
+from pitotbench.reconciliation.noise import NoiseModel, autocovariance, learned
+from pitotbench.reconciliation.null_distribution import (
+    Measure,
+    NullDistribution,
+    ScoreScale,
+    cell_label,
+    measures_over,
+    size_label,
+)
+from pitotbench.reconciliation.renewal import placed_in_time
+from pitotbench.reconciliation.signatures import FITTED, columns_of, searched_shapes
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.records.calibration import Estimate
+from pitotbench.records.verdict import Candidate, Located
+from pitotbench.units import Array
+
+# The turbulence of a log against that of null flights: its level, and how long a gust lasts.
+# No mean shows it. It shows in how far and how long the residuals of the wind triangle wander: in their
+# autocovariance beyond the correlation of sensor noise, and in its decrease with time (MIL-F-8785C: a scale of
+# length over the airspeed).
+
+CHANNELS = ("airspeed_along", "airspeed_across", "airspeed_down")
+
+NEAR, FAR = 1, 6  # instants (0.5 s and 3 s): at lag 0 sensor noise adds to the gusts
+
+SMALLEST_AUTOCOVARIANCE = 1e-9  # m²/s², of an autocovariance whose logarithm is taken
+
+
+def gust_measures(layout: Layout) -> dict[str, float]:
+    """Return two logarithms: `level` of the gust deviation, `scale` of the ratio of far to near autocovariance."""
+    columns = [layout.residuals.names.index(n) for n in CHANNELS if n in layout.residuals.names]
+    covariance = autocovariance(noise_residuals(layout)[:, columns], layout.grid)
+    near, far = (
+        np.maximum(covariance[:, NEAR], SMALLEST_AUTOCOVARIANCE),
+        np.maximum(covariance[:, FAR], SMALLEST_AUTOCOVARIANCE),
+    )
+    return {"level": 0.5 * float(np.mean(np.log(near))), "scale": float(np.mean(np.log(far / near)))}
+
+
+def gusts_over(layouts: Sequence[Layout]) -> dict[str, Measure]:
+    """Return mean and deviation of the gust measures over null flights."""
+    return measures_over([gust_measures(layout) for layout in layouts], THRESHOLDS.gust_deviation_lowest)
+
+
+def turbulence_candidates(layout: Layout, null: Mapping[str, Measure]) -> tuple[Candidate, ...]:
+    """Return the level of turbulence as an explanation where it differs from that of the card.
+
+    None without null flights.
+    """
+    if not null:
+        return ()
+    level, on_null = gust_measures(layout)["level"], null["level"]
+    change = float(np.expm1(level - on_null.mean))
+    score = abs(on_null.standardized(level))
+    if score < THRESHOLDS.gust_level:
+        return ()
+    size = Estimate("change", max(change, -1.0), 2.0 * (1.0 + change) * on_null.deviation)
+    return (Candidate("turbulence_level", (size,), score, 1.0, change <= THRESHOLDS.gust_change_plausible),)
+
+
+# Errors with a period of their own: a line in the spectrum of a channel that null flights do not have.
+# An error that follows neither a phase of flight nor a variable does not change any mean, and beneath gusts it
+# adds little to the sum of squares. But all of it stands at one frequency (Schuster 1898, the periodogram). From
+# each channel its prediction by the others is subtracted, because gusts show in all of them and would hide the
+# line. Louder noise raises every frequency, so a line counts by its power over that of usual innovations.
+
+SMALLEST_POWER = 1e-12  # of a power whose logarithm is taken
+
+
+@dataclass(frozen=True, slots=True)
+class SpectralLine:
+    """The strongest line of a channel.
+
+    `power` is a sum of squares, `log_ratio` the logarithm of the power over the mean square of usual innovations,
+    and `period` is in s.
+    """
+
+    power: float
+    log_ratio: float
+    period: float
+
+
+def spectral_lines(layout: Layout, noise: NoiseModel) -> dict[str, SpectralLine]:
+    """Return the strongest line of each channel."""
+    innovations = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
+    white = noise.given_others(innovations)
+    power = 2.0 * np.abs(np.fft.rfft(white, axis=0)) ** 2 / len(white)
+    period = len(white) * layout.grid.step / np.maximum(np.arange(len(power)), 1)
+    power[: THRESHOLDS.line_periods] = 0.0
+    usual = robust_deviation(white[np.any(white != 0.0, axis=1)]) ** 2
+    strongest = power.argmax(axis=0)
+    lines = {}
+    for i, (name, k) in enumerate(zip(layout.residuals.names, strongest, strict=True)):
+        ratio = float(np.log((power[k, i] + SMALLEST_POWER) / (usual[i] + SMALLEST_POWER)))
+        lines[name] = SpectralLine(float(power[k, i]), ratio, float(period[k]))
+    return lines
+
+
+def lines_over(flights: Sequence[Mapping[str, SpectralLine]]) -> dict[str, Measure]:
+    """Return mean and deviation of the logarithm of each channel's strongest line over null flights."""
+    ratios = [{name: line.log_ratio for name, line in each.items()} for each in flights]
+    return measures_over(ratios, THRESHOLDS.line_deviation_lowest)
+
+
+def periodic_channels(layout: Layout, null: NullDistribution, explained: float) -> tuple[Located, ...]:
+    """Return the channels with a line that null flights do not have, the worst one first.
+
+    `explained` is the fall of the sum of squares by the named effects. A line counts if it is significant and is
+    more than a share of `explained` that an imperfect signature may leave.
+    """
+    lines, located = spectral_lines(layout, null.noise), []
+    for name, on_null in null.spectral_lines.items():
+        score = on_null.standardized(lines[name].log_ratio)
+        is_large = lines[name].power > THRESHOLDS.remaining_share * explained
+        if score > THRESHOLDS.remaining_line and is_large:
+            located.append(Located(name, "", f"a period of {lines[name].period:.0f} s", score))
+    return tuple(sorted(located, key=lambda place: -place.significance))
+
+
+# How far a channel wanders, against null flights: a gap that neither an effect nor a cell explains.
+# A gap that follows no variable, such as an error that comes and goes, does not change any mean. It shows only in
+# the sum of squares of its channel. Louder noise does not count, not even for a part of the flight: a wander is
+# more than the median of the innovations nearby tells.
+
+GUSTY = ("airspeed_along", "airspeed_across", "airspeed_down")  # in turbulence, gust_levels.py judges these
+
+
+def channel_powers(layout: Layout, noise: NoiseModel) -> dict[str, float]:
+    """Return the logarithm of the mean square innovation of each channel, each over its usual size nearby.
+
+    The usual size is the robust deviation of the instants nearby. Louder sensors, or an airplane that answers gusts
+    more, raise both.
+    """
+    innovations = noise.innovations(noise_residuals(layout), layout.grid, layout.residuals.slack)
+    used = innovations[np.any(innovations != 0.0, axis=1)]
+    least = THRESHOLDS.wander_nearby_lowest * robust_deviation(used)
+    stretches = np.array_split(used, max(1, len(used) // THRESHOLDS.wander_nearby))
+    sizes = [np.maximum(robust_deviation(part), least) for part in stretches]
+    squares = np.concatenate([p**2 / (s**2 + SMALLEST_POWER) for p, s in zip(stretches, sizes, strict=True)])
+    powers = np.log(np.mean(squares, axis=0) + SMALLEST_POWER)
+    return dict(zip(layout.residuals.names, powers.tolist(), strict=True))
+
+
+def powers_over(
+    flights: Sequence[Mapping[str, float]], instants: int, gusts: Mapping[str, Measure]
+) -> dict[str, Measure]:
+    """Return mean and deviation of the power of each channel over null flights of so many instants each.
+
+    No deviation is below that of white noise, or below that between flights of other days and pilots. In turbulence
+    the channels of the wind triangle are not included.
+    """
+    turbulent = gusts["level"].mean > np.log(THRESHOLDS.calm_gusts)
+    judged = [{n: v for n, v in each.items() if not (turbulent and n in GUSTY)} for each in flights]
+    lowest = max(float(np.sqrt(2.0 / instants)), THRESHOLDS.wander_deviation_lowest)
+    return measures_over(judged, lowest)
+
+
+def wandering_channels(
+    layout: Layout, before: Layout, null: NullDistribution, explained: float
+) -> tuple[Located, ...]:
+    """Return the channels that wander more than on null flights, the worst one first.
+
+    `layout` is the log without the named effects, `before` the log with them, and `explained` the fall of the sum
+    of squares by them. A channel counts if its surplus over null flights is significant, is more than a share of
+    `explained` that an imperfect signature may leave, and is more than half of its surplus before. With the last
+    rule a late velocity counts as explained, although its gusts, which no signature contains, are late as well.
+    """
+    powers, powers_before = channel_powers(layout, null.noise), channel_powers(before, null.noise)
+    located = []
+    for name, on_null in null.channel_powers.items():
+        score = on_null.standardized(powers[name])
+        surplus, surplus_before = (
+            float(np.exp(each[name]) - np.exp(on_null.mean)) for each in (powers, powers_before)
+        )
+        is_large = len(layout.grid) * surplus > THRESHOLDS.remaining_share * explained
+        is_new = surplus > THRESHOLDS.wander_share * surplus_before
+        if score > THRESHOLDS.remaining_wander and is_large and is_new:
+            located.append(Located(name, "", "", score))
+    return tuple(sorted(located, key=lambda place: -place.significance))
+
+
+# The wander that null flights have in the cells of a channel, beyond white noise, pooled over their cells.
+
+
+def wander_of(null: NullDistribution, channels: Sequence[str]) -> Mapping[str, float]:
+    """Return the mean of the squared scores of the cells of each channel on null flights, less 1.
+
+    Both the mean of the scores and their spread count, because a flight of another day, pilot, altitude or loading
+    has another mean than the null flights. A few flights determine one cell badly; all cells of a channel together
+    determine its wander. Without null flights every channel has a usual one.
+    """
+    if null.flights == 0:
+        return dict.fromkeys(channels, THRESHOLDS.wander_unknown)
+    return wander_of_scores(null.scores)
+
+
+def wander_of_scores(scores: ScoreScale) -> dict[str, float]:
+    """Return the same from the scores of null flights."""
+    squares: dict[str, list[float]] = {}
+    for label, mean in scores.cell_mean.items():
+        spread = scores.cell_spread[label]
+        squares.setdefault(label.split("|")[0], []).append(mean**2 + spread**2)
+    return {name: max(0.0, float(np.mean(values)) - 1.0) for name, values in squares.items()}
+
+
+# Learn the null distribution from null flights.
+
+MEAN_SCORE = 0.8  # mean absolute value of a standard normal number, √(2/π)
+
+EULER = 0.5772156649  # the Euler-Mascheroni constant
+
+Item = TypeVar("Item")
+
+Flight = tuple[Layout, NoiseModel]
+
+
+@dataclass(frozen=True, slots=True)
+class FlightScores:
+    """The scores of one flight: of the effects, signed ones of the cells, and of the sizes beside all cells."""
+
+    effects: Mapping[str, float]
+    cells: Mapping[str, float]
+    sizes: Mapping[str, float]
+
+    def largest_effect(self, scale: ScoreScale) -> float:
+        """The largest score of an effect on a scale."""
+        return max(scale.of_effect(name, score) for name, score in self.effects.items())
+
+    def largest_cell(self, scale: ScoreScale) -> float:
+        """The largest absolute score of a cell on a scale."""
+        return max(abs(scale.of_label(label, score)) for label, score in self.cells.items())
+
+
+Perform = Callable[[Callable[[Any], Any], Sequence[Any]], list[Any]]
+
+
+def learn_null_distribution(layouts: Sequence[Layout], each: Perform | None = None) -> NullDistribution:
+    """Learn from null flights. `each` does the work on every flight, by default one after the other.
+
+    Each flight is scored by the noise, means and spreads of the others, because the log to be judged has no part in
+    them either.
+    Raises ValueError for fewer flights than a spread needs.
+    """
+    if len(layouts) < THRESHOLDS.null_flights_fewest:
+        raise ValueError(
+            f"{len(layouts)} null flights are too few to set a threshold; "
+            f"fly at least {THRESHOLDS.null_flights_fewest}"
+        )
+    names = layouts[0].residuals.names
+    data = [(noise_residuals(each), each.grid, each.residuals.slack) for each in layouts]
+    noises = [learned(names, _all_but(data, i)) for i in range(len(layouts))]
+    flights = (each or _in_turn)(scores_of, list(zip(layouts, noises, strict=True)))
+    scales = [_scale_of(_all_but(flights, i)) for i in range(len(flights))]
+    scale = replace(_scale_of(flights), left_over=left_over(_evidence(layouts, noises, scales, each or _in_turn)))
+    largest = [flight.largest_effect(others) for flight, others in zip(flights, scales, strict=True)]
+    largest_cell = [flight.largest_cell(others) for flight, others in zip(flights, scales, strict=True)]
+    gusts = gusts_over(layouts)
+    powers = [channel_powers(layout, noise) for layout, noise in zip(layouts, noises, strict=True)]
+    return NullDistribution(
+        noise=learned(names, data),
+        scores=scale,
+        threshold=_threshold(largest, THRESHOLDS.effect_threshold_lowest),
+        cell_threshold=_threshold(largest_cell, _lowest_cell_threshold(len(scale.cell_mean), len(layouts))),
+        flights=len(layouts),
+        gust_levels=gusts,
+        channel_powers=powers_over(powers, min(len(each.grid) for each in layouts), gusts),
+        spectral_lines=lines_over([spectral_lines(*each) for each in zip(layouts, noises, strict=True)]),
+    )
+
+
+def _all_but(items: Sequence[Item], index: int) -> list[Item]:
+    return [*items[:index], *items[index + 1 :]]
+
+
+def _scale_of(flights: Sequence[FlightScores]) -> ScoreScale:
+    """The scale of scores that some flights show."""
+    names, labels = {n for f in flights for n in f.effects}, {c for f in flights for c in f.cells}
+    sizes = {n for f in flights for n in f.sizes}
+    effects = {n: np.array([f.effects.get(n, 0.0) for f in flights]) for n in names}
+    cells = {c: [f.cells.get(c, 0.0) for f in flights] for c in labels}
+    gain = {n: max(0.0, float(np.mean(v)) - MEAN_SCORE) if _is_searched(n) else 0.0 for n, v in effects.items()}
+    lowest = THRESHOLDS.score_deviation_lowest
+    return ScoreScale(
+        gain,
+        {n: max(lowest, float(np.sqrt(np.mean((v - gain[n]) ** 2)))) for n, v in effects.items()},
+        {c: float(np.mean(v)) for c, v in cells.items()},
+        {c: max(lowest, float(np.std(v))) for c, v in cells.items()},
+        {n: max(lowest, float(np.sqrt(np.mean(np.square([f.sizes.get(n, 0.0) for f in flights]))))) for n in sizes},
+    )
+
+
+def _evidence(
+    layouts: Sequence[Layout], noises: Sequence[NoiseModel], scales: Sequence[ScoreScale], each: Perform
+) -> list[tuple[tuple[str, ...], Evidence]]:
+    """The evidence of each flight for the sizes, with what the others show of wander and fluctuation eliminated."""
+    return each(evidence_of, list(zip(layouts, noises, scales, strict=True)))
+
+
+def evidence_of(flight: tuple[Layout, NoiseModel, ScoreScale]) -> tuple[tuple[str, ...], Evidence]:
+    """Return the labels of the sizes that are not searched for, and the evidence of one null flight for them."""
+    layout, noise, scale = flight
+    log = LogEvidence(layout, scaled_to(noise, layout), wander_of_scores(scale), scale)
+    kept = [i for i, s in enumerate(layout.signatures) if not _is_searched(s.effect)]
+    return tuple(log.labels[i] for i in kept), log.base.given((), (), kept)[0]
+
+
+def left_over(flights: Sequence[tuple[tuple[str, ...], Evidence]]) -> dict[str, float]:
+    """Return the sizes that null flights still seem to have, with the root mean square of their scores.
+
+    The largest comes first. It is eliminated before the next one is looked for, because one cause of such scores
+    gives them to all effects that are like it.
+    """
+    labels, found = flights[0][0], dict[str, float]()
+    each = [evidence for names, evidence in flights if names == labels]
+    for _ in range(THRESHOLDS.left_over_most):
+        powers = np.array([np.diag(e.inner)[:-1] for e in each])
+        scores = np.array([e.inner[:-1, -1] for e in each]) / np.sqrt(np.maximum(powers, SMALLEST))
+        square = np.where(powers.min(axis=0) > SMALLEST, np.mean(scores**2, axis=0), 0.0)
+        worst = int(np.argmax(square))
+        if labels[worst] in found or square[worst] <= THRESHOLDS.left_over_from**2:
+            break
+        found[labels[worst]] = float(np.sqrt(square[worst]))
+        each = [without_score(e, worst, found[labels[worst]]) for e in each]
+    return found
+
+
+def _in_turn(work: Callable[[Any], Any], flights: Sequence[Any]) -> list[Any]:
+    return [work(flight) for flight in flights]
+
+
+def scores_of(flight: Flight) -> FlightScores:
+    """Return the scores of all effects and cells of one null flight, with events where they fit best."""
+    layout, noise = flight[0], scaled_to(flight[1], flight[0])
+    layout = placed_in_time(layout, noise)
+    equations = whitened_equations(layout, noise)
+    effects = {
+        name: significance(equations.fit(columns)) for name, columns in columns_of(layout.signatures).items()
+    }
+    places = layout.places
+    every = [i for i, _ in places]
+    cells = {cell_label(cell): float(v) for (_, cell), v in zip(places, equations.scores(every), strict=True)}
+    beside = equations.scores(range(len(layout.signatures)), every)
+    sizes = {size_label(s.effect, s.parameter): float(v) for s, v in zip(layout.signatures, beside, strict=True)}
+    return FlightScores(effects, cells, sizes)
+
+
+def _is_searched(name: str) -> bool:
+    return bool(searched_shapes(FITTED[name]))
+
+
+def _lowest_cell_threshold(cells: int, flights: int) -> float:
+    """The value that the largest of independent scores exceeds on the share of false alarms (Šidák 1967).
+
+    It includes the error of means over so few flights.
+    """
+    return float(ndtri(1.0 - 0.5 * THRESHOLDS.false_alarms / cells) * np.sqrt(1.0 + 1.0 / flights))
+
+
+def _threshold(largest: Sequence[float] | Array, lowest: float) -> float:
+    """The value that the largest score exceeds on the share of false alarms.
+
+    Source: the distribution of extremes (Gumbel 1958), fitted by moments. The deviation is shrunk toward that of
+    other cards, because few flights determine it badly.
+    """
+    variance, n = float(np.var(largest, ddof=1)), len(largest)
+    prior, weight = THRESHOLDS.largest_score_deviation, THRESHOLDS.largest_score_weight
+    shrunk = ((n - 1) * variance + weight * prior**2) / (n - 1 + weight)
+    scale = float(np.sqrt(6.0 * shrunk)) / np.pi
+    mode = float(np.mean(largest)) - EULER * scale
+    return max(lowest, float(mode - scale * np.log(-np.log1p(-THRESHOLDS.false_alarms))))

@@ -1,0 +1,108 @@
+"""The patch: the named effects as entries of a case file; and the advice what to fly next."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from pitotbench.effects import FORMS, effect_of
+from pitotbench.records.verdict import Candidate
+
+# The patch: the named effects as entries of a case file, each size with its bound and its source.
+
+DIGITS = 5  # significant ones of a size: more than any bound needs
+
+Shapes = Mapping[str, Mapping[str, float]]  # by effect: the time of an event, and the like
+
+
+@dataclass(frozen=True, slots=True)
+class Patch:
+    """Effects with sizes, as entries of a case file; `entries` have the names of their forms.
+
+    `text` is TOML with the bounds and the source as comments.
+    """
+
+    entries: tuple[tuple[str, dict[str, float]], ...]
+    text: str
+
+
+def patch_of_effects(
+    effects: Sequence[Candidate],
+    source: str,
+    date: str,
+    shapes: Shapes | None = None,
+    others: Sequence[Sequence[Candidate]] = (),
+) -> Patch:
+    """Return the patch for some effects.
+
+    `source` names the log, `date` is the date of the patch, and `shapes` are those that were fitted. `others` hold,
+    for each effect, the effects that the log cannot separate from it; they stand in comments, ready to replace it.
+    Sizes outside the plausible range are set to its end. Shapes without an entry keep their typical value.
+    """
+    entries, lines = [], [f"# found in {source}", f"# {date}"]
+    for number, effect in enumerate(effects):
+        sizes = _sizes(effect) | _shapes(effect.name, shapes or {})
+        entries.append((effect.name, sizes))
+        lines += ["", *_entry(effect, sizes)]
+        for other in others[number] if number < len(others) else ():
+            alternative = _entry(other, _sizes(other))
+            lines += ["", "# the log does not tell it from:", *(f"# {line}".rstrip() for line in alternative)]
+    return Patch(tuple(entries), "\n".join(lines) + "\n")
+
+
+def name_in_case(name: str) -> str:
+    """Return the name of an effect in a case file; a form for a part of the flight goes by that of its effect."""
+    return effect_of(name).part_of or name
+
+
+def _entry(effect: Candidate, sizes: Mapping[str, float]) -> list[str]:
+    bounds = {size.name: size.two_sigma for size in effect.sizes}
+    lines = ["[[effects]]", f'name = "{name_in_case(effect.name)}"', "", "[effects.parameters]"]
+    for name, value in sizes.items():
+        lines.append(f"{name} = {value!r}" + (f"  # ± {bounds[name]:.2g} (2σ)" if name in bounds else ""))
+    return lines
+
+
+def _sizes(effect: Candidate) -> dict[str, float]:
+    """Return the sizes that were fitted; one that the log does not show and that a case must state is 0."""
+    parameters = effect_of(effect.name).parameters
+    limits = {p.name: (p.low, p.high) for p in parameters}
+    held = {s.name: min(max(s.value, limits[s.name][0]), limits[s.name][1]) for s in effect.sizes}
+    stated = {p.name: 0.0 for p in parameters if not (p.shape or p.may_be_missing)}
+    return stated | {name: _rounded(value) for name, value in held.items()}
+
+
+def _shapes(name: str, shapes: Shapes) -> dict[str, float]:
+    return {key: _rounded(value) for key, value in shapes.get(name, {}).items()}
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
+
+
+DIAGNOSTIC = "diagnostic (climb, descent, steady sideslips, turn, idle and back: 6 minutes)"
+
+
+def flights_to_fly(kind: str, groups: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """Return the sentences of advice for a verdict of a kind.
+
+    Each of `groups` holds the name of an effect that was found, then the names of those that fit equally well.
+    """
+    if kind == "no_gap":
+        return ("nothing to separate; the smallest sizes that would have shown are listed",)
+    if kind == "unknown":
+        return (
+            "repeat the maneuver: a gap that returns in the same channel and phase is the airplane's or the "
+            "system's, one that does not is the day's",
+        )
+    return tuple(_for_group(group) for group in groups)
+
+
+def _for_group(names: Sequence[str]) -> str:
+    """The advice for effects that fit equally well, or for a single one."""
+    shown_by = list(dict.fromkeys(str(FORMS[name].shows_in) for name in names))
+    if len(names) == 1:
+        return f"to sharpen {names[0]}: {shown_by[0]}"
+    listed = ", ".join(names)
+    if len(shown_by) == 1:
+        alike = f"{listed} act alike in any maneuver of this kind"
+        return f"{alike}; look at the airplane, or sharpen both by: {shown_by[0]}"
+    return f"to tell {listed} apart: fly {DIAGNOSTIC}; or " + "; or ".join(shown_by)

@@ -1,0 +1,214 @@
+"""The data of the pictures of a reconciliation: the gap by place, over time, and after each effect."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.signal import lfilter
+
+from pitotbench import air
+from pitotbench.reconciliation.equations import NormalEquations
+from pitotbench.reconciliation.free_parameters import curve_share
+from pitotbench.reconciliation.layout import Layout, flight_variables
+from pitotbench.reconciliation.naming import Naming
+from pitotbench.reconciliation.noise import NoiseModel
+from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.residuals import FAMILIES, UNITS
+from pitotbench.reconciliation.signatures import columns_of
+from pitotbench.records.gap import CalibrationChange, GapMap, Step, TellingChannel, Trace
+from pitotbench.units import Array, Seconds
+
+# The data of the pictures of a reconciliation: the gap by place, over time, and after each effect.
+
+
+def gap_map(naming: Naming, null: NullDistribution) -> GapMap:
+    """Return the places of the gap before and after the named effects, in σ beyond null flights."""
+    index, cells = zip(*naming.layout.places, strict=True)
+    channels = tuple(dict.fromkeys(cell.channel for cell in cells))
+    places = tuple(dict.fromkeys(cell.where for cell in cells))
+    tables = []
+    for given in ((), naming.fit.columns):
+        table = np.full((len(channels), len(places)), np.nan)
+        for cell, value in zip(cells, naming.equations.scores(index, given), strict=True):
+            table[channels.index(cell.channel), places.index(cell.where)] = null.scores.of_cell(cell, value)
+        tables.append(table)
+    return GapMap(channels, places, tables[0], tables[1], null.cell_threshold)
+
+
+def waterfall(naming: Naming) -> tuple[Step, ...]:
+    """Return the sum of squares that remains as the named effects are added one by one.
+
+    The sizes are those fitted together. The effect that removes most comes first. An effect of another flight that
+    this one cannot show is left out.
+    """
+    columns, sizes = list(naming.fit.columns), list(naming.fit.sizes)
+    of_effect = columns_of(naming.layout.signatures)
+    waiting, added = [name for name in naming.chosen if name in of_effect], list[int]()
+    steps = []
+    while waiting:
+        best = min(waiting, key=lambda n: _remaining(naming.equations, columns, sizes, [*added, *of_effect[n]]))
+        waiting.remove(best)
+        added += of_effect[best]
+        steps.append(Step(best, _remaining(naming.equations, columns, sizes, added)))
+    return tuple(steps)
+
+
+def _remaining(
+    equations: NormalEquations, columns: Sequence[int], sizes: Sequence[float], used: Sequence[int]
+) -> float:
+    """Sum of squares with some columns at their sizes and the others absent; the free parameters are fitted."""
+    at = [c for c in columns if c in used]
+    s = np.array([size for c, size in zip(columns, sizes, strict=True) if c in used])
+    inner = equations.inner
+    return float(inner[-1, -1] - 2.0 * s @ inner[at, -1] + s @ inner[np.ix_(at, at)] @ s)
+
+
+def traces(naming: Naming) -> tuple[Trace, ...]:
+    """Return every residual channel over time without free parameters, and the part that the effects explain."""
+    layout, columns = naming.layout, list(naming.fit.columns)
+    free = layout.free.columns @ naming.equations.free_sizes(columns)
+    explained = _sum([layout.signatures[c].column for c in columns], naming.fit.sizes, layout.residuals.values)
+    time = layout.track.time[layout.grid.rows]
+    gap, used = layout.residuals.values - free, layout.used
+    return tuple(
+        Trace(name, UNITS[name], time, gap[:, i], explained[:, i], used[:, i])
+        for i, name in enumerate(layout.residuals.names)
+    )
+
+
+def _sum(columns: Sequence[Array], sizes: Array, like: Array) -> Array:
+    total = np.zeros_like(like)
+    for column, size in zip(columns, sizes, strict=True):
+        total += column * size
+    return total
+
+
+# The data of the first picture of a reconciliation, and of its sentence on a calibration.
+
+AVERAGED = 4.0  # s: long enough to average the sensor noise, short enough for the phases of a maneuver
+
+MARKED = 0.75  # quantile of the size of the gap from which a place is marked
+
+RESPONSE = 400  # instants after which an autoregression has forgotten an innovation
+
+FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
+
+SPEEDS = 25  # airspeeds at which the correction is told
+
+TINY = 1e-30  # of a noise, so that it can be divided by
+
+DRAWN = ("airspeed", "bank", "altitude", "power")  # variables over which the gap is drawn
+
+
+def telling_channel(naming: Naming, null: NullDistribution, found: Sequence[Trace]) -> TellingChannel | None:
+    """Return the channel whose gap stands out most from its noise; None for a log without a gap.
+
+    `found` are the residual channels over time.
+    """
+    if naming.answer.kind == "no_gap" or not naming.located:
+        return None
+    layout = naming.layout
+    by_name = {trace.channel: trace for trace in found}
+    names = list(null.noise.names)
+    instants = max(1, round(AVERAGED / layout.grid.step))
+    noise = {n: deviation_of_mean(null.noise, names.index(n), instants) for n in by_name if n in names}
+    shown = {n: _level(by_name[n], instants, np.hypot(d, _slack(layout, n))) for n, d in noise.items()}
+    name = max(shown, key=lambda n: shown[n])
+    trace = by_name[name]
+    variable, values = _variable(naming, name)
+    what = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)
+    away = np.where(trace.used, np.abs(what), 0.0)
+    north, east = _ground_track(layout)
+    track = layout.track
+    return TellingChannel(
+        channel=name,
+        unit=trace.unit,
+        time=trace.time,
+        gap=trace.gap,
+        rest=trace.gap - trace.explained,
+        noise=noise[name],
+        averaged=AVERAGED,
+        variable=variable,
+        values=values,
+        north=north,
+        east=east,
+        marked=trace.used & (away >= np.quantile(away[trace.used], MARKED)),
+        used=trace.used,
+        mass=track["mass"][layout.grid.rows] if "mass" in track else None,
+    )
+
+
+def deviation_of_mean(noise: NoiseModel, channel: int, instants: int) -> float:
+    """Return the standard deviation of the mean over some instants of a channel's noise [the channel's unit].
+
+    The noise is the autoregression of the channel; its response to one innovation, summed over a window, gives the
+    variance of the mean.
+    """
+    impulse = np.zeros(RESPONSE)
+    impulse[0] = 1.0
+    response = lfilter([1.0], np.concatenate([[1.0], -noise.coefficients[channel]]), impulse)
+    mean = np.convolve(response, np.full(instants, 1.0 / instants))
+    return float(noise.deviations[channel] * np.sqrt(np.sum(mean**2)))
+
+
+def calibration_change(naming: Naming) -> CalibrationChange | None:
+    """Return what a calibration by the wind triangle makes of the named effects; None where nothing is named.
+
+    Wind and error curve are fitted by least squares to what the effects do to the along- and across-track airspeed.
+    What the curve takes of it is the error of a calibration that does not know the effects.
+    """
+    layout = naming.layout
+    if not naming.fit.columns:
+        return None
+    triangle = [layout.residuals.names.index(n) for n in FAMILIES["air data"][:2] if n in layout.residuals.names]
+    moved = sum(
+        layout.signatures[c].column[:, triangle] * size
+        for c, size in zip(naming.fit.columns, naming.fit.sizes, strict=True)
+    )
+    names = layout.free.names
+    wanted = [i for i, n in enumerate(names) if n.startswith(("curve ", "wind north", "wind east"))]
+    design = layout.free.columns[:, triangle][:, :, wanted].reshape(-1, len(wanted))
+    normal = design.T @ design + np.diag(1.0 / layout.free.deviations[wanted] ** 2)
+    sizes = np.linalg.solve(normal, design.T @ np.reshape(moved, -1))
+    of = {names[i]: float(size) for i, size in zip(wanted, sizes, strict=True)}
+    indicated = air.calibrated_airspeed(np.maximum(layout.track["impact_pressure"], 1.0))
+    low, high = np.percentile(indicated, FLOWN)
+    airspeed = np.linspace(float(low), float(high), SPEEDS)
+    pressure = air.impact_pressure(airspeed)
+    corrected = pressure * (1.0 + curve_share(pressure, of))
+    return CalibrationChange(airspeed, air.calibrated_airspeed(corrected) - airspeed)
+
+
+def _slack(layout: Layout, channel: str) -> Array:
+    """The deviation that adds to the noise of a channel where the model changes quickly, (n,)."""
+    return layout.residuals.slack[:, layout.residuals.names.index(channel)]
+
+
+def _level(trace: Trace, instants: int, noise: Array) -> float:
+    """Root mean square, in units of the noise (n,), of what is explained or else of the means of the gap."""
+    values = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)
+    return float(np.sqrt(np.mean((values / np.maximum(noise, TINY)) ** 2)))
+
+
+def _means(values: Array, instants: int) -> Array:
+    return np.convolve(values, np.full(instants, 1.0 / instants), mode="same")
+
+
+def _variable(naming: Naming, channel: str) -> tuple[str, Array]:
+    """The variable that the gap of a channel follows most, with its values at the instants in SI units."""
+    layout = naming.layout
+    values = {n: v for n, v in flight_variables(layout.scene.clean, layout.grid).items() if n in DRAWN}
+    places = [(i, cell) for i, cell in layout.places if cell.channel == channel and cell.variable in values]
+    found = naming.equations.scores([i for i, _ in places], ())
+    scores = {cell.variable: abs(float(score)) for (_, cell), score in zip(places, found, strict=True)}
+    best = max(scores, key=lambda n: scores[n], default="airspeed")
+    return best, values[best]
+
+
+def _ground_track(layout: Layout) -> tuple[Array, Array]:
+    """Position north and east of the start [m] at the instants, from the ground velocity."""
+    track, rows = layout.track, layout.grid.rows
+    seconds: Seconds = np.diff(track.time, prepend=track.time[0])
+    return (
+        np.cumsum(track["velocity_north"] * seconds)[rows],
+        np.cumsum(track["velocity_east"] * seconds)[rows],
+    )

@@ -1,0 +1,557 @@
+"""Renew signatures at the size and in the time that the log shows, and lay a log out with effects in the model."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.catalog import Catalog
+from pitotbench.channels import CHANNELS
+from pitotbench.effects import effect_of
+from pitotbench.effects.choice import FROM, TO
+from pitotbench.effects.effect import AircraftEffect, AirEffect, Effect, SensorEffect
+from pitotbench.effects.overlay import Overlay
+from pitotbench.effects.response import Signals
+from pitotbench.reconciliation.equations import equations_from, inner_products
+from pitotbench.reconciliation.evidence import merit
+from pitotbench.reconciliation.free_parameters import AnalysisSetting, free_parameters_of
+from pitotbench.reconciliation.layout import Layout, lay_out, mean_wind_of, with_aircraft, without_error_curve
+from pitotbench.reconciliation.noise import ORDER, NoiseModel
+from pitotbench.reconciliation.residuals import AircraftModel, ForceModel, Scene, channel_residuals, clean_track
+from pitotbench.reconciliation.signatures import (
+    COUNTED,
+    FITTED,
+    ONE_MODEL,
+    Signature,
+    acts_on_engines_alone,
+    columns_of,
+    happens_once,
+    moves_levers,
+    residual_change,
+    searched_shapes,
+)
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.reconciliation.track import Track, adds_forces, answer, motion_of
+from pitotbench.records.aircraft import Motion, Reaction, UnitForces
+from pitotbench.records.log import FlightLog
+from pitotbench.units import Array, Seconds
+
+# Renew signatures at the size that was fitted, and at the time when the effect happened.
+
+EVENT_TRIALS = 14  # times over the log at which an event is tried first: one every 10 to 30 s
+
+TRIAL_FACTORS = np.array([0.6, 0.8, 1.2, 1.4])  # times the typical value of a shape that is not a time
+
+HALVINGS = 3  # of the steps around the best shape
+
+LINEAR_WITHIN = {
+    "sensors": 0.1,
+    "air": 0.1,
+    "aircraft": 0.6,
+}  # change of a size, as a share, without a new signature
+
+SMALLEST = 0.05  # of the typical size; signatures of smaller sizes would be differences of rounded numbers
+
+UNDOINGS = 2  # rounds of taking effects out of a track: what they add depends on the track without them
+
+Shapes = dict[str, float]
+
+Entries = Mapping[str, Mapping[str, float]]  # effects with their sizes and shapes
+
+
+def at_sizes(layout: Layout, sizes: Mapping[tuple[str, str], float], shapes: Entries | None = None) -> Layout:
+    """Return the layout with signatures renewed at fitted sizes, keyed by effect and parameter.
+
+    Sizes outside the plausible range are taken at its end. `shapes` holds the shapes by effect, where they are not
+    those of the signatures.
+    """
+    signatures = list(layout.signatures)
+    for i, old in enumerate(signatures):
+        if (old.effect, old.parameter) in sizes:
+            own = (shapes or {}).get(old.effect, old.shapes)
+            signatures[i] = _renewed(layout.scene, old, sizes[old.effect, old.parameter], own)
+    if all(new is old for new, old in zip(signatures, layout.signatures, strict=True)):
+        return layout
+    return replace(layout, signatures=tuple(signatures))
+
+
+def without_sensor_effects(original: Layout, entries: Entries) -> Layout:
+    """Return the layout around the log without some effects on the sensors, at sizes that were fitted.
+
+    The effects are taken out of the channels of the log, with the error curve that they feigned, and the model is
+    moved along the corrected track. So its answer is exact there: no slope tells that a propeller meets its stop
+    a second later. Signatures, free parameters and residuals are those of the corrected log. The change that the
+    effects make is added to the residuals again, so that the sizes to be fitted stay whole sizes.
+    `original` is the layout before any effect was taken out, but with those that are in the model. Effects that are
+    not on the sensors change nothing.
+    """
+    corrected = with_corrected_track(original, entries)
+    if corrected is original:
+        return original
+    values = corrected.residuals.values + sensor_change(corrected.scene, entries)
+    return replace(corrected, track=original.track, residuals=replace(corrected.residuals, values=values))
+
+
+def with_corrected_track(original: Layout, entries: Entries) -> Layout:
+    """Return the layout of the log from whose channels some effects on the sensors were taken out.
+
+    Effects that are not on the sensors change nothing.
+    """
+    if not any(isinstance(effect_of(name), SensorEffect) and sizes for name, sizes in entries.items()):
+        return original
+    old = original.scene
+    track, clean, curves = original.track, old.clean, original.curves
+    for _ in range(UNDOINGS):
+        shift = _shift(clean, entries)
+        undone = {name: original.track[name] - moved for name, moved in shift.items()}
+        bare = original.track.replaced(undone)
+        track, further = without_error_curve(bare, original.measured, original.setting)
+        curves = (*original.curves, *further)
+        clean = clean_track(track, mean_wind_of(track, original.measured))
+    scene = replace(old, clean=clean, force_model=_moved_along(track, old.force_model))
+    scene = replace(scene, base=channel_residuals(clean, scene.grid, scene.frame, scene.replay))
+    values = scene.residuals_of(track).values - original.subtracted
+    free = free_parameters_of(scene, original.setting, original.shapes)
+    return replace(
+        original,
+        track=track,
+        scene=scene,
+        residuals=replace(original.residuals, values=values),
+        free=free.with_columns(original.free.beyond(free.names)),
+        signatures=tuple(_from_scene(scene, s) for s in original.signatures),
+        curves=curves,
+    )
+
+
+def sensor_change(scene: Scene, entries: Entries) -> Array:
+    """Return the change of the residuals by effects on the sensors together, (n, c); other effects do not count."""
+    clean = scene.clean
+    return scene.change_by(clean.replaced({n: clean[n] + moved for n, moved in _shift(clean, entries).items()}))
+
+
+def _shift(clean: Track, entries: Entries) -> dict[str, Array]:
+    """What effects on the sensors, one after the other, add to each channel of a clean track that they change.
+
+    Effects that need a channel which the track lacks do not act.
+    """
+    signals = Signals(clean.time, clean.channels)
+    for name, sizes in entries.items():
+        effect = effect_of(name)
+        if isinstance(effect, SensorEffect) and all(n in signals for n in (*effect.needs, *effect.changes)):
+            signals = effect.apply(signals, sizes)
+    changed = [name for name in signals if signals[name] is not clean[name]]
+    turns = 2.0 * np.pi  # an angle that starts again at a full turn has not moved by one
+    return {
+        n: np.mod(signals[n] - clean[n] + np.pi, turns) - np.pi if CHANNELS[n].wraps else signals[n] - clean[n]
+        for n in changed
+    }
+
+
+def _moved_along(track: Track, model: ForceModel | None) -> ForceModel | None:
+    """The force model with its answer along another track; its slopes are those of the log."""
+    if model is None:
+        return None
+    react, old = model.aircraft.react, model.replay
+    motion = motion_of(track, old.rows)
+    values = answer(lambda states: react(states, Overlay(), True), motion)
+    return replace(model, replay=replace(old, motion=motion, values=values))
+
+
+def _from_scene(scene: Scene, old: Signature) -> Signature:
+    """The signature from another clean track, which changes effects on the sensors only."""
+    effect = FITTED[old.effect]
+    if not isinstance(effect, SensorEffect):
+        return old
+    moved = residual_change(effect, scene, effect.complete({**old.shapes, old.parameter: old.size}))
+    return old if moved is None else replace(old, column=moved / old.size)
+
+
+def _renewed(scene: Scene, old: Signature, size: float, shapes: Mapping[str, float]) -> Signature:
+    effect = FITTED[old.effect]
+    parameter = effect.parameter(old.parameter)
+    least = SMALLEST * abs(parameter.typical)
+    size = float(np.clip(size, parameter.low, parameter.high))
+    size = float(np.copysign(max(abs(size), least), size))
+    near = abs(size - old.size) < max(least, LINEAR_WITHIN[effect.acts_on] * abs(old.size))
+    if near and shapes == old.shapes:
+        return old
+    moved = residual_change(effect, scene, effect.complete({**shapes, old.parameter: size}))
+    if moved is None or not np.any(moved):
+        return old if shapes == old.shapes else replace(old, column=np.zeros_like(old.column), shapes=dict(shapes))
+    return replace(old, size=size, column=moved / size, shapes=dict(shapes))
+
+
+def placed_in_time(layout: Layout, noise: NoiseModel) -> Layout:
+    """Return the layout with every effect that has shapes (a time, a damping) at the best-fitting ones."""
+    signatures, trials = list(layout.signatures), Trials(layout, noise)
+    for effect in FITTED.values():
+        columns = [i for i, s in enumerate(signatures) if s.effect == effect.name]
+        if columns and searched_shapes(effect):
+            best = _search(trials, effect, [signatures[i] for i in columns])
+            for i, renewed in zip(columns, best, strict=True):
+                signatures[i] = renewed
+    return replace(layout, signatures=tuple(signatures))
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """An effect at some shapes: its signatures and their merit."""
+
+    shapes: Shapes
+    signatures: list[Signature]
+    merit: float
+
+
+def _search(trials: "Trials", effect: Effect, start: Sequence[Signature]) -> list[Signature]:
+    """Search the shapes of an effect: the first one in coarse steps, then all in halved steps around the best.
+
+    A first shape that is a time is tried over the whole log.
+    """
+    shapes = searched_shapes(effect)
+    first = shapes[0]
+    best = trials.at(effect, start, {p.name: p.typical for p in shapes})
+    steps = {p.name: p.typical for p in shapes}
+    if first.name.endswith("_s"):
+        time = trials.time
+        ladder = np.linspace(time[0], time[-1], EVENT_TRIALS + 2)[1:-1]
+    else:
+        ladder = np.clip(first.typical * TRIAL_FACTORS, first.low, first.high)
+    steps[first.name] = float(ladder[1] - ladder[0])
+    candidates = [{**best.shapes, first.name: float(t)} for t in ladder]
+    for _ in range(HALVINGS + 1):
+        for candidate in candidates:
+            trial = trials.at(effect, start, candidate)
+            best = trial if trial.merit > best.merit else best
+        steps = {name: 0.5 * step for name, step in steps.items()}
+        candidates = [
+            {**best.shapes, p.name: float(np.clip(best.shapes[p.name] + sign * steps[p.name], p.low, p.high))}
+            for p in shapes
+            for sign in (-1.0, 1.0)
+        ]
+    return best.signatures
+
+
+def _with_shapes(scene: Scene, effect: Effect, old: Signature, shapes: Shapes) -> Signature:
+    moved = residual_change(effect, scene, effect.complete({**shapes, old.parameter: old.size}))
+    column = np.zeros_like(old.column) if moved is None else moved / old.size
+    return replace(old, column=column, shapes=dict(shapes))
+
+
+class Trials:
+    """The merit of signatures that are not in the layout, which is whitened and fitted once."""
+
+    def __init__(self, layout: Layout, noise: NoiseModel) -> None:
+        self._layout = layout
+        self._whiten = noise.whitener(layout.grid, layout.residuals.slack)
+        residual = self._whiten(layout.residuals.values)
+        self._known = np.concatenate([self._whiten(layout.free.columns), residual[:, :, None]], axis=2)
+        self._products = inner_products(self._known, residual, blocks=1)[0, :-1, :-1]
+
+    @property
+    def time(self) -> Seconds:
+        """Time of the instants from the start of the log [s], (n,)."""
+        return np.asarray(self._layout.track.time[self._layout.grid.rows] - self._layout.track.time[0])
+
+    def at(self, effect: Effect, start: Sequence[Signature], shapes: Shapes) -> Trial:
+        """Return an effect at some shapes."""
+        signatures = [_with_shapes(self._layout.scene, effect, s, shapes) for s in start]
+        return Trial(shapes, signatures, self._merit([s.column for s in signatures]))
+
+    def _merit(self, columns: Sequence[Array]) -> float:
+        new = self._whiten(np.stack(columns, axis=2)).reshape(-1, len(columns))
+        across = self._known.reshape(len(new), -1).T @ new
+        free, k = self._layout.free, len(columns)
+        first = len(free.names)  # of the new columns, which stand between the free parameters and the residual
+        order = [*range(first), *range(first + 1, first + 1 + k), first]
+        products = np.block([[self._products, across], [across.T, new.T @ new]])[np.ix_(order, order)]
+        return merit(equations_from(products[None], first, free.deviations).fit(range(k)))
+
+
+# Lay a log out again with the named effects in the model.
+
+NO_EFFECTS: Catalog[Effect] = Catalog("effect", {})
+
+
+def with_effects(layout: Layout, aircraft: AircraftModel | None, entries: Entries) -> Layout:
+    """Return the layout of a log once effects are in the model; `layout` is that of the log without them.
+
+    Effects of the aircraft go on the force meter; those of the sensors and the air are subtracted from the
+    residuals. Effects that are counted and not fitted stay in the log.
+    """
+    fitted = {n: s for n, s in entries.items() if n not in COUNTED}
+    overlays = {n: force_meter_overlay(aircraft, n, s) for n, s in fitted.items()}
+    not_on_model = {n: s for n, s in fitted.items() if overlays[n] is None}
+    patch = [overlay for overlay in overlays.values() if overlay is not None]
+    if aircraft is not None and patch:
+        kept = _unmoved(layout, patch)
+        layout = with_aircraft(layout, patched_aircraft(aircraft, reduce(add, patch)), kept)
+    sizes = {
+        (name, p.name): float(given[p.name])
+        for name, given in fitted.items()
+        for p in effect_of(name).parameters
+        if not p.shape and p.name in given
+    }
+    return replace(without_effects(layout, not_on_model), in_model=sizes)
+
+
+def lay_out_with(
+    log: FlightLog, aircraft: AircraftModel | None, setting: AnalysisSetting, entries: Entries
+) -> Layout:
+    """Return another log laid out with effects in the model, without any hypothesis.
+
+    Raises BadInputError for a log that cannot be compared.
+    """
+    fitted = {n: s for n, s in entries.items() if n not in COUNTED}
+    overlays = {n: force_meter_overlay(aircraft, n, s) for n, s in fitted.items()}
+    patch = [overlay for overlay in overlays.values() if overlay is not None]
+    if aircraft is not None and patch:
+        aircraft = patched_aircraft(aircraft, reduce(add, patch))
+    layout = lay_out(log, aircraft, setting, NO_EFFECTS)
+    return without_effects(layout, {n: s for n, s in fitted.items() if overlays[n] is None})
+
+
+def _unmoved(layout: Layout, patch: Sequence[Overlay]) -> dict[Overlay, Array]:
+    """The changes that a patch does not move: those by the engines, where the patch only adds forces."""
+    if layout.scene.force_model is None or not all(adds_forces(overlay) for overlay in patch):
+        return {}
+    kept = layout.scene.force_model.kept
+    return {overlay: change for overlay, change in kept.items() if acts_on_engines_alone(overlay)}
+
+
+def patched_aircraft(aircraft: AircraftModel, patch: Overlay) -> AircraftModel:
+    """Return the aircraft with an overlay on it."""
+    react, unit_forces = aircraft.react, aircraft.unit_forces
+
+    def with_patch(motion: Motion, overlay: Overlay, *engines: Any) -> Reaction:
+        return react(motion, patch + overlay, *engines)
+
+    def units_with_patch(motion: Motion, overlay: Overlay, paths: frozenset[str]) -> UnitForces:
+        return unit_forces(motion, patch + overlay, paths)
+
+    return replace(aircraft, react=with_patch, unit_forces=units_with_patch)
+
+
+def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mapping[str, float]) -> Overlay | None:
+    """Return the overlay that an effect puts on the force meter.
+
+    None for effects of the sensors and the air, for those of a part of the flight, because the force meter knows no
+    time, and for a lever that does not stand where its throttle plate does: the log holds the plates.
+    """
+    effect = effect_of(name)
+    if (
+        aircraft is None
+        or not isinstance(effect, AircraftEffect)
+        or isinstance(effect, AirEffect)
+        or effect.part_of
+    ):
+        return None
+    overlay = effect.overlay(sizes, aircraft.baseline)
+    return None if moves_levers(overlay) else overlay
+
+
+def without_effects(layout: Layout, entries: Entries) -> Layout:
+    """Return a layout without some effects: those on the sensors are taken out of its track, together.
+
+    The changes by others are subtracted from the residuals, and stay so when a later look moves the track.
+    """
+    layout = with_corrected_track(layout, entries)
+    changes = layout.scene.blank()
+    for name, sizes in entries.items():
+        effect = effect_of(name)
+        if not isinstance(effect, SensorEffect):
+            change = residual_change(effect, layout.scene, effect.complete(sizes))
+            changes = changes if change is None else changes + change
+    return replace(
+        layout,
+        residuals=replace(layout.residuals, values=layout.residuals.values - changes),
+        subtracted=layout.subtracted + changes,
+    )
+
+
+# Look for effects that act for a part of the flight: where in a log does each of them begin, and end?
+# Every effect is fitted from each of some times on and between each two of them. Only an effect that so explains
+# more than every effect does over the whole flight becomes a hypothesis; its times are then refined.
+
+APART = 10.0  # s between the times that are tried; the whitening looks back by 6 s
+
+MOST_TIMES = 30  # of them: pairs grow with the square
+
+WIDEST = 4.0  # typical sizes: the widest prior deviation of a size
+
+PROMISING = 3  # effects that become hypotheses
+
+LEAST_GAIN = 100.0  # fall of the SS; the wander of null flights gives the best of all times up to 60
+
+# They have a law of time of their own: a drift for a part of the flight jumps at its ends, as no drift does.
+DRIFTS = ("clock_drift", "time_drift", "temperature_drift", "wind_drift")
+
+# Mounting, rigging and calibration of instruments: these are the same from the first sample to the last.
+SET_ON_GROUND = (
+    "alpha_vane_calibration", "antenna_lever_arm", "compass_deviation", "gps_velocity_scale",
+    "inertial_unit_misalignment", "manifold_pressure_scale", "quadrantal_deviation", "sideslip_vane_calibration",
+    "static_pressure_scale", "throttle_pickup", "throttle_rigging",
+)  # fmt: skip
+
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class _Stretch:
+    """The best part of the flight for one form of an effect, and the fall of the sum of squares."""
+
+    form: Effect
+    shapes: Shapes
+    gain: float
+
+
+def with_parts_of_flight(layout: Layout, noise: NoiseModel) -> Layout:
+    """Return the layout with the signatures of promising effects that act for a part of the flight."""
+    found = _promising(layout, noise)
+    if not found:
+        return layout
+    trials, added = Trials(layout, noise), list[Signature]()
+    for each in found:
+        start = [replace(s, effect=each.form.name) for s in layout.signatures if s.effect == each.form.part_of]
+        added += _refined(trials, each, start)
+    return replace(layout, signatures=(*layout.signatures, *added))
+
+
+def _refined(trials: Trials, found: _Stretch, start: Sequence[Signature]) -> list[Signature]:
+    """The signatures of a form at its best times, in halved steps around those found."""
+    best, step = trials.at(found.form, start, found.shapes), 0.5 * APART
+    for _ in range(HALVINGS):
+        for name in found.shapes:
+            for moved in (best.shapes[name] - step, best.shapes[name] + step):
+                shapes = {**best.shapes, name: max(0.0, moved)}
+                if shapes.get(TO.name, np.inf) > shapes[FROM.name] + step:
+                    trial = trials.at(found.form, start, shapes)
+                    best = trial if trial.merit > best.merit else best
+        step *= 0.5
+    return best.signatures
+
+
+def _promising(layout: Layout, noise: NoiseModel) -> list[_Stretch]:
+    """The best forms for a part of the flight, of the effects that explain most."""
+    scan = _Scan(layout, noise)
+    columns = columns_of(layout.signatures)
+    whole = {name: scan.whole(own) for name, own in columns.items()}
+    least = max(
+        LEAST_GAIN, max(gain - THRESHOLDS.free_size_penalty * (len(columns[n]) - 1) for n, gain in whole.items())
+    )
+    found = [
+        each for name in columns if _may_be_timed(name) for each in scan.stretches(name, columns[name], whole[name])
+    ]
+    best = sorted((s for s in found if s.gain > least), key=lambda s: -s.gain)
+    effects = list(dict.fromkeys(s.form.part_of for s in best))[:PROMISING]
+    return [s for s in best if s.form.part_of in effects]
+
+
+def _may_be_timed(name: str) -> bool:
+    """Whether an effect is looked for in parts of the flight: the plain form of a cause without own times.
+
+    What a workshop sets does not change in the air.
+    """
+    plain = not FITTED[name].variant_of and name not in (*ONE_MODEL, *DRIFTS, *SET_ON_GROUND)
+    return plain and not happens_once(name) and f"{name}_for_a_time" in FITTED
+
+
+class _Scan:
+    """Inner products of every signature from each of some times on, with the free parameters eliminated.
+
+    A signature that begins at an instant is whitened like any other: from `ORDER` instants later on it is that of
+    the whole flight.
+    """
+
+    def __init__(self, layout: Layout, noise: NoiseModel) -> None:
+        grid, slack, free = layout.grid, layout.residuals.slack, layout.free
+        values = np.stack([s.column for s in layout.signatures], axis=2)
+        whiten = noise.whitener(grid, slack)
+        known = np.concatenate([whiten(free.columns), whiten(layout.residuals.values)[:, :, None]], axis=2)
+        columns = whiten(values)
+        time = layout.track.time[grid.rows] - layout.track.time[0]
+        apart = max(APART, (ORDER + 2) * grid.step)  # with a fix a second the whitening looks back by 12 s
+        count = int(np.clip((time[-1] - time[0]) / apart, 2, MOST_TIMES))
+        starts = np.searchsorted(time, time[0] + (time[-1] - time[0]) * np.arange(1, count) / count)
+        self.starts: Indices = starts[np.diff(starts, append=len(time)) > ORDER]
+        self.times: Seconds = time[self.starts]
+        every = np.concatenate([known, columns], axis=2)
+        k, s = known.shape[2] - 1, columns.shape[2]
+        across, own = np.zeros((len(self.starts) + 1, s, k + 1 + s)), np.zeros((len(self.starts) + 1, s, s))
+        later, end = np.zeros((s, k + 1 + s)), len(time)
+        for i in range(len(self.starts) - 1, -1, -1):
+            begin = int(self.starts[i])
+            near = slice(max(0, begin - ORDER - 1), min(len(time), begin + ORDER))
+            part = values[near].copy()
+            part[: begin - near.start] = 0.0
+            there = replace(grid, rows=grid.rows[near], first=grid.first[near], _kept=[])
+            first = noise.whiten(part, there, slack[near])[begin - near.start :]
+            later = later + _product(columns[near.stop : end], every[near.stop : end])
+            end = near.stop
+            across[i + 1] = later + _product(first, every[begin : near.stop])
+            own[i + 1] = later[:, k + 1 :] + _product(first, first)
+        across[0] = _product(columns, every)
+        own[0] = across[0][:, k + 1 :]
+        free_products = _product(known, known)
+        normal = free_products[:k, :k] + np.diag(free.deviations**-2.0)
+        scale = 1.0 / np.sqrt(np.diag(normal))
+        inverse = np.linalg.pinv(normal * np.outer(scale, scale), rcond=1e-12, hermitian=True) * np.outer(
+            scale, scale
+        )
+        self._with_free, self._with_residual = (
+            across[:, :, :k],
+            across[:, :, k] - across[:, :, :k] @ (inverse @ free_products[:k, k]),
+        )
+        self._with_whole, self._own, self._inverse = across[:, :, k + 1 :], own, inverse
+        self._widest = WIDEST * np.array(
+            [abs(FITTED[s.effect].parameter(s.parameter).typical) for s in layout.signatures]
+        )
+
+    def whole(self, columns: Sequence[int]) -> float:
+        """The fall of the sum of squares by an effect over the whole flight."""
+        return float(self._gains(columns, np.zeros(1, dtype=np.intp), None)[0])
+
+    def stretches(self, name: str, columns: Sequence[int], whole: float) -> Iterator[_Stretch]:
+        """The best form of an effect from a time on and the best between two times, where they are worth it.
+
+        What the flight shows without the effect has to contradict it as another flight would have to.
+        """
+        if not len(self.starts):
+            return
+        least = whole + THRESHOLDS.contradicted_from**2
+        starts = np.arange(1, len(self.starts) + 1)
+        on = self._gains(columns, starts, None)
+        best = int(np.argmax(on))
+        if on[best] > least:
+            yield _Stretch(FITTED[f"{name}_from_a_time"], {FROM.name: float(self.times[best])}, float(on[best]))
+        begins, ends = np.triu_indices(len(self.starts) + 1, 1)
+        between = self._gains(columns, begins, ends)
+        last = int(np.argmax(between))
+        if between[last] > max(least, on[best] + THRESHOLDS.free_size_penalty):
+            times = np.concatenate([[0.0], self.times])
+            shapes = {FROM.name: float(times[begins[last]]), TO.name: float(times[ends[last]])}
+            yield _Stretch(FITTED[f"{name}_for_a_time"], shapes, float(between[last]))
+
+    def _gains(self, columns: Sequence[int], begins: Indices, ends: Indices | None) -> Array:
+        """The falls of the sum of squares by columns from some starts on, or between starts and ends, (w,)."""
+        own = list(columns)
+        # The columns first: a few of some hundred, where pairs of times are many.
+        with_free, with_residual = self._with_free[:, own], self._with_residual[:, own]
+        inner_own = self._own[:, own][:, :, own]
+        free, right, inner = with_free[begins], with_residual[begins], inner_own[begins]
+        if ends is not None:
+            free, right = free - with_free[ends], right - with_residual[ends]
+            shared = self._with_whole[:, own][:, :, own][ends]
+            inner = inner + inner_own[ends] - shared - shared.transpose(0, 2, 1)
+        reproduced = (free.reshape(-1, free.shape[2]) @ self._inverse).reshape(free.shape)
+        normal = inner - reproduced @ free.transpose(0, 2, 1)
+        normal = normal + np.diag(self._widest[own] ** -2.0)
+        return np.asarray(np.sum(right * np.linalg.solve(normal, right[:, :, None])[:, :, 0], axis=1))
+
+
+def _product(one: Array, other: Array) -> Array:
+    """Inner products of columns over all instants and channels: (n, c, i) and (n, c, j) to (i, j)."""
+    return np.asarray(one.reshape(-1, one.shape[2]).T @ other.reshape(-1, other.shape[2]))

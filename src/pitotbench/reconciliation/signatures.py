@@ -1,0 +1,282 @@
+"""Turn every effect of the table into a hypothesis, with a signature: the change of the residuals by the effect."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import singledispatch
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.catalog import Catalog
+from pitotbench.effects import EFFECTS, FORMS
+from pitotbench.effects.choice import FROM, TO, share_of_size
+from pitotbench.effects.effect import AircraftEffect, AirEffect, Effect, Parameter, SensorEffect
+from pitotbench.effects.overlay import Baseline, Overlay
+from pitotbench.effects.response import Signals
+from pitotbench.reconciliation.free_parameters import residuals_of_wind
+from pitotbench.reconciliation.residuals import Scene, change_by_answer
+from pitotbench.reconciliation.track import (
+    COARSE,
+    Track,
+    added_forces,
+    adds_forces,
+    mach_number,
+    motion_of,
+    replay_rows,
+    spread,
+)
+from pitotbench.units import Array
+
+# Turn every effect of the table into a hypothesis, with a signature: the change of the residuals by the effect.
+# A signature is the residuals with the effect less those without it, computed by the effect's code itself. An
+# effect on the sensors acts on the clean track, an effect in the air adds its wind, and an effect on the aircraft
+# changes the reaction of the force meter.
+
+OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths do not change an engine
+
+THROTTLES = frozenset(("throttle_left", "throttle_right"))
+
+THROTTLE_BIAS = {"ap/throttle-bias-left-norm": 1.0, "ap/throttle-bias-right-norm": -1.0}
+
+NO_AIRCRAFT = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data of an aircraft
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """The change of the residuals by one unit of a parameter, `column` (n, c).
+
+    It is the change by `size` units, divided by `size`, because effects are not quite linear. `shapes` holds the
+    shapes of the effect that are not typical.
+    """
+
+    effect: str
+    parameter: str
+    size: float
+    column: Array
+    shapes: Mapping[str, float] = field(default_factory=dict)
+
+
+def times_of(signature: Signature) -> tuple[tuple[str, float], ...]:
+    """Return the fitted begin and end of an effect for a part of the flight [s], by name; () for any other."""
+    return tuple(
+        (p.name, signature.shapes[p.name])
+        for p in (FROM, TO)
+        if FORMS[signature.effect].part_of and p.name in signature.shapes
+    )
+
+
+def signatures_of(scene: Scene, effects: Catalog[Effect]) -> tuple[Signature, ...]:
+    """Return a signature for each size parameter of each effect that this log can show."""
+    return tuple(s for effect in effects.values() for s in _of_effect(scene, effect))
+
+
+def columns_of(signatures: Sequence[Signature]) -> Mapping[str, tuple[int, ...]]:
+    """Return the columns of the normal equations that belong to each effect."""
+    columns: dict[str, tuple[int, ...]] = {}
+    for index, signature in enumerate(signatures):
+        columns[signature.effect] = (*columns.get(signature.effect, ()), index)
+    return columns
+
+
+def _of_effect(scene: Scene, effect: Effect) -> Iterator[Signature]:
+    for parameter in effect.parameters:
+        if not parameter.shape:
+            signature = signature_of(scene, effect, parameter.name, parameter.typical)
+            if signature is not None:
+                yield signature
+
+
+def signature_of(scene: Scene, effect: Effect, parameter: str, size: float) -> Signature | None:
+    """Return the signature of one parameter at a size, with the other sizes zero and the shapes typical.
+
+    None where this log cannot show it: a channel that it changes is missing, or no residual changes.
+    """
+    moved = residual_change(effect, scene, effect.complete({parameter: size}))
+    if moved is None or not np.any(np.abs(moved) > 0.0):
+        return None
+    return Signature(effect.name, parameter, size, moved / size)
+
+
+@singledispatch
+def residual_change(effect: Effect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+    """Return the change of the residuals by an effect of these sizes, (n, c).
+
+    None where the log cannot show it, or the aircraft lacks the part that it changes.
+
+    Each class of effects registers how it acts on a scene.
+    """
+    return None
+
+
+@residual_change.register
+def _sensor_change(effect: SensorEffect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+    """The change by an effect on the sensors, which acts on the clean track."""
+    clean = scene.clean
+    if not all(name in clean for name in (*effect.needs, *effect.changes)):
+        return None
+    applied = effect.apply(Signals(clean.time, clean.channels), sizes)
+    changed = {name: applied[name] for name in applied if applied[name] is not clean.channels.get(name)}
+    moved = scene.change_by(clean.replaced(changed))
+    return moved + _by_throttles(scene, clean.replaced(changed)) if THROTTLES & changed.keys() else moved
+
+
+def _by_throttles(scene: Scene, track: Track) -> Array:
+    """The change by other recorded throttles, on which the engines of the force meter run."""
+    model = scene.force_model
+    if model is None:
+        return scene.blank()
+    rows = replay_rows(scene.clean, COARSE)
+    added = spread(model.replay.rows, rows, model.moved_by(motion_of(track, rows)))
+    return change_by_answer(scene.base.names, scene.clean, scene.grid, model.replay.rows, added)
+
+
+@residual_change.register
+def _air_change(effect: AirEffect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+    """The change by an effect in the air: its wind, or its temperature."""
+    if effect.wind is not None:
+        wind = effect.wind(Signals(scene.clean.time, scene.clean.channels), sizes)
+        at_instants = np.stack([scene.grid.smooth(np.asarray(part)) for part in wind], axis=1)
+        return residuals_of_wind(at_instants, scene)
+    baseline = NO_AIRCRAFT if scene.force_model is None else scene.force_model.aircraft.baseline
+    warmer = effect.overlay(sizes, baseline).temperature_offset
+    return _warmed(scene, warmer) if warmer else None
+
+
+@residual_change.register
+def _aircraft_change(effect: AircraftEffect, scene: Scene, sizes: Mapping[str, float]) -> Array | None:
+    """The change by an effect on the aircraft: the reaction with it less that without, to the same motion."""
+    model = scene.force_model
+    if model is None:
+        return None
+    if effect.part_of:  # the force meter knows states, no time
+        whole, time = residual_change(FORMS[effect.part_of], scene, sizes), scene.clean.time
+        share = share_of_size(effect, time[scene.grid.rows] - time[0], sizes)
+        return whole if whole is None else whole * share[:, None]
+    if not effect.fits(sizes, model.aircraft.baseline):
+        return None
+    overlay = effect.overlay(sizes, model.aircraft.baseline)
+    split = _throttle_split(overlay)
+    if split is not None:
+        return _in_split(scene, split)
+    missing = (
+        -added_forces(overlay, model.units)
+        if adds_forces(overlay)
+        else model.missing(overlay, not _spares_engines(overlay))
+    )
+    rows = replay_rows(scene.clean, COARSE)
+    lost = spread(model.replay.rows, rows, missing)
+    return change_by_answer(scene.base.names, scene.clean, scene.grid, model.replay.rows, lost)
+
+
+def _warmed(scene: Scene, warmer: float) -> Array | None:
+    """The change by a warmer column of air from standard pressure at sea level up: H_p = h T₀/(T₀ + ΔT)."""
+    height, temperature = scene.channel("pressure_height"), scene.channel("temperature")
+    if height is None or temperature is None:
+        return None
+    lower = scene.grid.smooth(scene.clean["altitude"]) * warmer / (air.SEA_LEVEL_TEMPERATURE + warmer)
+    moved = scene.blank()
+    moved[:, height] = -lower
+    mach = scene.grid.smooth(mach_number(scene.clean))  # the rise of temperature at the probe grows with Mach
+    moved[:, temperature] = air.total_temperature(warmer - air.LAPSE_RATE * lower, mach)
+    return moved
+
+
+def acts_on_engines_alone(overlay: Overlay) -> bool:
+    """Whether all that an overlay adds goes through the engines, so that forces of the air do not move it."""
+    return not (_spares_engines(overlay) or overlay.masses or overlay.functions)
+
+
+def _spares_engines(overlay: Overlay) -> bool:
+    """Whether an overlay adds only forces and moments of the air, so that thrust cancels in the difference."""
+    elsewhere = [s for s in overlay.settings if not s.path.startswith(OF_THE_AIR)]
+    return not (elsewhere or overlay.masses or overlay.forces or overlay.filters)
+
+
+def moves_levers(overlay: Overlay) -> bool:
+    """Whether an overlay sets nothing but the offset of the throttle plates from the levers."""
+    return bool(overlay.settings) and all(setting.path in THROTTLE_BIAS for setting in overlay.settings)
+
+
+def _throttle_split(overlay: Overlay) -> float | None:
+    """The left less the right offset of the throttle plates; None where an overlay does not set them.
+
+    The log holds the positions of the plates, so that only their difference shows the offset.
+    """
+    if not moves_levers(overlay):
+        return None
+    paths = dict.fromkeys(setting.path for setting in overlay.settings)
+    values = dict(overlay.sizes).values()
+    return sum(THROTTLE_BIAS[path] * value for path, value in zip(paths, values, strict=False))
+
+
+def _in_split(scene: Scene, split: float) -> Array | None:
+    column = scene.channel("throttle_split")
+    if column is None:
+        return None
+    moved = scene.blank()
+    moved[:, column] = split
+    return moved
+
+
+# The table of effects as hypotheses: which are fitted, which are counted, and which are forms of one cause.
+
+# Effects on recorded samples (repeats, steps, ceilings) are counted in the log checks and not fitted.
+COUNTED = tuple(name for name, effect in EFFECTS.items() if isinstance(effect, SensorEffect) and effect.after_noise)
+
+# Every effect in all its forms; those for a part of the flight are looked at where the log makes them promising.
+FITTED: Catalog[Effect] = Catalog(
+    "effect", {name: form for name, form in FORMS.items() if (form.part_of or name) not in COUNTED}
+)
+
+WHOLE_FLIGHT: Catalog[Effect] = Catalog("effect", {n: form for n, form in FITTED.items() if not form.part_of})
+
+# Effects that are one model with another: the drag of a gear that is out has no other term than that of a pod, and
+# a share of the impact pressure is lost in the tube or in the transducer.
+ONE_MODEL = {"gear_not_up": "belly_pod", "impact_pressure_scale": "total_pressure_loss"}
+
+# Told by the level of the gusts, beside the effects that are fitted.
+GUSTS = ("turbulence_level", "turbulence_scale")
+
+VANES = {"angle_of_attack", "sideslip"}  # the channels of the flow vanes
+
+EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its time in the flight
+
+
+def searched_shapes(effect: Effect) -> tuple[Parameter, ...]:
+    """Return the shapes of an effect that are searched for: times, and all shapes of another form of a cause.
+
+    Of an effect for a part of the flight only its begin and end are searched for.
+    """
+    if effect.part_of:
+        return tuple(p for p in effect.parameters if p in (FROM, TO))
+    shapes = (p for p in effect.parameters if p.shape)
+    return tuple(p for p in shapes if effect.variant_of or p.name.endswith("_s"))
+
+
+def cause_of(name: str) -> str:
+    """Return the effect of which this one is a form, else its name.
+
+    A second-order line and a lag have one cause.
+    """
+    return FITTED[name].cause
+
+
+def lasts(name: str) -> bool:
+    """Whether an effect acts over the whole flight, so that it is to be seen in another flight as well."""
+    return not FITTED[name].part_of
+
+
+def happens_once(name: str) -> bool:
+    """Whether an effect is an event, with a time at which it happens."""
+    return any(p.shape and p.name.endswith("_s") for p in FITTED[name].parameters)
+
+
+def returns(name: str) -> bool:
+    """Whether an effect is to be seen in another flight of the airplane: it lasts, and is no event at a time."""
+    return lasts(name) and not any(p.shape and p.name in EVENTS for p in FITTED[name].parameters)
+
+
+def reads_gusts(name: str) -> bool:
+    """Whether an effect is one of the flow vanes alone."""
+    effect = FITTED[name]
+    return isinstance(effect, SensorEffect) and set(effect.changes) <= VANES

@@ -1,0 +1,174 @@
+"""What the bench knows of an aircraft: its autopilot, and the forces of its model in a measured motion."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import cast
+
+from platformdirs import user_cache_path
+
+from pitotbench.records.display import check_lengths, freeze
+from pitotbench.units import Array, Pascal, Radians, Seconds
+
+# What was found about an aircraft when the bench attached its autopilot to it.
+
+# Kinds of engines: an electric one needs no start; a turboprop's gas generator goes to idle with each restart.
+ELECTRIC, TURBOPROP = "electric", "turboprop"
+
+
+@dataclass(frozen=True, slots=True)
+class Attached:
+    """What was found about an aircraft at a height.
+
+    Speeds are calibrated [kt]; `fastest_kt` is the maximum level speed, or that of Mach 0.7 where `mach_limited`.
+    `missing` are channels of a flight that the aircraft does not serve. The lists have one value a trim point;
+    `lever` is the throttle of level flight, `pitch_rate` and `bank` the gains [1/s].
+    """
+
+    aircraft: str
+    altitude_ft: float
+    mass_kg: float
+    stall_kt: float
+    fastest_kt: float
+    mach_limited: bool
+    engines: int
+    engine_kind: str
+    engine_time_s: float
+    missing: tuple[str, ...]
+    speed_kt: tuple[float, ...]
+    alpha_deg: tuple[float, ...]
+    lever: tuple[float, ...]
+    pitch_rate: tuple[float, ...]
+    bank: tuple[float, ...]
+    climb: float
+    speed: float
+
+
+@dataclass(frozen=True, slots=True)
+class StepResponse:
+    """One step of the autopilot, flown in smooth air.
+
+    `time` [s] from the step, `change` of the quantity from its value before, in `unit`; `step` is the change
+    asked for. `overshoot` is a share of the step; `settled` [s] is the time after which it stays within 10 %.
+    """
+
+    quantity: str
+    unit: str
+    speed_kt: float
+    step: float
+    time: Array
+    change: Array
+    overshoot: float
+    settled: float
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverCheck:
+    """One maneuver tried in light turbulence.
+
+    `on_condition` is the share of the samples on its legs, steps or circles that is within the card's tolerances.
+    `failure` says why it was not flown; the numbers are then None.
+    """
+
+    maneuver: str
+    speeds_kt: tuple[float, ...]
+    minutes: float | None = None
+    on_condition: float | None = None
+    failure: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class AircraftCheck:
+    """What can be flown with an aircraft. `attached` is None for one with an autopilot of its own."""
+
+    aircraft: str
+    attached: Attached | None
+    steps: tuple[StepResponse, ...]
+    maneuvers: tuple[ManeuverCheck, ...]
+
+
+# The two sides of an equation-error comparison: a measured motion, and the forces of a model in that motion.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """Measured states and controls of an airplane at increasing times; arrays (n,), SI and radians.
+
+    A model that is put into these states needs no equations of motion and cannot drift. `temperature_offset` is the
+    mean offset of a standard day [K], height by height, that has the measured air temperature at the measured
+    pressure. Raises RecordError where lengths differ.
+    """
+
+    time: Seconds
+    static_pressure: Pascal
+    mach: Array
+    angle_of_attack: Radians
+    sideslip: Radians
+    roll: Radians
+    pitch: Radians
+    heading: Radians
+    roll_rate: Array
+    pitch_rate: Array
+    yaw_rate: Array
+    elevator: Radians
+    aileron: Radians
+    rudder: Radians
+    throttle_left: Array
+    throttle_right: Array
+    mass: Array
+    temperature_offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        _settle(self, len(self.time))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reaction:
+    """The forces and engine readings of a model along a `Motion`; arrays (n,), one entry a state.
+
+    Specific force [m/s²] and angular acceleration [rad/s²] are in body axes. The engine readings are manifold
+    pressure [Pa], propeller speed [rad/s] and fuel flow [kg/s].
+    """
+
+    specific_force_x: Array
+    specific_force_y: Array
+    specific_force_z: Array
+    roll_acceleration: Array
+    pitch_acceleration: Array
+    yaw_acceleration: Array
+    manifold_pressure_left: Pascal
+    manifold_pressure_right: Pascal
+    propeller_speed_left: Array
+    propeller_speed_right: Array
+    fuel_flow_left: Array
+    fuel_flow_right: Array
+
+    def __post_init__(self) -> None:
+        _settle(self, len(self.specific_force_x))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnitForces:
+    """What a unit of force or moment along each axis changes in a model's reactions to a `Motion` of n states.
+
+    `changes` holds by aerodynamic axis (DRAG, SIDE, ROLL, PITCH, YAW) the change by 1 lb or 1 lb ft, (n, 6): the
+    specific forces [m/s²], then the angular accelerations [rad/s²]. `properties` holds by path the properties that
+    functions of force read, in JSBSim's units, (n,).
+    """
+
+    changes: Mapping[str, Array]
+    properties: Mapping[str, Array]
+
+
+def _settle(record: Motion | Reaction, length: int) -> None:
+    """Check that all arrays have one length, and make them read-only."""
+    arrays = {f.name: getattr(record, f.name) for f in fields(record) if f.name != "temperature_offset"}
+    check_lengths(type(record).__name__, arrays.items(), length)
+    for name, array in arrays.items():
+        object.__setattr__(record, name, cast(Array, freeze(array)))
+
+
+def cache_folder() -> Path:
+    """Return the folder of the cache: `$PITOTBENCH_CACHE`, else that of the system for this user."""
+    return Path(os.environ.get("PITOTBENCH_CACHE") or user_cache_path("pitotbench", appauthor=False))

@@ -1,0 +1,126 @@
+"""Fixed-speed points of a log, and a card written by hand: its legs, its points and its curves."""
+
+from dataclasses import dataclass
+from math import pi
+
+from pitotbench.records.calibration import ErrorCurve
+
+# A card written by hand: its legs, and what they give: a point each airspeed and a curve each configuration.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CardLeg:
+    """One row of a card as it was read from the displays [SI, rad]; `row` counts from 1.
+
+    `air_temperature` is that of the air [K]; `track` is true.
+    """
+
+    row: int
+    point: str
+    configuration: str
+    indicated_airspeed: float
+    pressure_altitude: float
+    air_temperature: float
+    ground_speed: float
+    track: float
+
+
+@dataclass(frozen=True, slots=True)
+class ReadingSteps:
+    """The steps in which the displays of a card were read: airspeeds [m/s], height [m], temperature [K], track
+    [rad]."""
+
+    indicated_airspeed: float
+    pressure_altitude: float
+    air_temperature: float
+    ground_speed: float
+    track: float
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """A leg that cannot be: its row and point, what is wrong, and what was probably meant (empty where unknown)."""
+
+    row: int
+    point: str
+    words: str
+    probably: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CardPoint:
+    """What the legs at one airspeed give. `correction` is calibrated minus indicated airspeed [m/s];
+    `altitude_correction` is true minus indicated pressure altitude [m] where the static source errs. A point with
+    too few legs has None and the reason in `remark`. `wind_from` [rad]; `spread` [m/s] of the three-leg answers."""
+
+    point: str
+    configuration: str
+    legs: int
+    indicated_airspeed: float
+    calibrated_airspeed: float | None = None
+    correction: float | None = None
+    two_sigma: float | None = None
+    altitude_correction: float | None = None
+    altitude_two_sigma: float | None = None
+    true_airspeed: float | None = None
+    spread: float | None = None
+    wind_speed: float | None = None
+    wind_from: float | None = None
+    remark: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class HandCard:
+    """The answer of a card: points in their order, a curve by configuration, the slips found, and warnings."""
+
+    points: tuple[CardPoint, ...]
+    curves: dict[str, ErrorCurve]
+    slips: tuple[Slip, ...]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class HandPlan:
+    """A card to fly: legs a point, airspeeds [m/s] in the order to fly them, how often, minutes, and 2σ [m/s] of
+    the curve, mean over its airspeeds."""
+
+    legs: int
+    airspeeds: tuple[float, ...]
+    times: int
+    minutes: float
+    two_sigma: float
+
+    @property
+    def tracks(self) -> tuple[float, ...]:
+        """The true tracks of a point [rad], from north; any turn of all together does as well."""
+        return tuple(2.0 * pi * leg / self.legs for leg in range(self.legs))
+
+
+# The result of a fixed-speed GPS method at one airspeed of a log: a point to compare with the curve.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixedSpeedPoint:
+    """One airspeed, one wind [m/s], from legs or a turn at constant airspeed.
+
+    `legs` is 1 for a turn. `indicated_airspeed`, `calibrated_airspeed`, `correction` (calibrated minus indicated)
+    and `two_sigma` (its bound) are mean values over the legs; `true_airspeed` belongs to the same mean. `spread`
+    is the standard deviation of the redundant solutions: those of three legs out of four, or the residuals of a
+    regression; None where nothing is redundant. `two_sigma` contains the stated accuracies of temperature and
+    pressures, `true_airspeed_two_sigma` only the scatter of the ground velocities. The wind is the
+    velocity of the air toward north and east.
+    """
+
+    method: str
+    legs: int
+    seconds: float
+    indicated_airspeed: float
+    calibrated_airspeed: float
+    correction: float
+    two_sigma: float
+    true_airspeed: float
+    true_airspeed_two_sigma: float
+    spread: float | None
+    wind_north: float
+    wind_east: float
+    wind_two_sigma: float  # of the larger component

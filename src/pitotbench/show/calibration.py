@@ -1,0 +1,513 @@
+"""A calibration in numbers and sentences, as a card and as plain data. Loads no drawing library."""
+
+from collections.abc import Callable, Sequence
+from csv import writer
+from dataclasses import dataclass, replace
+from html import escape
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+import numpy as np
+
+from pitotbench.records.calibration import (
+    Assumption,
+    CalibratedFlight,
+    Calibration,
+    ErrorCurve,
+    Estimate,
+    Share,
+    WindEstimate,
+)
+from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table, print_warnings
+from pitotbench.show.limits import AUTO, Limit, judgments, judgments_json
+from pitotbench.units import FOOT, KNOT, Array, Meters
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+@dataclass(frozen=True, slots=True)
+class CurvePoint:
+    """One point of an error curve."""
+
+    curve: ErrorCurve
+    number: int
+
+    def at(self, values: Array) -> float:
+        """The value at this point of an array over the curve."""
+        return float(values[self.number])
+
+    def knots(self, speeds: Array) -> float:
+        """The speed [kt] at this point of an array of speeds [m/s]."""
+        return float(speeds[self.number] / KNOT)
+
+    def feet(self, heights: Meters | None) -> float | None:
+        """The height [ft] at this point of an array of heights [m]; None where the curve has none."""
+        return None if heights is None else float(heights[self.number] / FOOT)
+
+
+CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
+    Column("IAS", lambda p: p.knots(p.curve.indicated_airspeed), "kt", ".0f", "indicated_airspeed_kt"),
+    Column(
+        "CAS",
+        lambda p: p.knots(p.curve.indicated_airspeed + p.curve.correction),
+        "kt", ".2f", "calibrated_airspeed_kt",
+    ),
+    Column("correction", lambda p: p.knots(p.curve.correction), "kt", "+.2f", "correction_kt"),
+    Column("±2σ bound", lambda p: p.knots(p.curve.two_sigma), "kt", ".2f", "two_sigma_kt"),
+    Column(
+        "±2σ of whole curve",
+        lambda p: p.knots(p.curve.simultaneous_two_sigma),
+        "kt", ".2f", "simultaneous_two_sigma_kt",
+    ),
+    Column(
+        "2σ for white residuals", lambda p: p.knots(p.curve.white_two_sigma), "kt", ".2f", "white_two_sigma_kt"
+    ),
+    Column(
+        "Δp/q_c", lambda p: p.at(p.curve.normalized_pressure_error), style="+.4f", key="normalized_pressure_error"
+    ),
+    Column(
+        "±2σ of Δp/q_c", lambda p: p.at(p.curve.normalized_two_sigma), style=".4f", key="normalized_two_sigma"
+    ),
+    Column(
+        "altitude correction", lambda p: p.feet(p.curve.altitude_correction),
+        "ft", "+.0f", "altitude_correction_ft", optional=True,
+    ),
+    Column(
+        "±2σ of altitude", lambda p: p.feet(p.curve.altitude_two_sigma),
+        "ft", ".0f", "two_sigma_ft", optional=True,
+    ),
+)  # fmt: skip
+
+
+def curve_points(curve: ErrorCurve) -> list[CurvePoint]:
+    """The points of a curve, the rows of its table."""
+    return [CurvePoint(curve, number) for number in range(len(curve.indicated_airspeed))]
+
+
+# A calibration in a few numbers and two sentences. Loads no drawing library.
+
+_USUAL_KT = (100.0, 130.0, 160.0)  # the low end, the middle and the high end of the study's maneuvers
+
+
+@dataclass(frozen=True, slots=True)
+class Correction:
+    """The correction to add to one indicated airspeed, and its ±2σ bound [kt]."""
+
+    indicated_kt: float
+    correction_kt: float
+    two_sigma_kt: float
+
+    def __str__(self) -> str:
+        return f"{self.correction_kt:+.2f} ± {self.two_sigma_kt:.2f} kt".replace("-", "−")
+
+
+@dataclass(frozen=True, slots=True)
+class ShortAnswer:
+    """The short answer of a calibration, in knots and degrees. The wind comes from `wind_from_deg`."""
+
+    subject: str
+    model: str
+    corrections: tuple[Correction, ...]
+    wind_kt: float
+    wind_from_deg: float
+    wind_two_sigma_kt: float  # of the larger component
+    residual_two_sigma_kt: float
+    warnings: tuple[str, ...]
+
+    @property
+    def correction_sentence(self) -> str:
+        """The corrections of the indicated airspeed in one sentence."""
+        parts = [f"{each} at {each.indicated_kt:.0f} KIAS" for each in self.corrections]
+        return f"Add {'; '.join(parts)} to the indicated airspeed (± is 2σ)."
+
+    @property
+    def wind_sentence(self) -> str:
+        """The wind with the larger of its components' bounds, in one sentence."""
+        return (
+            f"The wind is {self.wind_kt:.1f} kt from {self.wind_from_deg:03.0f}°; each of its components is known "
+            f"to ±{self.wind_two_sigma_kt:.2f} kt (2σ) or better."
+        )
+
+
+def short_answer_of(result: Calibration, subject: str) -> ShortAnswer:
+    """The short answer of a calibration of `subject` (a maneuver and data system, or a file)."""
+    north, east = result.wind.north, result.wind.east
+    return ShortAnswer(
+        subject=subject,
+        model=result.model,
+        corrections=corrections_at(result),
+        wind_kt=result.wind.speed_kt,
+        wind_from_deg=result.wind.from_deg,
+        wind_two_sigma_kt=max(north.two_sigma, east.two_sigma) / KNOT,
+        residual_two_sigma_kt=result.residual_two_sigma / KNOT,
+        warnings=result.warnings,
+    )
+
+
+def corrections_at(result: Calibration) -> tuple[Correction, ...]:
+    """The curve at 100, 130 and 160 KIAS, or at its ends and middle where it does not reach so far."""
+    curve = result.curve
+    speed = curve.indicated_airspeed / KNOT
+    covered = speed[0] <= _USUAL_KT[0] + 0.5 and speed[-1] >= _USUAL_KT[-1] - 0.5
+    wanted: Sequence[float] = (
+        _USUAL_KT if covered else speed[np.linspace(0, len(speed) - 1, 3).astype(int)].tolist()
+    )
+    values = np.interp(wanted, speed, curve.correction / KNOT)
+    bounds = np.interp(wanted, speed, curve.two_sigma / KNOT)
+    return tuple(Correction(*map(float, row)) for row in zip(wanted, values, bounds, strict=True))
+
+
+# The assumptions of a bound in words: accuracies that no residual shows, and a zero offset that is corrected.
+
+_WORDS = {
+    "temperature_k": ("temperature", "K"),
+    "recovery_factor": ("recovery factor", ""),
+    "static_pressure_pa": ("static pressure", "Pa"),
+    "impact_pressure_zero_pa": ("zero of the impact pressure", "Pa"),
+    "velocity_mps": ("GPS velocity", "m/s"),
+    "latency_s": ("GPS latency", "s"),
+}
+
+_SOURCES = {
+    "usual": "usual",
+    "header": "stated by the log",
+    "stated": "stated",
+    "standard day": "standard day",
+    "method": "method",
+}
+
+
+def assumption_lines(result: Calibration) -> list[str]:
+    """Return the accuracies on which the bounds depend, and the zero offset that the correction takes out."""
+    return [line for line in (_accuracies(result), _zero(result)) if line]
+
+
+def _accuracies(result: Calibration) -> str:
+    stated = [each for each in result.assumptions if each.two_sigma > 0.0]
+    exact = [each for each in result.assumptions if each.two_sigma == 0.0]
+    parts = [f"{_name(each)} ±{_sized(each)} ({_SOURCES[each.source]})" for each in stated]
+    if exact:
+        sources = dict.fromkeys(_SOURCES[each.source] for each in exact)
+        parts.append(f"no constant error of {', '.join(map(_name, exact))} ({', '.join(sources)})")
+    return f"The bounds assume these constant errors (2σ): {'; '.join(parts)}." if parts else ""
+
+
+def _zero(result: Calibration) -> str:
+    zero = result.impact_pressure_zero
+    if zero is None:
+        return ""
+    return (
+        "Add the correction to the raw reading: it takes out a zero offset of the impact pressure of "
+        f"{zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ); Δp/q_c is the pressure error without it."
+    )
+
+
+def _name(each: Assumption) -> str:
+    return _WORDS[each.name][0]
+
+
+def _sized(each: Assumption) -> str:
+    return f"{each.two_sigma:g} {_WORDS[each.name][1]}".rstrip()
+
+
+def assumptions_json(result: Calibration) -> dict[str, Any]:
+    """Return the same as plain data. The units are the suffixes of the names."""
+    zero = result.impact_pressure_zero
+    return {
+        "assumptions": [
+            {"name": each.name, "two_sigma": each.two_sigma, "source": each.source} for each in result.assumptions
+        ],
+        "impact_pressure_zero_pa": None if zero is None else {"value": zero.value, "two_sigma": zero.two_sigma},
+    }
+
+
+# The airspeed card: what to add at which indicated airspeed, for a terminal, a sheet and a file.
+
+_STEPS = (5, 10, 20, 50, 100)  # kt
+
+_MOST_ROWS = 13  # of a table that is read at one glance
+
+_COLUMN = {column.key: column for column in CURVE_COLUMNS}
+
+# What a pilot needs of the curve; the bound's digits say how many of the correction's mean something.
+GLANCE_COLUMNS: tuple[Column[CurvePoint], ...] = (
+    replace(_COLUMN["indicated_airspeed_kt"], heading="KIAS", unit=""),
+    replace(_COLUMN["calibrated_airspeed_kt"], heading="KCAS", unit="", style=".1f"),
+    _COLUMN["correction_kt"],
+    replace(_COLUMN["two_sigma_kt"], heading="±2σ"),
+    _COLUMN["altitude_correction_ft"],
+    _COLUMN["two_sigma_ft"],
+)
+
+
+def glance_points(curve: ErrorCurve) -> list[CurvePoint]:
+    """The points of a curve at round airspeeds and at its ends, few enough to be read at one glance."""
+    points = curve_points(curve)
+    step = next((s for s in _STEPS if len(_at_step(points, s)) <= _MOST_ROWS), _STEPS[-1])
+    return _at_step(points, step)
+
+
+def card_html(curve: ErrorCurve, subject: str) -> str:
+    """The card as an HTML table with a link that saves it as CSV."""
+    data = quote(card_csv(curve))
+    name = "".join(letter if letter.isalnum() else "-" for letter in subject) or "airspeed"
+    link = f'<a download="card-{name}.csv" href="data:text/csv;charset=utf-8,{data}">Save as CSV</a>'
+    return f'{html_table(GLANCE_COLUMNS, curve_points(curve))}<p class="save">{link}</p>'
+
+
+def card_csv(curve: ErrorCurve) -> str:
+    """The card as CSV: the unit ends each column's name; all points of the curve."""
+    points = curve_points(curve)
+    shown = [c for c in GLANCE_COLUMNS if not (c.optional and c.value(points[0]) is None)]
+    text = StringIO()
+    rows = writer(text, lineterminator="\n")
+    rows.writerow(column.key for column in shown)
+    rows.writerows([_rounded(column, point) for column in shown] for point in points)
+    return text.getvalue()
+
+
+def _rounded(column: Column[CurvePoint], point: CurvePoint) -> str:
+    value = column.value(point)
+    return "" if value is None else format(value, ".3f")
+
+
+def _at_step(points: Sequence[CurvePoint], step: int) -> list[CurvePoint]:
+    """The points at multiples of a step [kt], with the first and the last one."""
+    ends = {points[0].number, points[-1].number}
+    return [p for p in points if p.number in ends or round(p.knots(p.curve.indicated_airspeed)) % step == 0]
+
+
+# The models that a calibration with `--model auto` weighed, with the probability and the criteria of each.
+
+_Choice = dict[str, Any]  # a row of `model_choice` in the calibration's diagnostics
+
+
+def probabilities_of(result: Calibration) -> list[_Choice]:
+    """The rows of the choice, empty where the model was named."""
+    return list((result.diagnostics or {}).get("model_choice", []))
+
+
+def choice_columns(rows: Sequence[_Choice]) -> list[Column[_Choice]]:
+    """The columns of the table. A criterion is shown as its difference from the best model's."""
+
+    def criterion(heading: str, key: str, best: Callable[..., float]) -> Column[_Choice]:
+        values = [row[key] for row in rows if key in row]  # a model that the log does not determine has none
+        return Column(heading, lambda row: row[key] - best(values) if key in row else None, style="+.1f")
+
+    return [
+        Column("model", lambda row: row["model"]),
+        Column("chosen", lambda row: "chosen" if row["chosen"] else ""),
+        Column("parameters", lambda row: row.get("parameters"), style="d"),
+        Column("probability", lambda row: 100.0 * row["weight"], "%", ".1f"),
+        criterion("AICc − least", "aicc", min),
+        criterion("BIC − least", "bic", min),
+        criterion("ln likelihood − greatest", "log_likelihood", max),
+        criterion("held-out ln likelihood − greatest", "held_out", max),
+    ]
+
+
+def print_choice(result: Calibration, console: "Console") -> None:
+    """Print the weighed models; nothing where the model was named."""
+    rows = probabilities_of(result)
+    if not rows:
+        return
+    print_table(choice_columns(rows), rows, console, "models weighed")
+    console.print(departure_line(result))
+    console.print()
+
+
+def choice_html(result: Calibration) -> str:
+    """The same table as HTML, folded away; empty where the model was named."""
+    rows = probabilities_of(result)
+    if not rows:
+        return ""
+    return (
+        f"<details><summary>The models weighed</summary>{html_table(choice_columns(rows), rows)}"
+        f"<p>{departure_line(result)}</p></details>"
+    )
+
+
+def departure_line(result: Calibration) -> str:
+    """The probability of each size of a departure of the true curve from every model."""
+    sizes = (result.diagnostics or {}).get("departure", {})
+    parts = ", ".join(f"{size} with {100 * p:.0f} %" for size, p in sizes.items())
+    return f"departure of the curve from its model, rms in Δp/q_c, with its probability: {parts}"
+
+
+# A calibration in numbers and sentences, for the terminal and for a page.
+
+_LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
+
+_LOCATIONS = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
+
+
+def flight_lines(flight: CalibratedFlight) -> list[str]:
+    """Which flight of its log a calibration is of, and with how many it shares the curve, in at most one line."""
+    told = []
+    if flight.count > 1:
+        time = flight.log.time
+        told.append(f"flight {flight.number} of {flight.count} in the log, {time[0]:.0f} to {time[-1]:.0f} s")
+    if flight.joined > 1:
+        told.append(f"one curve from {flight.joined} flights, the wind of this one")
+    return ["; ".join(told)] if told else []
+
+
+def print_calibration(
+    result: Calibration, console: "Console", limit: Limit | str | None = AUTO, details: bool = False
+) -> None:
+    """Print one calibration: the short answer, the warnings, the curve at round airspeeds, and the assumptions.
+
+    `limit` as for `judgments`. With `details` also every point of the curve, the models weighed and the fit.
+    """
+    answer = short_answer_of(result, "")
+    sentences = [answer.correction_sentence, answer.wind_sentence, *(j.sentence for j in judgments(result, limit))]
+    for line in sentences:
+        console.print(outside(line))
+    print_warnings(result.warnings, console)
+    console.print()
+    if not details:
+        print_table(GLANCE_COLUMNS, glance_points(result.curve), console)
+        console.print()
+        for line in [*location_lines(result), *assumption_lines(result)]:
+            console.print(outside(line))
+        return
+    title = f"error curve, model {result.model}, method {result.method}"
+    print_table(CURVE_COLUMNS, curve_points(result.curve), console, title)
+    console.print()
+    print_choice(result, console)
+    fit = [*parameter_lines(result), *location_lines(result), *wind_lines(result), *assumption_lines(result)]
+    for line in [*fit, *share_lines(result), *fit_lines(result)]:
+        console.print(outside(line))
+
+
+def calibration_html(result: Calibration) -> str:
+    """The curve in numbers, the fit behind it and the models weighed, as HTML, folded away."""
+    lines = [*parameter_lines(result), *wind_lines(result), *share_lines(result), *fit_lines(result)]
+    return (
+        "<details><summary>The curve in numbers</summary>"
+        f"{html_table(CURVE_COLUMNS, curve_points(result.curve))}</details>\n"
+        "<details><summary>The fit</summary>" + "".join(f"<p>{escape(line)}</p>" for line in lines) + "</details>\n"
+        f"{choice_html(result)}"
+    )
+
+
+def condition_lines(result: Calibration) -> list[str]:
+    """What the answer holds for: the model, the place of the error and the accuracies assumed."""
+    model = f"model of the curve: {result.model}; samples: {result.samples:,}"
+    return [model, *location_lines(result), *assumption_lines(result)]
+
+
+def parameter_lines(result: Calibration) -> list[str]:
+    """The parameters of the pressure-error model with their bounds, and the variable of the model."""
+    values = ", ".join(f"{p.name} = {p.value:+.5f} ± {p.two_sigma:.5f}" for p in result.parameters)
+    return [f"parameters (± is 2σ): {values}; x = q_ci / {result.reference_pressure:.2f} Pa"]
+
+
+def location_lines(result: Calibration) -> list[str]:
+    """The place of the pressure error, which decides what it does to the altitude."""
+    return [f"place of the error: {_LOCATIONS[result.error_location]}"]
+
+
+def wind_lines(result: Calibration) -> list[str]:
+    """The components of the wind velocity with their bounds."""
+    wind = result.wind
+    known: list[tuple[str, Estimate | None]] = [("north", wind.north), ("east", wind.east), ("down", wind.down)]
+    parts = [f"{to} {v.value / KNOT:+.2f} ± {v.two_sigma / KNOT:.2f} kt" for to, v in known if v is not None]
+    return [f"wind velocity (± is 2σ): toward {', '.join(parts)}"]
+
+
+def share_lines(result: Calibration) -> list[str]:
+    """How much each stated accuracy widens the bounds, the largest contribution first."""
+    curve = result.curve.two_sigma / KNOT
+    total = float((curve @ curve / len(curve)) ** 0.5)
+    wind = max(result.wind.north.two_sigma, result.wind.east.two_sigma) / KNOT
+    return [
+        f"{share.name} (estimated {_found(share.estimate)} ± {share.estimate.two_sigma:.3g}) contributes "
+        f"±{share.curve / KNOT:.2f} kt to the curve's ±{total:.2f} kt and ±{share.wind / KNOT:.2f} kt to the "
+        f"wind's ±{wind:.2f} kt (2σ, added as squares)"
+        for share in sorted(result.shares, key=lambda share: -share.curve - share.wind)
+        if max(share.curve, share.wind) > _LEAST_SHARE * KNOT
+    ]
+
+
+def _found(estimate: Estimate) -> str:
+    """Return a value, or zero where it is negligible against its bound and its digits come from rounding alone."""
+    value = estimate.value if abs(estimate.value) > 1e-6 * estimate.two_sigma else 0.0
+    return f"{value:+.3g}"
+
+
+def fit_lines(result: Calibration) -> list[str]:
+    """The residual and the state of the fit."""
+    return [
+        f"2σ of the residual {result.residual_two_sigma / KNOT:.2f} kt, {result.samples:,} samples, "
+        f"condition number {result.condition_number:.1e}; {result.reason}"
+    ]
+
+
+# A calibration as plain data, by the keys of the command line's contract.
+
+
+def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> dict[str, Any]:
+    """A calibration as plain data; the unit is in each key. `limit` as for `judgments`."""
+    weighed, answer = probabilities_of(result), short_answer_of(result, "")
+    return {
+        "model": result.model,
+        "parameters": [_estimate(parameter) for parameter in result.parameters],
+        "wind": _wind(result.wind),
+        "wind_speed_kt": answer.wind_kt,
+        "wind_from_deg": answer.wind_from_deg,
+        "curve": json_rows(CURVE_COLUMNS, curve_points(result.curve)),
+        "error_location": result.error_location,
+        **assumptions_json(result),
+        "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
+        "samples": result.samples,
+        "converged": result.converged,
+        "warnings": list(result.warnings),
+        "limits": judgments_json(result, limit),
+        "shares": [_share(share) for share in result.shares],
+        "diagnostics": {k: v for k, v in (result.diagnostics or {}).items() if k != "model_choice"},
+        **({"model_choice": weighed} if weighed else {}),
+    }
+
+
+def flight_json(flight: CalibratedFlight) -> dict[str, Any]:
+    """Which flight of its log a calibration is of, as plain data; nothing where a log alone holds one flight."""
+    if flight.count == 1 and flight.joined == 1:
+        return {}
+    return {
+        "flight": {
+            "number": flight.number,
+            "of": flight.count,
+            "from_s": float(flight.log.time[0]),
+            "to_s": float(flight.log.time[-1]),
+            "flights_of_the_curve": flight.joined,
+        }
+    }
+
+
+def _estimate(found: Estimate) -> dict[str, Any]:
+    return {"name": found.name, "value": found.value, "two_sigma": found.two_sigma}
+
+
+def _wind(wind: WindEstimate) -> dict[str, Any]:
+    down = wind.down
+    return {
+        "north_kt": wind.north.value / KNOT,
+        "east_kt": wind.east.value / KNOT,
+        "down_kt": down.value / KNOT if down else None,
+        "north_two_sigma_kt": wind.north.two_sigma / KNOT,
+        "east_two_sigma_kt": wind.east.two_sigma / KNOT,
+        "down_two_sigma_kt": down.two_sigma / KNOT if down else None,
+    }
+
+
+def _share(share: Share) -> dict[str, Any]:
+    return {
+        "name": share.name,
+        "value": share.estimate.value,
+        "two_sigma": share.estimate.two_sigma,
+        "curve_two_sigma_kt": share.curve / KNOT,
+        "wind_two_sigma_kt": share.wind / KNOT,
+    }

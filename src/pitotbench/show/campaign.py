@@ -1,0 +1,104 @@
+"""The table of a campaign, and cautions about its results."""
+
+from collections.abc import Iterator, Sequence
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+from pitotbench.show.calibration import ShortAnswer
+from pitotbench.show.columns import Column, frame_rows, html_table, print_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from rich.console import Console
+
+
+# The table of a campaign: one row a maneuver, data system and model.
+
+
+def _column(name: str, heading: str, unit: str = "", style: str = "") -> Column[dict[str, Any]]:
+    return Column(heading, itemgetter(name), unit, style, key=name)
+
+
+CAMPAIGN_COLUMNS = (
+    _column("maneuver", "maneuver"),
+    _column("das", "DAS", "Hz"),
+    _column("model", "model"),
+    _column("minutes", "time", "min", ".1f"),
+    _column("samples", "samples", style=",.0f"),
+    _column("residual_two_sigma_kt", "2σ of the residual", "kt", ".2f"),
+    _column("two_sigma_kt", "mean ±2σ of the curve", "kt", ".3f"),
+    _column("curve_rms_error_kt", "true rms error", "kt", ".3f"),
+    _column("wind_error_kt", "wind error", "kt", ".3f"),
+    _column("curve_coverage", "curve inside ±2σ", "%", ".0%"),
+)
+
+
+def campaign_table(results: "pd.DataFrame") -> "pd.DataFrame":
+    """The mean over seeds of a campaign's results, one row a maneuver, data system and model."""
+    keys = ["maneuver", "das", "model"]
+    return results.groupby(keys, sort=False).mean(numeric_only=True).reset_index()
+
+
+def print_campaign(results: "pd.DataFrame", console: "Console") -> None:
+    """Print the campaign's table."""
+    print_table(CAMPAIGN_COLUMNS, frame_rows(campaign_table(results)), console)
+
+
+def campaign_html(results: "pd.DataFrame") -> str:
+    """The campaign's table as HTML."""
+    return html_table(CAMPAIGN_COLUMNS, frame_rows(campaign_table(results)))
+
+
+_OFTEN_OUTSIDE = 0.7  # share inside ±2σ: a model below it cannot take the shape of the true curve
+
+
+def remarks(results: "pd.DataFrame | None", answers: Sequence[ShortAnswer]) -> list[str]:
+    """Sentences for the top of a page, the most important first. `results` is None for measured logs."""
+    of_results = [] if results is None else [*_ranking(results), *_shapes(results)]
+    return [*_warnings(answers), *of_results]
+
+
+def _warnings(answers: Sequence[ShortAnswer]) -> Iterator[str]:
+    """Each warning once, with the flights or logs that it belongs to."""
+    for text in dict.fromkeys(w for answer in answers for w in answer.warnings):
+        subjects = ", ".join(answer.subject for answer in answers if text in answer.warnings)
+        yield f"{subjects}: {text}."
+
+
+def _ranking(results: "pd.DataFrame") -> Iterator[str]:
+    """A small residual does not mean a small bound of the curve."""
+    if not len(results):
+        return
+    first = results[results["model"] == results["model"].iloc[0]]
+    table = first.groupby(["maneuver", "das"], sort=False).mean(numeric_only=True)
+    if len(table) < 2:
+        return
+    quiet, known = table["residual_two_sigma_kt"].idxmin(), table["two_sigma_kt"].idxmin()
+    if quiet != known:
+        yield (
+            f"{_words(quiet)} has the smallest residual (2σ {_at(table, quiet, 'residual_two_sigma_kt')}), but "
+            f"{_words(known)} gives the smallest bound of the curve (mean ±2σ {_at(table, known, 'two_sigma_kt')} "
+            f"against {_at(table, quiet, 'two_sigma_kt')}): do not choose a maneuver by its residual."
+        )
+
+
+def _shapes(results: "pd.DataFrame") -> Iterator[str]:
+    """A bound holds only where the model can take the shape of the true curve."""
+    if not len(results):
+        return
+    share = results.groupby("model", sort=False)["curve_coverage"].mean()
+    stiff = [str(name) for name, value in share.items() if value < _OFTEN_OUTSIDE]
+    if stiff and len(share) > 1:
+        yield (
+            f"The true curve lies outside the ±2σ bound of {' and '.join(stiff)} over much of the range: the bound "
+            "says how far noise moves the curve of a model, not whether the model can take the true shape."
+        )
+
+
+def _words(pair: object) -> str:
+    maneuver, das = pair if isinstance(pair, tuple) else (pair, "")
+    return f"{str(maneuver).replace('_', ' ').capitalize()} at {das} Hz"
+
+
+def _at(table: "pd.DataFrame", row: object, column: str) -> str:
+    return f"{float(table[column].to_dict()[row]):.2f} kt"

@@ -1,0 +1,249 @@
+"""Pictures of an error curve, of the data behind it, and of columns of results."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.legs import FixedSpeedPoint
+from pitotbench.show.legs import method_words
+from pitotbench.show.limits import AUTO, Limit, judgments, limit_for
+from pitotbench.show.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PALE,
+    PURPLE,
+    RED,
+    SKY,
+    Panel,
+    broken,
+    panel,
+    stacked,
+    svg,
+    thin,
+)
+from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
+
+# Pictures of an error curve: the correction, its bounds, and the limit of the certification rule.
+
+_MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
+
+_MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
+
+_MOST_DOTS = 900  # of the samples drawn: more make a page slow
+
+_AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"
+
+
+def curve_panels(
+    results: Mapping[str, Calibration],
+    truth: Mapping[str, MetersPerSecond] | None,
+    points: Sequence[FixedSpeedPoint] = (),
+    limit: Limit | str | None = AUTO,
+) -> list[Panel]:
+    """The error curve between its limits, its bounds, and the altitude error where the static source errs.
+
+    `results` by model; the first one is explained, the others are drawn for comparison. `truth`: the true
+    correction [m/s] by model, at the airspeeds of that model's curve, or None for a measured log. `points` are
+    drawn over the curve. `limit` as for `judgments`.
+    """
+    name, first = next(iter(results.items()))
+    true = None if truth is None else truth[name]
+    chosen = limit_for(first, limit)
+    note = " ".join(judgment.sentence for judgment in judgments(first, limit))
+    panels = [
+        panel("Error curve", lambda axes: draw_curve(axes, results, true, points, chosen), note),
+        panel("How well the curve is known", lambda axes: draw_bound(axes, first, true), legend_columns=2),
+    ]
+    if first.curve.altitude_correction is not None:
+        panels.append(panel("Altitude error", lambda axes: draw_altitude(axes, first)))
+    return panels
+
+
+def draw_curve(
+    axes: Axes,
+    results: Mapping[str, Calibration],
+    truth: MetersPerSecond | None,
+    points: Sequence[FixedSpeedPoint] = (),
+    limit: Limit | None = None,
+) -> None:
+    """Draw the correction over indicated airspeed with ±2σ and the data behind it, the curves of other models, the
+    limit, and the truth where known.
+
+    Points of fixed-speed methods lie over the curve, as in Martos et al. (2011), Fig. 13.
+    """
+    name, first = next(iter(results.items()))
+    speed, value, bound = _knots(first)
+    draw_data(axes, first)
+    axes.fill_between(speed, value - bound, value + bound, color=BLUE, alpha=0.25, lw=0, label="±2σ of the curve")
+    for color, (other, result) in zip(_MODEL_COLORS, list(results.items())[1:], strict=False):
+        curve = result.curve
+        axes.plot(curve.indicated_airspeed / KNOT, curve.correction / KNOT, color=color, lw=1.0, label=other)
+    axes.plot(speed, value, color=BLUE, label=f"curve ({name})")
+    if truth is not None:
+        axes.plot(speed, truth / KNOT, color="black", ls="--", lw=1.2, label="truth (simulated)")
+    if limit is not None:
+        axes.plot(speed, limit.airspeed(speed), color=RED, ls=":", lw=1.4, label=limit.label)
+        axes.plot(speed, -limit.airspeed(speed), color=RED, ls=":", lw=1.4)
+    draw_points(axes, points)
+    axes.axhline(0.0, color=INK, lw=0.5)
+    axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
+
+
+def draw_data(axes: Axes, result: Calibration) -> None:
+    """Draw what single samples say."""
+    speed, data = _samples(result)
+    axes.plot(speed, data, ".", color=PALE, ms=2.0, zorder=1)
+    axes.plot([], [], ".", color=GREY, ms=5.0, label="samples without the wind")  # large enough to be seen
+
+
+def _samples(result: Calibration) -> tuple[Array, Array]:
+    """What single samples say: indicated airspeed and correction [kt], (n,), at most some 900.
+
+    The correction is the curve less the residual; the middle 99 % are returned, inside the airspeeds of the curve.
+    """
+    curve, residuals = result.curve, result.residuals
+    thinned = slice(None, None, max(1, -(-len(residuals.time) // _MOST_DOTS)))
+    speed = residuals.indicated_airspeed[thinned]
+    data = np.interp(speed, curve.indicated_airspeed, curve.correction) - residuals.airspeed[thinned]
+    inside = (speed >= curve.indicated_airspeed[0]) & (speed <= curve.indicated_airspeed[-1])
+    low, high = np.quantile(data, [0.005, 0.995])
+    shown = inside & (data >= low) & (data <= high)
+    return speed[shown] / KNOT, data[shown] / KNOT
+
+
+def draw_altitude(axes: Axes, result: Calibration) -> None:
+    """Draw the altitude correction with its ±2σ; the curve must have one."""
+    curve = result.curve
+    assert curve.altitude_correction is not None
+    assert curve.altitude_two_sigma is not None
+    speed, value, bound = (
+        curve.indicated_airspeed / KNOT, curve.altitude_correction / FOOT, curve.altitude_two_sigma / FOOT
+    )  # fmt: skip
+    axes.fill_between(speed, value - bound, value + bound, color=GREEN, alpha=0.25, lw=0, label="±2σ")
+    axes.plot(speed, value, color=GREEN, label="correction of the altitude")
+    axes.axhline(0.0, color=INK, lw=0.5)
+    axes.set(xlabel=_AIRSPEED, ylabel="true − indicated pressure altitude [ft]")
+
+
+def draw_points(axes: Axes, points: Sequence[FixedSpeedPoint]) -> None:
+    """Draw the points' corrections with ±2σ bars on axes of indicated airspeed and correction [kt]."""
+    for method in dict.fromkeys(point.method for point in points):
+        chosen = [point for point in points if point.method == method]
+        axes.errorbar(
+            [point.indicated_airspeed / KNOT for point in chosen],
+            [point.correction / KNOT for point in chosen],
+            yerr=[point.two_sigma / KNOT for point in chosen],
+            fmt=_MARKERS[method], color=INK, ms=4.5, mfc="white", capsize=2.5, lw=1.0, zorder=4,
+            label=f"{method_words(chosen[0])}, ±2σ",
+        )  # fmt: skip
+
+
+def draw_bound(axes: Axes, result: Calibration, truth: MetersPerSecond | None) -> None:
+    """Draw the bound of each point, the band of the whole curve, the bound for white residuals, and the true error
+    where known."""
+    speed, value, bound = _knots(result)
+    axes.plot(speed, bound, color=BLUE, label="±2σ bound")
+    whole = result.curve.simultaneous_two_sigma / KNOT
+    axes.plot(speed, whole, color=BLUE, lw=1.0, ls=":", label="±2σ band of the whole curve")
+    axes.plot(speed, result.curve.white_two_sigma / KNOT, color=ORANGE, lw=1.1, label="2σ for white residuals")
+    if truth is not None:
+        axes.plot(speed, np.abs(value - truth / KNOT), color="black", ls="--", lw=1.2, label="absolute true error")
+    axes.set(xlabel=_AIRSPEED, ylabel="bound of the correction [kt]")
+    axes.set_ylim(bottom=0.0)
+
+
+def _knots(result: Calibration) -> tuple[Array, Array, Array]:
+    """Indicated airspeed, correction and 2σ of the curve [kt]."""
+    curve = result.curve
+    return curve.indicated_airspeed / KNOT, curve.correction / KNOT, curve.two_sigma / KNOT
+
+
+# Pictures of the data behind a curve: samples by airspeed, residuals over time, and their autocorrelation.
+
+_BIN_KT = 2.0
+
+_DENSITY = (
+    "All samples that the fit uses, also those in turns: many samples at one airspeed need not mean many legs."
+)
+
+
+def residual_panels(result: Calibration) -> list[Panel]:
+    """Data density, residuals over time and their autocorrelation."""
+    return [
+        panel("Data density", lambda axes: draw_density(axes, result), _DENSITY),
+        panel("Residual", lambda axes: draw_residuals(axes, result)),
+        panel("Autocorrelation of the residual", lambda axes: draw_autocorrelation(axes, result)),
+    ]
+
+
+def draw_density(axes: Axes, result: Calibration) -> None:
+    """Draw the number of samples in each bin of indicated airspeed."""
+    speed = result.residuals.indicated_airspeed / KNOT
+    edges = np.arange(np.floor(speed.min()), speed.max() + _BIN_KT, _BIN_KT)
+    axes.hist(speed, bins=edges.tolist(), color=BLUE, alpha=0.75)
+    axes.set(xlabel="indicated airspeed [kt]", ylabel=f"samples per {_BIN_KT:g} kt")
+    axes.grid(axis="x", visible=False)
+
+
+def draw_residuals(axes: Axes, result: Calibration) -> None:
+    """Draw measured minus predicted calibrated airspeed over time, with the ±2σ that the literature reports."""
+    since = result.residuals.time - result.residuals.time[0]
+    time, value = broken(*thin(since, result.residuals.airspeed / KNOT))
+    bound = result.residual_two_sigma / KNOT
+    axes.plot(time / 60.0, value, color=GREY, lw=0.5)
+    axes.axhline(bound, color=RED, lw=1.2, ls="--")
+    axes.axhline(-bound, color=RED, lw=1.2, ls="--", label=f"±2σ of the residual, {bound:.2f} kt")
+    axes.set(xlabel="time [min]", ylabel="measured − predicted [kt]")
+
+
+def draw_autocorrelation(axes: Axes, result: Calibration) -> None:
+    """Draw the autocorrelation of one-second means of the residual; white noise stays inside the grey band."""
+    lags, values, count = residual_autocorrelation(result)
+    axes.axhspan(-2.0 / np.sqrt(count), 2.0 / np.sqrt(count), color=PALE, label="95 % band of white noise")
+    axes.vlines(lags, 0.0, values, color=BLUE, lw=1.5)
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    axes.set(xlabel="lag [s]", ylabel="correlation of 1 s means", ylim=(-0.6, 1.05))
+
+
+def residual_autocorrelation(result: Calibration, longest: int = 40) -> tuple[Array, Array, int]:
+    """Lags [s], autocorrelation and number of one-second means of the residual; pauses do not count."""
+    second = np.floor(result.residuals.time - result.residuals.time[0]).astype(np.intp)
+    filled = np.full(second[-1] + 1, np.nan)
+    count = np.bincount(second)
+    total = np.bincount(second, result.residuals.airspeed)
+    filled[count > 0] = total[count > 0] / count[count > 0]
+    centered = filled - np.nanmean(filled)
+    variance = np.nanmean(centered**2)
+    products = [centered[k:] * centered[: len(centered) - k] for k in range(min(longest, len(centered) // 2) + 1)]
+    lags = [k for k, product in enumerate(products) if np.isfinite(product).any()]
+    values = [float(np.nanmean(products[k]) / variance) for k in lags]
+    return np.array(lags, dtype=np.float64), np.array(values), int((count > 0).sum())
+
+
+_COLORS = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, GREY)
+
+_SIZE = (7.0, 4.4)  # in
+
+_MOST_POINTS = 20_000  # more cannot be distinguished
+
+
+def scatter_svg(results: pd.DataFrame, vertical: str, horizontal: str) -> str:
+    """One column of results drawn against another, a color a maneuver, as the text of an SVG file."""
+    step = max(1, -(-len(results) // _MOST_POINTS))
+
+    def draw(axes: Axes) -> None:
+        for number, (name, rows) in enumerate(results.iloc[::step].groupby("maneuver", sort=False)):
+            color = _COLORS[number % len(_COLORS)]
+            axes.plot(rows[horizontal], rows[vertical], ".", markersize=4, alpha=0.6, color=color, label=str(name))
+        axes.set_xlabel(horizontal)
+        axes.set_ylabel(vertical)
+
+    with stacked([draw], _SIZE, legend_columns=4) as figure:
+        text = svg(figure, f"{vertical} against {horizontal}")
+    return text if "xmlns=" in text else text.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)

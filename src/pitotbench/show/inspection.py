@@ -1,0 +1,150 @@
+"""The account of a log and the check of an aircraft: for the terminal and as plain data."""
+
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from pitotbench.records.aircraft import AircraftCheck, Attached, ManeuverCheck, StepResponse
+from pitotbench.records.log import HeldChannel, LogInspection, Question
+from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
+from pitotbench.show.words import unit_words, words
+from pitotbench.units import DEGREE, FOOT, KNOT
+
+# The account of a log: for the terminal and as plain data.
+
+
+def _five_digits(value: float | None) -> float | None:
+    """A number without the digits that nobody reads."""
+    return None if value is None else float(f"{value:.5g}")
+
+
+CHANNEL_COLUMNS: tuple[Column[HeldChannel], ...] = (
+    Column("channel", lambda c: words(c.name)),
+    Column("", lambda c: c.name, key="name"),
+    Column("", lambda c: c.unit or "-", key="unit"),
+    Column("unit", lambda c: unit_words(c.unit)),
+    Column("", lambda c: c.low, key="low"),
+    Column("", lambda c: c.high, key="high"),
+    Column("5 %", lambda c: _five_digits(c.low), "", ",.10g"),
+    Column("95 %", lambda c: _five_digits(c.high), "", ",.10g"),
+    Column("changes", lambda c: c.rate, "1/s", ".3g", "rate_hz"),
+)
+
+QUESTION_COLUMNS: tuple[Column[Question], ...] = (
+    Column("question", lambda q: q.name, key="question"),
+    Column("answered", lambda q: q.answered, key="answered"),
+    Column("what is missing", lambda q: q.words, key="missing"),
+)
+
+
+def inspection_sentences(found: LogInspection) -> list[str]:
+    """The account in sentences: extent, speeds, headings, and the bound to expect."""
+    minutes = sum(end - start for start, end in found.flights) / 60.0
+    low, _, high = (value / KNOT for value in found.airspeeds)
+    bottom, _, top = (value / FOOT for value in found.heights)
+    count = len(found.flights)
+    sentences = [
+        f"{found.rows:,} rows at {found.rate:.3g} Hz: {count} flight{'s' if count > 1 else ''}, {minutes:.1f} min, "
+        f"{len(found.pauses)} pause{'' if len(found.pauses) == 1 else 's'}.",
+        f"Indicated airspeeds {low:.0f} to {high:.0f} kt, pressure altitudes {bottom:,.0f} to {top:,.0f} ft, "
+        f"tracks in {found.headings} of 12 sectors of 30°.",
+        f"Wind about {np.hypot(*found.wind) / KNOT:.0f} kt from "
+        f"{np.arctan2(-found.wind[1], -found.wind[0]) / DEGREE % 360.0:03.0f}°.",
+    ]
+    if found.expected is None:
+        return [*sentences, f"No error curve can be found: {found.refusal}."]
+    speeds, bound = found.expected
+    points = ", ".join(
+        f"{bound[i] / KNOT:.2f} kt at {speeds[i] / KNOT:.0f} KIAS" for i in dict.fromkeys((0, len(speeds) // 2, -1))
+    )
+    if len(speeds) == 1:
+        points = f"{bound[0] / KNOT:.2f} kt at {speeds[0] / KNOT:.0f} KIAS"
+    return [*sentences, f"In light turbulence, expect an error curve with 2σ of {points} (Inverse+, noise known)."]
+
+
+def print_inspection(found: LogInspection, console: Console) -> None:
+    """Print the account: sentences, warnings, questions, channels and pauses."""
+    for sentence in inspection_sentences(found):
+        console.print(outside(sentence))
+    print_warnings(found.warnings, console)
+    console.print()
+    print_table(QUESTION_COLUMNS, found.questions, console)
+    console.print()
+    print_table(CHANNEL_COLUMNS, found.channels, console)
+    for start, length in found.pauses:
+        console.print(outside(f"pause of {length:.0f} s after {start:.0f} s"))
+
+
+def inspection_json(found: LogInspection) -> dict[str, Any]:
+    """The account as plain data, in knots, feet, degrees and seconds."""
+    expected = [] if found.expected is None else zip(*found.expected, strict=True)
+    return {
+        "rows": found.rows,
+        "rate_hz": found.rate,
+        "channels": json_rows(CHANNEL_COLUMNS, found.channels),
+        "flights": [{"start_s": start, "end_s": end} for start, end in found.flights],
+        "pauses": [{"start_s": start, "length_s": length} for start, length in found.pauses],
+        "track_sectors": found.headings,
+        "indicated_airspeed_kt": [value / KNOT for value in found.airspeeds],
+        "pressure_altitude_ft": [value / FOOT for value in found.heights],
+        "wind_speed_kt": float(np.hypot(*found.wind)) / KNOT,
+        "wind_from_deg": float(np.arctan2(-found.wind[1], -found.wind[0]) / DEGREE) % 360.0,
+        "questions": json_rows(QUESTION_COLUMNS, found.questions),
+        "expected": [{"indicated_airspeed_kt": v / KNOT, "two_sigma_kt": b / KNOT} for v, b in expected],
+        "refusal": found.refusal or None,
+        "warnings": list(found.warnings),
+    }
+
+
+# The check of an aircraft: for the terminal.
+
+MANEUVER_COLUMNS: tuple[Column[ManeuverCheck], ...] = (
+    Column("maneuver", lambda m: m.maneuver, key="maneuver"),
+    Column("speeds", lambda m: " ".join(f"{v:.0f}" for v in m.speeds_kt), "KCAS", key="speeds_kt"),
+    Column("flown", lambda m: not m.failure, key="flown"),
+    Column("time", lambda m: m.minutes, "min", ".1f", "minutes"),
+    Column("on condition", lambda m: m.on_condition, "%", ".0%", "on_condition"),
+)
+
+STEP_COLUMNS: tuple[Column[StepResponse], ...] = (
+    Column("step", lambda s: f"{words(s.quantity)} {s.step:+.0f} {s.unit}", key="step"),
+    Column("at", lambda s: s.speed_kt, "KCAS", ".0f", "speed_kt"),
+    Column("overshoot", lambda s: s.overshoot, "%", ".0%", "overshoot"),
+    Column("settled to 10 %", lambda s: s.settled, "s", ".1f", "settled_s"),
+)
+
+
+def check_sentences(check: AircraftCheck) -> list[str]:
+    """The check in sentences: whether it can be flown, its engines and speeds, the channels it lacks."""
+    flown = [m for m in check.maneuvers if not m.failure]
+    answer = f"{check.aircraft}: {len(flown)} of {len(check.maneuvers)} maneuvers can be flown."
+    failures = [f"{m.maneuver} was not flown: {m.failure}" for m in check.maneuvers if m.failure]
+    if check.attached is None:
+        return [answer, "It has an autopilot of its own and flies the cards as they are written.", *failures]
+    return [answer, *_found(check.attached), *failures]
+
+
+def _found(found: Attached) -> list[str]:
+    fastest = "Mach 0.7, to which the bench keeps, is" if found.mach_limited else "the maximum level speed is"
+    count = {1: "one engine", 2: "two engines"}.get(found.engines, f"{found.engines} engines")
+    sentences = [
+        f"{found.mass_kg:,.0f} kg, {count} ({found.engine_kind}), thrust lag {found.engine_time_s:.1f} s.",
+        f"At {found.altitude_ft:,.0f} ft with flaps up the stall speed is {found.stall_kt:.0f} KCAS, and {fastest} "
+        f"{found.fastest_kt:.0f} KCAS: both found by flying the model.",
+    ]
+    if found.missing:
+        sentences.append(
+            f"Not recorded, because the model has no such channel: {', '.join(map(words, found.missing))}."
+        )
+    return sentences
+
+
+def print_check(check: AircraftCheck, console: Console) -> None:
+    """Print the check: sentences, maneuvers, step responses."""
+    for number, sentence in enumerate(check_sentences(check)):
+        console.print(outside(sentence, "" if number else "bold"))
+    console.print()
+    print_table(MANEUVER_COLUMNS, check.maneuvers, console, "In light turbulence")
+    console.print()
+    print_table(STEP_COLUMNS, check.steps, console, "Steps of the autopilot, in smooth air")

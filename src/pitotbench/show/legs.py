@@ -1,0 +1,234 @@
+"""Fixed-speed points, cards written by hand and their plans, in numbers. Loads no drawing library."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from pitotbench.records.calibration import ErrorCurve
+from pitotbench.records.legs import CardPoint, FixedSpeedPoint, HandCard, HandPlan
+from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table, print_warnings
+from pitotbench.show.markup import render
+from pitotbench.show.words import listed
+from pitotbench.units import DEGREE, FOOT, KNOT
+
+# Fixed-speed points in numbers: for the terminal, for pages, for programs. Loads no drawing library.
+
+
+def method_words(point: FixedSpeedPoint) -> str:
+    """The method's name as it is written in tables and legends."""
+    return point.method.replace("_", "-")
+
+
+POINT_COLUMNS: tuple[Column[FixedSpeedPoint], ...] = (
+    Column("method", method_words),
+    Column("", lambda p: p.method, key="method"),
+    Column("", lambda p: p.legs, key="legs"),
+    Column("IAS", lambda p: p.indicated_airspeed / KNOT, "kt", ".1f", "indicated_airspeed_kt"),
+    Column("CAS", lambda p: p.calibrated_airspeed / KNOT, "kt", ".1f", "calibrated_airspeed_kt"),
+    Column("correction", lambda p: p.correction / KNOT, "kt", "+.2f", "correction_kt"),
+    Column("±2σ bound", lambda p: p.two_sigma / KNOT, "kt", ".2f", "two_sigma_kt"),
+    Column("TAS", lambda p: p.true_airspeed / KNOT, "kt", ".1f", "true_airspeed_kt"),
+    Column("", lambda p: p.true_airspeed_two_sigma / KNOT, key="true_airspeed_two_sigma_kt"),
+    Column("spread", lambda p: None if p.spread is None else p.spread / KNOT, "kt", ".2f", "spread_kt"),
+    Column("wind", lambda p: float(np.hypot(p.wind_north, p.wind_east)) / KNOT, "kt", ".1f", "wind_speed_kt"),
+    Column(
+        "from", lambda p: float(np.arctan2(-p.wind_east, -p.wind_north) / DEGREE) % 360.0, "°", "03.0f",
+        "wind_from_deg",
+    ),
+    Column("±2σ of wind", lambda p: p.wind_two_sigma / KNOT, "kt", ".2f", "wind_two_sigma_kt"),
+    Column("time", lambda p: p.seconds, "s", ".0f", "seconds"),
+)  # fmt: skip
+
+
+def print_points(points: Sequence[FixedSpeedPoint], console: "Console", curve: ErrorCurve | None = None) -> None:
+    """Print the points, one a row; with a curve, also the difference of each from it. Nothing for no points."""
+    if points and curve is not None:
+        console.print()  # the curve stands above
+    print_table(point_columns(curve), points, console, "fixed-speed methods")
+
+
+def points_html(points: Sequence[FixedSpeedPoint], curve: ErrorCurve | None = None) -> str:
+    """The same table, folded away, as HTML; empty for no points."""
+    if not points:
+        return ""
+    table = html_table(point_columns(curve), points)
+    return f"<details><summary>Fixed-speed methods in numbers</summary>{table}</details>"
+
+
+def points_json(points: Sequence[FixedSpeedPoint]) -> list[dict[str, Any]]:
+    """The points as plain data, in knots, degrees and seconds."""
+    return json_rows(POINT_COLUMNS, points)
+
+
+def point_columns(curve: ErrorCurve | None) -> list[Column[FixedSpeedPoint]]:
+    """The columns of the points; with a curve, also the point's correction minus that of the curve."""
+    if curve is None:
+        return list(POINT_COLUMNS)
+    return [*POINT_COLUMNS, Column("point − curve", lambda point: _off(point, curve), "kt", "+.2f")]
+
+
+def legs_json(true_airspeed: float, spread: float | None, wind_speed: float, wind_from: float) -> dict[str, Any]:
+    """The answer of legs that were typed by hand: true airspeed, spread and wind speed [m/s] and the direction
+    [rad] that the wind comes from, as plain data in knots and degrees."""
+    return {
+        "true_airspeed_kt": true_airspeed / KNOT,
+        "spread_kt": None if spread is None else spread / KNOT,
+        "wind_speed_kt": wind_speed / KNOT,
+        "wind_from_deg": wind_from / DEGREE,
+    }
+
+
+def _off(point: FixedSpeedPoint, curve: ErrorCurve) -> float | None:
+    """The difference [kt]; None more than one step beyond the curve's ends."""
+    from scipy.interpolate import CubicSpline  # slow to import, and not needed for typed legs
+
+    speed, place = curve.indicated_airspeed, point.indicated_airspeed
+    if len(speed) < 2 or not 2.0 * speed[0] - speed[1] <= place <= 2.0 * speed[-1] - speed[-2]:
+        return None
+    # Between round airspeeds a straight line is up to 0.03 kt off, more than a point in calm air.
+    return float(point.correction - CubicSpline(speed, curve.correction)(place)) / KNOT
+
+
+# A card written by hand, in numbers: for the terminal and as plain data.
+
+
+def _scaled(value: float | None, unit: float) -> float | None:
+    return None if value is None else value / unit
+
+
+CARD_POINT_COLUMNS: tuple[Column[CardPoint], ...] = (
+    Column("point", lambda p: p.point, key="point"),
+    Column("configuration", lambda p: p.configuration or None, key="configuration", optional=True),
+    Column("legs", lambda p: p.legs, "", "d", "legs"),
+    Column("KIAS", lambda p: p.indicated_airspeed / KNOT, "kt", ".1f", "indicated_airspeed_kt"),
+    Column("KCAS", lambda p: _scaled(p.calibrated_airspeed, KNOT), "kt", ".1f", "calibrated_airspeed_kt"),
+    Column("correction", lambda p: _scaled(p.correction, KNOT), "kt", "+.2f", "correction_kt"),
+    Column("±2σ", lambda p: _scaled(p.two_sigma, KNOT), "kt", ".2f", "two_sigma_kt"),
+    Column(
+        "altitude correction",
+        lambda p: _scaled(p.altitude_correction, FOOT),
+        "ft",
+        "+.0f",
+        "altitude_correction_ft",
+    ),
+    Column("±2σ", lambda p: _scaled(p.altitude_two_sigma, FOOT), "ft", ".0f", "altitude_two_sigma_ft"),
+    Column("KTAS", lambda p: _scaled(p.true_airspeed, KNOT), "kt", ".1f", "true_airspeed_kt"),
+    Column("spread", lambda p: _scaled(p.spread, KNOT), "kt", ".2f", "spread_kt"),
+    Column("wind", lambda p: _scaled(p.wind_speed, KNOT), "kt", ".1f", "wind_speed_kt"),
+    Column("from", lambda p: _scaled(p.wind_from, DEGREE), "°", "03.0f", "wind_from_deg"),
+    Column("remark", lambda p: p.remark, key="remark"),
+)
+
+_CurveRow = tuple[float, float, float, float, float, float, float, float]
+
+CURVE_COLUMNS: tuple[Column[_CurveRow], ...] = (
+    Column("KIAS", lambda r: r[0], "kt", ".1f", "indicated_airspeed_kt"),
+    Column("KCAS", lambda r: r[1], "kt", ".1f", "calibrated_airspeed_kt"),
+    Column("correction", lambda r: r[2], "kt", "+.2f", "correction_kt"),
+    Column("±2σ", lambda r: r[3], "kt", ".2f", "two_sigma_kt"),
+    Column("altitude correction", lambda r: r[4], "ft", "+.0f", "altitude_correction_ft"),
+    Column("±2σ", lambda r: r[5], "ft", ".0f", "altitude_two_sigma_ft"),
+    Column("Δp/q_c", lambda r: r[6], "", "+.4f", "normalized_pressure_error"),
+    Column("", lambda r: r[7], key="normalized_two_sigma"),
+)
+
+
+def _rows(curve: ErrorCurve) -> list[_CurveRow]:
+    height = np.zeros(len(curve.correction)) if curve.altitude_correction is None else curve.altitude_correction
+    bound = np.zeros(len(curve.correction)) if curve.altitude_two_sigma is None else curve.altitude_two_sigma
+    columns = (
+        curve.indicated_airspeed / KNOT,
+        (curve.indicated_airspeed + curve.correction) / KNOT,
+        curve.correction / KNOT,
+        curve.two_sigma / KNOT,
+        height / FOOT,
+        bound / FOOT,
+        curve.normalized_pressure_error,
+        curve.normalized_two_sigma,
+    )
+    return [tuple(map(float, row)) for row in zip(*columns, strict=True)]  # type: ignore[misc]
+
+
+def print_card(card: HandCard, console: Console) -> None:
+    """Print the slips, the points, and the curve of each configuration."""
+    print_warnings(card.warnings, console)
+    print_table(CARD_POINT_COLUMNS, card.points, console, "points")
+    for name, curve in card.curves.items():
+        console.print()
+        print_table(CURVE_COLUMNS, _rows(curve), console, f"curve{f', {name}' if name else ''}")
+
+
+def card_json(card: HandCard) -> dict[str, Any]:
+    """The card as plain data, in knots, feet and degrees."""
+    return {
+        "points": json_rows(CARD_POINT_COLUMNS, card.points),
+        "curves": {name: {"curve": json_rows(CURVE_COLUMNS, _rows(curve))} for name, curve in card.curves.items()},
+        "slips": [
+            {"row": s.row, "point": s.point, "what": s.words, "probably": s.probably or None} for s in card.slips
+        ],
+        "warnings": list(card.warnings),
+    }
+
+
+# The plan of a card flown by hand: for the terminal and as plain data.
+
+PLAN_COLUMNS: tuple[Column[HandPlan], ...] = (
+    Column("legs a point", lambda p: p.legs, "", "d", "legs"),
+    Column("airspeeds", lambda p: len(p.airspeeds), "", "d", "points"),
+    Column("times", lambda p: p.times, "", "d", "times"),
+    Column("time in the air", lambda p: p.minutes, "min", ".0f", "minutes"),
+    Column("±2σ of the curve", lambda p: p.two_sigma / KNOT, "kt", ".2f", "two_sigma_kt"),
+)
+
+
+def chosen_plan(plans: Sequence[HandPlan], want: float | None, minutes: float | None) -> HandPlan | None:
+    """The shortest card with the wanted bound [m/s], else the best within the minutes, else the best of all."""
+    fitting = [plan for plan in plans if minutes is None or plan.minutes <= minutes]
+    if want is not None:
+        return next((plan for plan in fitting if plan.two_sigma <= want), None)
+    return min(fitting, key=lambda plan: plan.two_sigma, default=None)
+
+
+def plan_words(plan: HandPlan | None, want: float | None) -> list[str]:
+    """The card in the words of a pilot."""
+    if plan is None:
+        wanted = "" if want is None else f" with ±{want / KNOT:g} kt (2σ)"
+        return [f"No card by hand{wanted} fits into the minutes: record a log instead, or allow more of either."]
+    speeds = listed([f"{speed / KNOT:.0f}" for speed in plan.airspeeds])
+    tracks = listed([f"{track / DEGREE:03.0f}°" for track in plan.tracks])
+    again = "" if plan.times == 1 else f" Fly all of it {plan.times} times, every other time from the fast end."
+    return [
+        f"Fly {speeds} KIAS, at each {plan.legs} legs on true tracks {tracks}; "
+        "all turned together by any angle will do.",
+        f"Hold each leg for 30 s and read whole knots and degrees.{again} "
+        f"It takes {plan.minutes:.0f} min and gives a curve with a 2σ of {plan.two_sigma / KNOT:.2f} kt.",
+    ]
+
+
+def print_hand_plan(
+    plans: Sequence[HandPlan], chosen: HandPlan | None, want: float | None, console: Console
+) -> None:
+    """Print the card to fly, and the others from which it is chosen."""
+    for line in plan_words(chosen, want):
+        console.print(outside(line))
+    console.print()
+    print_table(PLAN_COLUMNS, plans, console, "cards by hand, each better than all shorter ones")
+
+
+def hand_plan_json(plans: Sequence[HandPlan], chosen: HandPlan | None) -> dict[str, Any]:
+    """The cards as plain data; `fly` is null where none fits."""
+    fly: dict[str, Any] | None = None
+    if chosen is not None:
+        (fly,) = json_rows(PLAN_COLUMNS, [chosen])
+        fly |= {
+            "airspeeds_kt": [speed / KNOT for speed in chosen.airspeeds],
+            "tracks_deg": [track / DEGREE for track in chosen.tracks],
+        }
+    return {"fly": fly, "cards": json_rows(PLAN_COLUMNS, plans)}
+
+
+def card_sheet(points: int = 6, legs: int = 4) -> str:
+    """The HTML of an empty sheet, which prints on one page."""
+    return render("sheet.html", points=points, legs=legs)

@@ -1,0 +1,466 @@
+"""The pages: a campaign, calibrated logs, the account of a log, the check of an aircraft, a plan."""
+
+from collections.abc import Mapping, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from itertools import groupby
+from math import log
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from pitotbench import air
+from pitotbench.records.aircraft import AircraftCheck, Attached, StepResponse
+from pitotbench.records.calibration import Calibration
+from pitotbench.records.flight import Flight
+from pitotbench.records.forecast import Forecast, Plan
+from pitotbench.records.legs import FixedSpeedPoint
+from pitotbench.records.log import FlightLog, LogInspection
+from pitotbench.show.calibration import ShortAnswer, calibration_html, card_html, condition_lines, short_answer_of
+from pitotbench.show.campaign import campaign_html, remarks
+from pitotbench.show.columns import Column, html_table
+from pitotbench.show.curves import curve_panels, residual_panels
+from pitotbench.show.flights import flight_panels, summary_panels
+from pitotbench.show.inspection import (
+    CHANNEL_COLUMNS,
+    MANEUVER_COLUMNS,
+    QUESTION_COLUMNS,
+    STEP_COLUMNS,
+    check_sentences,
+    inspection_sentences,
+)
+from pitotbench.show.legs import points_html
+from pitotbench.show.limits import AUTO, Limit
+from pitotbench.show.markup import Section, render
+from pitotbench.show.plan import card_lines, plan_advice, plan_columns
+from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, Panel, broken, panel, thin
+from pitotbench.show.words import words
+from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array, MetersPerSecond
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+# The page of a campaign and that of calibrated logs: one self-contained file each, which opens offline.
+
+_MOST_NAMED = 2  # maneuvers that fit into a title
+
+
+def _correction(heading: str, number: int) -> Column[ShortAnswer]:
+    def value(answer: ShortAnswer) -> str:
+        correction = answer.corrections[number]
+        return f"{correction} at {correction.indicated_kt:.0f} KIAS"
+
+    return Column(heading, value)
+
+
+ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
+    Column("flight", lambda answer: answer.subject),
+    Column("model", lambda answer: answer.model),
+    *(_correction(heading, number) for number, heading in enumerate(("low speed", "middle speed", "high speed"))),
+    Column("wind", lambda answer: answer.wind_kt, "kt", ".1f"),
+    Column("wind from", lambda answer: answer.wind_from_deg, "°", "03.0f"),
+    Column("±2σ of the wind", lambda answer: answer.wind_two_sigma_kt, "kt", ".2f"),
+    Column("2σ of the residual", lambda answer: answer.residual_two_sigma_kt, "kt", ".2f"),
+)
+
+
+def campaign_page(
+    subtitle: str, results: "pd.DataFrame", sections: Sequence[Section], failures: Sequence[str], case: str
+) -> str:
+    """The HTML of a campaign: the short answer, tables, summary pictures, a section a maneuver and data system.
+
+    `results` as in results.parquet; `failures`: a sentence a flight that gave no result; `case`: the TOML of the
+    first flight's case.
+    """
+    first = results[results["model"] == results["model"].iloc[0]]
+    return _page(
+        title=f"Pitot-static calibration: {_flown(results)}",
+        subtitle=subtitle,
+        sections=sections,
+        notes=remarks(results, _several(sections)),
+        failures=failures,
+        table=campaign_html(first),
+        all_models=campaign_html(results) if len(first) < len(results) else "",
+        panels=summary_panels(results) if len(sections) > 1 else [],
+        case=case,
+    )
+
+
+def log_page(title: str, sections: Sequence[Section]) -> str:
+    """The HTML of calibrated logs; the line below the title says whether they were measured or simulated."""
+    origins = " and ".join(dict.fromkeys(section.group for section in sections))
+    subtitle = f"From {origins}" if len(sections) > 1 else f"From a {origins.removesuffix('s')}"
+    notes = remarks(None, _several(sections))
+    return _page(title=title, subtitle=subtitle, sections=sections, notes=notes)
+
+
+def _several(sections: Sequence[Section]) -> list[ShortAnswer]:
+    """The answers whose warnings stand at the top of the page; a single section has its own at its top."""
+    return [section.answer for section in sections] if len(sections) > 1 else []
+
+
+def _flown(results: "pd.DataFrame") -> str:
+    names = [str(name).replace("_", " ") for name in results["maneuver"].unique()]
+    return " and ".join(names) if len(names) <= _MOST_NAMED else f"{len(names)} maneuvers"
+
+
+def _page(sections: Sequence[Section], **content: object) -> str:
+    optional = {"failures": (), "table": "", "all_models": "", "panels": (), "case": ""}
+    groups = [(name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)]
+    return render(
+        "report.html",
+        version=page_version(),
+        sections=sections,
+        groups=groups,
+        answers=html_table(ANSWER_COLUMNS, [section.answer for section in sections]),
+        **{**optional, **content},
+    )
+
+
+def page_version() -> str:
+    """The version of the bench that made a page."""
+    try:
+        return version("pitotbench")
+    except PackageNotFoundError:  # run from a checkout that was never installed
+        return "(not installed)"
+
+
+# Draw one part of a page: a maneuver as one data system recorded it, or a log, in words and pictures.
+
+
+def flight_section(
+    flight: Flight,
+    system: str,
+    results: Mapping[str, Calibration],
+    truth: Mapping[str, MetersPerSecond],
+    tolerances: Mapping[str, float] | None,
+    points: Sequence[FixedSpeedPoint] = (),
+) -> Section:
+    """The section of a simulated flight as one data system (`20/1`) recorded it.
+
+    `truth`: true correction [m/s] by model. `tolerances`: see `flight_panels`; None where another section draws the
+    flight itself. `points` of fixed-speed methods are drawn over the curve.
+    """
+    maneuver = flight.case.maneuver.replace("_", " ")
+    answer = short_answer_of(next(iter(results.values())), f"{maneuver} {system}")
+    flown = [] if tolerances is None else flight_panels(flight, tolerances)
+    name = f"{flight.case.maneuver}-{system.replace('/', '-')}"
+    html = _html(name, f"{maneuver.capitalize()}, {system} Hz", "", answer, results, truth, flown, points)
+    return Section(name, maneuver, system, answer, html)
+
+
+def log_section(
+    name: str,
+    log: FlightLog,
+    result: Calibration,
+    points: Sequence[FixedSpeedPoint] = (),
+    limit: Limit | str | None = AUTO,
+    lines: Sequence[str] = (),
+) -> Section:
+    """The section of a log that was read from a file, or of a flight of it; `lines` say which.
+
+    Its group says whether a simulator made the log. `limit` as for `judgments`.
+    """
+    answer = short_answer_of(result, name)
+    rows = " ".join([*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log):,} rows read,"])
+    rows += f" {result.samples:,} used."
+    anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
+    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit)
+    origin = "simulated logs" if log.simulated else "measured logs"
+    return Section(anchor, origin, name, answer, html)
+
+
+def _html(
+    anchor: str,
+    title: str,
+    remark: str,
+    answer: ShortAnswer,
+    results: Mapping[str, Calibration],
+    truth: Mapping[str, MetersPerSecond] | None,
+    flown: Sequence[Panel],
+    points: Sequence[FixedSpeedPoint],
+    limit: Limit | str | None = AUTO,
+) -> str:
+    first = next(iter(results.values()))
+    curves = curve_panels(results, truth, points, limit)
+    return render(
+        "section.html",
+        anchor=anchor,
+        title=title,
+        remark=remark,
+        answer=answer,
+        flown=flown,
+        curve=curves[0],
+        conditions=condition_lines(first),
+        card=card_html(first.curve, title),
+        panels=[*curves[1:], *residual_panels(first)],
+        numbers=calibration_html(first) + points_html(points, first.curve),
+    )
+
+
+def aircraft_page(check: AircraftCheck) -> str:
+    """The HTML of the check of an aircraft."""
+    panels = [] if check.attached is None else _trim_panels(check.attached)
+    quantities = list(dict.fromkeys(step.quantity for step in check.steps))
+    panels += [_step_panel([s for s in check.steps if s.quantity == quantity]) for quantity in quantities]
+    return render(
+        "aircraft.html",
+        title=f"What can be flown with {check.aircraft}",
+        sentences=check_sentences(check),
+        panels=panels,
+        maneuvers=html_table(MANEUVER_COLUMNS, check.maneuvers),
+        steps=html_table(STEP_COLUMNS, check.steps),
+    )
+
+
+def _trim_panels(found: Attached) -> list[Panel]:
+    def drawn(values: tuple[float, ...], label: str) -> Panel:
+        return panel(label.split(" [")[0].capitalize(), lambda axes: _draw_trim(axes, found, values, label))
+
+    return [
+        drawn(tuple(100.0 * lever for lever in found.lever), "throttle in level flight [%]"),
+        drawn(found.alpha_deg, "angle of attack in level flight [°]"),
+    ]
+
+
+def _draw_trim(axes: Axes, found: Attached, values: tuple[float, ...], label: str) -> None:
+    axes.plot(found.speed_kt, values, "o-", color=BLUE, ms=3.5)
+    axes.axvline(found.stall_kt, color=GREY, lw=1.0, ls="--", label="stall speed")
+    axes.set(xlabel="calibrated airspeed [kt]", ylabel=label)
+
+
+def _step_panel(steps: list[StepResponse]) -> Panel:
+    def draw(axes: Axes) -> None:
+        for step, color in zip(steps, (BLUE, ORANGE), strict=False):
+            axes.plot(step.time, step.change, color=color, label=f"at {step.speed_kt:.0f} KCAS")
+        axes.axhline(steps[0].step, color=GREY, lw=1.0, ls="--", label="asked for")
+        axes.set(xlabel="time [s]", ylabel=f"change of {words(steps[0].quantity)} [{steps[0].unit}]")
+
+    return panel(f"Step of {words(steps[0].quantity)}", draw)
+
+
+# The account of a log as a page: speeds, height and track over time, the tracks flown, the bound to expect.
+
+
+def inspection_page(name: str, log: FlightLog, found: LogInspection) -> str:
+    """The HTML of the account of a log."""
+    return render(
+        "inspection.html",
+        title=f"What {name} holds",
+        sentences=inspection_sentences(found),
+        panels=inspection_panels(log, found),
+        questions=html_table(QUESTION_COLUMNS, found.questions),
+        channels=html_table(CHANNEL_COLUMNS, found.channels),
+        warnings=found.warnings,
+    )
+
+
+def inspection_panels(log: FlightLog, found: LogInspection) -> list[Panel]:
+    """The pictures of a log."""
+    speed = np.asarray(air.calibrated_airspeed(log.impact_pressure)) / KNOT
+    ground = np.hypot(log.velocity_north, log.velocity_east) / KNOT
+    track = np.arctan2(log.velocity_east, log.velocity_north) / DEGREE % 360.0
+    height = np.asarray(air.pressure_altitude(log.static_pressure)) / FOOT
+    panels = [
+        panel("Speeds", lambda axes: _draw_speeds(axes, log.time, speed, ground)),
+        panel("Pressure altitude", lambda axes: _draw_line(axes, log.time, height, "pressure altitude [ft]")),
+        panel("Tracks and airspeeds flown", lambda axes: _draw_tracks(axes, track, speed)),
+    ]
+    if found.expected is not None:
+        speeds, bound = found.expected
+        panels.append(panel("Bound to expect in light turbulence", lambda axes: _draw_bound(axes, speeds, bound)))
+    return panels
+
+
+def _draw_speeds(axes: Axes, time: Array, speed: Array, ground: Array) -> None:
+    seconds, *lines = broken(*thin(time - time[0], speed, ground))
+    for line, color, label in zip(lines, (BLUE, ORANGE), ("indicated airspeed", "ground speed"), strict=True):
+        axes.plot(seconds / 60.0, line, color=color, label=label, lw=1.0)
+    axes.set(xlabel="time [min]", ylabel="speed [kt]")
+
+
+def _draw_line(axes: Axes, time: Array, values: Array, label: str) -> None:
+    seconds, line = broken(*thin(time - time[0], values))
+    axes.plot(seconds / 60.0, line, color=BLUE, lw=1.0)
+    axes.set(xlabel="time [min]", ylabel=label)
+
+
+def _draw_tracks(axes: Axes, track: Array, speed: Array) -> None:
+    some, fast = thin(track, speed)
+    axes.plot(some, fast, ".", color=GREY, ms=2.0)
+    axes.set(xlabel="track [°]", ylabel="indicated airspeed [kt]", xlim=(0, 360), xticks=range(0, 361, 60))
+
+
+def _draw_bound(axes: Axes, speeds: Array, bound: Array) -> None:
+    axes.plot(speeds / KNOT, bound / KNOT, "o-", color=BLUE, ms=3.0)
+    axes.set(xlabel="indicated airspeed [kt]", ylabel="2σ of the correction [kt]", ylim=(0.0, None))
+
+
+# Pictures of a plan: the bound against minutes and against airspeed, and the ground tracks.
+
+_BELOW_DOTS = 3.0  # drawing order of names, above lines: the background of a name hides no other card's dot
+
+_COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)
+
+_CURVES = 6  # best maneuvers drawn: one color each
+
+_TRACKS = 3
+
+_LINE = 0.043  # height of a line of names, as a share of the axis
+
+_NAME_WIDTH, _CLOSE = 0.4, 0.2  # natural logarithms: the width of a name in minutes, the height of close dots
+
+_LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
+
+
+def plan_panels(plan: Plan) -> list[Panel]:
+    """The three pictures of a plan."""
+    return [
+        panel(
+            "How well the curve is known, against minutes",
+            lambda axes: draw_front(axes, plan),
+            "A dot is a card flown once, with its 1σ between flights. The line from a dot is the same card flown "
+            "repeatedly. Black: the Pareto front, the smallest bound that whole cards reach in so many minutes.",
+            size=_LARGE,
+        ),
+        panel(
+            "±2σ of the curve, by airspeed",
+            lambda axes: draw_curves(axes, plan.forecasts[:_CURVES]),
+            f"The {min(_CURVES, len(plan.forecasts))} best maneuvers, each flown once.",
+        ),
+        panel(
+            "Ground covered",
+            lambda axes: draw_tracks(axes, plan),
+            "The best maneuvers in the expected wind. Recorded parts only: the set-ups need more ground.",
+            size=_SQUARE,
+        ),
+    ]
+
+
+def front(forecasts: Sequence[Forecast], last: float) -> list[tuple[float, float]]:
+    """Minutes and ±2σ [m/s] of the Pareto front, up to `last` minutes, for cards flown once or more.
+
+    No other choice takes fewer minutes and has a smaller bound.
+    """
+    choices = [
+        (times * each.minutes, each.mean / times**0.5)
+        for each in forecasts
+        for times in range(1, int(last / each.minutes) + 1)
+    ]
+    best: list[tuple[float, float]] = []
+    for minutes, bound in sorted(choices):
+        if not best or bound < best[-1][1]:
+            best.append((minutes, bound))
+    return best
+
+
+def draw_front(axes: Axes, plan: Plan) -> None:
+    """Draw ±2σ [kt] against minutes, both logarithmic: a line of slope −½ is a card flown repeatedly."""
+    shown = [*plan.forecasts, *([plan.improved] if plan.improved else [])]
+    last = 1.6 * max(each.minutes for each in shown)
+    for each in shown:
+        minutes = np.geomspace(each.minutes, last, 20)
+        color, marker, size = _look(plan, each)
+        axes.plot(minutes, [each.mean_in(m) / KNOT for m in minutes], color=color, lw=0.6, alpha=0.5)
+        axes.errorbar(
+            each.minutes, each.mean / KNOT, each.spread / KNOT,
+            fmt=marker, ms=size, color=color, elinewidth=0.8, zorder=_BELOW_DOTS + 1.0,
+        )  # fmt: skip
+    edge = front(shown, last)
+    corners = [*(minutes for minutes, _ in edge), last], [*(bound / KNOT for _, bound in edge), edge[-1][1] / KNOT]
+    axes.step(*corners, where="post", color=INK, lw=1.2, label="Pareto front")
+    if plan.want is not None:
+        axes.axhline(plan.want / KNOT, color=GREEN, ls="--", label=f"wanted, {plan.want / KNOT:g} kt")
+    if plan.minutes is not None:
+        axes.axvline(plan.minutes, color=ORANGE, ls="--", label=f"{plan.minutes:g} min")
+    axes.set(xscale="log", yscale="log", xlabel="time recorded [min]", ylabel="mean ±2σ of the curve [kt]")
+    axes.set_xlim(0.62 * min(each.minutes for each in shown), last)
+    _name_dots(axes, plan, shown)
+    _plain_ticks(axes)
+
+
+def _look(plan: Plan, each: Forecast) -> tuple[str, str, float]:
+    """Color, marker and size of a card's dot."""
+    if each is plan.improved:
+        return RED, "*", 10.0
+    return (BLUE, "o", 6.0) if each is plan.best else (GREY, "o", 5.0)
+
+
+def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
+    """Write the names next to the dots; to the right where another dot is close on the left, and pushed apart."""
+    low, high = axes.get_ylim()
+    line = (low / high) ** _LINE  # the axis is logarithmic: a line down is a ratio
+    lowest: list[tuple[bool, float, float]] = []  # side, minutes and height of the names written so far
+    for each in sorted(shown, key=lambda f: -f.mean):
+        right = any(_is_close_on_the_left(other, each) for other in shown)
+        near = [h for side, m, h in lowest if side == right and abs(log(m / each.minutes)) < _NAME_WIDTH]
+        height = min([each.mean / KNOT, *(line * h for h in near)])
+        lowest.append((right, each.minutes, height))
+        axes.annotate(
+            each.maneuver.replace("_", " ") + (", improved" if each is plan.improved else ""),
+            (each.minutes, each.mean / KNOT),
+            xytext=((1.03 if right else 0.97) * each.minutes, height),
+            ha="left" if right else "right",
+            va="center",
+            fontsize=8,
+            bbox={"facecolor": "white", "alpha": 0.9, "linewidth": 0.0, "pad": 0.5},
+            color=_look(plan, each)[0] if each in (plan.best, plan.improved) else INK,
+            zorder=_BELOW_DOTS,
+        )
+
+
+def _is_close_on_the_left(other: Forecast, each: Forecast) -> bool:
+    """Whether another dot lies close to the left."""
+    right, above = log(each.minutes / other.minutes), log(each.mean / other.mean)
+    return 0.0 < right < _NAME_WIDTH and abs(above) < _CLOSE
+
+
+def _plain_ticks(axes: Axes) -> None:
+    """Put plain numbers on logarithmic axes."""
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = axis.get_view_interval()
+        ticks = [m * 10.0**d for d in range(-4, 4) for m in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)]
+        inside = [t for t in ticks if low <= t <= high]
+        axis.set_ticks(inside, [f"{t:g}" for t in inside])
+        axis.set_ticks([], minor=True)
+
+
+def draw_curves(axes: Axes, forecasts: Sequence[Forecast]) -> None:
+    """Draw ±2σ [kt] against indicated airspeed [kt]."""
+    for number, each in enumerate(forecasts):
+        axes.plot(
+            each.airspeeds / KNOT,
+            each.two_sigma / KNOT,
+            color=_COLORS[number % len(_COLORS)],
+            label=each.maneuver.replace("_", " "),
+        )
+    axes.set(xlabel="indicated airspeed [kt]", ylabel="±2σ of the curve [kt]")
+    axes.set_ylim(bottom=0.0)
+
+
+def draw_tracks(axes: Axes, plan: Plan) -> None:
+    """Draw the ground tracks [nmi], each moved to the corner of the axes, and the box where one was given."""
+    for number, each in enumerate(plan.forecasts[:_TRACKS]):
+        north, east = each.track / NAUTICAL_MILE
+        label = each.maneuver.replace("_", " ")
+        axes.plot(east - np.nanmin(east), north - np.nanmin(north), color=_COLORS[number], lw=1.0, label=label)
+    if plan.box is not None:
+        side = plan.box / NAUTICAL_MILE
+        axes.plot([0.0, side, side, 0.0, 0.0], [0.0, 0.0, side, side, 0.0], color=PALE, lw=2.0, label="box")
+    axes.set(xlabel="east [nmi]", ylabel="north [nmi]")
+    axes.set_aspect("equal", adjustable="datalim")
+
+
+def plan_page(plan: Plan) -> str:
+    """The recommendation as one self-contained page (HTML)."""
+    return render(
+        "plan.html",
+        title="What to fly",
+        subtitle=plan.conditions,
+        advice=plan_advice(plan),
+        panels=plan_panels(plan),
+        table=html_table(plan_columns(plan), plan.forecasts),
+        refused=plan.refused,
+        card=[] if plan.improved is None else card_lines(plan.improved),
+    )

@@ -1,0 +1,137 @@
+"""A plan in numbers and sentences: one row a maneuver in order of merit, the advice, the improved card."""
+
+from typing import Any
+
+from rich.console import Console
+
+from pitotbench.records.forecast import Forecast, Plan
+from pitotbench.show.columns import Column, json_rows, outside, print_table
+from pitotbench.show.words import entry_words, words
+from pitotbench.units import DEGREE, KNOT, NAUTICAL_MILE
+
+# The recommendation of a plan in sentences, and the improved card as words and as a case file has it.
+
+
+def plan_advice(plan: Plan) -> list[str]:
+    """The recommendation: what to fly, how often, what to fly without steep turns, and the improved card."""
+    if plan.best is None:
+        return ["No maneuver fits into the minutes and the box: allow more of either."]
+    lines = [f"Fly the {_forecast_words(plan.best)}."]
+    if plan.want is not None:
+        times = plan.best.times_for(plan.want)
+        lines.append(
+            f"For ±{plan.want / KNOT:g} kt (2σ) fly it {times} time{'s' if times > 1 else ''}: "
+            f"{times * plan.best.minutes:.1f} min."
+        )
+    if plan.gentle is not None and plan.gentle is not plan.best:
+        lines.append(
+            "The forecast for steep turns assumes that the pressure error does not depend on the load factor. "
+            f"Without steep turns, fly the {_forecast_words(plan.gentle)}."
+        )
+    if plan.improved is not None:
+        lines.append(f"Improved card: fly the {_forecast_words(plan.improved)}, with {card_words(plan.improved)}.")
+    elif plan.flights_searched:
+        lines.append(f"The search flew {plan.flights_searched} other cards of it; none is better by more than 1 %.")
+    return lines
+
+
+def card_words(each: Forecast) -> str:
+    """The changed numbers of a card as a pilot reads them, with units."""
+    return "; ".join(entry_words(key, value) for key, value in each.card.items())
+
+
+def card_lines(each: Forecast) -> list[str]:
+    """The changed numbers of a card, as a case file has them."""
+    return [f"{key} = {_rounded(value)}" for key, value in each.card.items()]
+
+
+def _forecast_words(each: Forecast) -> str:
+    return f"{words(each.maneuver)}: ±{each.mean / KNOT:.3f} kt (2σ, mean over the curve) in {each.minutes:.1f} min"
+
+
+def _rounded(value: Any) -> str:
+    return f"[{', '.join(f'{v:.4g}' for v in value)}]" if isinstance(value, list) else f"{value:.4g}"
+
+
+# The table of a plan: one row a maneuver, in order of merit; and the plan as plain data.
+
+_COMPARED = 6.0  # min: maneuvers are compared over equal times where the user names none
+
+
+def plan_columns(plan: Plan) -> list[Column[Forecast]]:
+    """The columns of a plan's forecasts. Those of a wanted bound are shown only where one was asked for."""
+    want, minutes = plan.want, plan.minutes
+
+    def times(each: Forecast) -> int | None:
+        return None if want is None else each.times_for(want)
+
+    def minutes_for_want(each: Forecast) -> float | None:
+        flights = times(each)
+        return None if flights is None else flights * each.minutes
+
+    def in_minutes(each: Forecast) -> float:
+        return (each.mean_in(_COMPARED) if minutes is None else each.within(minutes)) / KNOT
+
+    wanted = "" if want is None else f"flights for ±{want / KNOT:g} kt"
+    return [
+        Column("maneuver", lambda each: each.maneuver, key="maneuver"),
+        Column("", lambda each: dict(each.card), key="card"),
+        Column("recorded", lambda each: each.minutes, "min", ".1f", "minutes"),
+        Column("in the air", lambda each: each.elapsed_minutes, "min", ".1f", "elapsed_minutes"),
+        Column("predicted ±2σ", lambda each: each.mean / KNOT, "kt", ".3f", "two_sigma_kt"),
+        Column("1σ between flights", lambda each: each.spread / KNOT, "kt", ".3f", "two_sigma_spread_kt"),
+        Column("", lambda each: each.mean / each.widening / KNOT, key="known_noise_two_sigma_kt"),
+        Column(f"±2σ in {minutes or _COMPARED:g} min", in_minutes, "kt", ".3f"),
+        Column(wanted, times, style="d", key="flights_for_want"),
+        Column(wanted and "time for them", minutes_for_want, "min", ".0f", "minutes_for_want"),
+        Column("ground N–S", lambda each: each.extent[0] / NAUTICAL_MILE, "nmi", ".1f", "ground_north_nm"),
+        Column("ground E–W", lambda each: each.extent[1] / NAUTICAL_MILE, "nmi", ".1f", "ground_east_nm"),
+        Column("bank", lambda each: each.steepest_bank / DEGREE, "°", ".0f", "steepest_bank_deg"),
+        Column("", _curve, key="curve"),
+        Column("remark", lambda each: remark(plan, each), key="remark"),
+    ]
+
+
+def remark(plan: Plan, each: Forecast) -> str:
+    """Why a maneuver is chosen, or why it cannot be."""
+    if not each.fits(plan.box):
+        return "leaves the box"
+    if plan.minutes is not None and each.minutes > plan.minutes:
+        return "takes longer"
+    if each is plan.best:
+        return "best"
+    return "best, no steep turn" if each is plan.gentle else ""
+
+
+def plan_json(plan: Plan) -> dict[str, Any]:
+    """The plan as plain data; the unit is in each key."""
+    columns = plan_columns(plan)
+    return {
+        "conditions": plan.conditions,
+        "minutes": plan.minutes,
+        "want_kt": None if plan.want is None else plan.want / KNOT,
+        "box_nm": None if plan.box is None else plan.box / NAUTICAL_MILE,
+        "forecasts": json_rows(columns, plan.forecasts),
+        "refused": dict(plan.refused),
+        "best": plan.best.maneuver if plan.best else None,
+        "best_without_steep_turns": plan.gentle.maneuver if plan.gentle else None,
+        "improved": None if plan.improved is None else json_rows(columns, [plan.improved])[0],
+        "advice": plan_advice(plan),
+    }
+
+
+def _curve(each: Forecast) -> list[dict[str, float]]:
+    return [
+        {"indicated_airspeed_kt": speed / KNOT, "two_sigma_kt": bound / KNOT}
+        for speed, bound in zip(each.airspeeds, each.two_sigma, strict=True)
+    ]
+
+
+def print_plan(plan: Plan, console: Console) -> None:
+    """Print the recommendation, the conditions, the table, and the maneuvers that cannot be flown."""
+    for line in plan_advice(plan):
+        console.print(outside(line), soft_wrap=True)
+    console.print()
+    print_table(plan_columns(plan), plan.forecasts, console, plan.conditions)
+    for maneuver, reason in plan.refused.items():
+        console.print(outside(f"cannot be flown: {maneuver}: {reason}", "yellow"), soft_wrap=True)

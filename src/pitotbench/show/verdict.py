@@ -1,0 +1,354 @@
+"""The verdict of a reconciliation for the terminal and as plain data, with its tables."""
+
+from typing import Any
+
+from rich.console import Console
+
+from pitotbench.effects import EFFECTS
+from pitotbench.records.gap import Account, Feature, FlownAgain, Tolerance
+from pitotbench.records.verdict import (
+    AdvisedFlight,
+    Candidate,
+    CardForecast,
+    Check,
+    Closure,
+    Detectable,
+    JoinedFlight,
+    Located,
+    Verdict,
+)
+from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
+from pitotbench.show.gap_words import effect_words, evidence_words, formula_json, sentences, told_rivals
+from pitotbench.show.words import listed, size_words, with_unit, words
+from pitotbench.units import FOOT
+
+# The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features, smallest sizes.
+
+KIND_WORDS = {
+    "named": "named",
+    "one_of": "one of these",
+    "unknown": "a gap with a cause that is not in the table",
+    "no_gap": "no significant gap",
+}
+
+NOTICED = 2.0  # standard deviations between two flights of one airplane: only larger differences are shown
+
+PLACE_COLUMNS: tuple[Column[Located], ...] = (
+    Column("channel", lambda place: words(place.channel)),
+    Column("phase or variable", lambda place: words(place.where)),
+    Column("", lambda place: place.channel, key="channel"),
+    Column("", lambda place: place.phase, key="phase"),
+    Column("", lambda place: place.variable, key="variable"),
+    Column("gap", lambda place: place.significance, "σ", "+.1f", "significance"),
+)
+
+CHECK_COLUMNS: tuple[Column[Check], ...] = (
+    Column("check", lambda check: check.name, key="name"),
+    Column("result", lambda check: check.status, key="status"),
+    Column("reason", lambda check: check.why, key="why"),
+)
+
+DETECTABLE_COLUMNS: tuple[Column[Detectable], ...] = (
+    Column("family", lambda found: EFFECTS[found.effect].family),
+    Column("effect", lambda found: words(found.effect)),
+    Column("smallest size", lambda found: size_words(found.parameter, found.size)),
+    Column("", lambda found: found.effect, key="effect"),
+    Column("", lambda found: found.parameter, key="parameter"),
+    Column("", lambda found: found.size, key="size"),
+)
+
+TOLERANCE_COLUMNS: tuple[Column[Tolerance], ...] = (
+    Column("quantity", lambda t: t.quantity, key="quantity"),
+    Column("tolerance", lambda t: f"±{with_unit(f'{t.half_width:g}', t.unit)}"),
+    Column("", lambda t: t.half_width, key="half_width"),
+    Column("", lambda t: t.unit, key="unit"),
+    Column("before", lambda t: t.before, "%", ".0%", "before"),
+    Column("with the patch", lambda t: t.after, "%", ".0%", "after"),
+    Column("two flights of one airplane", lambda t: t.by_chance, "%", ".0%", "by_chance"),
+)
+
+
+def _difference(each: Feature, value: float) -> float:
+    """Measured minus `value`, in standard deviations between two flights of one airplane."""
+    return (each.measured - value) / max(each.deviation, 1e-9)
+
+
+FEATURE_COLUMNS: tuple[Column[Feature], ...] = (
+    Column("segment", lambda f: f.segment),
+    Column("quantity", lambda f: f"{f.name} [{f.unit}]"),
+    Column("measured", lambda f: f.measured, style=".2f"),
+    Column("simulated", lambda f: f.simulated, style=".2f"),
+    Column("patched", lambda f: f.patched, style=".2f"),
+    Column("measured − simulated", lambda f: _difference(f, f.simulated), "σ", "+.1f"),
+    Column("measured − patched", lambda f: _difference(f, f.patched), "σ", "+.1f"),
+)
+
+
+def pilot_words(flown: FlownAgain) -> str:
+    """Return who flew the card again, where it is another one than the card tells; else nothing."""
+    if not flown.pilot:
+        return ""
+    hand = "the autopilot alone" if flown.pilot == "none" else f"a {flown.pilot} pilot"
+    return f"Flown by {hand}: bank, pitch and heading of the log move to and fro as under this hand."
+
+
+def noticed(features: tuple[Feature, ...]) -> list[Feature]:
+    """The features that differ, with or without the patch, by more than two flights of one airplane do."""
+    return [
+        f
+        for f in features
+        if max(abs(f.measured - f.simulated), abs(f.measured - f.patched)) > NOTICED * f.deviation
+    ]
+
+
+def kind_words(verdict: Verdict) -> str:
+    """The kind of a verdict in words. A set of which one cause alone is worth telling is a doubted name."""
+    if verdict.kind == "one_of" and not any(told_rivals(verdict)):
+        return "a probable cause"
+    return KIND_WORDS[verdict.kind]
+
+
+def candidate_columns(verdict: Verdict) -> list[Column[Candidate]]:
+    """The columns of a verdict's candidates; the last one says which of them the verdict names."""
+    named = {effect.name for effect in verdict.effects}
+    alternatives = {name for names in verdict.alternatives for name in names}
+
+    def result(each: Candidate) -> str:
+        if each.name in named:
+            return "named"
+        return "cannot be distinguished" if each.name in alternatives else ""
+
+    return [
+        Column("effect", lambda each: words(each.name)),
+        Column("", lambda each: each.name, key="name"),
+        Column("size (± is 2σ)", _sizes),
+        Column("probability", lambda each: each.probability, style=".2f", key="probability"),
+        Column("score", lambda each: each.score, "σ", ".1f", "score"),
+        Column("gain on held-out parts / gain on fitted parts", lambda each: each.held_out_ratio, style=".2f"),
+        Column("plausible size", lambda each: each.plausible, key="plausible"),
+        Column("verdict", result),
+    ]
+
+
+def round_columns(account: Account) -> list[Column[int]]:
+    """The columns of the passes over one log, for rows that are the numbers of the passes, from 0."""
+
+    def verdict_words(number: int) -> str:
+        each = account.rounds[number]
+        named = "; ".join(effect_words(effect) for effect in each.verdict.effects) if each.added else ""
+        return kind_words(each.verdict) + (f": {named}" if named else "")
+
+    def largest(number: int) -> str:
+        located = account.rounds[number].verdict.located
+        return f"{words(located[0].channel)}, {words(located[0].where)}" if located else ""
+
+    def significance(number: int) -> float | None:
+        located = account.rounds[number].verdict.located
+        return located[0].significance if located else None
+
+    return [
+        Column("pass", lambda number: str(number + 1)),
+        Column("verdict", verdict_words),
+        Column("largest gap in", largest),
+        Column("largest gap", significance, "σ", "+.1f"),
+    ]
+
+
+def _sizes(each: Candidate) -> str:
+    return "; ".join(size_words(size.name, size.value, size.two_sigma) for size in each.sizes)
+
+
+# The tables of several flights reconciled together, and of the cards for the next flight.
+
+LISTED_CARDS = 8  # on a page: more do not help to choose
+
+
+def _alone(flight: JoinedFlight) -> str:
+    causes = [listed([words(c) for c in group], "or") for group in flight.causes if group]
+    return KIND_WORDS[flight.alone] + (f": {'; '.join(causes)}" if causes else "")
+
+
+def _own(flight: JoinedFlight) -> str:
+    return "; ".join(
+        f"{words(own.effect)}, {size_words(own.size.name, own.size.value, own.size.two_sigma)}"
+        for own in flight.own_sizes
+    )
+
+
+def _apart(flight: JoinedFlight) -> float | None:
+    apart = [own.apart for own in flight.own_sizes if own.apart is not None]
+    return max(apart) if apart else None
+
+
+def _left_out(flight: JoinedFlight) -> float | None:
+    return flight.left_out.share if flight.left_out is not None else None
+
+
+FLIGHT_COLUMNS: tuple[Column[JoinedFlight], ...] = (
+    Column("flight", lambda flight: flight.log, key="log"),
+    Column("card", lambda flight: words(flight.maneuver) if flight.maneuver else "not known"),
+    Column("", lambda flight: flight.maneuver or None, key="maneuver"),
+    Column("recorded", lambda flight: flight.minutes, "min", ".1f", "minutes"),
+    Column("alone", _alone),
+    Column("", lambda flight: flight.alone, key="verdict_alone"),
+    Column("", lambda flight: flight.log_bayes_factor, key="log_bayes_factor_alone"),
+    Column("own size (± is 2σ)", _own),
+    Column("apart from the others", _apart, "σ", ".1f", "apart"),
+    Column("G", lambda flight: flight.closure.share, style=".2f", key="closure"),
+    Column("G left out", _left_out, style=".2f", key="closure_left_out"),
+    Column("", lambda flight: flight.null_flights, key="null_flights"),
+)
+
+
+def _changes(card: CardForecast) -> str:
+    return ", ".join(f"{key} = {value}" for key, value in card.card.items())
+
+
+CARD_COLUMNS: tuple[Column[CardForecast], ...] = (
+    Column("card", lambda card: words(card.maneuver)),
+    Column("", lambda card: card.maneuver, key="maneuver"),
+    Column("changed numbers", _changes),
+    Column("altitude", lambda card: card.altitude / FOOT, "ft", ".0f", "altitude_ft"),
+    Column("recorded", lambda card: card.minutes, "min", ".1f", "minutes"),
+    Column("probability of a name", lambda card: card.name, style=".2f", key="probability"),
+    Column("doubt left", lambda card: card.entropy, "bit", ".2f", "entropy_bit"),
+)
+
+
+def flight_json(flight: JoinedFlight) -> dict[str, Any]:
+    """What a flight of several says, as plain data."""
+    plain = {column.key: column.value(flight) for column in FLIGHT_COLUMNS if column.key}
+    sizes = [
+        {
+            "effect": own.effect,
+            "name": own.size.name,
+            "value": own.size.value,
+            "two_sigma": own.size.two_sigma,
+            "apart": own.apart,
+        }
+        for own in flight.own_sizes
+    ]
+    return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
+
+
+def advised_json(advised: AdvisedFlight | None) -> dict[str, Any] | None:
+    """The next flight as plain data; None where there is none."""
+    if advised is None:
+        return None
+
+    def plain(card: CardForecast) -> dict[str, Any]:
+        return {c.key: c.value(card) for c in CARD_COLUMNS if c.key} | {"card": dict(card.card)}
+
+    return plain(advised.best) | {
+        "parts": advised.parts,
+        "causes": [{"causes": list(causes), "probability": p} for causes, p in advised.causes],
+        "ranked": [plain(card) for card in advised.ranked],
+    }
+
+
+_PLACES = 6
+
+
+def print_account(account: Account, console: Console) -> None:
+    """Print the verdict, the logs' warnings, the places of the gap, the later passes, and the card flown again."""
+    verdict = account.rounds[0].verdict
+    console.print(outside(kind_words(verdict), "bold"), soft_wrap=True)
+    for sentence in sentences(account):
+        console.print(outside(sentence), soft_wrap=True)
+    print_warnings(account.warnings, console)
+    console.print()
+    for sentence in evidence_words(account):
+        console.print(outside(sentence), soft_wrap=True)
+    print_table(PLACE_COLUMNS, verdict.located[:_PLACES], console, "where the gap is, in standard deviations")
+    if len(account.flights) > 1:
+        print_table(FLIGHT_COLUMNS, account.flights, console, "the flights")
+    for number, each in enumerate(account.rounds[1:], start=2):
+        added = f": {'; '.join(effect_words(e) for e in each.verdict.effects)}" if each.added else ""
+        line = f"pass {number}, with the effects of the passes before in the model: {kind_words(each.verdict)}"
+        console.print(outside(line + added), soft_wrap=True)
+    for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
+        if flown.tolerances:
+            console.print()
+            title = f"the card of {log} flown again: share of the time within the tolerance"
+            print_table(TOLERANCE_COLUMNS, flown.tolerances, console, title)
+            if flown.pilot:
+                console.print(outside(pilot_words(flown)), soft_wrap=True)
+    _print_remarks(verdict, console)
+
+
+def _print_remarks(verdict: Verdict, console: Console) -> None:
+    failed = [f"failed check, {check.name}: {check.why}" for check in verdict.checks if check.status == "failed"]
+    next_flights = [f"next: {line}" for line in verdict.advice]
+    console.print()
+    for line in [*failed, *next_flights, *(f"note: {line}" for line in verdict.notes)]:
+        console.print(outside(line), soft_wrap=True)
+
+
+# A verdict and an account of a reconciliation as plain data.
+
+LEAST_PROBABILITY = 0.001  # of a cause that is listed
+
+
+def verdict_json(verdict: Verdict) -> dict[str, Any]:
+    """The verdict as plain data; the gap as sums of squares in units of the noise."""
+    return {
+        "verdict": verdict.kind,
+        "effects": [_effect(effect) for effect in verdict.effects],
+        "alternatives": [list(names) for names in verdict.alternatives],
+        "remains": verdict.remains,
+        "doubts": list(verdict.doubts),
+        "probabilities": {name: p for name, p in verdict.probabilities.items() if p > LEAST_PROBABILITY},
+        "log_bayes_factor": verdict.log_bayes_factor,
+        "candidates": json_rows(candidate_columns(verdict), verdict.candidates),
+        "gap_before": verdict.closure.before,
+        "gap_after": verdict.closure.after,
+        "gap_noise": verdict.closure.noise,
+        "closure": _share(verdict, verdict.closure),
+        "closure_holdout": _share(verdict, verdict.closure_holdout),
+        "located": json_rows(PLACE_COLUMNS, verdict.located),
+        "checks": json_rows(CHECK_COLUMNS, verdict.checks),
+        "advice": list(verdict.advice),
+        "smallest_detectable": json_rows(DETECTABLE_COLUMNS, verdict.smallest_detectable),
+        "notes": list(verdict.notes),
+    }
+
+
+def account_json(account: Account) -> dict[str, Any]:
+    """The verdict, the passes that followed and the card flown again, as plain data."""
+    return verdict_json(account.rounds[0].verdict) | {
+        "rounds": [
+            {"verdict": r.verdict.kind, "added": list(r.added), "closure": _share(r.verdict, r.verdict.closure)}
+            for r in account.rounds
+        ],
+        "waterfall": [{"effect": step.effect, "left": step.left} for step in account.waterfall],
+        "flown_again": _flown(account.flown),
+        "flown_again_holdout": _flown(account.flown_holdout),
+        "null_flights": account.null_flights,
+        "formula": formula_json(account.formula),
+        "flights": [flight_json(flight) for flight in account.flights],
+        "next_flight": advised_json(account.next_flight),
+        "warnings": list(account.warnings),
+    }
+
+
+def _flown(flown: FlownAgain) -> dict[str, Any]:
+    return {
+        "skipped": flown.skipped or None,
+        "pilot": flown.pilot or None,
+        "within_tolerance": json_rows(TOLERANCE_COLUMNS, flown.tolerances),
+    }
+
+
+def _share(verdict: Verdict, closed: Closure | None) -> float | None:
+    return closed.share if closed is not None and verdict.effects else None
+
+
+def _effect(effect: Candidate) -> dict[str, Any]:
+    sizes = [{"name": s.name, "value": s.value, "two_sigma": s.two_sigma} for s in effect.sizes]
+    return {
+        "name": effect.name,
+        "parameters": sizes,
+        "times": dict(effect.times),
+        "score": effect.score,
+        "probability": effect.probability,
+    }

@@ -1,0 +1,179 @@
+"""Names of the code in the field's words and units: kt, ft, lb, inHg, degrees."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import floor, log10
+
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, POUND, STANDARD_GRAVITY
+
+# Names of the code as words: `drag_area_m2` is a drag area in m².
+
+UNITS = {
+    "_m2": "m²",
+    "_mps2": "m/s²",
+    "_mps": "m/s",
+    "_pa": "Pa",
+    "_inhg": "inHg",
+    "_kt": "kt",
+    "_kg": "kg",
+    "_m": "m",
+    "_min": "min",
+    "_s": "s",
+    "_k": "K",
+    "_deg": "°",
+    "_rad": "rad",
+    "_hz": "Hz",
+    "_radps": "rad/s",
+    "_degps": "°/s",
+    "_rpm": "rpm",
+    "_pph": "lb/h",
+    "_ft": "ft",
+    "_km": "km",
+    "_rad2": "rad²",
+    "_kgps": "kg/s",
+}
+
+_DIGITS = 3  # of a size, significant
+
+_PLAIN_BELOW = 1e7
+
+_TURNS = "turns"  # in full circles
+
+
+_INITIALS = {"gps": "GPS"}  # words that are written in capitals
+
+
+def words(name: str) -> str:
+    """A name of the code, or a sentence with such names, as words."""
+    return " ".join(_INITIALS.get(word, word) for word in name.replace("_", " ").split(" "))
+
+
+def heading(name: str) -> str:
+    """A name of the code as words, with a capital at its start: `GPS latency`, `Drag area`."""
+    text = words(name)
+    return text[:1].upper() + text[1:]
+
+
+def unit_words(suffix: str) -> str:
+    """The unit of a suffix without its line: `m/s²` for `mps2`; a suffix that is not known stays as it is."""
+    return UNITS.get(f"_{suffix}", suffix)
+
+
+def name_and_unit(name: str) -> tuple[str, str]:
+    """The name without its suffix as words, and the unit of the suffix, empty for a bare number.
+
+    Of a rate such as `shift_pa_per_k` the unit is `Pa per K`.
+    """
+    first, _, last = name.rpartition("_per_")
+    if first and f"_{last}" in UNITS:
+        noun, unit = name_and_unit(first)
+        return noun, f"{unit} per {unit_words(last)}".lstrip()
+    suffix = max((s for s in UNITS if name.endswith(s)), key=len, default="")
+    return words(name.removesuffix(suffix)), UNITS.get(suffix, "")
+
+
+def size_words(name: str, value: float, bound: float | None = None) -> str:
+    """A size with its ±2σ bound and its unit: `drag area 0.12 ± 0.01 m²`."""
+    noun, unit = name_and_unit(name)
+    if bound is None:
+        return f"{noun} {with_unit(_number(value, _DIGITS), unit)}"
+    digits = _DIGITS
+    if 0.0 < bound < abs(value):  # all digits that the bound leaves
+        digits = max(digits, floor(log10(abs(value))) - floor(log10(bound)) + 1)
+    return f"{noun} {with_unit(f'{_number(value, digits)} ± {_number(bound, 2)}', unit)}"
+
+
+def _number(value: float, digits: int) -> str:
+    """A number with significant digits, and no power of ten below `_PLAIN_BELOW`."""
+    text = f"{value:.{digits}g}"
+    return f"{float(text):.0f}" if "e+" in text and abs(value) < _PLAIN_BELOW else text
+
+
+def entry_words(name: str, value: float | Sequence[float]) -> str:
+    """An entry of a card as a pilot reads it: `speeds 160, 128, 100 kt`, `turns 223°, 529°`."""
+    noun, unit = name_and_unit(name)
+    values = value if isinstance(value, Sequence) else [value]
+    if name == _TURNS:
+        return f"{noun} {', '.join(f'{360.0 * circles:.0f}°' for circles in values)}"
+    return f"{noun} {with_unit(', '.join(f'{number:.3g}' for number in values), unit)}"
+
+
+def listed(items: Sequence[str], word: str = "and") -> str:
+    """One item, or several with commas between them and a word before the last."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {word} {items[-1]}"
+
+
+def with_unit(number: str, unit: str) -> str:
+    """A number with its unit; the degree sign of an angle follows without a space."""
+    return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
+
+
+# Residual channels and flight variables in the field's words and units: kt, ft, lb, inHg, degrees.
+
+HOUR = 3600.0  # s
+
+REVOLUTION_A_MINUTE = 6.0 * DEGREE  # rad/s
+
+MINUTE = 60.0  # s
+
+
+@dataclass(frozen=True, slots=True)
+class FieldUnit:
+    """A quantity as a flight-test engineer writes it: its name, its unit, and that unit in SI."""
+
+    name: str
+    unit: str
+    factor: float
+
+    @property
+    def title(self) -> str:
+        """The name as it begins a heading."""
+        return f"{self.name[0].upper()}{self.name[1:]}"
+
+
+_FORCE = POUND * STANDARD_GRAVITY  # N, for a specific force times the mass of the airplane
+
+CHANNELS = {
+    "airspeed_along": FieldUnit("speed along the flight", "kt", KNOT),
+    "airspeed_across": FieldUnit("speed across the flight", "kt", KNOT),
+    "airspeed_down": FieldUnit("vertical speed, down", "kt", KNOT),
+    "pressure_height": FieldUnit("pressure altitude", "ft", FOOT),
+    "temperature": FieldUnit("total temperature", "K", 1.0),
+    "acceleration_forward": FieldUnit("acceleration along the flight", "g", STANDARD_GRAVITY),
+    "acceleration_right": FieldUnit("acceleration to the right", "g", STANDARD_GRAVITY),
+    "acceleration_down": FieldUnit("acceleration down", "g", STANDARD_GRAVITY),
+    "specific_force_x": FieldUnit("thrust less drag", "lb", _FORCE),
+    "specific_force_y": FieldUnit("side force", "lb", _FORCE),
+    "specific_force_z": FieldUnit("force down", "lb", _FORCE),
+    "roll_acceleration": FieldUnit("roll acceleration", "°/s²", DEGREE),
+    "pitch_acceleration": FieldUnit("pitch acceleration", "°/s²", DEGREE),
+    "yaw_acceleration": FieldUnit("yaw acceleration", "°/s²", DEGREE),
+    "manifold_pressure_left": FieldUnit("manifold pressure, left", "inHg", INCH_OF_MERCURY),
+    "manifold_pressure_right": FieldUnit("manifold pressure, right", "inHg", INCH_OF_MERCURY),
+    "propeller_speed_left": FieldUnit("propeller speed, left", "rpm", REVOLUTION_A_MINUTE),
+    "propeller_speed_right": FieldUnit("propeller speed, right", "rpm", REVOLUTION_A_MINUTE),
+    "fuel_flow_left": FieldUnit("fuel flow, left", "lb/h", POUND / HOUR),
+    "fuel_flow_right": FieldUnit("fuel flow, right", "lb/h", POUND / HOUR),
+    "throttle_split": FieldUnit("throttle, left less right", "%", 0.01),
+}
+
+WITHOUT_MASS = FieldUnit("", "g", STANDARD_GRAVITY)  # a specific force where the mass is not recorded
+
+VARIABLES = {
+    "airspeed": FieldUnit("true airspeed", "kt", KNOT),
+    "bank": FieldUnit("bank", "°", DEGREE),
+    "altitude": FieldUnit("altitude", "ft", FOOT),
+    "power": FieldUnit("manifold pressure", "inHg", INCH_OF_MERCURY),
+    "time": FieldUnit("time", "min", MINUTE),
+}
+
+
+def unit_without_mass(channel: str) -> FieldUnit:
+    """Return the unit of a residual channel where no mass turns a specific force into a force."""
+    unit = CHANNELS[channel]
+    return FieldUnit(unit.name, WITHOUT_MASS.unit, WITHOUT_MASS.factor) if is_force(channel) else unit
+
+
+def is_force(channel: str) -> bool:
+    """Whether a channel is a force a mass, which the mass turns into pounds."""
+    return channel.startswith("specific_force")

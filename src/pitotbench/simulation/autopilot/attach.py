@@ -1,0 +1,381 @@
+"""Make an aircraft flyable by the bench: take its files in, explore it, shape its loops, write its autopilot."""
+
+import os
+import re
+import shutil
+import xml.etree.ElementTree as ET
+from contextlib import suppress
+from dataclasses import replace
+from functools import cache
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import TemporaryDirectory, mkdtemp
+
+from pitotbench.records import BadInputError
+from pitotbench.records.aircraft import ELECTRIC, TURBOPROP, Attached, cache_folder
+from pitotbench.simulation.aircraft import ENGINES, SYSTEMS, library, parse_xml, write_record
+from pitotbench.simulation.autopilot.autopilot_file import open_all_tanks, write_autopilot, write_levers
+from pitotbench.simulation.autopilot.envelope import Engines, Envelope, HeldAircraft, explore
+from pitotbench.simulation.autopilot.loops import Gains, Linear, engine_time, linearize, shape
+from pitotbench.simulation.plant import SimulationError
+from pitotbench.simulation.properties import CHANNELS
+from pitotbench.units import DEGREE, FOOT, KNOT, POUND
+
+# Copy an aircraft that others wrote into a folder of its own. Its files are input that is not trusted.
+# Only XML is taken, and only the files that the aircraft names: parsed, checked and written anew. A file name is
+# looked up in the aircraft's folder and among JSBSim's parts and cannot lead elsewhere. Elements that write files
+# or open network connections are left out.
+
+LARGEST_FILE = 4_000_000  # bytes; the largest file of JSBSim's library has 0.5 MB
+
+MOST_FILES = 100
+
+DEEPEST = 60  # elements within one another; JSBSim parses them by recursion
+
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+ -]*")
+
+# Root elements through which JSBSim writes files or opens sockets.
+CLOSED = ("output", "input")
+
+PARTS = {
+    "engine": ("Engines", ENGINES),
+    "thruster": ("Engines", ENGINES),
+    "system": ("Systems", SYSTEMS),
+    "autopilot": (".", SYSTEMS),  # JSBSim looks for these two in the aircraft's folder only
+    "flight_control": (".", SYSTEMS),
+}
+
+WHOLE = (
+    *("metrics", "mass_balance", "ground_reactions", "propulsion", "aerodynamics", "external_reactions"),
+    *("buoyant_forces", "fileheader"),
+)
+
+
+def take_in(file: Path, folder: Path) -> Path:
+    """Copy the aircraft of a JSBSim file, with all parts that it names, into a new folder; return the new file.
+
+    Raises BadInputError for a file that is no JSBSim aircraft, is too large, declares entities, or names a part
+    outside its own folder and JSBSim's library.
+    """
+    if file.is_dir():
+        file = _main_file(file)
+    taking = _Taking(file.resolve().parent)
+    root = taking.read(file.resolve())
+    if root.tag != "fdm_config":
+        raise BadInputError(f"{file.name}: not an aircraft of JSBSim: its root is <{_short(root.tag)}>")
+    for part in (folder / "Engines", folder / "Systems"):
+        part.mkdir(parents=True)
+    taking.parts_of(root, folder)
+    copy = folder / f"{folder.name}.xml"
+    _write(root, copy)
+    return copy
+
+
+def aircraft_name(path: Path) -> str:
+    """Return the name of the aircraft at a path: that of the file, with all signs but letters and digits as `_`."""
+    name = re.sub(r"[^A-Za-z0-9-]+", "_", path.stem if path.suffix == ".xml" else path.name)
+    return name.strip("_")[:60] or "aircraft"
+
+
+def _main_file(folder: Path) -> Path:
+    same = folder / f"{folder.resolve().name}.xml"
+    files = [same] if same.is_file() else sorted(folder.glob("*.xml"))
+    if len(files) != 1:
+        raise BadInputError(
+            f"{folder}: {len(files)} XML files and none named {same.name}: name the file of the aircraft"
+        )
+    return files[0]
+
+
+class _Taking:
+    """One intake: the files read so far, and where parts are looked for."""
+
+    def __init__(self, home: Path) -> None:
+        self._home = home
+        self._count = 0
+
+    def read(self, file: Path) -> ET.Element:
+        """Return the root of a file. Raises BadInputError for one that must not reach JSBSim."""
+        self._count += 1
+        if self._count > MOST_FILES:
+            raise BadInputError(f"the aircraft names more than {MOST_FILES} files")
+        if not file.is_file():
+            raise BadInputError(f"{file}: no such file")
+        if file.stat().st_size > LARGEST_FILE:
+            raise BadInputError(f"{file.name}: larger than {LARGEST_FILE // 1_000_000} MB")
+        parser = ET.XMLParser(target=_Builder(file.name, trusted=file.is_relative_to(library())))
+        try:
+            parser.feed(file.read_bytes())
+            root: ET.Element = parser.close()
+        except BadInputError:
+            raise
+        except (ET.ParseError, ValueError, LookupError) as error:
+            raise BadInputError(f"aircraft file {file.name}: not valid XML: {error}") from error
+        root.attrib = {key: value for key, value in root.attrib.items() if not key.startswith("{")}
+        return root
+
+    def parts_of(self, root: ET.Element, folder: Path) -> None:
+        """Copy the parts that an aircraft names, and close the elements that reach outside the simulation."""
+        for element in [e for e in root if e.tag in CLOSED]:
+            root.remove(element)
+        self._parts(root, folder, [])
+
+    def _parts(self, root: ET.Element, folder: Path, above: list[str]) -> None:
+        for element in list(root.iter()):
+            name = element.get("file")
+            if name is None or (element is root and above):
+                continue
+            if element.tag in WHOLE:
+                self._insert(element, name)
+                self._parts(element, folder, above)
+            elif element.tag in PARTS:
+                self._part(element, name, folder, above)
+
+    def _insert(self, element: ET.Element, name: str) -> None:
+        """Replace an element that names a file of the aircraft's folder by the content of that file."""
+        inner = self.read(self._find(name, (self._home,)))
+        del element.attrib["file"]
+        element.attrib.update(inner.attrib)
+        element.extend(inner)
+
+    def _part(self, element: ET.Element, name: str, folder: Path, above: list[str]) -> None:
+        own, shared = PARTS[element.tag]
+        places = (self._home, self._home / own, self._home / own.lower(), library() / shared)
+        stem = name.strip().removesuffix(".xml")
+        copy = folder / own / f"{re.sub(r'[^A-Za-z0-9_.+-]', '_', stem)}.xml"
+        element.set("file", copy.stem)
+        if stem in above:
+            raise BadInputError(f"{stem}.xml names itself")
+        if copy.exists():
+            return
+        inner = self.read(self._find(name, places))
+        self._parts(inner, folder, [*above, stem])
+        _write(inner, copy)
+
+    def _find(self, name: str, places: tuple[Path, ...]) -> Path:
+        name = name.strip()
+        if not NAME.fullmatch(name) or ".." in name:
+            raise BadInputError(
+                f"the aircraft names the file {_short(name)!r}: a plain file name is allowed, no path"
+            )
+        name = name if name.endswith(".xml") else f"{name}.xml"
+        for place in places:
+            file = (place / name).resolve()
+            # A link must not lead out of the folder.
+            if file.is_file() and file.is_relative_to(place.resolve()):
+                return file
+        raise BadInputError(f"the aircraft names {name}, which is neither in its folder nor among JSBSim's parts")
+
+
+class _Builder(ET.TreeBuilder):
+    """Build a tree and refuse what may grow without limit."""
+
+    def __init__(self, name: str, trusted: bool) -> None:
+        super().__init__()
+        self._name = name
+        self._trusted = trusted
+        self._depth = 0
+
+    def doctype(self, *_: object) -> None:
+        """Refuse a document type: it may declare entities, which read other files or grow without limit."""
+        if not self._trusted:  # JSBSim's own parts declare some
+            raise BadInputError(f"{self._name}: a DOCTYPE is not allowed; delete it")
+
+    def start(self, tag: str, attrs: dict[str, str]) -> ET.Element:
+        """Begin an element."""
+        self._depth += 1
+        if self._depth > DEEPEST:
+            raise BadInputError(f"{self._name}: elements are nested more than {DEEPEST} deep")
+        return super().start(tag, attrs)
+
+    def end(self, tag: str) -> ET.Element:
+        """End an element."""
+        self._depth -= 1
+        return super().end(tag)
+
+
+def _write(root: ET.Element, file: Path) -> None:
+    ET.ElementTree(root).write(file, encoding="utf-8", xml_declaration=True)
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+# Make an aircraft flyable by the bench: copy it, explore it, shape its loops, write its autopilot. Done once.
+
+Shaped = tuple[Envelope, list[Linear], Gains]
+
+ALTITUDE = 6000.0 * FOOT  # for which the loops are shaped: that of the cards
+
+MOST_KEPT = 50  # attached aircraft in the cache
+
+SURFACES = {"elevator": "elevator", "aileron": "left-aileron", "rudder": "rudder"}
+
+ENGINE_KINDS = {
+    "piston_engine": "piston",
+    "turbine_engine": "jet",
+    "turboprop_engine": TURBOPROP,
+    "electric_engine": ELECTRIC,
+    "brushless_dc_motor": ELECTRIC,
+}
+
+
+def attach(source: Path) -> Path:
+    """Return the folder of an aircraft with the bench's autopilot; `source` is a JSBSim file or its folder.
+
+    It is made the first time, which takes seconds, and kept in the cache under a digest of all files.
+    Raises BadInputError for files that are not taken, SimulationError for an aircraft that cannot be flown.
+    """
+    if not source.exists():
+        raise BadInputError(f"{source}: no such aircraft file or folder")
+    source = source.resolve()
+    main = source / f"{source.name}.xml"
+    stamps = tuple(file.stat().st_mtime_ns for file in (source, main) if file.exists())
+    return _attach(source, stamps, _shelf())
+
+
+@cache
+def _attach(source: Path, stamps: tuple[int, ...], shelf: Path) -> Path:
+    name = aircraft_name(source)
+    with TemporaryDirectory(prefix="pitotbench-") as scratch:
+        folder = Path(scratch) / name
+        folder.mkdir()
+        take_in(source, folder)
+        place = shelf / f"{name}-{_digest(folder)}"
+        if (place / name).is_dir():
+            with suppress(OSError):
+                os.utime(place)
+            return place / name
+        make_flyable(folder)
+        return _keep(folder.parent, place) / name
+
+
+def make_flyable(folder: Path) -> Attached:
+    """Add the autopilot to the aircraft in a folder of its own, and write and return its record.
+
+    Raises SimulationError, which says why, where the aircraft cannot be flown.
+    """
+    file = folder / f"{folder.name}.xml"
+    tree = parse_xml(file)
+    kind = _engines(folder, tree.getroot())
+    aircraft = _held(folder, kind)
+    envelope = explore(aircraft)
+    lag = engine_time(aircraft, envelope.points[len(envelope.points) // 2])
+    models = [linearize(aircraft, point) for point in envelope.points]
+    envelope, models, gains = _shaped(folder.name, envelope, models, lag)
+    missing = _missing(aircraft)
+    texts = "".join(f.read_text(encoding="utf-8") for f in sorted(folder.rglob("*.xml")))
+    write_autopilot(folder / "Systems" / "attached-autopilot.xml", envelope, models, gains, aircraft)
+    write_levers(tree.getroot(), aircraft.engines, texts)
+    open_all_tanks(tree.getroot())
+    tree.write(file, encoding="utf-8", xml_declaration=True)
+    attached = Attached(
+        aircraft=folder.name,
+        altitude_ft=ALTITUDE / FOOT,
+        mass_kg=round(aircraft.read("inertia/weight-lbs") * POUND, 2),
+        stall_kt=round(envelope.stall / KNOT, 2),
+        fastest_kt=round(envelope.fastest / KNOT, 2),
+        mach_limited=envelope.limited,
+        engines=aircraft.engines,
+        engine_kind=kind.kind,
+        engine_time_s=lag,
+        missing=missing,
+        speed_kt=tuple(round(p.calibrated / KNOT, 2) for p in envelope.points),
+        alpha_deg=tuple(round(p.alpha / DEGREE, 2) for p in envelope.points),
+        lever=tuple(round(p.lever, 4) for p in envelope.points),
+        pitch_rate=tuple(map(float, gains.pitch_rate)),
+        bank=tuple(map(float, gains.bank)),
+        climb=gains.climb,
+        speed=gains.speed,
+    )
+    write_record(folder, attached)
+    return attached
+
+
+def _shaped(
+    name: str, envelope: Envelope, models: list[Linear], lag: float
+) -> tuple[Envelope, list[Linear], Gains]:
+    """Return envelope, models and gains, without the slowest point where no loop is stable there.
+
+    Near the stall the slopes of some models have kinks. Cards begin at the slowest point that is left, or above.
+    """
+    try:
+        return envelope, models, shape(name, models, lag)
+    except SimulationError:
+        return replace(envelope, points=envelope.points[1:]), models[1:], shape(name, models[1:], lag)
+
+
+def _held(folder: Path, kind: Engines) -> HeldAircraft:
+    import jsbsim
+
+    try:
+        return HeldAircraft(folder.name, folder, ALTITUDE, kind)
+    except jsbsim.BaseError as error:  # such as a property that only another program defines
+        raise SimulationError(f"{folder.name}: JSBSim stopped: {' '.join(str(error).split())}") from error
+
+
+def _engines(folder: Path, root: ET.Element) -> Engines:
+    """Return what the files say of the engines.
+
+    Raises BadInputError for an aircraft without one that the bench can use.
+    """
+    tags, idle = set(), 0.0
+    for element in root.iter("engine"):
+        part = folder / "Engines" / f"{element.get('file')}.xml"
+        inner = parse_xml(part).getroot() if part.is_file() else element
+        idle = max(idle, float(inner.findtext(".//idlerpm") or 0.0))
+        tags |= {inner.tag} if part.is_file() else {child.tag for child in inner}
+    kinds = {ENGINE_KINDS[tag] for tag in tags if tag in ENGINE_KINDS}
+    if not kinds:
+        what = ", ".join(sorted(tag for tag in tags if tag.endswith("engine"))) or "none"
+        raise BadInputError(
+            f"aircraft {folder.name}: no engine that holds a level speed (piston, turboprop, electric, jet); "
+            f"it has {what}"
+        )
+    return Engines(" and ".join(sorted(kinds)), idle)
+
+
+def _missing(aircraft: HeldAircraft) -> tuple[str, ...]:
+    """Return the channels that an aircraft does not serve, or whose position does not follow its control."""
+    still = [name for name, path in SURFACES.items() if not aircraft.moves(name, f"fcs/{path}-pos-rad")]
+    return tuple(c.name for c in CHANNELS if c.name in still or not aircraft.serves(c.path))
+
+
+def _shelf() -> Path:
+    return cache_folder() / "aircraft"
+
+
+def _digest(folder: Path) -> str:
+    """Return the digest of an aircraft's files and of the code that attaches it."""
+    here = Path(__file__).parent
+    code = [*sorted(here.glob("*.*")), here.parent / "fdm.py", here.parent / "properties.py"]
+    digest = sha256(repr([f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]).encode())
+    for root, files in ((here.parent, code), (folder, sorted(f for f in folder.rglob("*") if f.is_file()))):
+        for file in files:
+            digest.update(repr((file.relative_to(root).as_posix(), file.read_bytes())).encode())
+    return digest.hexdigest()[:16]
+
+
+def _keep(made: Path, place: Path) -> Path:
+    """Move a finished aircraft to its place in the cache, completely or not at all; return where it is."""
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(dir=place.parent, prefix=".") as scratch:
+            copy = Path(shutil.copytree(made, Path(scratch) / "made"))
+            with suppress(OSError):  # another process has just made the same
+                copy.rename(place)
+        if place.is_dir():
+            _prune(place.parent)
+            return place
+    except OSError:  # a cache that cannot be written
+        pass
+    return Path(shutil.copytree(made, mkdtemp(prefix="pitotbench-"), dirs_exist_ok=True))
+
+
+def _prune(shelf: Path) -> None:
+    """Remove all but the aircraft used last."""
+    kept = sorted((p for p in shelf.iterdir() if p.is_dir()), key=lambda p: p.stat().st_mtime, reverse=True)
+    for old in kept[MOST_KEPT:]:
+        shutil.rmtree(old, ignore_errors=True)

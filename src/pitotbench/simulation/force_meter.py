@@ -1,0 +1,310 @@
+"""Use JSBSim as a force meter: put the aircraft into each measured state and read the forces of the model there."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.axes import flow_direction
+from pitotbench.effects.overlay import AxisFunction, Overlay, product, size
+from pitotbench.records.aircraft import Motion, Reaction, UnitForces
+from pitotbench.simulation.modified import TANKS
+from pitotbench.simulation.plant import Plant, SimulationError
+from pitotbench.simulation.properties import PROPERTIES, Air
+from pitotbench.timeline import gaps
+from pitotbench.units import FOOT, POUND, Array
+
+# Use JSBSim as a force meter: put the aircraft into each measured state and read the forces of the model there.
+# At each state the initial conditions are set anew. The model therefore cannot drift, and no autopilot can hide a
+# force. Between two states the engines, governors and turbochargers run on at the measured throttles, because
+# their power depends on the seconds before. The result is the right-hand side of the equation-error method (Klein
+# and Morelli, Aircraft System Identification, 2006, ch. 5).
+
+TENTH = 0.1  # s
+
+RUN_IN = 12.0  # s, for the engines at the first state and after every gap
+
+FREE = 0.2  # s between states up to which the airplane flies on between them; over longer ones it is held
+
+FULL = ("specific_force_x", "specific_force_y", "specific_force_z")
+
+ENGINE = ("manifold_pressure", "propeller_speed", "fuel_flow")
+
+# Control, the command that moves it, and the position it takes.
+CONTROLS = (
+    ("elevator", "fcs/elevator-cmd-norm", "elevator"),
+    ("aileron", "fcs/aileron-cmd-norm", "aileron"),
+    ("rudder", "fcs/rudder-cmd-norm", "rudder"),
+    ("throttle_left", "throttle_bias_left", "throttle_left"),
+    ("throttle_right", "throttle_bias_right", "throttle_right"),
+)
+
+GUIDANCE = "ap/guidance"  # of the bench's own autopilot: whether it computes its modes
+
+PROBE = 0.1  # of a command: the step by which the gain from command to position is measured
+
+
+def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool = True) -> Reaction:
+    """Return the forces and angular accelerations of an aircraft along a measured motion, and its engine readings.
+
+    Parameters: plant, freshly loaded, which cannot be used again; motion, the measured states; loaded_mass [kg],
+    the mass of the loaded aircraft without any effect. Fuel is taken out of the tanks at every state until the
+    mass is the logged one.
+
+    With `engines_run` false, time stands still after the first state. The thrust is then not that of the motion:
+    use only the difference of two such reactions, and only for effects that change aerodynamic forces.
+
+    At ten states a second, one state takes about 100 µs.
+    Raises SimulationError where JSBSim refuses a state or the engines do not start.
+    """
+    rig = Rig.set_up(plant, motion, loaded_mass)
+    rows = np.empty((len(motion.time), len(rig.reads)))
+    steps = np.diff(motion.time, append=motion.time[-1] + TENTH)
+    starts = np.isin(np.arange(len(rows)), [0, *gaps(motion.time)])
+    for k in range(len(rows)):
+        if starts[k] and (engines_run or k == 0):
+            rig.run_in(k)
+        # The first call moves the state, which systems of the aircraft and functions of the lift read: only after
+        # the second one are the controls where they were measured.
+        for _ in range(2):
+            rig.place(k)
+        rows[k] = rig.row()
+        # Before a gap the engines do not run on: the run-in after it starts them anew.
+        ends = k + 1 < len(rows) and starts[k + 1]
+        plant.advance(0 if ends or not engines_run else max(1, round(steps[k] / plant.time_step)))
+    return _reaction(rows)
+
+
+def _fuel(plant: Plant, motion: Motion, loaded_mass: float) -> Array:
+    """Return the fuel in each tank at each state [lb], (n, 2): the load less an equal share of the mass burnt."""
+    full = np.array([plant.get(tank) for tank in TANKS])
+    burnt = (loaded_mass - motion.mass) / POUND / len(TANKS)
+    return np.clip(full - burnt[:, None], 0.0, full)  # a tank holds no more than its full load
+
+
+def _prepare(plant: Plant, motion: Motion) -> tuple[Array, Array]:
+    """Start the engines while the airplane is held in flight.
+
+    Returns, in the atmosphere of this plant, the geometric height [m] and the speed of sound [m/s] at the pressure
+    of each state, (n,) each.
+    """
+    height = float(air.pressure_altitude(motion.static_pressure[0]))
+    speed = float(air.calibrated_airspeed(air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])))
+    if plant.serves(GUIDANCE):  # the controls are moved from here: without its modes it has no output, but a cost
+        plant.set(GUIDANCE, 0.0)
+    plant.start_held(height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset))
+    if float(np.median(np.diff(motion.time))) <= FREE:
+        plant.release()
+    return _levels(plant, motion)
+
+
+def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
+    """Return the geometric height [m] and the speed of sound [m/s] at each state's pressure, (n,) each.
+
+    They come from a table of the plant's atmosphere, which may be warmer than standard.
+    """
+    low, high = (
+        float(air.pressure_altitude(p)) for p in (motion.static_pressure.max(), motion.static_pressure.min())
+    )
+    levels = np.linspace(low - 600.0, high + 600.0, 25)
+    table = np.empty((len(levels), 2))
+    for i, level in enumerate(levels):
+        plant.set("ic/h-sl-ft", float(level) / FOOT)
+        plant.run_initial_conditions()
+        table[i] = plant.get("static_pressure"), plant.get("atmosphere/a-fps") * FOOT
+    # The logarithm of pressure is nearly linear in height, so 25 levels interpolate well.
+    heights = np.interp(-np.log(motion.static_pressure), -np.log(table[:, 0]), levels)
+    return heights, np.interp(heights, levels, table[:, 1])
+
+
+def _initial_conditions(motion: Motion, heights: Array, sound: Array) -> Array:
+    """Return the states as JSBSim's initial conditions in still air, (n, 10), in the order of `_IC`."""
+    speed = motion.mach * sound / FOOT
+    flow = flow_direction(motion.angle_of_attack, motion.sideslip)
+    return np.stack(
+        [
+            heights / FOOT,
+            motion.roll,
+            motion.pitch,
+            np.mod(motion.heading, 2.0 * np.pi),
+            *(speed * flow),
+            motion.roll_rate,
+            motion.pitch_rate,
+            motion.yaw_rate,
+        ],
+        axis=1,
+    )
+
+
+_IC = (
+    *("ic/h-sl-ft", "ic/phi-rad", "ic/theta-rad", "ic/psi-true-rad", "ic/u-fps", "ic/v-fps", "ic/w-fps"),
+    *("ic/p-rad_sec", "ic/q-rad_sec", "ic/r-rad_sec"),
+)
+
+
+@dataclass(slots=True)
+class _Servo:
+    """Move one control to a measured position, even where systems of the aircraft add to the command."""
+
+    write: Callable[[float], object]
+    read: Callable[[], float]
+    factor: float  # SI value of the position a unit of its property
+    slopes: tuple[
+        float, float
+    ]  # position a unit of a negative and of a positive command: an elevator moves further up
+    command: float = 0.0
+
+    @classmethod
+    def probe(cls, plant: Plant, name: str, command: str, position: str) -> "_Servo":
+        """Measure how far the command moves the control. Raises SimulationError where it does not move it."""
+        read, factor = plant.getter(position)
+        before, slopes = read(), []
+        for probe in (-PROBE, PROBE):
+            plant.set(command, probe)
+            plant.run_initial_conditions()
+            slopes.append((read() - before) / probe)
+        plant.set(command, 0.0)
+        plant.run_initial_conditions()
+        if max(map(abs, slopes)) < 1e-6:
+            raise SimulationError(f"{plant.aircraft}: {name} does not follow {command}")
+        # What moves one way only, as a throttle at idle does, moves the other way alike as far as anyone can tell.
+        below, above = (slope if abs(slope) >= 1e-6 else slopes[1 - i] for i, slope in enumerate(slopes))
+        return cls(plant.writer(command), read, factor, (below, above))
+
+    def move(self, position: float) -> None:
+        """Move the control to a position [SI]; what systems of the aircraft add to the command stays."""
+        below, above = self.slopes
+        added = self.read() - self.command * (above if self.command > 0.0 else below)
+        wanted = position / self.factor - added
+        self.command = wanted / (above if wanted * above > 0.0 else below)
+        self.write(self.command)
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """A plant with running engines, ready to be put into each state of a motion.
+
+    `states` are the initial conditions and the fuel of each state, (n, 12), and `wanted` the positions of the
+    controls, (n, 5). `reads` and `factors` give a reaction in SI units, but its forces, which are not yet per mass.
+    """
+
+    plant: Plant
+    states: Array
+    wanted: Array
+    servos: list[_Servo]
+    writers: Sequence[Callable[[float], bool]]
+    reads: Sequence[Callable[[], float]]
+    factors: Array
+    mass: tuple[Callable[[], float], float]
+
+    @classmethod
+    def set_up(cls, plant: Plant, motion: Motion, loaded_mass: float) -> "Rig":
+        """Start the engines of a plant. Parameters and errors are those of `measure`."""
+        fuel = _fuel(plant, motion, loaded_mass)
+        heights, sound = _prepare(plant, motion)
+        servos = [_Servo.probe(plant, *control) for control in _controls(plant)]
+        return cls(
+            plant,
+            states=np.concatenate([_initial_conditions(motion, heights, sound), fuel], axis=1),
+            wanted=np.stack([getattr(motion, name) for name, *_ in CONTROLS], axis=1),
+            servos=servos,
+            writers=[plant.writer(path) for path in (*_IC, *TANKS)],
+            reads=[plant.getter(path)[0] for path, _ in _outputs()],
+            factors=np.array([factor for _, factor in _outputs()]),
+            mass=plant.getter("mass"),
+        )
+
+    def place(self, k: int) -> None:
+        """Put the aircraft into a state.
+
+        The controls move first: their systems may read the state, so a second call corrects what the first one
+        changed.
+        """
+        for servo, position in zip(self.servos, self.wanted[k].tolist(), strict=True):
+            servo.move(position)
+        for write, value in zip(self.writers, self.states[k].tolist(), strict=True):
+            write(value)
+        self.plant.run_initial_conditions()
+
+    def run_in(self, k: int) -> None:
+        """Bring the engines to the power of a state, while the airplane is put back into it each tenth."""
+        for _ in range(round(RUN_IN / TENTH)):
+            self.place(k)
+            self.plant.advance(round(TENTH / self.plant.time_step))
+
+    def row(self) -> Array:
+        """Return the present reaction, (12,), in the order and the units of the fields of a Reaction."""
+        row = np.array([read() for read in self.reads]) * self.factors
+        row[:3] /= self.mass[0]() * self.mass[1]
+        return row
+
+
+def _controls(plant: Plant) -> list[tuple[str, str, str]]:
+    """Return each control, the command that moves it, and its position; an attached autopilot has sticks."""
+    sticks = {name: f"ap/stick-{name}-norm" if plant.attached else "" for name in ("elevator", "aileron", "rudder")}
+    return [(name, sticks.get(name) or command, position) for name, command, position in CONTROLS]
+
+
+def _outputs() -> list[tuple[str, float]]:
+    forces = [(PROPERTIES[name].path, PROPERTIES[name].factor) for name in FULL]
+    turning = [(f"accelerations/{axis}dot-rad_sec2", 1.0) for axis in "pqr"]
+    engines = [PROPERTIES[f"{name}_{side}"] for name in ENGINE for side in ("left", "right")]
+    return forces + turning + [(line.path, line.factor) for line in engines]
+
+
+def _reaction(rows: Array) -> Reaction:
+    names = [*FULL, *(f"{axis}_acceleration" for axis in ("roll", "pitch", "yaw"))]
+    names += [f"{name}_{side}" for name in ENGINE for side in ("left", "right")]
+    return Reaction(**{name: rows[:, i].copy() for i, name in enumerate(names)})
+
+
+# Measure what a unit of force or moment along each aerodynamic axis changes, in each state of a motion.
+# Aerodynamic forces add. The change by any function of force is therefore the sum over the axes of its value
+# times this unit change, so that one pass over the states serves all effects that add such functions.
+
+# Not LIFT: functions of drag may read the lift, so that it does not simply add.
+AXES = ("DRAG", "SIDE", "ROLL", "PITCH", "YAW")
+
+LOAD = 100.0  # lb, lb ft: some hundredths of the aircraft's forces, so far above rounding
+
+CALLS = 2  # of JSBSim after a change: the rate of the angle of attack follows the forces of the call before
+
+
+def _path(axis: str) -> str:
+    return size("unit_force", axis.lower())
+
+
+def unit_overlay() -> Overlay:
+    """Return the overlay that a plant needs for this measurement: a force of any size along each axis."""
+    return Overlay(
+        sizes=tuple((_path(axis), 0.0) for axis in AXES),
+        functions=tuple(AxisFunction(axis, product(_path(axis), 1.0)) for axis in AXES),
+    )
+
+
+def measure_unit_forces(plant: Plant, motion: Motion, loaded_mass: float, paths: Iterable[str]) -> UnitForces:
+    """Return the changes by unit forces along a measured motion, and the properties at `paths`.
+
+    The engines are held. Parameters and errors are those of `measure`; the plant has the `unit_overlay`.
+    """
+    rig = Rig.set_up(plant, motion, loaded_mass)
+    names = sorted(paths)
+    reads = [plant.getter(name)[0] for name in names]
+    changes = np.empty((len(AXES), len(motion.time), 6))
+    values = np.empty((len(names), len(motion.time)))
+    rig.run_in(0)
+    for k in range(len(motion.time)):
+        for _ in range(CALLS):
+            rig.place(k)
+        values[:, k] = [read() for read in reads]
+        base = rig.row()[:6]
+        for i, axis in enumerate(AXES):
+            plant.set(_path(axis), LOAD)
+            for _ in range(CALLS):
+                plant.run_initial_conditions()
+            changes[i, k] = (rig.row()[:6] - base) / LOAD
+            plant.set(_path(axis), 0.0)
+    return UnitForces(
+        changes=dict(zip(AXES, changes, strict=True)), properties=dict(zip(names, values, strict=True))
+    )

@@ -1,0 +1,83 @@
+"""Diagnostic: climb, descent, sideslips and power changes, which separate causes that calibrations confuse."""
+
+from dataclasses import dataclass
+from math import pi
+
+from pitotbench.simulation.card import Card, quantity
+from pitotbench.simulation.pilot import (
+    ACCELERATION_LIMIT,
+    Cockpit,
+    Ticks,
+    accelerate,
+    leg,
+    set_up,
+    settle,
+    turn,
+    until,
+    wait,
+)
+from pitotbench.units import FOOT, KNOT
+
+CLIMB_LIMIT = 240.0  # s, for either change of height
+
+LEVEL_OFF = 10.0  # m below or above the target height: a climb or descent ends there
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DiagnosticCard(Card):
+    """Ours: at the first speed a climb and a descent at constant airspeed (they separate a slow static line from a
+    slow pitot line, and height from time), steady-heading sideslips to both sides (sideslip error, rudder), a turn
+    to the reciprocal (GPS against air data), and power to idle and back on one heading (lag against latency, drag
+    against power).
+    """
+
+    speeds: tuple[float, ...] = quantity((150.0, 110.0), "kt")
+    heading: float = quantity(0.0, "deg")
+    climb: float = quantity(800.0, "ft")
+    sideslip: float = quantity(4.0, "deg")
+    sideslip_time: float = quantity(20.0, "s")
+    dwell: float = quantity(15.0, "s")
+    settle: float = quantity(10.0, "s")
+    airspeed_tolerance: float = quantity(3.0, "kt")
+
+    def __post_init__(self) -> None:
+        Card.__post_init__(self)
+        self.require_decreasing_speeds()
+        self.require_positive("climb", "sideslip", "sideslip_time")
+
+
+def fly(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
+    """Fly the card: set up unrecorded; leg, climb, descent, sideslips, turn, power to idle and back."""
+    fast, slow = card.speeds[0], card.speeds[-1]
+    yield from set_up(cockpit, fast, card.heading)
+    base = cockpit.targets.altitude
+    yield from leg(cockpit, card.dwell)
+    yield from _change_height(cockpit, "climb", base + card.climb)
+    yield from _change_height(cockpit, "descent", base)
+    for side, angle in (("right", card.sideslip), ("left", -card.sideslip)):
+        yield from _sideslip(cockpit, f"sideslip {side}", angle, card.sideslip_time)
+    yield from turn(cockpit, card.heading + pi)
+    yield from settle(cockpit)
+    cockpit.set_throttle(0.0)
+    cockpit.begin(cockpit.name("decel"))
+    what = f"deceleration to {slow / KNOT:.0f} KCAS"
+    yield from until(cockpit, lambda: cockpit.airspeed <= slow, ACCELERATION_LIMIT, what)
+    yield from accelerate(cockpit, fast)
+
+
+def _change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
+    """Climb or descend to an altitude [m] at constant airspeed and settle there."""
+    cockpit.hold_altitude(altitude)
+    cockpit.begin(cockpit.name(label))
+    what = f"{label} to {altitude / FOOT:.0f} ft"
+    yield from until(cockpit, lambda: abs(cockpit.deviation("altitude")) < LEVEL_OFF, CLIMB_LIMIT, what)
+    yield from settle(cockpit)
+
+
+def _sideslip(cockpit: Cockpit, label: str, angle: float, seconds: float) -> Ticks:
+    """Hold a steady-heading sideslip [rad] for a time [s], then end it."""
+    cockpit.hold_sideslip(angle)
+    cockpit.begin(cockpit.name(label))
+    yield from wait(seconds)
+    cockpit.hold_sideslip(0.0)
+    yield from settle(cockpit)

@@ -1,0 +1,177 @@
+"""Put the effects of a case into its aircraft and its air, and load the aircraft to a mass."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, reduce
+from operator import add
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from pitotbench.effects import chosen, effect_of
+from pitotbench.effects.choice import RECORDING_START, Choice
+from pitotbench.effects.effect import AircraftEffect
+from pitotbench.effects.overlay import MassPoint, Overlay, product
+from pitotbench.records import BadInputError
+from pitotbench.records.case import Case, EffectSpec
+from pitotbench.simulation.aircraft import OWN, find_aircraft, known_aircraft, read_baseline
+from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.variant import overlay_text, write_variant
+from pitotbench.units import POUND
+
+# Put the effects of a case into its aircraft and its air, or write them as an aircraft variant.
+
+
+def overlay_of(case: Case) -> Overlay:
+    """Return what the effects of a case add to its aircraft and its air. Package `sense` applies those on sensors.
+
+    Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters or for an aircraft that
+    lacks the part that an effect changes.
+    """
+    return _overlay(case.aircraft, chosen(case.effects))
+
+
+def _overlay(aircraft: str, choices: Sequence[Choice]) -> Overlay:
+    acting = [(c.effect, c.sizes) for c in choices if isinstance(c.effect, AircraftEffect)]
+    if not acting:
+        return Overlay()
+    baseline = read_baseline(find_aircraft(aircraft))
+    return reduce(add, (effect.overlay(sizes, baseline) for effect, sizes in acting))
+
+
+def install_variant(
+    aircraft: str,
+    variant: str,
+    effects: Sequence[EffectSpec],
+    provenance: Mapping[str, Any] | None = None,
+    shelf: Path | None = None,
+) -> Path:
+    """Write an aircraft with effects as a new aircraft, `<aircraft>+<variant>`, and return its folder.
+
+    The folder stands in `./aircraft` unless another `shelf` is given. Its `variant.toml` names the effects and
+    their origin (`provenance`, any TOML table).
+    Raises BadInputError for effects that do not act on an aircraft, for a name with forbidden characters, and for
+    a variant that exists: nothing is overwritten.
+    """
+    if not re.fullmatch(r"[A-Za-z0-9_.-]+", variant):
+        raise BadInputError(f"variant {variant!r}: use letters, digits, dots, dashes and underscores")
+    foreign = [entry.name for entry in effects if effect_of(entry.name).acts_on != "aircraft"]
+    if foreign:
+        raise BadInputError(f"{', '.join(foreign)}: no effect of an aircraft; write it into the case file")
+    overlay = _overlay(aircraft, chosen(effects))
+    if overlay.is_empty():
+        raise BadInputError("a variant needs at least one effect of a size other than zero")
+    folder = write_variant(find_aircraft(aircraft), shelf or OWN.resolve(), f"{aircraft}+{variant}", overlay)
+    entries = [{"name": entry.name, "parameters": dict(entry.parameters)} for entry in effects]
+    table = {"aircraft": aircraft, "provenance": dict(provenance or {}), "effects": entries}
+    (folder / "variant.toml").write_text(tomli_w.dumps(table), encoding="utf-8")
+    return folder
+
+
+def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
+    """Return as XML what effects add to the JSBSim file of an aircraft; empty where none acts on the aircraft."""
+    overlay = _overlay(aircraft, chosen([e for e in effects if effect_of(e.name).acts_on == "aircraft"]))
+    return "" if overlay.is_empty() else overlay_text(find_aircraft(aircraft), overlay)
+
+
+def require_free(aircraft: str, variant: str) -> None:
+    """Raise BadInputError where a variant cannot be written: forbidden characters, or a name that is taken."""
+    if not re.fullmatch(r"[A-Za-z0-9_.-]+", variant):
+        raise BadInputError(f"variant {variant!r}: use letters, digits, dots, dashes and underscores")
+    name = f"{aircraft}+{variant}"
+    if name in known_aircraft():
+        raise BadInputError(f"{known_aircraft()[name]} is there already; choose another name for the variant")
+
+
+def mark_recording(plant: Plant) -> None:
+    """Set the time of the first recorded sample, which comes with the next step.
+
+    Effects such as a wind drift count their time from it.
+    """
+    if plant.serves(RECORDING_START):
+        plant.set(RECORDING_START, plant.get("time") + plant.time_step)
+
+
+# Load an aircraft to a mass: with fuel in its tanks and, where fuel is not enough, ballast.
+
+TANKS = ("propulsion/tank/contents-lbs", "propulsion/tank[1]/contents-lbs")
+
+LEAST_FUEL = 0.1  # of what the file loads: half an hour of cruise, so that no card is flown with empty tanks
+
+MOST_BALLAST = 1000.0  # kg: beyond it the mass is that of another airplane, or in another unit
+
+
+@dataclass(frozen=True, slots=True)
+class Loading:
+    """The loading of an aircraft: `fuel`, the share of the fuel in its file (0 to 1), and `ballast` [kg]."""
+
+    fuel: float = 1.0
+    ballast: float = 0.0
+
+
+@cache
+def loaded_mass(aircraft: str) -> float:
+    """Return the mass of an aircraft with the load and the fuel of its file [kg]."""
+    plant = Plant.load(aircraft)
+    plant.run_initial_conditions()  # until then JSBSim's mass lacks the fuel
+    return plant.get("mass")
+
+
+@cache
+def loaded_fuel(aircraft: str) -> float:
+    """Return the mass of the fuel in an aircraft's file [kg]."""
+    plant = Plant.load(aircraft)
+    return sum(plant.get(tank) for tank in tanks(plant)) * POUND
+
+
+def tanks(plant: Plant) -> tuple[str, ...]:
+    """Return the properties of the fuel in each tank of an aircraft [lb]; of more than two, the first two."""
+    return tuple(tank for tank in TANKS if plant.serves(tank))
+
+
+def mass_of(aircraft: str, loading: Loading) -> float:
+    """Return the mass of an aircraft with a loading [kg]."""
+    return loaded_mass(aircraft) - (1.0 - loading.fuel) * loaded_fuel(aircraft) + loading.ballast
+
+
+def loading_of(aircraft: str, mass: float) -> Loading:
+    """Return the loading that gives an aircraft a mass [kg]: fuel as far as the tanks allow, then ballast.
+
+    Raises BadInputError where the mass cannot be that of this aircraft.
+    """
+    ballast = ballast_for(aircraft, mass, mass)
+    return Loading(1.0 - (loaded_mass(aircraft) + ballast - mass) / loaded_fuel(aircraft), ballast)
+
+
+def ballast_for(aircraft: str, lightest: float, heaviest: float) -> float:
+    """Return the ballast [kg] that lets fuel alone account for all masses from `heaviest` to `lightest` [kg].
+
+    It is negative where the aircraft is lighter than its file says with `LEAST_FUEL` in the tanks.
+    Raises BadInputError where more than `MOST_BALLAST` would be needed.
+    """
+    full = loaded_mass(aircraft)
+    least = full - (1.0 - LEAST_FUEL) * loaded_fuel(aircraft)
+    ballast = max(0.0, heaviest - full) + min(0.0, lightest - least)
+    if abs(ballast) > MOST_BALLAST:
+        raise BadInputError(
+            f"mass_kg goes from {lightest:.0f} to {heaviest:.0f} kg, and {aircraft} weighs {least:.0f} to "
+            f"{full:.0f} kg: check the unit of the column, or name another aircraft"
+        )
+    return ballast
+
+
+def ballast_overlay(aircraft: str, ballast: float) -> Overlay:
+    """Return an overlay that puts ballast [kg] at the center of gravity of an aircraft; empty for no ballast."""
+    if not ballast:
+        return Overlay()
+    place = read_baseline(find_aircraft(aircraft)).center_of_gravity
+    # Times one: an expression must be XML, and a bare number is not.
+    return Overlay(masses=(MassPoint(product(float(ballast) / POUND, 1.0), place),))
+
+
+def load_fuel(plant: Plant, share: float) -> None:
+    """Reduce the fuel in the tanks to a share of the load. Call it before the plant starts."""
+    for tank in tanks(plant) if share != 1.0 else ():
+        plant.set(tank, share * plant.get(tank))

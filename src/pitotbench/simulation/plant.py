@@ -1,0 +1,385 @@
+"""Load an aircraft in JSBSim, start it in the air and run it. JSBSim's silent failures become errors here."""
+
+import re
+from collections.abc import Callable
+from contextlib import ExitStack
+from math import degrees, isfinite, pi
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from pitotbench.catalog import UnknownNameError, explain
+from pitotbench.effects.overlay import Overlay
+from pitotbench.records import BadInputError
+from pitotbench.records.aircraft import ELECTRIC, Attached
+from pitotbench.records.case import USUAL_RATE
+from pitotbench.simulation.aircraft import find_aircraft, read_record
+from pitotbench.simulation.properties import (
+    CHANNELS,
+    COMMON_CONTROLS,
+    OWN_CONTROLS,
+    PROPERTIES,
+    Air,
+    Property,
+    check_table,
+    parse_catalog,
+    set_mean_wind,
+    start_turbulence,
+)
+from pitotbench.simulation.variant import ROOT, write_variant
+from pitotbench.units import DEGREE, FOOT, KNOT, POUND
+
+if TYPE_CHECKING:
+    from pitotbench.simulation.transcript import Transcript
+
+
+# Load the JSBSim model of an aircraft's folder.
+
+
+class SimulationError(BadInputError):
+    """The case cannot be flown. The message says what happened, where in the flight, and what JSBSim reported."""
+
+
+def load_fdm(
+    aircraft: str, folder: Path, rate: float, parts: tuple[Path, Path] | None = None
+) -> tuple[Any, "Transcript"]:
+    """Return the JSBSim model of an aircraft, to be run at a rate [Hz], and the transcript of JSBSim's messages.
+
+    `folder` holds `<folder name>.xml`; `aircraft` names it in messages. `parts` are the folders of engines and
+    systems, by default `Engines` and `Systems` in that folder.
+    Raises SimulationError where JSBSim refuses a file.
+    """
+    import jsbsim  # loads with the first aircraft, not with the table of maneuvers
+
+    from pitotbench.simulation.transcript import Transcript
+
+    # The logger comes first: JSBSim reports errors of a file while it loads, and never again.
+    transcript = Transcript()
+    jsbsim.set_logger(transcript)
+    jsbsim.FGJSBBase().debug_lvl = 0  # type: ignore[no-untyped-call]
+    fdm = jsbsim.FGFDMExec(None)
+    fdm.set_debug_level(0)
+    fdm.set_dt(1.0 / rate)
+    engines, systems = parts or (folder / "Engines", folder / "Systems")
+    try:
+        loaded = fdm.load_model_with_paths(folder.name, str(folder.parent), str(engines), str(systems))
+    except jsbsim.BaseError as error:  # what JSBSim throws for a file that it cannot read
+        said = transcript.said() or f" JSBSim says: {' '.join(str(error).split())}"
+        raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{said}") from error
+    if not loaded:
+        raise SimulationError(f"JSBSim cannot load aircraft {aircraft!r}.{transcript.said()}")
+    return fdm, transcript
+
+
+LATITUDE = 35.4  # deg: Tullahoma, Tennessee, where the paper's aircraft flew
+
+LONGITUDE = -86.2  # deg
+
+STARTER_TIME = 10.0  # s, until both engines must run; 1.3 s is usual
+
+TRIM_SPOOL_TIME = 12.0  # s, in which any engine comes to its power
+
+SPOOL_UP_THROTTLE, SPOOL_UP_TIME = 0.5, 5.0  # s: 2 s bring an engine from idle to its governor's speed
+
+SETTLE_FIRST = 30.0  # s, before the first look whether level flight is held
+
+SETTLE_LOOK = 5.0  # s
+
+TURBULENCE_RUN_IN = 20.0  # s, some three time constants of the slowest gust filter at 100 kt
+
+LOWEST_HEIGHT = 10.0  # ft above ground
+
+LARGEST_FLOW_ANGLE = 30.0 * DEGREE  # well past the stall, far beyond any gust
+
+LARGEST_ROLL = 85.0 * DEGREE
+
+INTEGRATORS = tuple(
+    f"simulation/integrator/{what}/{part}"
+    for what in ("rate", "position")
+    for part in ("translational", "rotational")
+)
+
+RUNNING = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
+
+EFFECT_SIZE = re.compile(rf"{ROOT}(-\d+)?/[^/]+/[^/]+")  # the branch of an overlay, its effect, the parameter
+
+
+class Plant:
+    """One aircraft in JSBSim. Load a new plant for each flight: JSBSim's integrators keep their state at a reset.
+
+    `get` and `set` take a name of the property table, in SI units, or a property path of JSBSim, which holds a
+    slash and is in JSBSim's units. Methods raise SimulationError where JSBSim fails.
+    """
+
+    def __init__(self, fdm: Any, aircraft: str, transcript: "Transcript", record: Attached | None = None) -> None:
+        self.aircraft = aircraft
+        self.fdm = fdm
+        self.time_step = float(fdm.get_delta_t())
+        self._transcript = transcript
+        self._access = parse_catalog(fdm.get_property_catalog())
+        self._tree = fdm.get_property_manager()
+        self._getters: dict[str, tuple[Callable[[], float], float]] = {}
+        self._setters: dict[str, tuple[Callable[[float], bool], float]] = {}
+        self.attached = record is not None  # the bench made the autopilot for this aircraft
+        missing = record.missing if record else ()
+        # An aircraft of the bench serves the whole table; any other what it has.
+        self.channels = tuple(line for line in CHANNELS if line.name not in missing)
+        own = () if self.attached else OWN_CONTROLS
+        check_table(aircraft, self._access, (*self.channels, *COMMON_CONTROLS, *own))
+        self._engines = [path for path in self._access if RUNNING.fullmatch(path)]
+        self._electric = record is not None and record.engine_kind == ELECTRIC
+        self._integrators = {path: self.get(path) for path in INTEGRATORS}
+        watched = ("position/h-agl-ft", "angle_of_attack", "sideslip", "roll")
+        self._watched = [self.getter(name)[0] for name in watched]  # ft, rad
+
+    @classmethod
+    def load(cls, aircraft: str = "navajo", rate: float = USUAL_RATE, overlay: Overlay | None = None) -> "Plant":
+        """Load an aircraft of the hangar, to be run at a rate [Hz], with the overlay of its effects.
+
+        Raises UnknownNameError for an unknown aircraft or a property that it lacks, SimulationError where
+        JSBSim refuses the file.
+        """
+        with ExitStack() as stack:
+            folder = find_aircraft(aircraft)
+            if overlay is not None and not overlay.is_empty():
+                shelf = stack.enter_context(TemporaryDirectory(prefix="pitotbench-"))
+                folder = write_variant(folder, Path(shelf), folder.name, overlay)
+            return cls._load(aircraft, folder, rate)
+
+    @classmethod
+    def _load(cls, aircraft: str, folder: Path, rate: float) -> "Plant":
+        fdm, transcript = load_fdm(aircraft, folder, rate)
+        record = read_record(folder)
+        return cls(fdm, aircraft, transcript, record)
+
+    def getter(self, name: str) -> tuple[Callable[[], float], float]:
+        """Return the read function of a property and its SI factor, for loops that read at every step."""
+        if name not in self._getters:
+            line = self._line(name)
+            self._getters[name] = (self._tree.get_node(line.path).get_double_value, line.factor)
+        return self._getters[name]
+
+    def get(self, name: str) -> float:
+        """Return the present value of a property [SI by table name, JSBSim's unit by path]."""
+        read, factor = self.getter(name)
+        return read() * factor
+
+    def set(self, name: str, value: float) -> None:
+        """Set a writable property [SI by table name, JSBSim's unit by path].
+
+        Raises UnknownNameError for a property that is unknown or read-only, SimulationError for a value that is
+        not finite or that JSBSim does not accept.
+        """
+        if not isfinite(value):
+            raise SimulationError(f"{name} must be a finite number, not {value}")
+        if name not in self._setters:
+            line = self._line(name)
+            if "W" not in self._access[line.path]:
+                raise UnknownNameError(f"property {line.path!r} is read-only")
+            self._setters[name] = (self._tree.get_node(line.path).set_double_value, line.factor)
+        write, factor = self._setters[name]
+        if not write(value / factor):
+            raise SimulationError(f"JSBSim did not take {name} = {value}.{self._transcript.said()}")
+
+    def writer(self, name: str) -> Callable[[float], bool]:
+        """Return the write function of a property, in JSBSim's unit, for loops that write at every step."""
+        write: Callable[[float], bool] = self._tree.get_node(self._line(name).path).set_double_value
+        return write
+
+    def run_initial_conditions(self) -> None:
+        """Put the aircraft into its initial conditions; engines and systems keep their state.
+
+        Raises SimulationError where JSBSim refuses them.
+        """
+        if not self.fdm.run_ic():
+            raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
+
+    def serves(self, path: str) -> bool:
+        """Return whether the aircraft has a property of this path."""
+        return path in self._access
+
+    def _line(self, name: str) -> Property:
+        if "/" not in name:
+            return PROPERTIES[name]
+        if name not in self._access:
+            raise UnknownNameError(explain("property", name, list(self._access)).split(" Known:")[0])
+        return Property(name, name)
+
+    def run(self, seconds: float) -> None:
+        """Run for a time [s] and check the flight ten times a second."""
+        steps = round(seconds / self.time_step)
+        batch = max(1, round(0.1 / self.time_step))
+        for done in range(0, steps, batch):
+            self.advance(min(batch, steps - done))
+            self.check()
+
+    def advance(self, steps: int) -> None:
+        """Run a number of steps. Raises SimulationError where JSBSim stops."""
+        run = self.fdm.run
+        for _ in range(steps):
+            if not run():
+                raise self.failure("JSBSim stopped")
+
+    def check(self) -> None:
+        """Raise SimulationError where the state is not a number, the aircraft is on the ground, or it departed."""
+        height, alpha, beta, roll = [read() for read in self._watched]
+        # The sum is finite only where all four are: one test instead of four.
+        if not isfinite(height + alpha + beta + roll):
+            raise self.failure("the state is not a number")
+        if height < LOWEST_HEIGHT:
+            raise self.failure("the aircraft met the ground")
+        if abs(alpha) > LARGEST_FLOW_ANGLE or abs(beta) > LARGEST_FLOW_ANGLE or abs(roll) > LARGEST_ROLL:
+            raise self.failure("the aircraft departed from controlled flight; fly faster or bank less")
+
+    def failure(self, what: str) -> SimulationError:
+        """Return an error that says what happened, at which time, speed and height, and what JSBSim reported."""
+        state = (
+            f"{self.get('time'):.1f} s, {self.get('calibrated_airspeed') / KNOT:.1f} KCAS, "
+            f"{self.get('altitude') / FOOT:.0f} ft, roll {degrees(self.get('roll')):.1f}°, "
+            f"angle of attack {degrees(self.get('angle_of_attack')):.1f}°"
+        )
+        return SimulationError(f"{self.aircraft}: {what} (at {state}{self._stopped()}).{self._transcript.said()}")
+
+    def _stopped(self) -> str:
+        """Return that an engine does not run, and the fuel left; nothing where all run."""
+        if self._electric or all(self.fdm[path] for path in self._engines):
+            return ""
+        return f"; an engine does not run, fuel on board {self.fdm['propulsion/total-fuel-lbs'] * POUND:.0f} kg"
+
+    def start(
+        self,
+        altitude: float,
+        airspeed: float,
+        heading: float = 0.0,
+        air: Air | None = None,
+        settle_limit: float = 120.0,
+    ) -> None:
+        """Put the aircraft in the air, start it, and let the autopilot settle it in level flight.
+
+        Parameters: altitude, geometric [m]; airspeed, calibrated [m/s]; heading, true [rad]; air, by default still
+        and standard; settle_limit [s], the longest time to reach level flight.
+
+        JSBSim's trim does not work for a piston twin in the air. The autopilot therefore flies the aircraft into
+        level flight, unrecorded: first in smooth air, then for a time with the turbulence.
+        Raises SimulationError where the engines do not start or level flight is not reached.
+        """
+        air = air or Air()
+        if self.attached:
+            self._start_in_trim(altitude, airspeed, heading, air)
+        else:
+            self._place(altitude, airspeed, heading, air)
+        self._engage(altitude, airspeed, heading)
+        if self.attached:
+            self.release()
+        else:
+            self._start_engines()
+        self._settle(altitude, airspeed, heading, settle_limit)
+        start_turbulence(self, air)
+        if air.severity:
+            self.run(TURBULENCE_RUN_IN)
+
+    def start_held(self, altitude: float, airspeed: float, heading: float = 0.0, air: Air | None = None) -> None:
+        """Hold the aircraft at a place in the air and start its engines; `release` lets it fly.
+
+        This serves the force meter, which needs running engines but no level flight. An effect may be more than
+        the autopilot can hold, or more than the starter can turn. Every effect therefore has size zero until the
+        engines run at their governed speed. Parameters are those of `start`; the air is smooth.
+        Raises SimulationError where the engines do not start.
+        """
+        self._place(altitude, airspeed, heading, air or Air())
+        for path in INTEGRATORS:
+            self.set(path, 0)  # 0 is no integration: only engines and systems go on
+        sizes = {path: self.get(path) for path in self._access if EFFECT_SIZE.fullmatch(path)}
+        for path in sizes:
+            self.set(path, 0.0)
+        self._start_engines()
+        self.set("throttle_command", SPOOL_UP_THROTTLE)
+        self.run(SPOOL_UP_TIME)
+        self.set("throttle_command", 0.0)
+        for path, size in sizes.items():
+            self.set(path, size)
+
+    def _start_in_trim(self, altitude: float, airspeed: float, heading: float, air: Air) -> None:
+        """Hold an aircraft with an attached autopilot in level flight, with its engines at the power of that."""
+        self.start_held(altitude, airspeed, heading, air)
+        self.set("throttle_command", self.get("ap/model/lever-level"))
+        self.run(TRIM_SPOOL_TIME)
+        self._place(altitude, airspeed, heading, air, self.get("ap/model/alpha-level-rad"))
+        self.run(0.1)
+
+    def release(self) -> None:
+        """Let the aircraft move again, with the integrators that it was loaded with."""
+        for path, integrator in self._integrators.items():
+            self.set(path, integrator)
+
+    def _place(self, altitude: float, airspeed: float, heading: float, air: Air, alpha: float = 0.0) -> None:
+        """Set the initial conditions: position, airspeed, and the wind on top of the ground velocity."""
+        # Position before speed: a latitude set after the airspeed turns 160 KCAS into 172.
+        self.set("temperature_offset", air.temperature_offset)
+        for path, value in (
+            ("ic/lat-geod-deg", LATITUDE),
+            ("ic/long-gc-deg", LONGITUDE),
+            ("ic/h-sl-ft", altitude / FOOT),
+            ("ic/psi-true-rad", heading % (2.0 * pi)),
+            ("ic/vc-kts", airspeed / KNOT),
+        ):
+            self.set(path, value)
+        if alpha:
+            self.set("ic/alpha-rad", alpha)  # after the speed; the pitch follows, so that the path is level
+        self.run_initial_conditions()
+        # The airplane flies with the air: the ground velocity grows by the wind, so that the airspeed stays.
+        ground = [self.get(f"velocity_{axis}") for axis in ("north", "east", "down")]
+        for path, speed, wind in zip(("vn", "ve", "vd"), ground, (air.north, air.east, air.down), strict=True):
+            self.set(f"ic/{path}-fps", (speed + wind) / FOOT)
+        self.run_initial_conditions()
+        set_mean_wind(self, air)
+
+    def _engage(self, altitude: float, airspeed: float, heading: float) -> None:
+        """Switch the autopilot on: hold heading, altitude, and airspeed by throttle."""
+        self.set("lateral_mode", 1)
+        self.set("heading_target", heading % (2.0 * pi))
+        self.set("pitch_mode", 1)
+        self.set("altitude_target", altitude)
+        self.set("throttle_mode", 1)
+        self.set("airspeed_target", airspeed)
+
+    def _start_engines(self) -> None:
+        """Turn the engines with starter and magnetos until both run. Raises SimulationError where they do not."""
+        # Setting `set-running` alone is simpler, but fails in a quarter of the heights and speeds.
+        # Gear up and mixture rich: the aircraft starts in the air, and JSBSim's defaults are those of a parked one.
+        self.set("gear/gear-cmd-norm", 0.0)
+        self.set("gear/gear-pos-norm", 0.0)
+        for number in range(len(self._engines)):
+            self.set("fcs/mixture-cmd-norm" + (f"[{number}]" if number else ""), 1.0)
+        # A turbine has no magnetos and needs no starter in the air; a piston engine has no fuel cutoff.
+        starters = [("active_engine", -1.0), ("magneto_cmd", 3.0), ("starter_cmd", 1.0)]
+        if self.attached:
+            starters += [("cutoff_cmd", 0.0), ("set-running", -1.0)]
+        for path, value in starters:
+            if self.serves(f"propulsion/{path}") or not self.attached:
+                self.set(f"propulsion/{path}", value)
+        for _ in range(round(STARTER_TIME / 0.1)):
+            self.run(0.1)
+            if self._electric or all(self.get(engine) for engine in self._engines):
+                if self.serves("propulsion/starter_cmd"):
+                    self.set("propulsion/starter_cmd", 0)
+                return
+        raise self.failure("the engines do not start")
+
+    def _settle(self, altitude: float, airspeed: float, heading: float, limit: float) -> None:
+        """Fly on until level flight is held; check every few seconds once the first transient is over."""
+        self.run(min(SETTLE_FIRST, limit))
+        while True:
+            speed = (self.get("calibrated_airspeed") - airspeed) / KNOT
+            height = (self.get("altitude") - altitude) / FOOT
+            # Tighter than any card, so that a maneuver does not begin with the autopilot's transient.
+            turned = degrees((self.get("heading") - heading + pi) % (2.0 * pi) - pi)
+            if abs(speed) < 0.5 and abs(height) < 15.0 and abs(turned) < 1.0:
+                return
+            if self.get("time") >= limit:
+                raise self.failure(
+                    f"level flight at {airspeed / KNOT:.0f} KCAS and {altitude / FOOT:.0f} ft was not reached: "
+                    f"{speed:+.1f} kt, {height:+.0f} ft and {turned:+.1f}° off after {limit:.0f} s; "
+                    "choose a speed and height that the aircraft holds"
+                )
+            self.run(SETTLE_LOOK)

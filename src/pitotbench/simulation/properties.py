@@ -1,0 +1,231 @@
+"""The table between JSBSim and the bench, one line a property, and the air of a flight."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import cos, sin
+from typing import Protocol
+
+import numpy as np
+
+from pitotbench.catalog import Catalog, UnknownNameError, explain
+from pitotbench.records.case import TURBULENCE_SEVERITY, Case
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, POUND, PSF, STANDARD_GRAVITY
+
+# The table between JSBSim and the bench: one line a property, with our name, its path, its factor to SI.
+# SI value = property * factor. Names are those of `channels.py` where both have the quantity. JSBSim creates a
+# property that is written under a wrong path, without an error; `check_table` finds such paths when an aircraft
+# is loaded.
+
+RANKINE = 5.0 / 9.0  # K
+
+REVOLUTION_PER_MINUTE = 2.0 * 3.141592653589793 / 60.0  # rad/s
+
+POUND_FORCE = POUND * STANDARD_GRAVITY  # N
+
+SLUG = POUND_FORCE / FOOT  # kg
+
+HORSEPOWER = 550.0 * POUND_FORCE * FOOT  # W
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """One line of the table. `per_mass` means that the recorded value is divided by the mass of the same sample."""
+
+    name: str
+    path: str
+    factor: float = 1.0
+    writable: bool = False
+    per_mass: bool = False
+
+
+# Specific force comes from the force of the present state: accelerations/Nx.. are one step old.
+CHANNELS = (
+    Property("time", "simulation/sim-time-sec"),
+    Property("latitude", "position/lat-geod-rad"),
+    Property("longitude", "position/long-gc-rad"),
+    Property("position_north", "position/from-start-neu-n-ft", FOOT),
+    Property("position_east", "position/from-start-neu-e-ft", FOOT),
+    Property("altitude", "position/h-sl-ft", FOOT),
+    Property("velocity_north", "velocities/v-north-fps", FOOT),
+    Property("velocity_east", "velocities/v-east-fps", FOOT),
+    Property("velocity_down", "velocities/v-down-fps", FOOT),
+    Property("roll", "attitude/phi-rad"),
+    Property("pitch", "attitude/theta-rad"),
+    Property("heading", "attitude/psi-rad"),
+    Property("roll_rate", "velocities/p-rad_sec"),
+    Property("pitch_rate", "velocities/q-rad_sec"),
+    Property("yaw_rate", "velocities/r-rad_sec"),
+    Property("specific_force_x", "forces/fbx-total-lbs", POUND_FORCE, per_mass=True),
+    Property("specific_force_y", "forces/fby-total-lbs", POUND_FORCE, per_mass=True),
+    Property("specific_force_z", "forces/fbz-total-lbs", POUND_FORCE, per_mass=True),
+    Property("angle_of_attack", "aero/alpha-rad"),
+    Property("sideslip", "aero/beta-rad"),
+    Property("total_pressure", "propulsion/pt-lbs_sqft", PSF),
+    Property("static_pressure", "atmosphere/P-psf", PSF),
+    Property("air_temperature", "atmosphere/T-R", RANKINE),
+    Property("total_temperature", "propulsion/tat-r", RANKINE),
+    Property("calibrated_airspeed", "velocities/vc-kts", KNOT),
+    Property("true_airspeed", "velocities/vt-fps", FOOT),
+    Property("mach", "velocities/mach"),
+    Property("wind_north", "atmosphere/total-wind-north-fps", FOOT),
+    Property("wind_east", "atmosphere/total-wind-east-fps", FOOT),
+    Property("wind_down", "atmosphere/total-wind-down-fps", FOOT),
+    Property("throttle_left", "fcs/throttle-pos-norm"),
+    Property("throttle_right", "fcs/throttle-pos-norm[1]"),
+    Property("elevator", "fcs/elevator-pos-rad"),
+    Property("aileron", "fcs/left-aileron-pos-rad"),
+    Property("rudder", "fcs/rudder-pos-rad"),
+    Property("manifold_pressure_left", "propulsion/engine/map-inhg", INCH_OF_MERCURY),
+    Property("manifold_pressure_right", "propulsion/engine[1]/map-inhg", INCH_OF_MERCURY),
+    Property("propeller_speed_left", "propulsion/engine/propeller-rpm", REVOLUTION_PER_MINUTE),
+    Property("propeller_speed_right", "propulsion/engine[1]/propeller-rpm", REVOLUTION_PER_MINUTE),
+    Property("fuel_flow_left", "propulsion/engine/fuel-flow-rate-pps", POUND),
+    Property("fuel_flow_right", "propulsion/engine[1]/fuel-flow-rate-pps", POUND),
+    Property("power_left", "propulsion/engine/power-hp", HORSEPOWER),
+    Property("power_right", "propulsion/engine[1]/power-hp", HORSEPOWER),
+    Property("thrust_left", "propulsion/engine/thrust-lbs", POUND_FORCE),
+    Property("thrust_right", "propulsion/engine[1]/thrust-lbs", POUND_FORCE),
+    Property("mass", "inertia/mass-slugs", SLUG),
+    Property("flap", "fcs/flap-pos-norm"),
+)
+
+# Of every autopilot, and of the air.
+COMMON_CONTROLS = (
+    Property("lateral_mode", "ap/lateral-mode", writable=True),
+    Property("heading_target", "ap/heading-target-deg", DEGREE, writable=True),
+    Property("bank_target", "ap/bank-target-deg", DEGREE, writable=True),
+    Property("bank_limit", "ap/bank-limit-deg", DEGREE, writable=True),
+    Property("roll_rate_limit", "ap/roll-rate-limit-degps", DEGREE, writable=True),
+    Property("sideslip_target", "ap/sideslip-target-deg", DEGREE, writable=True),
+    Property("pitch_mode", "ap/pitch-mode", writable=True),
+    Property("altitude_target", "ap/altitude-target-ft", FOOT, writable=True),
+    Property("pitch_target", "ap/pitch-target-deg", DEGREE, writable=True),
+    Property("throttle_mode", "ap/throttle-mode", writable=True),
+    Property("throttle_command", "ap/throttle-command-norm", writable=True),
+    Property("airspeed_target", "ap/kcas-target-kt", KNOT, writable=True),
+    Property("airspeed_rate_limit", "ap/kcas-rate-limit-ktps", KNOT, writable=True),
+    Property("throttle_bias_left", "ap/throttle-bias-left-norm", writable=True),
+    Property("throttle_bias_right", "ap/throttle-bias-right-norm", writable=True),
+    Property("mean_wind_north", "atmosphere/wind-north-fps", FOOT, writable=True),
+    Property("mean_wind_east", "atmosphere/wind-east-fps", FOOT, writable=True),
+    Property("mean_wind_down", "atmosphere/wind-down-fps", FOOT, writable=True),
+    Property("temperature_offset", "atmosphere/delta-T", RANKINE, writable=True),
+    Property("turbulence_type", "atmosphere/turb-type", writable=True),
+    Property("turbulence_severity", "atmosphere/turbulence/milspec/severity", writable=True),
+    Property("turbulence_low_wind", "atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps", FOOT, True),
+    Property("turbulence_seed", "atmosphere/randomseed", writable=True),
+)
+
+# Of the autopilots of the bench's own aircraft. One that is attached to any other sets the throttle lever instead.
+OWN_CONTROLS = (Property("manifold_pressure_target", "ap/map-target-inhg", INCH_OF_MERCURY, writable=True),)
+
+PROPERTIES = Catalog("property", {line.name: line for line in (*CHANNELS, *COMMON_CONTROLS, *OWN_CONTROLS)})
+
+
+def parse_catalog(lines: Iterable[str]) -> dict[str, str]:
+    """Return JSBSim's property catalog as a mapping from path to access; its lines read `path (RW)`."""
+    pairs = (line.rsplit(" (", 1) for line in lines)
+    return {path.strip(): access.rstrip(") ") for path, access in pairs}
+
+
+def check_table(aircraft: str, catalog: Mapping[str, str], table: Iterable[Property] | None = None) -> None:
+    """Check that an aircraft has every property of the table, and that those we write are writable.
+
+    Raises UnknownNameError that names the first missing property and the nearest existing one.
+    """
+    for line in PROPERTIES.values() if table is None else table:
+        access = catalog.get(line.path)
+        if access is None:
+            raise UnknownNameError(
+                f"aircraft {aircraft!r} does not serve {line.name!r}: " + _nearest(line.path, catalog)
+            )
+        if line.writable and "W" not in access:
+            raise UnknownNameError(f"property {line.path!r} ({line.name!r}) of {aircraft!r} is read-only")
+
+
+def _nearest(path: str, catalog: Mapping[str, str]) -> str:
+    folder = path.rsplit("/", 1)[0]
+    near = [known for known in catalog if known.startswith(folder + "/")]
+    return explain("property", path, near[:30])
+
+
+# Set the air of a flight: steady wind, temperature above standard, turbulence and its seed.
+
+MILSPEC_TUSTIN = 4  # JSBSim's turb-type: MIL-F-8785C spectra, filters discretized by Tustin's rule
+
+# Wind at 20 ft that MIL-F-8785C ties to light, moderate and severe turbulence; used below 2,000 ft only.
+LOW_WIND = (0.0, 15.0 * KNOT, 30.0 * KNOT, 45.0 * KNOT)
+
+LARGEST_SEED = 2**31 - 1
+
+SEVERITY = Catalog("turbulence", TURBULENCE_SEVERITY)
+
+
+class Settable(Protocol):
+    """Anything whose properties can be set by their names in the property table, such as a `Plant`."""
+
+    def set(self, name: str, value: float) -> None:
+        """Set a property [SI] by its name in the table."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Air:
+    """The air of a flight.
+
+    `north`, `east` and `down` are the mean wind [m/s], the direction in which the air moves. `temperature_offset`
+    is the temperature above standard [K]. `severity` is the Milspec index of the turbulence (0 none, 1 light,
+    2 moderate) and `seed` starts its random numbers (1 to 2³¹−1).
+    """
+
+    north: float = 0.0
+    east: float = 0.0
+    down: float = 0.0
+    temperature_offset: float = 0.0
+    severity: int = 0
+    seed: int = 1
+
+    @classmethod
+    def of(cls, case: Case, warmer: float = 0.0) -> "Air":
+        """Return the air of a case, made warmer by `warmer` [K] for its effects.
+
+        Raises UnknownNameError for an unknown turbulence name.
+        """
+        # A case says where the wind comes from, JSBSim where the air goes: hence the minus signs.
+        wind = case.wind
+        return cls(
+            north=-wind.speed * cos(wind.from_direction),
+            east=-wind.speed * sin(wind.from_direction),
+            down=-wind.up,
+            temperature_offset=case.temperature_offset + warmer,
+            severity=SEVERITY[case.turbulence],
+            seed=turbulence_seed(case.truth_seed),
+        )
+
+
+def turbulence_seed(truth_seed: int) -> int:
+    """Return JSBSim's seed, 1 to 2³¹−1, for a truth seed."""
+    # JSBSim makes the same turbulence of the seeds 0 and 1. Hashing also keeps neighboring seeds independent.
+    word = int(np.random.SeedSequence(truth_seed).generate_state(1, np.uint64)[0])
+    return 1 + word % LARGEST_SEED
+
+
+def set_mean_wind(plant: Settable, air: Air) -> None:
+    """Set the steady wind of a plant. Call it after the initial conditions are set.
+
+    JSBSim can also set a wind with the initial conditions, but then it changes the airspeed that was asked for.
+    """
+    plant.set("mean_wind_north", air.north)
+    plant.set("mean_wind_east", air.east)
+    plant.set("mean_wind_down", air.down)
+
+
+def start_turbulence(plant: Settable, air: Air) -> None:
+    """Start the turbulence of the air. With severity 0 the air stays smooth."""
+    if air.severity == 0:
+        return
+    # The type comes last: it switches the turbulence on, with seed and severity in place.
+    plant.set("turbulence_seed", air.seed)
+    plant.set("turbulence_low_wind", LOW_WIND[air.severity])
+    plant.set("turbulence_severity", air.severity)
+    plant.set("turbulence_type", MILSPEC_TUSTIN)

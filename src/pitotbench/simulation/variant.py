@@ -1,0 +1,159 @@
+"""Write aircraft variants: copies of an aircraft's folder with the overlay of effects in the JSBSim file."""
+
+import shutil
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from pitotbench.effects.choice import RECORDING_START
+from pitotbench.effects.overlay import Expression, Overlay, Point
+from pitotbench.records import BadInputError
+from pitotbench.simulation.aircraft import parse_xml
+
+ROOT = "effects"  # of the property tree: sizes, functions and outputs of an overlay
+
+NOT_YET = 1e9  # s, its value until recording begins
+
+
+def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> Path:
+    """Write a variant of an aircraft into a new folder `<shelf>/<name>` and return the folder.
+
+    The original is copied, never changed, and the file keeps its comments. The original may itself be a variant:
+    the new effects are then added to its effects. Raises BadInputError where the folder exists.
+    """
+    folder = shelf / name
+    if folder.exists():
+        raise BadInputError(f"{folder} is there already; choose another name for the variant")
+    tree = _parsed(original / f"{original.name}.xml")
+    _insert(tree.getroot(), overlay)
+    ET.indent(tree)
+    shelf.mkdir(parents=True, exist_ok=True)
+    # The copy is made in a hidden folder and renamed: an error leaves no incomplete variant.
+    with TemporaryDirectory(dir=shelf, prefix=".") as scratch:
+        copy = Path(shutil.copytree(original, Path(scratch) / name))
+        (copy / f"{original.name}.xml").unlink()
+        tree.write(copy / f"{name}.xml", encoding="unicode")
+        copy.rename(folder)
+    return folder
+
+
+def overlay_text(original: Path, overlay: Overlay) -> str:
+    """Return the elements that a variant adds to the file of an aircraft, as XML text.
+
+    Each element stands inside the part of the file to which it is added.
+    """
+    # Elements are compared by identity: those that were there before the insertion are the original's.
+    root = _parsed(original / f"{original.name}.xml").getroot()
+    before = {id(element) for element in root.iter()}
+    _insert(root, overlay)
+    _prune(root, before)
+    root.insert(0, ET.Comment(f" added to the file of {original.name}; the rest of it is untouched "))
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _prune(element: ET.Element, old: set[int]) -> None:
+    """Remove all elements that are old and hold nothing new."""
+    for child in list(element):
+        _prune(child, old)
+        if id(child) in old and (len(child) == 0 or not any(id(e) not in old for e in child.iter())):
+            element.remove(child)
+
+
+def _parsed(file: Path) -> "ET.ElementTree[ET.Element]":
+    return parse_xml(file, comments=True)
+
+
+def _insert(root: ET.Element, overlay: Overlay) -> None:
+    """Put each part of an overlay where JSBSim looks for it, under a branch of properties that is not yet used."""
+    taken = {element.get("name") for element in root.iter("system")}
+    branch = next(name for n in range(1, 100) if (name := f"{ROOT}-{n}" if n > 1 else ROOT) not in taken)
+    _insert_system(root, overlay, branch)
+    for number, function in enumerate(overlay.functions):
+        axis = _part(_part(root, "aerodynamics"), f"axis[@name='{function.axis}']")
+        axis.append(_function(f"{branch}/{function.axis.lower()}-{number}", function.value, branch))
+    for mass in overlay.masses:
+        point = ET.SubElement(_part(root, "mass_balance"), "pointmass", name=f"{branch} {_next_mass(root)}")
+        ET.SubElement(point, "weight", unit="LBS").text = "0"
+        point.append(_location(mass.location))
+    if overlay.forces:
+        _insert_forces(root, overlay, branch)
+
+
+def _next_mass(root: ET.Element) -> int:
+    """Return the number that JSBSim gives to the next point mass."""
+    return len(root.findall("mass_balance/pointmass"))
+
+
+def _insert_system(root: ET.Element, overlay: Overlay, branch: str) -> None:
+    """Insert a system that declares the sizes and has a component for every property written at each step."""
+    system = ET.Element("system", name=branch)
+    timed = overlay.winds or RECORDING_START in repr(overlay)
+    declared = (*overlay.sizes, *(((RECORDING_START, NOT_YET),) if timed else ()))
+    for path, value in declared:
+        ET.SubElement(system, "property", value=repr(value)).text = _on(branch, path)
+    channel = ET.SubElement(system, "channel", name=branch)
+    channel.extend(ET.fromstring(_on(branch, text)) for text in overlay.filters)
+    masses = _next_mass(root)
+    outputs = [(s.path, s.value) for s in overlay.settings]
+    outputs += [
+        (f"inertia/pointmass-weight-lbs[{masses + i}]", mass.weight) for i, mass in enumerate(overlay.masses)
+    ]
+    outputs += _gusts(overlay)
+    for number, (path, value) in enumerate(outputs):
+        component = ET.SubElement(channel, "fcs_function", name=f"{branch}/output-{number}")
+        component.append(_function(None, value, branch))
+        ET.SubElement(component, "output").text = path
+    # Systems run in the order of the file. This one runs after the aircraft's, so that its settings are the last.
+    before = (i for i, element in enumerate(root) if element.tag in ("system", "propulsion"))
+    position = max(before, default=-1) + 1  # a glider may have neither
+    root.insert(position, system)
+
+
+def _gusts(overlay: Overlay) -> list[tuple[str, Expression]]:
+    """Return the sum of the wind terms for each axis, on the property that JSBSim adds to wind and turbulence."""
+    found = []
+    for toward in ("north", "east", "down"):
+        terms = [wind.value for wind in overlay.winds if wind.toward == toward]
+        path = f"atmosphere/gust-{toward}-fps"
+        if terms:
+            found.append((path, "<sum>" + "".join(terms) + "</sum>"))
+    return found
+
+
+def _insert_forces(root: ET.Element, overlay: Overlay, branch: str) -> None:
+    reactions = root.find("external_reactions")
+    if reactions is None:
+        reactions = ET.SubElement(root, "external_reactions")
+    for number, force in enumerate(overlay.forces):
+        element = ET.SubElement(reactions, "force", name=f"{branch}-{number}", frame="BODY")
+        element.append(_function(None, force.value, branch))
+        element.append(_location(force.location))
+        direction = ET.SubElement(element, "direction")
+        for axis, value in zip("xyz", ("1", "0", "0"), strict=True):
+            ET.SubElement(direction, axis).text = value
+
+
+def _function(name: str | None, value: Expression, branch: str) -> ET.Element:
+    element = ET.Element("function", {"name": name} if name else {})
+    element.append(ET.fromstring(_on(branch, value)))
+    return element
+
+
+def _location(point: Point) -> ET.Element:
+    element = ET.Element("location", unit="IN")
+    for axis, value in zip("xyz", point, strict=True):
+        ET.SubElement(element, axis).text = repr(value)
+    return element
+
+
+def _part(element: ET.Element, path: str) -> ET.Element:
+    found = element.find(path)
+    if found is None:
+        raise BadInputError(f"the aircraft's file has no {path}, which an effect adds to; leave the effect out")
+    return found
+
+
+def _on(branch: str, text: str) -> str:
+    """Return the text with the properties of the overlay moved under a branch."""
+    return text.replace(f"{ROOT}/", f"{branch}/")

@@ -1,0 +1,166 @@
+"""Measure the house: its size, the files that a job enters, and the files behind a job.
+
+`python -m pitotlab house` prints the table. The tests of the house hold the figures to their budgets.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from argparse import ArgumentParser
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+ROOT = Path(__file__).resolve().parents[2]
+PRODUCT = ROOT / "src" / "pitotbench"
+LABORATORY = ROOT / "src" / "pitotlab"
+LONG = 600  # lines; a longer module holds more than one idea
+# Modules below which each job lies. What they import, lazily or not, has to be read by who changes the job.
+BEHIND = {
+    "one flight": ("pitotbench.simulation.sortie", "pitotbench.sensing.recorder"),
+    "calibrate": ("pitotbench.calibration",),
+    "the judge": ("pitotbench.reconciliation.verdict",),
+    "campaign": ("pitotbench.bench.campaign",),
+}
+_FAMILIES = ("cli", "simulation.maneuvers")  # one file an entry, which only the table reads
+
+# Runs a program under a profiler and writes the files of the product with a function called while no module is
+# being imported. A module is being imported while a frame named <module> is on the stack.
+_PROFILE = """
+import json, os, runpy, sys, threading
+product, out, target = sys.argv[1:4]
+sys.argv = sys.argv[3:]
+files, depth = set(), {}
+def watch(frame, event, _):
+    code, me = frame.f_code, threading.get_ident()
+    if code.co_name == "<module>" and event in ("call", "return"):
+        depth[me] = depth.get(me, 0) + (1 if event == "call" else -1)
+    elif event == "call" and depth.get(me, 0) <= START.get(me, 0):
+        if code.co_filename.startswith(product) and code.co_filename.endswith(".py"):
+            files.add(code.co_filename)
+START = {threading.get_ident(): 1}  # the program itself is a module as well
+threading.setprofile(watch)
+sys.setprofile(watch)
+try:
+    if target.endswith(".py"):
+        sys.path.insert(0, os.path.dirname(target))
+        runpy.run_path(target, run_name="__main__")
+    else:
+        runpy.run_module(target, run_name="__main__")
+except SystemExit as end:
+    if end.code:
+        sys.exit(f"the program ended with {end.code}")
+finally:
+    sys.setprofile(None)
+    with open(out, "w", encoding="utf-8") as file:
+        json.dump(sorted(files), file)
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """Files and lines of Python below a folder."""
+
+    files: int
+    lines: int
+
+
+def size_of(*places: Path) -> Size:
+    """Return the files and lines of all Python files at or below some places."""
+    files = [f for place in places for f in ([place] if place.is_file() else sorted(place.rglob("*.py")))]
+    return Size(len(files), sum(len(f.read_text(encoding="utf-8").splitlines()) for f in files))
+
+
+def long_modules() -> dict[str, int]:
+    """Return the modules of the product with more than 600 lines."""
+    lines = {f.relative_to(PRODUCT).as_posix(): size_of(f).lines for f in PRODUCT.rglob("*.py")}
+    return {name: count for name, count in sorted(lines.items()) if count > LONG}
+
+
+def entered(arguments: Sequence[str], folder: Path) -> list[str]:
+    """Run a program below a profiler in a folder; return the files of the product that it enters, sorted.
+
+    `arguments`: a script of this checkout or a module, then its own arguments. Raises CalledProcessError where the
+    program cannot be started.
+    """
+    out = folder / "entered.json"
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
+    program = [sys.executable, "-c", _PROFILE, str(PRODUCT), str(out), *arguments]
+    subprocess.run(program, cwd=folder, env=environment, check=True, capture_output=True)
+    return [Path(file).relative_to(PRODUCT).as_posix() for file in json.loads(out.read_text(encoding="utf-8"))]
+
+
+def reach_of_jobs(folder: Path, reconcile: bool = True) -> dict[str, list[str]]:
+    """Return the files that each job enters, of a circle at 20/1 flown in a folder."""
+    (folder / "case.toml").write_text('maneuver = "circle"\n', encoding="utf-8")
+    jobs = {
+        "fly": ["pitotbench", "fly", "case.toml", "-o", "flight.csv"],
+        "calibrate": ["pitotbench", "calibrate", "flight.csv"],
+        "run_campaign.py": [str(ROOT / "scripts" / "run_campaign.py"), *_CAMPAIGN],
+    }
+    if reconcile:
+        jobs["reconcile"] = ["pitotbench", "reconcile", "flight.csv", "--aircraft", "navajo", "--no-next-flight"]
+    return {name: entered(arguments, folder) for name, arguments in jobs.items()}
+
+
+_CAMPAIGN = ("--maneuver", "circle", "--das", "20/1", "--jobs", "1", "--out", "out")
+
+
+def behind(modules: Iterable[str]) -> int:
+    """Return the number of modules of the product that some modules import, directly or not, with these."""
+    import grimp
+
+    graph = grimp.build_graph("pitotbench")
+    return len({m for module in modules for m in (module, *graph.find_upstream_modules(module))})
+
+
+def with_one_reader() -> list[str]:
+    """Return modules that one module of the same folder imports and no other. An `__init__` is no reader."""
+    import grimp
+
+    graph = grimp.build_graph("pitotbench")
+    packages = {m for m in graph.modules if graph.find_children(m)}
+    found = []
+    for module in sorted(graph.modules - packages):
+        folder = module.rpartition(".")[0]
+        if any(folder == f"pitotbench.{family}" for family in _FAMILIES):
+            continue
+        readers = graph.find_modules_that_directly_import(module) - packages
+        if len(readers) == 1 and next(iter(readers)).rpartition(".")[0] == folder:
+            found.append(module)
+    return found
+
+
+def documents() -> tuple[int, int, int, int]:
+    """Return pages, words and bytes of the documentation, and the bytes of the README."""
+    listed = subprocess.run(
+        ["git", "ls-files", "docs", "README.md"], cwd=ROOT, check=True, capture_output=True, text=True
+    )
+    files = [ROOT / name for name in listed.stdout.split()]
+    pages = [f for f in files if f.suffix == ".md"]
+    words = sum(len(f.read_text(encoding="utf-8").split()) for f in pages)
+    return len(pages), words, sum(f.stat().st_size for f in files), (ROOT / "README.md").stat().st_size
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Print the figures of the house: sizes, files entered by each job, files behind it, documents."""
+    parser.add_argument("--list", action="store_true", help="name the files that each job enters")
+    options = parser.parse_args(words)
+    product, laboratory = size_of(PRODUCT), size_of(LABORATORY)
+    tests, lab_tests = size_of(ROOT / "tests"), size_of(ROOT / "tests" / "lab")
+    pages, counted, size, readme = documents()
+    alone = with_one_reader()
+    print(
+        f"product: {product.files} files, {product.lines} lines; its tests: {tests.lines - lab_tests.lines} lines"
+    )
+    print(f"laboratory: {laboratory.files} files, {laboratory.lines} lines; its tests: {lab_tests.lines} lines")
+    print(f"modules over {LONG} lines: {long_modules() or 'none'}")
+    print(f"modules with one reader in the same folder: {len(alone)}: {', '.join(alone)}")
+    print(f"docs: {pages} pages, {counted} words, {size / 1e6:.2f} MB; README {readme} bytes")
+    for job, modules in BEHIND.items():
+        print(f"files behind {job}: {behind(modules)}")
+    with TemporaryDirectory() as folder:
+        for job, files in reach_of_jobs(Path(folder)).items():
+            print(f"files entered by {job}: {len(files)}" + (f": {' '.join(files)}" if options.list else ""))

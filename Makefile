@@ -18,8 +18,8 @@ test-lab: $(STAMP)
 
 # The numeric tests with the BLAS kernels of an old processor, and without the vector code of NumPy above SSE4.2.
 # NumPy passes over names that it does not know: of 2.4 the levels, before it the single features.
-NUMERIC := tests/processors.py tests/test_air.py tests/test_units.py tests/records tests/estimate \
-  tests/pressure_error tests/effects tests/sense tests/calibrate tests/regression
+NUMERIC := tests/processors.py tests/test_air.py tests/test_units.py tests/records tests/estimation \
+  tests/pressure_error tests/effects tests/sensing tests/calibration tests/regression
 NO_VECTORS := X86_V3 X86_V4 AVX512_ICL AVX512_SPR AVX2 FMA3 AVX512F AVX512_SKX
 BOUNDED := timeout --kill-after=10 600
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.reconcile.outside_table import OUTSIDERS, day, edited, flown
+from tests.reconciliation.outside_table import OUTSIDERS, day, edited, flown
 
 from pitotbench import FlightLog, fly, sense
 from pitotbench.bench.null_flights import aircraft_model

@@ -1,13 +1,13 @@
 """A flight at another rate of integration is the same to far less than its bound; wrong rates are refused.
 
-`python -m tests.simulate.rates` measures it for every maneuver, in gusts too.
+`python -m tests.simulation.rates` measures it for every maneuver, in gusts too.
 """
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.simulate.rates import corrections, differences, exact
+from tests.simulation.rates import corrections, differences, exact
 
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case

@@ -1,6 +1,6 @@
 """Causes outside the table: what is told of them, and how much of a held-out flight the formula closes.
 
-python -m tests.reconcile.outsiders [--only NAME] [--alone]
+python -m tests.reconciliation.outsiders [--only NAME] [--alone]
 With --alone the formula is looked for at once, without the table and without null flights: ten times as fast.
 Every cause is flown twice on different days: one log is explained, the other is held out. Null flights follow.
 """
@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.reconcile.outside_table import OUTSIDERS, Outsider, flown
+from tests.reconciliation.outside_table import OUTSIDERS, Outsider, flown
 
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.bench.rounds import NamedLog

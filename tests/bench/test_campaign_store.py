@@ -212,6 +212,7 @@ def test_results_of_other_code_stay_and_are_not_used(campaign, tmp_path, monkeyp
     run_campaign(request)
     monkeypatch.setattr("pitotbench.bench.campaign_task.code_digest", lambda: "other")
     monkeypatch.setattr("pitotbench.bench.campaign.code_digest", lambda: "other")
+    monkeypatch.setattr("pitotbench.bench.store.code_digest", lambda: "other")
     assert run_campaign(request).flown == 1
     assert "the stored flights are of other code" in capsys.readouterr().err
     assert len([*ResultStore(request.out / "store").keys()]) == 2

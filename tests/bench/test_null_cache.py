@@ -11,17 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pitotbench import Case, FlightLog, logbook
-from pitotbench.bench import flight_store as code_digest
-from pitotbench.bench import null_flights as null_cache
-from pitotbench.bench import null_flights as null_learning
-from pitotbench.bench import rounds as reconciliation
-from pitotbench.bench import workflow
+from pitotbench import Case, FlightLog
+from pitotbench.bench import flight_store, null_flights, rounds, workflow
 from pitotbench.bench.fleet import open_fleet
 from pitotbench.bench.flight_store import NOT_DECIDING
 from pitotbench.bench.null_flights import MOST_KEPT, _last_used, null_distribution_of
 from pitotbench.bench.rounds import reconcile_log
 from pitotbench.cli.app import main
+from pitotbench.logbook import reading
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.null_distribution import (
@@ -52,10 +49,10 @@ def flown(monkeypatch, tmp_path) -> list[AnalysisSetting]:
     """An empty cache, and flights that cost nothing: the setting in which each was laid out."""
     found: list[AnalysisSetting] = []
     monkeypatch.setenv("PITOTBENCH_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(null_learning, "open_fleet", lambda tasks: open_fleet(jobs=1, tasks=tasks))
-    monkeypatch.setattr(null_learning, "_null_layout", lambda card, setting, number: found.append(setting))
+    monkeypatch.setattr(null_flights, "open_fleet", lambda tasks: open_fleet(jobs=1, tasks=tasks))
+    monkeypatch.setattr(null_flights, "_null_layout", lambda card, setting, number: found.append(setting))
     monkeypatch.setattr(
-        null_learning, "learn_null_distribution", lambda layouts, perform: replace(NULL, flights=len(layouts))
+        null_flights, "learn_null_distribution", lambda layouts, perform: replace(NULL, flights=len(layouts))
     )
     return found
 
@@ -138,7 +135,7 @@ def test_a_cache_that_cannot_be_written_costs_no_answer(flown, tmp_path):
 
 def test_a_number_that_is_not_finite_is_never_written(flown, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        null_learning, "learn_null_distribution", lambda layouts, perform: replace(NULL, threshold=float("nan"))
+        null_flights, "learn_null_distribution", lambda layouts, perform: replace(NULL, threshold=float("nan"))
     )
     null_distribution_of(CARD)
     assert entries(tmp_path) == []
@@ -168,7 +165,7 @@ def test_the_key_holds_card_loading_flights_and_versions(flown, tmp_path, monkey
         null_distribution_of(card)
     null_distribution_of(CARD, flights=6)
     for name in ("jsbsim", "numpy", "scipy"):
-        monkeypatch.setattr(null_cache, "version", lambda asked, name=name: f"{asked == name}")
+        monkeypatch.setattr(null_flights, "version", lambda asked, name=name: f"{asked == name}")
         null_distribution_of(CARD)
     assert len(entries(tmp_path)) == 8
 
@@ -176,7 +173,7 @@ def test_the_key_holds_card_loading_flights_and_versions(flown, tmp_path, monkey
 def test_the_key_holds_the_files_of_the_aircraft(flown, tmp_path, monkeypatch):
     folder = tmp_path / "plane"
     (folder / "Engines").mkdir(parents=True)
-    monkeypatch.setattr(code_digest, "find_aircraft", lambda name: folder)
+    monkeypatch.setattr(flight_store, "find_aircraft", lambda name: folder)
     for text in ("<a/>", "<b/>"):
         (folder / "Engines" / "engine.xml").write_text(text)
         null_distribution_of(CARD)
@@ -199,7 +196,7 @@ def test_a_change_of_code_that_judges_flies_again_and_one_of_a_page_does_not(flo
     copy = Path(
         shutil.copytree(PACKAGE, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__", "aircraft"))
     )
-    monkeypatch.setattr(code_digest, "PACKAGE", copy)
+    monkeypatch.setattr(flight_store, "PACKAGE", copy)
     null_distribution_of(CARD)
     changed = sorted(
         {f for f in (*copy.glob("*.py"), *copy.glob("*/__init__.py")) if f.parent.name not in NOT_DECIDING}
@@ -214,14 +211,14 @@ def test_a_change_of_code_that_judges_flies_again_and_one_of_a_page_does_not(flo
 
 
 def test_two_runs_at_a_time_both_get_an_answer_and_one_entry_is_left(flown, tmp_path, monkeypatch):
-    once = null_learning._null_layout
+    once = null_flights._null_layout
 
     def while_another_run_writes(card: Case, setting: AnalysisSetting, number: int) -> None:
-        monkeypatch.setattr(null_learning, "_null_layout", once)
+        monkeypatch.setattr(null_flights, "_null_layout", once)
         if number == 3:
             assert same(null_distribution_of(card, setting=setting), NULL)
 
-    monkeypatch.setattr(null_learning, "_null_layout", while_another_run_writes)
+    monkeypatch.setattr(null_flights, "_null_layout", while_another_run_writes)
     assert same(null_distribution_of(CARD), NULL)
     assert len(entries(tmp_path)) == 1
 
@@ -260,7 +257,7 @@ def test_the_command_can_leave_the_cache_alone(monkeypatch, flags: tuple[str, ..
         raise BadInputError("far enough")
 
     monkeypatch.setattr(workflow, "reconcile_fully", reconcile_fully)
-    monkeypatch.setattr(logbook, "read_log", lambda path, mapping: LOG)
+    monkeypatch.setattr(reading, "read_log", lambda path, mapping: LOG)
     assert main(["reconcile", "flight.csv", *flags]) == 2
     assert asked == [keep]
 
@@ -273,7 +270,7 @@ def test_without_an_aircraft_model_the_mass_of_the_log_does_not_matter(monkeypat
         asked.append(card)
         raise BadInputError("far enough")
 
-    monkeypatch.setattr(reconciliation, "null_distribution_of", stop)
+    monkeypatch.setattr(rounds, "null_distribution_of", stop)
     jet = replace(LOG, mass=np.full(len(LOG), 20_000.0))
     with pytest.raises(BadInputError, match="far enough"):
         reconcile_log(jet, "none", card=CARD)
@@ -292,7 +289,7 @@ def test_a_reconciliation_hands_on_setting_and_keeping(monkeypatch):
         asked.append((setting, keep))
         raise BadInputError("far enough")
 
-    monkeypatch.setattr(reconciliation, "null_distribution_of", stop)
+    monkeypatch.setattr(rounds, "null_distribution_of", stop)
     with pytest.raises(BadInputError, match="far enough"):
         reconcile_log(LOG, card=CARD, setting=AnalysisSetting(static_error=True), keep=False)
     assert asked == [(AnalysisSetting(day_known=True, instruments_known=True, static_error=True), False)]

@@ -97,7 +97,7 @@ def library() -> Path:
     """Return the folder of JSBSim's package, which holds `aircraft`, `engine` and `systems`."""
     spec = find_spec("jsbsim")  # located, not imported: that takes longer than the search
     places = list(spec.submodule_search_locations or ()) if spec else []
-    return Path(places[0]) if places else Path()
+    return Path(places[0]).resolve() if places else Path()
 
 
 @cache

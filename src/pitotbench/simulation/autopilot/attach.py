@@ -350,7 +350,10 @@ def _shelf() -> Path:
 def _digest(folder: Path) -> str:
     """Return the digest of an aircraft's files and of the code that attaches it."""
     here = Path(__file__).parent
-    code = [*sorted(here.glob("*.*")), here.parent / "fdm.py", here.parent / "properties.py"]
+    code = [
+        *sorted(here.glob("*.*")),
+        *(here.parent / name for name in ("aircraft.py", "plant.py", "properties.py")),
+    ]
     digest = sha256(repr([f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]).encode())
     for root, files in ((here.parent, code), (folder, sorted(f for f in folder.rglob("*") if f.is_file()))):
         for file in files:

@@ -128,6 +128,7 @@ def _form(effect: Effect, when: str, times: tuple[Parameter, ...]) -> Effect:
         name=f"{effect.name}_{when}",
         parameters=(*effect.parameters, *times),
         variant_of=effect.cause,
+        one_model_with="",  # told of the plain effect alone
         part_of=effect.name,
         what=f"{effect.what.rstrip('.')}, {when.replace('_', ' ')}{' on' if len(times) == 1 else ''}.",
     )

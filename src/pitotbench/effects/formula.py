@@ -269,7 +269,6 @@ FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
     name: AircraftEffect(
         name=name,
         family="airframe",
-        acts_on="aircraft",
         parameters=parameters_of(FORCE_TERMS, "", AXES[axis].typical, AXES[axis].symbol),
         source=FORCE_SOURCE,
         what=f"The airplane has a further {AXES[axis].quantity} that follows a formula.",
@@ -423,7 +422,6 @@ SENSOR_FORMULAS: Mapping[str, SensorEffect] = {
     name: SensorEffect(
         name=name,
         family="das",
-        acts_on="sensors",
         parameters=parameters_of(reading.terms, reading.unit, reading.typical, reading.symbol),
         source=SENSOR_SOURCE,
         what=f"The {reading.quantity} is read with an error that follows a formula.",

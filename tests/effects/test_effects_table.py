@@ -1,7 +1,6 @@
 """Over the whole table: what an effect says of itself is so. A newcomer is tested with no further line."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS, FORMS, air, airframe, chosen, pneumatic, propulsion, recorder
 from pitotbench.effects.air import AIR
 from pitotbench.effects.airframe import AIRFRAME
-from pitotbench.effects.choice import effects_table
 from pitotbench.effects.effect import AircraftEffect, Effect
 from pitotbench.effects.pneumatic import PNEUMATIC
 from pitotbench.effects.propulsion import PROPULSION
@@ -28,7 +26,6 @@ UNSHAPED = [
     if isinstance(effect, AircraftEffect) and not any(p.shape for p in effect.parameters)
 ]
 SENSORS = [name for name, effect in EFFECTS.items() if effect.acts_on == "sensors"]
-DOCUMENT = Path(__file__).parents[2] / "docs" / "effects.md"
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -104,10 +101,6 @@ def test_a_missing_channel_is_named(name):
         without = Signals(signals.time, {k: v for k, v in signals.channels.items() if k != channel})
         with pytest.raises(BadInputError, match=f"{name}.*{channel}"):
             effect.apply(without, effect.typical())
-
-
-def test_the_document_holds_the_table():
-    assert DOCUMENT.read_text(encoding="utf-8").endswith("\n\n" + effects_table(EFFECTS.values()))
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.records import BadInputError
+from pitotbench.records.accuracy import USUAL_ACCURACIES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -80,12 +81,12 @@ def stated_wind(options: argparse.Namespace) -> "Wind":
 
 def add_accuracy(parser: argparse.ArgumentParser) -> None:
     """Add the flag of the accuracies: `--accuracy`."""
+    usual = ", ".join(f"{name}={value:g}" for name, value in USUAL_ACCURACIES.items())
     parser.add_argument(
         "--accuracy",
         metavar="NAME=2σ,...",
         help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40; `none`: sensors without "
-        "constant errors (default: what the mapping or the log states, else temperature_k=1.5, "
-        "recovery_factor=0.02, static_pressure_pa=30, velocity_mps=0.05)",
+        f"constant errors (default: what the mapping or the log states, else {usual})",
     )
 
 

@@ -340,6 +340,10 @@ ALL = ("airspeed", "heading", "altitude")
 
 ACCELERATION_LIMIT = 180.0  # s, for either change of speed
 
+CLIMB_LIMIT = 240.0  # s, for either change of height
+
+LEVEL_OFF = 10.0  # m below or above the target height: a climb or descent ends there
+
 
 def wait(seconds: float) -> Ticks:
     """Let time [s] pass."""
@@ -462,6 +466,15 @@ def decelerate(cockpit: Cockpit, airspeed: float, label: str) -> Ticks:
     cockpit.begin(label)
     what = f"deceleration to {airspeed / KNOT:.0f} KCAS"
     yield from until(cockpit, lambda: cockpit.airspeed <= airspeed + 1.0 * KNOT, ACCELERATION_LIMIT, what)
+
+
+def change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
+    """Climb or descend to an altitude [m] at constant airspeed and settle there."""
+    cockpit.hold_altitude(altitude)
+    cockpit.begin(cockpit.name(label))
+    what = f"{label} to {altitude / FOOT:.0f} ft"
+    yield from until(cockpit, lambda: abs(cockpit.deviation("altitude")) < LEVEL_OFF, CLIMB_LIMIT, what)
+    yield from settle(cockpit)
 
 
 def require_steep_turns(bank: float) -> None:

@@ -111,7 +111,7 @@ def _with_units(
     if written in SCALED and SCALED[written][0] in quantity.suffixes:
         suffix, factor = SCALED[written]
         return [Guess(name, quantity.name, (suffix,), score, True, sign * factor)]
-    stated = next((s for s in quantity.suffixes if written in UNIT_WORDS.get(s, "").split()), None)
+    stated = next((s for s in quantity.suffixes if written in UNIT_WORDS.get(s, ())), None)
     if stated is not None:
         return (
             [Guess(name, quantity.name, (stated,), score, True, sign)]
@@ -201,7 +201,7 @@ def _parts(token: str) -> list[str]:
 
 
 def _is_unit(word: str) -> bool:
-    return word in SCALED or any(word in known.split() for known in UNIT_WORDS.values())
+    return word in SCALED or any(word in known for known in UNIT_WORDS.values())
 
 
 def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:

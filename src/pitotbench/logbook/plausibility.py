@@ -10,7 +10,6 @@ from pitotbench.logbook.columns import QUANTITIES
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.plausible_air import (
     LIMITS,
-    UNIT_WORDS,
     at_ceiling,
     check_height,
     check_rise,
@@ -179,7 +178,7 @@ def _check_axes(draft: Draft, flown: FlownRows, factor: Factor) -> None:
             other = replace(flown, **{axis: getattr(flown, axis) * times})
             if find_factor(other).misfit < LIMITS.axes_better * factor.misfit:
                 raise BadInputError(
-                    f"column {draft.columns[name]!r}: this component alone looks like {UNIT_WORDS[suffix]}: "
+                    f"column {draft.columns[name]!r}: this component alone looks like {SUFFIXES[suffix].words}: "
                     f"name the column {name}_{suffix}"
                 )
 
@@ -237,13 +236,13 @@ def _fits(draft: Draft, flown: FlownRows) -> list[str]:
     for suffix, times in other_units(draft, "velocity_north"):
         if _explains(replace(flown, north=flown.north * times, east=flown.east * times)):
             columns = f"velocity_north_{suffix} and velocity_east_{suffix}"
-            fits.append(f"these look like {UNIT_WORDS[suffix]}: name the columns {columns}")
+            fits.append(f"these look like {SUFFIXES[suffix].words}: name the columns {columns}")
     column = draft.columns["impact_pressure"]
     if not column.startswith("impact_pressure"):
         return fits  # formed from a total pressure: another unit of it would have been refused
     for suffix, times in other_units(draft, "impact_pressure"):
         if _explains(replace(flown, impact=flown.impact * times)):
-            fits.append(f"{column!r} looks like {UNIT_WORDS[suffix]}: name the column impact_pressure_{suffix}")
+            fits.append(f"{column!r} looks like {SUFFIXES[suffix].words}: name the column impact_pressure_{suffix}")
     return fits
 
 

@@ -64,23 +64,6 @@ class Limits:
 
 LIMITS = Limits()
 
-UNIT_WORDS = {
-    "pa": "pascals",
-    "hpa": "hectopascals",
-    "psi": "pounds per square inch",
-    "psf": "pounds per square foot",
-    "inhg": "inches of mercury",
-    "mmhg": "millimeters of mercury",
-    "inh2o": "inches of water",
-    "mps": "meters per second",
-    "kt": "knots",
-    "fps": "feet per second",
-    "mph": "miles per hour",
-    "kmh": "kilometers per hour",
-    "fpm": "feet per minute",
-}
-
-
 _ROWS = 20_000  # that medians and slopes are taken over: more would only take time
 
 

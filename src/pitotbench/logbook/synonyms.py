@@ -4,6 +4,8 @@ Sources: parameter lists of instrumented airplanes (JMOSS, SIDPAC), of research 
 flight recorders (ARINC 717), of displays (Garmin, Dynon, Avidyne), and of autopilots (PX4, ArduPilot, INAV).
 """
 
+from pitotbench.units import SUFFIXES
+
 # Quantity: names without unit, in lower case, words without separators. The first is the plainest. A name with a
 # minus sign counts the other way.
 SYNONYMS: dict[str, str] = {
@@ -64,35 +66,40 @@ SYNONYMS: dict[str, str] = {
     "mass": "mass weight grossweight gw grosswt aircraftmass",
 }
 
-# Unit suffix: the words for it, in lower case without blanks.
-UNIT_WORDS: dict[str, str] = {
-    "s": "s sec secs second seconds",
-    "ms": "ms msec milliseconds millis",
-    "pa": "pa pascal pascals n/m2 n/m^2",
-    "hpa": "hpa mb mbar millibar millibars",
-    "psi": "psi psia psid lb/in2 lbf/in2",
-    "inhg": "inhg in.hg inchhg hg inch inches",
-    "psf": "psf lb/ft2 lbf/ft2 lbs_sqft",
-    "mmhg": "mmhg torr",
-    "inh2o": "inh2o inchh2o in.h2o",
-    "k": "k kelvin degk",
-    "degc": "degc c degsc celsius °c deg_c degreesc degreescelsius",
-    "degf": "degf f fahrenheit °f deg_f",
-    "degr": "degr r rankine °r",
-    "mps": "mps m/s m/sec ms-1 m.s-1 metres/second meters/second m_s",
-    "kt": "kt kts knot knots kn",
-    "fps": "fps ft/s ft/sec feet/second",
-    "mph": "mph mi/h",
-    "kmh": "kmh km/h kph",
-    "fpm": "fpm ft/min feet/min",
-    "m": "m meter meters metre metres",
-    "ft": "ft feet foot ftmsl ftbaro ftwgs",
-    "rad": "rad radian radians rads",
-    "deg": "deg degree degrees ° degt degm degtrue degmag degrees_true",
-    "radps": "radps rad/s rad/sec",
-    "degps": "degps deg/s deg/sec °/s",
-    "kg": "kg kilogram kilograms",
-    "lb": "lb lbs pound pounds",
+# Unit suffix: how else than by its suffix, symbol or name the field writes it, in lower case without blanks.
+_SPELLINGS: dict[str, str] = {
+    "s": "sec secs second",
+    "ms": "msec millis",
+    "pa": "pascal n/m2 n/m^2",
+    "hpa": "mb mbar millibar millibars",
+    "psi": "psia psid lb/in2 lbf/in2",
+    "inhg": "in.hg inchhg hg inch inches",
+    "psf": "lb/ft2 lbf/ft2 lbs_sqft",
+    "mmhg": "torr",
+    "inh2o": "inchh2o in.h2o",
+    "k": "kelvin degk",
+    "degc": "c degsc celsius deg_c degreesc",
+    "degf": "f fahrenheit deg_f",
+    "degr": "r rankine",
+    "mps": "m/sec ms-1 m.s-1 metres/second meters/second m_s",
+    "kt": "kts knot kn",
+    "fps": "ft/sec feet/second",
+    "mph": "mi/h",
+    "kmh": "kph",
+    "fpm": "feet/min",
+    "m": "meter metre metres",
+    "ft": "foot ftmsl ftbaro ftwgs",
+    "rad": "radian rads",
+    "deg": "degree degt degm degtrue degmag degrees_true",
+    "radps": "rad/sec",
+    "degps": "deg/s deg/sec",
+    "kg": "kilogram",
+    "lb": "lbs pound",
+}
+UNIT_WORDS: dict[str, list[str]] = {
+    suffix: [suffix, unit.symbol.lower(), unit.words.lower().replace(" ", ""), *more.split()]
+    for suffix, more in _SPELLINGS.items()
+    for unit in (SUFFIXES[suffix],)
 }
 
 SCALED: dict[str, tuple[str, float]] = {  # units of no suffix: the suffix, and its size in that unit's

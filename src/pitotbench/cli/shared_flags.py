@@ -1,10 +1,12 @@
-"""Flags that several commands share: add them to a parser, and read their values."""
+"""What several commands share: flags, how their values are read, and how an answer is told."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+from pitotbench.catalog import explain
 from pitotbench.records import BadInputError
 from pitotbench.records.accuracy import USUAL_ACCURACIES
 
@@ -77,6 +79,26 @@ def stated_wind(options: argparse.Namespace) -> "Wind":
     if not isfinite(options.wind_from_deg):
         raise BadInputError(f"--wind-from-deg {options.wind_from_deg:g}: give the direction in degrees, 0 to 360")
     return Wind(speed=options.wind_kt * KNOT, from_direction=options.wind_from_deg % 360.0 * DEGREE)
+
+
+def require_known(what: str, name: str, known: Iterable[str]) -> None:
+    """Raise BadInputError, with the known names and the nearest one, for a name that is not among them."""
+    if name not in (names := list(known)):
+        raise BadInputError(explain(what, name, names))
+
+
+def say(line: str) -> None:
+    """Tell on standard error how far a long command is."""
+    from pitotbench.show.columns import printable
+
+    print(printable(line), file=sys.stderr, flush=True)
+
+
+def write_documents(documents: "list[dict[str, Any]]") -> None:
+    """Write one JSON document on standard output: the only one, or the list of several."""
+    from pitotbench.show.columns import json_text
+
+    sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
 
 
 def add_accuracy(parser: argparse.ArgumentParser) -> None:

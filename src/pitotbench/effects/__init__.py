@@ -23,7 +23,6 @@ from pitotbench.effects.recorder import RECORDER
 from pitotbench.effects.response import Signals as Signals
 
 _ALL = (*PNEUMATIC, *RECORDER, *AIR, *AIRFRAME, *PROPULSION)
-
 EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in _ALL})
 
 # The table, and every effect of it from a time on and for a time.

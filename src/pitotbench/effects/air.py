@@ -160,7 +160,6 @@ TURBULENCE_LEVEL = AirEffect(
 # close.
 
 LENGTH = 1750.0  # ft, of MIL-F-8785C above 2,000 ft
-
 _CHANGE, _OLD, _NEW = (size("turbulence_scale", name) for name in ("change", "time_s", "new_time_s"))
 
 

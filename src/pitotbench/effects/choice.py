@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import reduce
 from math import inf, isfinite
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 
@@ -29,7 +29,6 @@ from pitotbench.units import Array, Seconds
 # Time since the first recorded sample, in a log and as an expression of JSBSim.
 
 RECORDING_START = "bench/recording-start-s"  # simulator's time of the first recorded sample; far ahead until then
-
 ELAPSED = operation("max", 0.0, difference("simulation/sim-time-sec", RECORDING_START))
 
 
@@ -49,18 +48,11 @@ def clipped(term: Term) -> str:
 # sample.
 
 EDGE = 2.0  # s; a lever takes about as long, and a step at once would be a spike of acceleration in a log
-
 FROM = Parameter("from_s", 60.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True)
-
 TO = Parameter("to_s", 120.0, 0.0, 1e5, "time since the first sample at which it has ended", shape=True)
-
 ANGLES = ("roll", "heading")  # channels that start again at a full turn
-
 FULL_TURN = 2.0 * np.pi
-
 NOWHERE = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data of an aircraft
-
-AnyEffect = TypeVar("AnyEffect", bound=Effect)
 
 
 def forms_in_time(effect: Effect) -> tuple[Effect, ...]:

@@ -31,13 +31,9 @@ CHANGING_AIRSPEED = Excitation(
 )
 
 CHANGING_HEIGHT = Excitation(("diagnostic",), "a climb and a descent at constant airspeed")
-
 TURNING = Excitation(("circle", "figure_eight"), "full circles at 30° of bank to one side, or at 45° to both")
-
 SIDESLIP = Excitation(("diagnostic",), "steady-heading sideslips to both sides")
-
 POWER = Excitation(("diagnostic",), "one airspeed with high and low power, in a climb and a descent")
-
 RANGE_OF_AIRSPEED = Excitation(("four_leg",), "level flight from the highest to the lowest airspeed")
 
 STEPS_OF_AIRSPEED = Excitation(
@@ -45,7 +41,6 @@ STEPS_OF_AIRSPEED = Excitation(
 )
 
 STEADY_LEGS = Excitation(("race_track",), "long level legs at constant airspeed and power")
-
 EARLY_AND_LATE = Excitation(("race_track",), "the same airspeeds early and late in one long log")
 
 TEMPERATURE = Excitation(
@@ -57,11 +52,8 @@ TEMPERATURE = Excitation(
 # The records of an effect: its name, where it acts, its parameters with units and ranges, and its source.
 
 Family = Literal["pneumatic", "das", "air", "airframe", "propulsion"]
-
 ActsOn = Literal["sensors", "air", "aircraft"]
-
 Sizes = Mapping[str, float]
-
 SensorFunction = Callable[[Signals, Sizes], Signals]
 
 

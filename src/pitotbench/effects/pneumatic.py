@@ -253,7 +253,6 @@ LOCAL_STATIC_BUMP = SensorEffect(
 # The slipstream at the static port: an error that grows with engine power and falls with airspeed.
 
 ENGINES = ("left", "right")
-
 FULL = 40.0 * INCH_OF_MERCURY * 2575.0 * SUFFIXES["rpm"].factor  # Pa rad/s, rated power of the class
 REFERENCE_SPEED = 130.0 * KNOT
 SLOWEST = 40.0 * KNOT  # below it the error stays: power over speed would grow without limit

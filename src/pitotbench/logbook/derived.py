@@ -19,9 +19,7 @@ from pitotbench.units import Array, Booleans, from_si, to_si
 
 # 2σ of a value known to one step, in steps.
 _TWO_SIGMA = float(2.0 / np.sqrt(12.0))
-
 _FINE = 1e-3  # of the median size of the values: a finer step does not matter
-
 _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
 
 

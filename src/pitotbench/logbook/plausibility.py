@@ -27,25 +27,15 @@ from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array
 # factor, with the wind's usual size as knowledge, is large, and nothing is said.
 
 _FLYING = 5.0  # m/s over ground
-
 _SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
-
 _ROWS = 600  # that the fit looks at: more rows add nothing to a factor
-
 _FEWEST = 20
-
 _LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as one
-
 _SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as its weight was right
-
 _GUST = 0.5  # m/s: what stays in the calmest air
-
 _ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
-
 _SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
-
 _SCALE_SPREAD = 10.0  # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
-
 _CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the log is looked at
 
 
@@ -278,7 +268,6 @@ def _offset(factor: Factor, impact_pressure: float) -> float:
 # exchanged axes or with one wrong sign is the mirror image, a·V·e^(−iψ) + wind; the angle of a says which.
 
 Complex = NDArray[np.complex128]
-
 _MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn
     0: "the east velocity has the wrong sign",
     90: "the north and east velocities are exchanged",

@@ -10,52 +10,45 @@ from pitotbench.units import SUFFIXES
 # minus sign counts the other way.
 SYNONYMS: dict[str, str] = {
     "time": "time t timestamp elapsedtime sessiontime missiontime irigtime irig deltairig utc utctime gpstime "
-    "clock "
-    "localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow utcsec missntime",
+    "clock localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow utcsec missntime",
     "date": "date localdate lcldate utcdate day",
     "impact_pressure": "impactpressure qc qci qcic qcx qrvsm dynamicpressure dynpress differentialpressure "
-    "diffpress "
-    "diffpressure deltapressure deltap pitotdp dp pdiff pdyn qbar q pitotpressure qcr qciadc airspeedpressure "
-    "pfwdsmoothed",
+    "diffpress diffpressure deltapressure deltap pitotdp dp pdiff pdyn qbar q pitotpressure qcr qciadc "
+    "airspeedpressure pfwdsmoothed",
     "total_pressure": "totalpressure pt ptot ptotal pti ptadc totalpress totalpres pitottotal p0 pto "
     "pitottotalpressure",
     "static_pressure": "staticpressure ps psx psxc pstatic pstat psi psm psa psadc staticpress staticpres "
-    "baropressure "
-    "ambientpressure barometricpressure abspressure absolutepressure p press pressure psrvsm psfrd pamb",
+    "baropressure ambientpressure barometricpressure abspressure absolutepressure p press pressure psrvsm psfrd "
+    "pamb",
     "indicated_airspeed": "indicatedairspeed ias kias vi vias iasadc airspeedindicated asi iaskts airspeedic "
-    "airspeed "
-    "vindkias vind viadc",
+    "airspeed vindkias vind viadc",
     "calibrated_airspeed": "calibratedairspeed cas kcas vc vcas computedairspeed casadc vcal airspeedcas vcadc",
     "pressure_altitude": "pressurealtitude pressalt pressurealt palt hp hpc hpi altp pa pressalitude "
-    "altitudepressure "
-    "pressaltitude altpressure altitudeic bcalt pressurehgt zp alt29 altstd altitudeqne hic baroaltstd",
+    "altitudepressure pressaltitude altpressure altitudeic bcalt pressurehgt zp alt29 altstd altitudeqne hic "
+    "baroaltstd",
     "indicated_altitude": "indicatedaltitude altind altb baroalt baroaltitude baroaltcorrected altbaro altitudeqnh",
     "altimeter_setting": "altimetersetting barosetting baroa qnh kollsman baroset altimeter barometersetting",
     "total_temperature": "totaltemperature totaltemp tat tt ttx ttot totalairtemperature tti t0 tatdir "
     "totalairtemp rat",
-    "air_temperature": "airtemperature oat sat outsideairtemperature outsideairtemp ambienttemperature ambienttemp "
-    "statictemperature statictemp staticairtemperature staticairtemp ta atx tamb temperature airtemp temp "
-    "ambtemp amtmp",
-    "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln velnorth nvel "
-    "vns nsvel "
-    "nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn vngps",
-    "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew ewvel "
-    "ewvelocity eastspeed ggvew velegin vinseast vground gpsvele vge velocitye",
-    "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin downspeed "
-    "gpsveld vgd velocityd -velocityup -vu -vup -upvelocity -upvel -velu -velup -ggvspd -gpsvelu",
+    "air_temperature": "airtemperature oat sat outsideairtemperature outsideairtemp ambienttemperature "
+    "ambienttemp statictemperature statictemp staticairtemperature staticairtemp ta atx tamb temperature airtemp "
+    "temp ambtemp amtmp",
+    "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln velnorth nvel vns "
+    "nsvel nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn vngps",
+    "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew ewvel ewvelocity "
+    "eastspeed ggvew velegin vinseast vground gpsvele vge velocitye",
+    "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin downspeed gpsveld "
+    "vgd velocityd -velocityup -vu -vup -upvelocity -upvel -velu -velup -ggvspd -gpsvelu",
     "ground_speed": "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog gpsgroundspeed "
-    "gndspeed "
-    "gpsspd spd ggspd ktgs gpsgs gsc grspd",
+    "gndspeed gpsspd spd ggspd ktgs gpsgs gsc grspd",
     "track": "track trk groundtrack tracktrue truetrack trackangle trackangletrue trkt trktrue cog "
-    "courseoverground "
-    "gcrs gpstrack gpscourse groundcourse tk tka gpsgroundcourse gpsgroundtrack ttrk trackangletr",
+    "courseoverground gcrs gpstrack gpscourse groundcourse tk tka gpsgroundcourse gpsgroundtrack ttrk trackangletr",
     "magnetic_track": "magnetictrack trackmag trkm trkmag magtrack trackmagnetic trackanglemag",
     "heading": "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin hdggin",
     "magnetic_heading": "magneticheading maghdg mhdg hdgm hdgmag magheading headingmag headingmagnetic",
     "magnetic_variation": "magneticvariation magvar variation magdec declination",
     "altitude": "altitude alt gpsalt altgps gpsaltitude height hmsl altmsl altitudemsl geometricaltitude "
-    "gpsheight gpsmslalt "
-    "ggalt altgin mslalt elevation heightmsl egialt h hgps altftmsl gpsaltmsl",
+    "gpsheight gpsmslalt ggalt altgin mslalt elevation heightmsl egialt h hgps altftmsl gpsaltmsl",
     "roll": "roll phi bank rollangle bankangle rollatt rollattitude rollgin rolldeg",
     "pitch": "pitch theta pitchangle pitchatt pitchattitude ptchgin pitchgin pitchdeg",
     "roll_rate": "rollrate p pb rollr bodyrollrate xrate gyrox angularrateroll",
@@ -137,5 +130,4 @@ USUAL_UNITS: dict[str, tuple[str, ...]] = {
 }
 
 ANGLES = ("deg", "rad")
-
 RATES = ("degps", "radps")

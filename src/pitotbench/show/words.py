@@ -9,9 +9,7 @@ from pitotbench.units import DEGREE, POUND, STANDARD_GRAVITY, SUFFIXES, SYMBOLS
 # Names of the code as words: `drag_area_m2` is a drag area in m².
 
 _DIGITS = 3  # of a size, significant
-
 _PLAIN_BELOW = 1e7
-
 _TURNS = "turns"  # in full circles
 
 

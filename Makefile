@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-lab test-processors lab-bench lab-verify lab-blind wheel-check docs lint clean
+.PHONY: demo test test-lab test-processors lab-bench lab-verify lab-blind wheel-check docs docs-tables lint clean
 
 demo: $(STAMP)
 	$(BIN)/python scripts/run_campaign.py --maneuver step_decrease --das 20/1
@@ -39,6 +39,10 @@ docs: $(STAMP)
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs out/docs
 	@cp out/docs/README.html out/docs/index.html
 	@echo "open out/docs/index.html"
+
+# The tables of docs/ that repeat the code: effects, cards.
+docs-tables: $(STAMP)
+	$(BIN)/python -m pitotlab tables
 
 lab-bench: $(STAMP)
 	$(BIN)/python -m pitotlab speed

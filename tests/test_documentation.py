@@ -3,18 +3,16 @@
 import re
 import runpy
 import tomllib
-from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from pitotbench import Case
+from pitotbench.records.accuracy import USUAL_ACCURACIES
 from pitotbench.records.case_file import case_table
 from pitotbench.simulation.card import Card
-from pitotbench.simulation.maneuvers import MANEUVERS
-from pitotbench.units import from_si
+from pitotlab.tables import TABLES, card_numbers, pages
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -77,17 +75,6 @@ def entries_of(text: str) -> dict[str, Any]:
     return told
 
 
-def card_entries(card: Card) -> dict[str, Any]:
-    """The numbers of a card as a case file writes them."""
-    written: dict[str, Any] = {}
-    for entry in fields(card):
-        suffix, value = entry.metadata.get("suffix"), getattr(card, entry.name)
-        many = [value] if not isinstance(value, tuple) else list(value)
-        many = [float(f"{from_si(v, suffix):.6g}") if suffix else v for v in many]
-        written[f"{entry.name}_{suffix}" if suffix else entry.name] = many if isinstance(value, tuple) else many[0]
-    return written
-
-
 def test_the_page_on_cases_holds_every_entry_with_its_default() -> None:
     parts = dict(part.split("\n", 1) for part in (DOCS / "case.md").read_text(encoding="utf-8").split("\n## ")[1:])
     case = case_table(Case())
@@ -98,14 +85,28 @@ def test_the_page_on_cases_holds_every_entry_with_its_default() -> None:
         assert entries_of(parts[f"`[{name}]`"]) == section
 
 
-def test_the_page_on_cases_holds_every_number_of_every_card() -> None:
+def test_the_page_on_cases_holds_the_numbers_of_every_card() -> None:
     page = (DOCS / "case.md").read_text(encoding="utf-8").partition("## `[card]`")[2]
-    shared, _, each = page.partition("| maneuver |")
-    common: Mapping[str, Any] = entries_of(shared)
-    rows = dict(re.findall(r"^\| `(\w+)` \| (.+) \|$", each, re.MULTILINE))
-    assert set(rows) == set(MANEUVERS)
-    for name, row in rows.items():
-        own = {
-            key: tomllib.loads(f"a = {value}")["a"] for key, value in re.findall(r"`(\w+)` ([-\d.]+|\[.+?\])", row)
-        }
-        assert {**common, **own} == card_entries(MANEUVERS[name].card), name
+    assert entries_of(page.partition("| maneuver |")[0]) == card_numbers(Card())
+
+
+@pytest.mark.parametrize("page", sorted({page for page, _ in TABLES}))
+def test_the_tables_that_repeat_the_code_are_written_from_it(page: str) -> None:
+    """Where this fails, `make docs-tables` writes them anew."""
+    assert (DOCS / page).read_text(encoding="utf-8") == pages()[page]
+
+
+@pytest.mark.parametrize(
+    ("page", "told"),
+    [
+        ("docs/method.md", "temperature {temperature_k} K, recovery factor {recovery_factor}, static pressure "
+         "{static_pressure_pa} Pa, GPS velocity {velocity_mps} m/s"),
+        ("docs/log.md", "`temperature_k` {temperature_k} K, `recovery_factor` {recovery_factor}, "
+         "`static_pressure_pa` {static_pressure_pa} Pa, `velocity_mps` {velocity_mps} m/s"),
+        ("docs/CHANGELOG.md", "{temperature_k} K, {recovery_factor} of recovery factor, {static_pressure_pa} Pa, "
+         "{velocity_mps} m/s"),
+    ],
+)  # fmt: skip
+def test_a_page_tells_the_usual_accuracies(page: str, told: str) -> None:
+    usual = {name: f"{value:g}" for name, value in USUAL_ACCURACIES.items()}
+    assert told.format(**usual) in " ".join((ROOT / page).read_text(encoding="utf-8").split())

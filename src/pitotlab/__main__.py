@@ -10,6 +10,7 @@ from pitotbench.cli.app import BAD_INPUT, DONE, guarded
 # Name: module and function, which adds its flags to a parser, reads the words, and does the work.
 COMMANDS = {
     "house": "pitotlab.house:command",
+    "tables": "pitotlab.tables:command",
     "study": "pitotlab.study.conduct:command",
     "coverage": "pitotlab.coverage:command",
     "auto": "pitotlab.auto:command",

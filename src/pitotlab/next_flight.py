@@ -20,7 +20,7 @@ from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.equations import whitened_equations
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.signatures import FITTED, ONE_MODEL, cause_of, columns_of
+from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import read_case
 from pitotbench.records.verdict import Verdict
@@ -121,7 +121,7 @@ def try_out(
 
 def _answer(verdict: Verdict, effect: str) -> str:
     """The verdict in a word: right, wrong, in the set, or its kind."""
-    truth = ONE_MODEL.get(effect, cause_of(effect))
+    truth = FITTED[effect].one_model_with or cause_of(effect)
     named = {cause_of(e.name) for e in verdict.effects}
     others = {cause_of(name) for names in verdict.alternatives for name in names}
     if verdict.kind == "named":

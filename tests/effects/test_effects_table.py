@@ -1,17 +1,19 @@
 """Over the whole table: what an effect says of itself is so. A newcomer is tested with no further line."""
 
-import inspect
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from sample_signals import turning
 
 from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.effects import EFFECTS, chosen
-from pitotbench.effects.choice import effects_table
-from pitotbench.effects.effect import AircraftEffect, AirEffect
+from pitotbench.effects import EFFECTS, FORMS, air, airframe, chosen, pneumatic, propulsion, recorder
+from pitotbench.effects.air import AIR
+from pitotbench.effects.airframe import AIRFRAME
+from pitotbench.effects.effect import AircraftEffect, Effect
+from pitotbench.effects.pneumatic import PNEUMATIC
+from pitotbench.effects.propulsion import PROPULSION
+from pitotbench.effects.recorder import RECORDER
 from pitotbench.effects.response import Signals
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
@@ -24,7 +26,6 @@ UNSHAPED = [
     if isinstance(effect, AircraftEffect) and not any(p.shape for p in effect.parameters)
 ]
 SENSORS = [name for name, effect in EFFECTS.items() if effect.acts_on == "sensors"]
-DOCUMENT = Path(__file__).parents[2] / "docs" / "effects.md"
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -102,23 +103,32 @@ def test_a_missing_channel_is_named(name):
             effect.apply(without, effect.typical())
 
 
-def test_the_document_holds_the_table():
-    assert DOCUMENT.read_text(encoding="utf-8").endswith("\n\n" + effects_table(EFFECTS.values()))
-
-
-def test_every_effect_of_a_page_is_in_the_table():
+@pytest.mark.parametrize(
+    ("page", "table"),
+    [(pneumatic, PNEUMATIC), (recorder, RECORDER), (air, AIR), (airframe, AIRFRAME), (propulsion, PROPULSION)],
+)
+def test_a_page_ends_in_the_table_of_all_its_effects(page, table):
     """No effect is defined without a line in the table."""
-    from importlib import import_module
+    defined = {value.name for value in vars(page).values() if isinstance(value, Effect)}
+    assert {effect.name for effect in table} == defined
 
-    root = Path(inspect.getfile(AirEffect)).parent
-    modules = [f"pitotbench.effects.{f.stem}" for f in root.glob("*.py") if f.stem != "__init__"]
-    found = [
-        value
-        for module in map(import_module, modules)
-        for value in vars(module).values()
-        if type(value) in {type(effect) for effect in EFFECTS.values()}
-    ]
-    assert {effect.name for effect in found} == set(EFFECTS)
+
+def test_the_table_is_that_of_its_pages_in_their_order():
+    """Tables, and causes that are equally probable, stand in this order."""
+    pages = (PNEUMATIC, RECORDER, AIR, AIRFRAME, PROPULSION)
+    assert list(EFFECTS) == [effect.name for page in pages for effect in page]
+    families = [effect.family for effect in EFFECTS.values()]
+    assert list(dict.fromkeys(families)) == ["pneumatic", "das", "air", "airframe", "propulsion"]
+    assert families == sorted(families, key=["pneumatic", "das", "air", "airframe", "propulsion"].index)
+
+
+def test_an_effect_of_one_model_has_the_terms_of_a_plain_effect():
+    """Neither a form in time nor an effect on other channels is one model with another."""
+    twins = {name: effect.one_model_with for name, effect in FORMS.items() if effect.one_model_with}
+    assert twins == {"impact_pressure_scale": "total_pressure_loss", "gear_not_up": "belly_pod"}
+    for name, plain in twins.items():
+        assert EFFECTS[plain].cause == plain
+        assert EFFECTS[name].changes == EFFECTS[plain].changes
 
 
 @pytest.mark.parametrize("name", UNSHAPED)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pitotbench.records.accuracy import USUAL_ACCURACIES
 from pitotlab.outside import oracle
 from pitotlab.outside import physics as physics
 from pitotlab.outside.generator import generate
@@ -167,7 +168,7 @@ def test_a_constant_error_of_known_size_is_an_unknown_with_a_prior(short_flight,
     """Errors in the covariance, and as further unknowns that are observed to be zero, give one bound."""
     blocks = oracle.blocks_of(short_flight)
     jacobian, covariance = oracle.equations(short_flight, blocks, height, NOISE)
-    errors = oracle.constant_errors(blocks, height, oracle.USUAL)
+    errors = oracle.constant_errors(blocks, height, oracle.USUAL_ONE_SIGMA)
     inverse = np.linalg.inv(covariance)
     wide = np.hstack([jacobian, errors])
     information = wide.T @ inverse @ wide
@@ -177,6 +178,14 @@ def test_a_constant_error_of_known_size_is_an_unknown_with_a_prior(short_flight,
     spread = np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale)
     slope = oracle.curve_slope(blocks.error, short_flight.truth.indicated_airspeed)
     expected = 2.0 * np.sqrt(np.einsum("ci,ij,cj->c", slope, spread[:3, :3], slope))
-    found = oracle.bound(short_flight, height, accuracy=oracle.USUAL).curve
+    found = oracle.bound(short_flight, height, accuracy=oracle.USUAL_ONE_SIGMA).curve
     assert found == pytest.approx(expected, rel=1e-5)
     assert np.all(found > oracle.bound(short_flight, height).curve)
+
+
+def test_the_oracle_takes_the_accuracies_that_the_calibration_takes_for_usual():
+    """The oracle shares no code with the product, and states half of its 2σ."""
+    stated = {"temperature_k": "temperature", "recovery_factor": "recovery", "static_pressure_pa": "static",
+              "velocity_mps": "velocity"}  # fmt: skip
+    doubled = {ours: 2.0 * getattr(oracle.USUAL_ONE_SIGMA, theirs) for ours, theirs in stated.items()}
+    assert doubled == pytest.approx(USUAL_ACCURACIES)

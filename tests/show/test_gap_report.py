@@ -41,7 +41,8 @@ from pitotbench.show.gap_page import account_page, draw_trace, telling_panels
 from pitotbench.show.gap_words import calibration_words, evidence_words, sentences
 from pitotbench.show.style import stacked
 from pitotbench.show.verdict import account_json, print_account
-from pitotbench.show.words import CHANNELS, UNITS, heading, name_and_unit, size_words, words
+from pitotbench.show.words import CHANNELS, heading, name_and_unit, size_words, words
+from pitotbench.units import SYMBOLS
 from pitotlab.examples import ExampleChapter, example_picture, examples_page
 
 TIME = np.arange(200) / 2.0
@@ -223,11 +224,10 @@ def test_sizes_carry_their_unit():
 
 
 def test_every_size_of_an_effect_has_words_without_a_suffix():
-    suffixes = {suffix.removeprefix("_") for suffix in UNITS}
     for effect in EFFECTS.values():
         for parameter in effect.parameters:
             noun, _ = name_and_unit(parameter.name)
-            assert not suffixes & set(noun.split()[1:]), parameter.name
+            assert not set(SYMBOLS) & set(noun.split()[1:]), parameter.name
             assert " per" not in noun, parameter.name
 
 

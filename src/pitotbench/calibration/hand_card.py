@@ -9,7 +9,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.calibration.hand_card_model import (
     SIZES,
-    USUAL,
+    TYPICAL_SIZES,
     CardModel,
     LegArrays,
     Sizes,
@@ -18,8 +18,7 @@ from pitotbench.calibration.hand_card_model import (
     turn_between,
 )
 from pitotbench.calibration.leg_points import circle_fit, fixed_speed
-from pitotbench.calibration.options import USUAL as USUAL_ACCURACIES
-from pitotbench.calibration.options import Accuracies
+from pitotbench.calibration.options import USUAL, Accuracies
 from pitotbench.estimation.restricted_likelihood import half_width
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import ErrorCurve
@@ -164,7 +163,7 @@ def _best(
         model = card.model([*others, corrected])
         if abs(model.surprise()[model.legs.index(corrected)]) > _FITS:
             continue
-        likelihood = float(model.log_likelihoods([USUAL])[0]) - 0.5 * (off / _TRACK_SPREAD) ** 2
+        likelihood = float(model.log_likelihoods([TYPICAL_SIZES])[0]) - 0.5 * (off / _TRACK_SPREAD) ** 2
         if best is None or likelihood > best[0]:
             best = (likelihood, words)
     return best
@@ -227,7 +226,7 @@ _STEP = 1e-3  # m/s
 _TOO_WIDE = 20.0 * KNOT  # m/s, 2σ above which a point is none
 
 
-def reduce_card(legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies = USUAL_ACCURACIES) -> HandCard:
+def reduce_card(legs: Sequence[CardLeg], steps: ReadingSteps, stated: Accuracies = USUAL) -> HandCard:
     """Return the points, curves and slips of a card. Legs are in the order in which they were flown.
 
     A point's true airspeed and wind are those of the published methods (three legs: Gray 1998; four: the mean of

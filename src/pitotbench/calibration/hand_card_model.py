@@ -7,8 +7,7 @@ from itertools import pairwise, product
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibration.options import USUAL as USUAL_ACCURACIES
-from pitotbench.calibration.options import Accuracies
+from pitotbench.calibration.options import USUAL, Accuracies
 from pitotbench.records.legs import CardLeg, HandPlan, ReadingSteps
 from pitotbench.units import DEGREE, FOOT, KNOT, Array, MetersPerSecond
 
@@ -137,7 +136,7 @@ SIZES = tuple(
     )
 )
 
-USUAL = Sizes(1.0 * KNOT, 4.0 * KNOT, 0.012, 0.45, 0.0)
+TYPICAL_SIZES = Sizes(1.0 * KNOT, 4.0 * KNOT, 0.012, 0.45, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +173,7 @@ class CardModel:
         count = len(self.legs)
         linear = self._at(np.zeros((count, 2)), np.zeros(count))
         for _ in range(_ROUNDS):
-            covariance, wind_prior, curve_prior = self._priors(linear, USUAL)
+            covariance, wind_prior, curve_prior = self._priors(linear, TYPICAL_SIZES)
             solved = np.linalg.solve(covariance, linear.observed)
             wind = wind_prior @ (linear.along * solved[:, None])
             linear = self._at(wind, curve_prior @ (linear.slope * solved))
@@ -222,7 +221,7 @@ class CardModel:
         weights = np.exp(logs - logs.max())
         return np.asarray(weights / weights.sum())
 
-    def surprise(self, sizes: Sizes = USUAL) -> Array:
+    def surprise(self, sizes: Sizes = TYPICAL_SIZES) -> Array:
         """Return by how many standard deviations each leg departs from what all others predict, (n,)."""
         inverse = np.linalg.inv(self.covariance(sizes))
         return np.asarray((inverse @ self.linear.observed) / np.sqrt(np.diagonal(inverse)))
@@ -334,7 +333,7 @@ _TEMPERATURE = 278.15  # K; the bound hardly depends on it
 
 
 def plans_by_hand(
-    low: float, high: float, wind: tuple[float, float] = (0.0, 0.0), stated: Accuracies = USUAL_ACCURACIES
+    low: float, high: float, wind: tuple[float, float] = (0.0, 0.0), stated: Accuracies = USUAL
 ) -> list[HandPlan]:
     """Return cards for a curve between two indicated airspeeds [m/s], the shortest first, each better than all
     shorter ones. `wind` [m/s] is toward north and east."""

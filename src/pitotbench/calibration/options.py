@@ -8,6 +8,7 @@ from typing import Any
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.pressure_error import MODELS
 from pitotbench.records import BadInputError
+from pitotbench.records.accuracy import USUAL_ACCURACIES
 from pitotbench.records.calibration import Assumption
 
 # Accuracies of constant errors that the residual does not show. Each widens the bound.
@@ -41,10 +42,7 @@ class Accuracies:
                 raise BadInputError(f"accuracy {f.name} = {value:g}: state a 2σ accuracy of zero or more")
 
 
-# 2σ where none is stated. Temperature: a calibrated total-temperature probe with its installation. Recovery
-# factor: the spread between probes of one type. Static pressure: an air-data transducer. GPS velocity: a receiver
-# without corrections.
-USUAL = Accuracies(temperature_k=1.5, recovery_factor=0.02, static_pressure_pa=30.0, velocity_mps=0.05)
+USUAL = Accuracies(**USUAL_ACCURACIES)
 
 NONE = "none"  # in `--accuracy`: sensors without constant errors, as in the published simulator
 
@@ -159,7 +157,7 @@ class CalibrationOptions:
     latency: `given`, `checked` (a warning where the log shows another) or `estimated`.
     robust: leave out faulty rows and list them.
     accuracies: 2σ of constant errors that the residual does not show, as a whole record or by name. A name that is
-    not given comes from the log's header, else it has the usual accuracy (`accuracy.USUAL`).
+    not given comes from the log's header, else it has the usual accuracy (`USUAL`).
     Raises BadInputError or UnknownNameError for a choice that does not exist, and for a limit or latency that no
     log can have.
     """

@@ -1,10 +1,10 @@
 """`pitotbench aircraft check`: what can be flown with an aircraft."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from pitotbench.cli.app import DONE, NO_ANSWER
+from pitotbench.cli.shared_flags import say
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -26,16 +26,12 @@ def run(options: argparse.Namespace) -> int:
 
     from pitotbench.bench.inspection import check_aircraft
     from pitotbench.logbook.writing import PAGES, require_file
-    from pitotbench.show.columns import printable
     from pitotbench.show.inspection import print_check
     from pitotbench.simulation.maneuvers import maneuvers_named
 
     maneuvers = maneuvers_named(options.maneuver)
     if options.report is not None:
         require_file(options.report, PAGES, [])
-
-    def say(text: str) -> None:
-        print(printable(text), file=sys.stderr, flush=True)
 
     check = check_aircraft(options.aircraft, maneuvers, options.seed, say)
     if options.report is not None:

@@ -47,13 +47,9 @@ COMMANDS = (
 # What the exit code of a command means.
 
 DONE = 0
-
 UNFORESEEN = 1  # an unexpected error, or a reader that closed the pipe
-
 BAD_INPUT = 2  # the code of argparse for a wrong flag
-
 NO_ANSWER = 3  # not converged, not observable, or flights lost
-
 INTERRUPTED = 130  # the convention of shells: 128 plus the number of SIGINT
 
 
@@ -111,7 +107,6 @@ class _ShowVersions(argparse.Action):
 # Choose the command, run it, and turn any error into one line and an exit code.
 
 LINE_BREAK = "\n"  # a case file may have several problems, one on each line
-
 _EPILOG = f"""\
 example:
   pitotbench calibrate flight.csv --report flight.html

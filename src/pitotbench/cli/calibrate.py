@@ -1,12 +1,18 @@
 """`pitotbench calibrate`: find the error curve and the wind of one log or of several."""
 
 import argparse
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
+from pitotbench.cli.shared_flags import (
+    add_accuracy,
+    add_mapping,
+    mapping_advice,
+    read_logs,
+    stated_accuracies,
+    write_documents,
+)
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -17,7 +23,6 @@ if TYPE_CHECKING:
     from pitotbench.show.limits import Limit
 
 _CHOICES = ("model", "method", "error_location", "mach_max", "wind")
-
 _NAMED_LATENCIES = ("checked", "estimated")
 
 
@@ -85,7 +90,9 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError for options that do not go together, and as the steps that it joins do.
     """
+    from pitotbench.logbook.columns import write_text
     from pitotbench.logbook.writing import PAGES, require_file
+    from pitotbench.show.calibration import card_csv
     from pitotbench.show.limits import limit_named
 
     if options.report is not None:
@@ -99,7 +106,7 @@ def run(options: argparse.Namespace) -> int:
     if options.report is not None:
         _write_report(options.report, reduced, limit)
     if options.card is not None:
-        _write_card(options.card, reduced)
+        write_text(options.card, card_csv(reduced[0].flight.calibration.curve))
     if options.json:
         _print_json(reduced, limit)
     else:
@@ -131,20 +138,20 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
 
 def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:
     from pitotbench.show.calibration import calibration_json, flight_json
-    from pitotbench.show.columns import json_text
     from pitotbench.show.legs import points_json
 
-    documents = [
-        {
-            "log": each.path.name,
-            "origin": _origin(each.flight.log),
-            **calibration_json(each.flight.calibration, limit),
-            **flight_json(each.flight),
-            "fixed_speed": points_json(each.points),
-        }
-        for each in reduced
-    ]
-    sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
+    write_documents(
+        [
+            {
+                "log": each.path.name,
+                "origin": _origin(each.flight.log),
+                **calibration_json(each.flight.calibration, limit),
+                **flight_json(each.flight),
+                "fixed_speed": points_json(each.points),
+            }
+            for each in reduced
+        ]
+    )
 
 
 def _print_tables(reduced: list[_Reduced], limit: "Limit | str | None", options: argparse.Namespace) -> None:
@@ -215,13 +222,6 @@ def _write_report(path: Path, reduced: list[_Reduced], limit: "Limit | str | Non
     ]
     title = "Pitot-static calibration: " + ", ".join(dict.fromkeys(each.path.name for each in reduced))
     write_text(path, log_page(title, sections))
-
-
-def _write_card(path: Path, reduced: list[_Reduced]) -> None:
-    from pitotbench.logbook.columns import write_text
-    from pitotbench.show.calibration import card_csv
-
-    write_text(path, card_csv(reduced[0].flight.calibration.curve))
 
 
 def _origin(log: "FlightLog") -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import add_wind, stated_wind
+from pitotbench.cli.shared_flags import add_wind, require_known, stated_wind
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -160,11 +160,11 @@ def _check(options: argparse.Namespace) -> None:
         raise BadInputError("give a plan file, or --maneuver and --das")
     if options.plan is not None and (options.maneuver or options.das):
         raise BadInputError("a plan file names the maneuvers and the data systems; leave out --maneuver and --das")
-    _require("turbulence", options.turbulence, list(TURBULENCE_SEVERITY))
-    _require("pilot", options.pilot, list(PILOTS))
-    _require("log format", f".{options.log_format}", list(FORMATS))
-    _require("choice of logs", options.keep_logs, list(KEEP_LOGS))
-    _require("progress", options.progress, list(STYLES))
+    require_known("turbulence", options.turbulence, TURBULENCE_SEVERITY)
+    require_known("pilot", options.pilot, PILOTS)
+    require_known("log format", f".{options.log_format}", FORMATS)
+    require_known("choice of logs", options.keep_logs, KEEP_LOGS)
+    require_known("progress", options.progress, STYLES)
     seeds_of(options.seeds)
     if options.jobs is not None and options.jobs < 1:
         raise BadInputError("--jobs counts from 1")
@@ -182,13 +182,6 @@ def _shard(text: str | None) -> tuple[int, int] | None:
     if not 1 <= part <= parts:
         raise BadInputError(f"--shard {text}: the part counts from 1 to {parts}")
     return part, parts
-
-
-def _require(kind: str, value: str, known: list[str]) -> None:
-    from pitotbench.catalog import explain
-
-    if value not in known:
-        raise BadInputError(explain(kind, value, known))
 
 
 def _folder(options: argparse.Namespace) -> Path:

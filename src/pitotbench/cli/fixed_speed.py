@@ -3,13 +3,19 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
+from pitotbench.cli.shared_flags import (
+    add_accuracy,
+    add_mapping,
+    mapping_advice,
+    read_logs,
+    stated_accuracies,
+    write_documents,
+)
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
-    from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.units import Array
 
 
@@ -70,15 +76,14 @@ def _of_cards(options: argparse.Namespace) -> None:
     from pitotbench.calibration.hand_card import reduce_card
     from pitotbench.calibration.options import accuracies_of
     from pitotbench.logbook.points_table import read_points
-    from pitotbench.show.columns import json_text, outside
+    from pitotbench.show.columns import outside
     from pitotbench.show.legs import card_json, print_card
 
     stated = accuracies_of(stated_accuracies(options, {}).get("accuracies"), {})
     read = [(path, *read_points(path)) for path in options.logs]
     found = [(path, reduce_card(legs, steps, stated)) for path, legs, steps in read]
     if options.json:
-        documents = [card_json(card) for _, card in found]
-        sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
+        write_documents([card_json(card) for _, card in found])
         return
     for path, card in found:
         console = Console(highlight=False, soft_wrap=True)
@@ -91,12 +96,14 @@ def _of_logs(options: argparse.Namespace) -> None:
 
     from pitotbench.calibration.leg_points import fixed_speed_points
     from pitotbench.calibration.observations import range_end
+    from pitotbench.calibration.options import options_from
     from pitotbench.records import NoAnswerError
-    from pitotbench.show.columns import json_text, outside, print_warnings
+    from pitotbench.show.columns import outside, print_warnings
     from pitotbench.show.legs import points_json, print_points
 
     logs = read_logs(options.logs, options.mapping)
-    choice = _choice(options, mapping_advice(options, logs))
+    advised = mapping_advice(options, logs)
+    choice = options_from({**advised, **stated_accuracies(options, advised)})
     found = []
     for path, log in zip(options.logs, logs, strict=True):
         end = range_end(log)
@@ -106,21 +113,13 @@ def _of_logs(options: argparse.Namespace) -> None:
             raise error if end is None else NoAnswerError(f"{error}; {end.words}") from error
         found.append((path, points, [*log.header.get("warnings", ()), *([] if end is None else [end.words])]))
     if options.json:
-        documents = [{"fixed_speed": points_json(points), "warnings": warnings} for _, points, warnings in found]
-        sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
+        write_documents([{"fixed_speed": points_json(p), "warnings": warnings} for _, p, warnings in found])
         return
     for path, points, warnings in found:
         console = Console(highlight=False, soft_wrap=True)
         console.print(outside(path.name, "bold"))
         print_warnings(warnings, console)
         print_points(points, console)
-
-
-def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
-    """Return the options that the mapping advises, with the accuracies that the user states."""
-    from pitotbench.calibration.options import options_from
-
-    return options_from({**advised, **stated_accuracies(options, advised)})
 
 
 def _of_legs(options: argparse.Namespace) -> None:

@@ -2,12 +2,11 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.shared_flags import add_wind, stated_wind
+from pitotbench.cli.shared_flags import add_wind, require_known, stated_wind
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -126,7 +125,7 @@ def request_of(options: argparse.Namespace) -> "PlanRequest":
     from pitotbench.units import KNOT, NAUTICAL_MILE
 
     system = _system(options)
-    _require_known("--error-location", options.error_location, ERROR_LOCATIONS)
+    require_known("--error-location", options.error_location, ERROR_LOCATIONS)
     base = Case(
         aircraft=options.aircraft,
         turbulence=options.turbulence,
@@ -151,7 +150,7 @@ def _system(options: argparse.Namespace) -> "DataSystem":
     from pitotbench.records.case import VERTICAL_VELOCITIES
     from pitotbench.sensing.sampling import data_system
 
-    _require_known("--vertical-velocity", options.vertical_velocity, VERTICAL_VELOCITIES)
+    require_known("--vertical-velocity", options.vertical_velocity, VERTICAL_VELOCITIES)
     system = replace(data_system(options.das), vertical_velocity=options.vertical_velocity)
     if options.receiver_height_m is None:
         return system
@@ -164,13 +163,6 @@ def _system(options: argparse.Namespace) -> "DataSystem":
     if not (0.0 <= white < 1e3 and 0.0 <= slow < 1e3):
         raise BadInputError("--receiver-height-m: standard deviations from 0 to 1000 m")
     return replace(system, altitude_noise=white, altitude_drift=slow)
-
-
-def _require_known(flag: str, name: str, known: Sequence[str]) -> None:
-    from pitotbench.catalog import explain
-
-    if name not in known:
-        raise BadInputError(explain(flag, name, list(known)))
 
 
 def _speeds(text: str) -> tuple[float, float]:

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.shared_flags import add_mapping, mapping_advice, read_logs
+from pitotbench.cli.shared_flags import add_mapping, mapping_advice, read_logs, say
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -65,10 +65,10 @@ def run(options: argparse.Namespace) -> int:
     else:
         print_account(outcome.account, Console(highlight=False, soft_wrap=True))
     for line in written:
-        _say(line)
+        say(line)
     if options.apply:
         for line in install(outcome, options.apply):
-            _say(line)
+            say(line)
     return 0
 
 
@@ -116,18 +116,12 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
         options.aircraft,
         named[-1] if held else None,
         cards[0] if len(cards) == 1 else None,
-        _say,
+        say,
         _setting(mapping_advice(options, logs)),
         refly,
         keep=not options.no_cache,
         next_flight=not options.no_next_flight,
     )
-
-
-def _say(line: str) -> None:
-    from pitotbench.show.columns import printable
-
-    print(printable(line), file=sys.stderr, flush=True)
 
 
 def _setting(advised: dict[str, Any]) -> "AnalysisSetting":

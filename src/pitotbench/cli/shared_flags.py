@@ -1,11 +1,14 @@
-"""Flags that several commands share: add them to a parser, and read their values."""
+"""What several commands share: flags, how their values are read, and how an answer is told."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+import sys
+from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+from pitotbench.catalog import explain
 from pitotbench.records import BadInputError
+from pitotbench.records.accuracy import USUAL_ACCURACIES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -78,14 +81,34 @@ def stated_wind(options: argparse.Namespace) -> "Wind":
     return Wind(speed=options.wind_kt * KNOT, from_direction=options.wind_from_deg % 360.0 * DEGREE)
 
 
+def require_known(what: str, name: str, known: Iterable[str]) -> None:
+    """Raise BadInputError, with the known names and the nearest one, for a name that is not among them."""
+    if name not in (names := list(known)):
+        raise BadInputError(explain(what, name, names))
+
+
+def say(line: str) -> None:
+    """Tell on standard error how far a long command is."""
+    from pitotbench.show.columns import printable
+
+    print(printable(line), file=sys.stderr, flush=True)
+
+
+def write_documents(documents: "list[dict[str, Any]]") -> None:
+    """Write one JSON document on standard output: the only one, or the list of several."""
+    from pitotbench.show.columns import json_text
+
+    sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
+
+
 def add_accuracy(parser: argparse.ArgumentParser) -> None:
     """Add the flag of the accuracies: `--accuracy`."""
+    usual = ", ".join(f"{name}={value:g}" for name, value in USUAL_ACCURACIES.items())
     parser.add_argument(
         "--accuracy",
         metavar="NAME=2σ,...",
         help="2σ of constant errors, such as temperature_k=1,static_pressure_pa=40; `none`: sensors without "
-        "constant errors (default: what the mapping or the log states, else temperature_k=1.5, "
-        "recovery_factor=0.02, static_pressure_pa=30, velocity_mps=0.05)",
+        f"constant errors (default: what the mapping or the log states, else {usual})",
     )
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import reduce
 from math import inf, isfinite
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 
@@ -26,44 +26,9 @@ from pitotbench.effects.response import Signals
 from pitotbench.records import BadInputError
 from pitotbench.units import Array, Seconds
 
-# Write the table of effects in words, for the documentation and the command line.
-
-_HEADING = (
-    "| effect | family | acts on | parameter | typical | range | what it is | best shown by | source |\n"
-    "|---|---|---|---|---|---|---|---|---|\n"
-)
-
-
-def effects_table(effects: Iterable[Effect]) -> str:
-    """Return a Markdown table with one line a parameter; the cells of the effect stand on its first line."""
-    return _HEADING + "".join(line for effect in effects for line in _lines(effect))
-
-
-def _lines(effect: Effect) -> list[str]:
-    form = f" (another form of `{effect.variant_of}`)" if effect.variant_of else ""
-    of_effect = [f"`{effect.name}`: {effect.what.rstrip('.')}{form}", effect.family, effect.acts_on]
-    lines = []
-    for parameter in effect.parameters:
-        last = [str(effect.shows_in), effect.source] if of_effect[0] else ["", ""]
-        lines.append("| " + " | ".join([*of_effect, *_cells(parameter), *last]) + " |\n")
-        of_effect = ["", "", ""]
-    return lines
-
-
-def _cells(parameter: Parameter) -> list[str]:
-    optional = " (optional)" if parameter.shape else ""
-    return [
-        f"`{parameter.name}`{optional}",
-        f"{parameter.typical:g}",
-        f"{parameter.low:g} to {parameter.high:g}",
-        parameter.what,
-    ]
-
-
 # Time since the first recorded sample, in a log and as an expression of JSBSim.
 
 RECORDING_START = "bench/recording-start-s"  # simulator's time of the first recorded sample; far ahead until then
-
 ELAPSED = operation("max", 0.0, difference("simulation/sim-time-sec", RECORDING_START))
 
 
@@ -83,18 +48,11 @@ def clipped(term: Term) -> str:
 # sample.
 
 EDGE = 2.0  # s; a lever takes about as long, and a step at once would be a spike of acceleration in a log
-
 FROM = Parameter("from_s", 60.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True)
-
 TO = Parameter("to_s", 120.0, 0.0, 1e5, "time since the first sample at which it has ended", shape=True)
-
 ANGLES = ("roll", "heading")  # channels that start again at a full turn
-
 FULL_TURN = 2.0 * np.pi
-
 NOWHERE = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data of an aircraft
-
-AnyEffect = TypeVar("AnyEffect", bound=Effect)
 
 
 def forms_in_time(effect: Effect) -> tuple[Effect, ...]:
@@ -128,6 +86,7 @@ def _form(effect: Effect, when: str, times: tuple[Parameter, ...]) -> Effect:
         name=f"{effect.name}_{when}",
         parameters=(*effect.parameters, *times),
         variant_of=effect.cause,
+        one_model_with="",  # told of the plain effect alone
         part_of=effect.name,
         what=f"{effect.what.rstrip('.')}, {when.replace('_', ' ')}{' on' if len(times) == 1 else ''}.",
     )

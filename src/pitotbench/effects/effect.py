@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
-from pitotbench.effects.overlay import Baseline, Overlay
+from pitotbench.effects.overlay import Baseline, Overlay, size
 from pitotbench.effects.response import Signals
 from pitotbench.records import BadInputError
 from pitotbench.units import Array
@@ -31,13 +31,9 @@ CHANGING_AIRSPEED = Excitation(
 )
 
 CHANGING_HEIGHT = Excitation(("diagnostic",), "a climb and a descent at constant airspeed")
-
 TURNING = Excitation(("circle", "figure_eight"), "full circles at 30° of bank to one side, or at 45° to both")
-
 SIDESLIP = Excitation(("diagnostic",), "steady-heading sideslips to both sides")
-
 POWER = Excitation(("diagnostic",), "one airspeed with high and low power, in a climb and a descent")
-
 RANGE_OF_AIRSPEED = Excitation(("four_leg",), "level flight from the highest to the lowest airspeed")
 
 STEPS_OF_AIRSPEED = Excitation(
@@ -45,7 +41,6 @@ STEPS_OF_AIRSPEED = Excitation(
 )
 
 STEADY_LEGS = Excitation(("race_track",), "long level legs at constant airspeed and power")
-
 EARLY_AND_LATE = Excitation(("race_track",), "the same airspeeds early and late in one long log")
 
 TEMPERATURE = Excitation(
@@ -57,10 +52,14 @@ TEMPERATURE = Excitation(
 # The records of an effect: its name, where it acts, its parameters with units and ranges, and its source.
 
 Family = Literal["pneumatic", "das", "air", "airframe", "propulsion"]
-
 ActsOn = Literal["sensors", "air", "aircraft"]
-
 Sizes = Mapping[str, float]
+SensorFunction = Callable[[Signals, Sizes], Signals]
+
+
+def reads(channel: str, read: Callable[[Array, Sizes], Array]) -> SensorFunction:
+    """Return the function of a wrong reading of one channel: `read` turns true values, (n,), into those read."""
+    return lambda signals, sizes: signals.with_channels(**{channel: read(signals[channel], sizes)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,19 +88,23 @@ class Effect:
 
     `what` says in a sentence what happens, `source` where form and sizes come from. `shows_in` says what to fly so
     that the effect shows best. `variant_of` names the plain effect of the same cause: a second-order line is a
-    variant of a lag. `part_of` names the effect that this one is for a part of the flight; only the forms of
-    `part_of_flight` have it. An effect on the sensors changes the channels `changes`, and of the channels `also`
-    those that the log has; it changes no others.
+    variant of a lag. `one_model_with` names an effect of the same terms in every channel: no log tells them apart.
+    An effect `for_whole_flight` is not looked for in a part of the flight: a workshop sets it, or it is a drift,
+    which would jump at the ends of the part. `part_of` names the effect that this one is for a part of the flight;
+    only the forms in time have it. An effect on the sensors changes the channels `changes`, and of the channels
+    `also` those that the log has; it changes no others.
     """
 
     name: str
     family: Family
-    acts_on: ActsOn
+    acts_on: ClassVar[ActsOn]
     parameters: tuple[Parameter, ...]
     source: str
     what: str
     shows_in: Excitation
     variant_of: str = ""
+    one_model_with: str = ""
+    for_whole_flight: bool = False
     part_of: str = ""
     changes: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
@@ -138,7 +141,8 @@ class SensorEffect(Effect):
     `after_noise` it acts on the samples as the recorder stores them.
     """
 
-    function: Callable[[Signals, Mapping[str, float]], Signals]
+    acts_on: ClassVar[ActsOn] = "sensors"
+    function: SensorFunction
     needs: tuple[str, ...] = ()
     after_noise: bool = False
 
@@ -157,7 +161,16 @@ class SensorEffect(Effect):
 class AircraftEffect(Effect):
     """An effect in the airframe or the powerplant: an overlay that JSBSim loads with the unchanged aircraft."""
 
-    build: Callable[[Mapping[str, float], Baseline], Overlay]
+    acts_on: ClassVar[ActsOn] = "aircraft"
+    build: Callable[[Sizes, Baseline], Overlay]
+
+    def paths(self) -> tuple[str, ...]:
+        """Return the paths of the properties that hold its numbers, in the order of the parameters."""
+        return tuple(size(self.name, p.name) for p in self.parameters)
+
+    def held(self, sizes: Sizes) -> tuple[tuple[str, float], ...]:
+        """Return the properties that hold the sizes, path and value, for an overlay."""
+        return tuple((size(self.name, key), value) for key, value in sizes.items())
 
     def overlay(self, sizes: Sizes, baseline: Baseline) -> Overlay:
         """Return the overlay for an aircraft; at size zero, an empty one.
@@ -188,4 +201,5 @@ class AirEffect(AircraftEffect):
     time and altitude of a log. It is None for effects without such a wind, for example stronger turbulence.
     """
 
-    wind: Callable[[Signals, Mapping[str, float]], tuple[Array, Array, Array]] | None = None
+    acts_on: ClassVar[ActsOn] = "air"
+    wind: Callable[[Signals, Sizes], tuple[Array, Array, Array]] | None = None

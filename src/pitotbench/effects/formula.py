@@ -30,11 +30,8 @@ from pitotbench.units import FOOT, INCH_OF_MERCURY, PSF, STANDARD_GRAVITY, SUFFI
 # properties computed from its channels, so that a term means the same on the airplane and in a sensor.
 
 ALPHA, BETA = "aero/alpha-rad", "aero/beta-rad"
-
 BANK, YAW = "attitude/phi-rad", "attitude/psi-rad"
-
 MACH, PRESSURE = "velocities/mach", "aero/qbar-psf"
-
 RATED_PRESSURE, RATED_SPEED = 40.0, 2575.0  # inHg, rpm: rated power of the class, as for the propwash error
 
 
@@ -65,9 +62,7 @@ def _squared(value: str) -> Expression:
 
 
 _SPEEDS = [(f"propulsion/engine[{i}]/map-inhg", f"propulsion/engine[{i}]/propeller-rpm") for i in (0, 1)]
-
 _POWER = product(total(*(product(*each) for each in _SPEEDS)), 0.5 / (RATED_PRESSURE * RATED_SPEED))
-
 _KILOPASCALS = product(PRESSURE, PSF / 1000.0)
 
 _ALL = (
@@ -116,7 +111,6 @@ def _dynamic_pressure(signals: Signals) -> Array:
 
 
 _AIR_DATA = ("impact_pressure", "static_pressure")
-
 _Reading = tuple[tuple[str, ...], Callable[[Signals], Array]]
 
 
@@ -214,15 +208,10 @@ def formula_value(effect: str, signals: Signals, sizes: Mapping[str, float], uni
 # Formulas of forces and moments: what a coefficient of the airplane lacks, as a sum of terms.
 
 FORCE_SOURCE = "Klein and Morelli 2006, Aircraft System Identification, ch. 5: coefficients as sums of regressors"
-
 STATES = ("alpha", "alpha_squared", "sideslip", "sideslip_squared", "roll_rate", "pitch_rate", "yaw_rate")
-
 CONTROLS = ("elevator", "aileron", "rudder")
-
 AROUND = ("pressure", "pressure_squared", "power", "power_squared", "bank", "bank_squared", "height")
-
 FORCE_PRODUCTS = ("pressure_alpha", "power_alpha", "power_sideslip")
-
 FORCE_TERMS = ("constant", *STATES, *CONTROLS, *AROUND, *FORCE_PRODUCTS)
 
 
@@ -269,7 +258,6 @@ FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
     name: AircraftEffect(
         name=name,
         family="airframe",
-        acts_on="aircraft",
         parameters=parameters_of(FORCE_TERMS, "", AXES[axis].typical, AXES[axis].symbol),
         source=FORCE_SOURCE,
         what=f"The airplane has a further {AXES[axis].quantity} that follows a formula.",
@@ -283,25 +271,15 @@ FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
 # Formulas of sensors: by how much a sensor reads wrong, as a sum of terms.
 
 SENSOR_SOURCE = "Haering 1995, NASA TM-104316: corrections of air-data sensors as functions of the measured state"
-
 AIR_STATE = ("alpha", "alpha_squared", "sideslip", "sideslip_squared")
-
 TURNING = ("roll_rate", "pitch_rate", "yaw_rate")
-
 POWER = ("power", "power_squared")
-
 ATTITUDE = ("bank", "bank_squared")
-
 SPEED = ("mach", "mach_squared", "pressure", "pressure_squared")
-
 HEADING = ("heading_north", "heading_east", "heading_north_twice", "heading_east_twice")
-
 LOADS = ("load_forward", "load_right", "load_down")
-
 PLACE = ("height", "time")
-
 SENSOR_PRODUCTS = ("power_alpha", "power_sideslip")
-
 FLOW_TERMS = ("constant", *AIR_STATE, *TURNING, *CONTROLS, *POWER, *ATTITUDE, *PLACE, *SENSOR_PRODUCTS)
 
 
@@ -423,7 +401,6 @@ SENSOR_FORMULAS: Mapping[str, SensorEffect] = {
     name: SensorEffect(
         name=name,
         family="das",
-        acts_on="sensors",
         parameters=parameters_of(reading.terms, reading.unit, reading.typical, reading.symbol),
         source=SENSOR_SOURCE,
         what=f"The {reading.quantity} is read with an error that follows a formula.",

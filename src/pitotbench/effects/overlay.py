@@ -14,7 +14,6 @@ from pitotbench.units import Array
 # An expression can also be evaluated for recorded properties, without JSBSim.
 
 Expression = str
-
 Term = str | float
 
 

@@ -1,6 +1,5 @@
 """Effects of the pitot-static system: lines, transducers and the error of the static source."""
 
-from collections.abc import Callable, Mapping
 from itertools import accumulate
 
 import numpy as np
@@ -14,25 +13,26 @@ from pitotbench.effects.effect import (
     RANGE_OF_AIRSPEED,
     SIDESLIP,
     STEPS_OF_AIRSPEED,
+    Effect,
     Excitation,
     Parameter,
     SensorEffect,
+    Sizes,
+    reads,
 )
 from pitotbench.effects.response import Signals, displaced, first_order, first_order_varying, second_order
 from pitotbench.units import INCH_OF_MERCURY, KNOT, SUFFIXES, Array
 
 # A static source that depends on the direction of the flow: errors with angle of attack or sideslip.
 
-ATTITUDE_STATIC_ERROR_SOURCE = "Gracey 1980, NASA RP-1046: static-pressure error with angle of attack and yaw"
-
-ATTITUDE_STATIC_ERROR_PRESSURES = ("impact_pressure", "static_pressure")
+FLOW_ANGLE_SOURCE = "Gracey 1980, NASA RP-1046: static-pressure error with angle of attack and yaw"
 
 
-def _alpha(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _alpha(signals: Signals, sizes: Sizes) -> Signals:
     return displaced(signals, sizes["slope_per_rad"] * signals["angle_of_attack"] * signals["impact_pressure"])
 
 
-def _sideslip(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _sideslip(signals: Signals, sizes: Sizes) -> Signals:
     beta = signals["sideslip"]
     coefficient = sizes["slope_per_rad"] * beta + sizes["curvature_per_rad2"] * beta**2
     return displaced(signals, coefficient * signals["impact_pressure"])
@@ -41,12 +41,11 @@ def _sideslip(signals: Signals, sizes: Mapping[str, float]) -> Signals:
 ALPHA_STATIC_ERROR = SensorEffect(
     name="alpha_static_error",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("slope_per_rad", 0.15, -1.0, 1.0, "static error over impact pressure per radian"),),
-    source=ATTITUDE_STATIC_ERROR_SOURCE,
+    source=FLOW_ANGLE_SOURCE,
     what="The static-pressure error depends on angle of attack, so it changes in turns and with weight.",
     shows_in=RANGE_OF_AIRSPEED,
-    changes=ATTITUDE_STATIC_ERROR_PRESSURES,
+    changes=("impact_pressure", "static_pressure"),
     needs=("angle_of_attack",),
     function=_alpha,
 )
@@ -54,15 +53,14 @@ ALPHA_STATIC_ERROR = SensorEffect(
 SIDESLIP_STATIC_ERROR = SensorEffect(
     name="sideslip_static_error",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(
         Parameter("slope_per_rad", 0.10, -2.0, 2.0, "static error over impact pressure per radian: one port only"),
         Parameter("curvature_per_rad2", -1.5, -10.0, 10.0, "the same per square radian: two joined ports keep it"),
     ),
-    source=ATTITUDE_STATIC_ERROR_SOURCE,
+    source=FLOW_ANGLE_SOURCE,
     what="The static pressure has an error in sideslip.",
     shows_in=SIDESLIP,
-    changes=ATTITUDE_STATIC_ERROR_PRESSURES,
+    changes=("impact_pressure", "static_pressure"),
     needs=("sideslip",),
     function=_sideslip,
 )
@@ -71,7 +69,7 @@ SIDESLIP_STATIC_ERROR = SensorEffect(
 # A transducer whose elastic element creeps: part of each pressure change appears slowly.
 
 
-def _apply_creep(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_creep(signals: Signals, sizes: Sizes) -> Signals:
     impact = signals["impact_pressure"]
     behind = impact - first_order(signals, impact, sizes["creep_s"])
     return signals.with_channels(impact_pressure=impact - sizes["fraction"] * behind)
@@ -80,7 +78,6 @@ def _apply_creep(signals: Signals, sizes: Mapping[str, float]) -> Signals:
 CREEP = SensorEffect(
     name="creep",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(
         Parameter("fraction", 0.02, -0.2, 0.3, "part of a change that appears slowly"),
         Parameter("creep_s", 40.0, 1.0, 1000.0, "time constant of that part", shape=True),
@@ -97,7 +94,7 @@ CREEP = SensorEffect(
 # A line whose lag grows with height, in proportion to viscosity over static pressure.
 
 
-def _apply_height_dependent_lag(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_height_dependent_lag(signals: Signals, sizes: Sizes) -> Signals:
     static = signals["static_pressure"]
     temperature = air.standard_temperature(air.pressure_altitude(static))
     # Relative to sea level; the viscosity of air rises nearly as temperature to the power of 0.75.
@@ -110,7 +107,6 @@ def _apply_height_dependent_lag(signals: Signals, sizes: Mapping[str, float]) ->
 HEIGHT_DEPENDENT_LAG = SensorEffect(
     name="height_dependent_lag",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("sea_level_lag_s", 0.35, 0.01, 3.0, "time constant of the line at sea level"),),
     source="Gracey 1980, NASA RP-1046, pressure-system lag: time constant as viscosity over pressure",
     what="The total-pressure line is late, and later the higher the airplane flies.",
@@ -137,54 +133,42 @@ def play(values: Array, width: float) -> Array:
     return np.fromiter(followed, dtype=np.float64, count=len(values))
 
 
-def _impact_hysteresis(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    return signals.with_channels(impact_pressure=play(signals["impact_pressure"], sizes["width_pa"]))
-
-
-def _static_hysteresis(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    return signals.with_channels(static_pressure=play(signals["static_pressure"], sizes["width_pa"]))
-
-
 HYSTERESIS = SensorEffect(
     name="hysteresis",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("width_pa", 25.0, 1.0, 300.0, "reading at falling minus reading at rising pressure"),),
     source=HYSTERESIS_SOURCE,
     what="Decelerations read higher than accelerations at the same speed.",
     shows_in=CHANGING_AIRSPEED,
     changes=("impact_pressure",),
-    function=_impact_hysteresis,
+    function=reads("impact_pressure", lambda pressure, sizes: play(pressure, sizes["width_pa"])),
 )
 
 STATIC_HYSTERESIS = SensorEffect(
     name="static_hysteresis",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("width_pa", 100.0, 5.0, 1500.0, "reading at falling minus reading at rising pressure"),),
     source=HYSTERESIS_SOURCE,
     what="The static pressure reads higher in a climb than in a descent at the same height.",
     shows_in=CHANGING_HEIGHT,
     changes=("static_pressure",),
-    function=_static_hysteresis,
+    function=reads("static_pressure", lambda pressure, sizes: play(pressure, sizes["width_pa"])),
 )
 
 
 # Lag of a long thin pressure line: first order, one time constant for each line.
 
-LINE_LAG_SOURCE = "Gracey 1980, NASA RP-1046, ch. on pressure-system lag: first-order line"
-
-LINE_LAG_PRESSURES = ("impact_pressure", "static_pressure")
+LAG_SOURCE = "Gracey 1980, NASA RP-1046, ch. on pressure-system lag: first-order line"
 
 
-def _pitot(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _pitot(signals: Signals, sizes: Sizes) -> Signals:
     # The line carries the total pressure; the differential transducer subtracts a static pressure that is not late.
     static = signals["static_pressure"]
     total = first_order(signals, signals["impact_pressure"] + static, sizes["lag_s"])
     return signals.with_channels(impact_pressure=total - static)
 
 
-def _static_line_lag(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _static_line_lag(signals: Signals, sizes: Sizes) -> Signals:
     # Both transducers are connected to this line, so its delay appears in both, with opposite signs.
     static = signals["static_pressure"]
     late = first_order(signals, static, sizes["lag_s"])
@@ -194,9 +178,8 @@ def _static_line_lag(signals: Signals, sizes: Mapping[str, float]) -> Signals:
 PITOT_LAG = SensorEffect(
     name="pitot_lag",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("lag_s", 0.4, 0.01, 3.0, "time constant of the total-pressure line"),),
-    source=LINE_LAG_SOURCE,
+    source=LAG_SOURCE,
     what="The total-pressure line is long or thin: indicated airspeed follows late.",
     shows_in=CHANGING_AIRSPEED,
     changes=("impact_pressure",),
@@ -207,12 +190,11 @@ PITOT_LAG = SensorEffect(
 STATIC_LAG = SensorEffect(
     name="static_lag",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("lag_s", 0.6, 0.01, 5.0, "time constant of the static-pressure line"),),
-    source=LINE_LAG_SOURCE,
+    source=LAG_SOURCE,
     what="The static-pressure line is long or thin: altitude follows late, and airspeed errs in climbs.",
     shows_in=CHANGING_HEIGHT,
-    changes=LINE_LAG_PRESSURES,
+    changes=("impact_pressure", "static_pressure"),
     function=_static_line_lag,
 )
 
@@ -220,7 +202,7 @@ STATIC_LAG = SensorEffect(
 # A leak between the pitot and the static line: air flows through both, with a pressure drop in each.
 
 
-def _apply_line_leak(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_line_leak(signals: Signals, sizes: Sizes) -> Signals:
     impact, lost = signals["impact_pressure"], sizes["fraction"] * signals["impact_pressure"]
     static = signals["static_pressure"] + sizes["static_share"] * lost
     return signals.with_channels(impact_pressure=impact - lost, static_pressure=static)
@@ -229,7 +211,6 @@ def _apply_line_leak(signals: Signals, sizes: Mapping[str, float]) -> Signals:
 LINE_LEAK = SensorEffect(
     name="line_leak",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(
         Parameter("fraction", 0.02, 0.001, 0.3, "share of the impact pressure that leaks away"),
         Parameter("static_share", 0.5, 0.0, 1.0, "part of the loss that appears in the static line", shape=True),
@@ -246,7 +227,7 @@ LINE_LEAK = SensorEffect(
 # A static-source error within a narrow band of airspeed, such as a moving flow separation causes.
 
 
-def _apply_local_static_bump(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_local_static_bump(signals: Signals, sizes: Sizes) -> Signals:
     impact = signals["impact_pressure"]
     away = (air.calibrated_airspeed(impact.clip(min=0.0)) - sizes["center_mps"]) / sizes["width_mps"]
     return displaced(signals, sizes["coefficient"] * np.exp(-0.5 * away**2) * impact)
@@ -255,7 +236,6 @@ def _apply_local_static_bump(signals: Signals, sizes: Mapping[str, float]) -> Si
 LOCAL_STATIC_BUMP = SensorEffect(
     name="local_static_bump",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(
         Parameter("coefficient", 0.010, -0.1, 0.1, "static error over impact pressure at the band's center"),
         Parameter("center_mps", 65.0, 40.0, 100.0, "indicated airspeed at the center", shape=True),
@@ -273,11 +253,8 @@ LOCAL_STATIC_BUMP = SensorEffect(
 # The slipstream at the static port: an error that grows with engine power and falls with airspeed.
 
 ENGINES = ("left", "right")
-
 FULL = 40.0 * INCH_OF_MERCURY * 2575.0 * SUFFIXES["rpm"].factor  # Pa rad/s, rated power of the class
-
 REFERENCE_SPEED = 130.0 * KNOT
-
 SLOWEST = 40.0 * KNOT  # below it the error stays: power over speed would grow without limit
 
 
@@ -287,7 +264,7 @@ def power_index(signals: Signals) -> Array:
     return np.asarray(sum(each) / (len(each) * FULL))
 
 
-def _apply_propwash_error(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_propwash_error(signals: Signals, sizes: Sizes) -> Signals:
     speed = np.maximum(air.calibrated_airspeed(signals["impact_pressure"].clip(min=0.0)), SLOWEST)
     # Thrust is power over speed, and the slipstream's pressure is proportional to thrust.
     return displaced(signals, sizes["pressure_pa"] * power_index(signals) * REFERENCE_SPEED / speed)
@@ -296,7 +273,6 @@ def _apply_propwash_error(signals: Signals, sizes: Mapping[str, float]) -> Signa
 PROPWASH_ERROR = SensorEffect(
     name="propwash_error",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("pressure_pa", 40.0, -300.0, 300.0, "static error at rated power and 130 KIAS"),),
     source="McCormick 1995, Aerodynamics, Aeronautics and Flight Mechanics, momentum theory: the slipstream's "
     "pressure goes with thrust over disk area, thrust with power over speed",
@@ -311,7 +287,7 @@ PROPWASH_ERROR = SensorEffect(
 # A total-pressure line that oscillates: second-order response of a short, wide line with a large volume.
 
 
-def _apply_second_order_line(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_second_order_line(signals: Signals, sizes: Sizes) -> Signals:
     static = signals["static_pressure"]
     total = second_order(signals, signals["impact_pressure"] + static, sizes["lag_s"], sizes["damping"])
     return signals.with_channels(impact_pressure=total - static)
@@ -320,7 +296,6 @@ def _apply_second_order_line(signals: Signals, sizes: Mapping[str, float]) -> Si
 SECOND_ORDER_LINE = SensorEffect(
     name="second_order_line",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(
         Parameter("lag_s", 0.4, 0.01, 3.0, "delay of a ramp, 2 damping / natural frequency"),
         Parameter("damping", 0.6, 0.2, 2.0, "damping ratio", shape=True),
@@ -340,7 +315,7 @@ SECOND_ORDER_LINE = SensorEffect(
 SLOW, FAST = 100.0 * KNOT, 160.0 * KNOT
 
 
-def _apply_static_source_change(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_static_source_change(signals: Signals, sizes: Sizes) -> Signals:
     impact = signals["impact_pressure"]
     share = (air.calibrated_airspeed(impact.clip(min=0.0)) - SLOW) / (FAST - SLOW)
     coefficient = sizes["coefficient_at_100kt"] * (1.0 - share) + sizes["coefficient_at_160kt"] * share
@@ -350,7 +325,6 @@ def _apply_static_source_change(signals: Signals, sizes: Mapping[str, float]) ->
 STATIC_SOURCE_CHANGE = SensorEffect(
     name="static_source_change",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(
         Parameter("coefficient_at_100kt", 0.010, -0.1, 0.1, "static error over impact pressure at 100 KIAS"),
         Parameter("coefficient_at_160kt", 0.005, -0.1, 0.1, "the same at 160 KIAS; linear in airspeed"),
@@ -365,16 +339,10 @@ STATIC_SOURCE_CHANGE = SensorEffect(
 
 # A pitot tube that loses total pressure: a burr at its mouth, or inclined flow.
 
-TOTAL_PRESSURE_LOSS_SOURCE = (
-    "Gracey 1980, NASA RP-1046: total-pressure error of tubes with nose shape and inclination"
-)
+LOSS_SOURCE = "Gracey 1980, NASA RP-1046: total-pressure error of tubes with nose shape and inclination"
 
 
-def _plain(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    return signals.with_channels(impact_pressure=signals["impact_pressure"] * (1.0 - sizes["fraction"]))
-
-
-def _inclined(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _inclined(signals: Signals, sizes: Sizes) -> Signals:
     loss = sizes["loss_per_rad2"] * signals["angle_of_attack"] ** 2
     return signals.with_channels(impact_pressure=signals["impact_pressure"] * (1.0 - loss))
 
@@ -382,22 +350,20 @@ def _inclined(signals: Signals, sizes: Mapping[str, float]) -> Signals:
 TOTAL_PRESSURE_LOSS = SensorEffect(
     name="total_pressure_loss",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("fraction", 0.01, -0.05, 0.15, "share of the impact pressure that is lost"),),
-    source=TOTAL_PRESSURE_LOSS_SOURCE,
+    source=LOSS_SOURCE,
     what="The pitot tube reads too low at all speeds; the static pressure is right.",
     # A loss is in proportion to the impact pressure; GPS heights show that the static pressure is right.
     shows_in=RANGE_OF_AIRSPEED,
     changes=("impact_pressure",),
-    function=_plain,
+    function=reads("impact_pressure", lambda pressure, sizes: pressure * (1.0 - sizes["fraction"])),
 )
 
 INCLINED_PITOT_LOSS = SensorEffect(
     name="inclined_pitot_loss",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("loss_per_rad2", 1.0, -5.0, 10.0, "loss over impact pressure per square radian"),),
-    source=TOTAL_PRESSURE_LOSS_SOURCE,
+    source=LOSS_SOURCE,
     what="The pitot tube reads too low at high angles of attack.",
     shows_in=RANGE_OF_AIRSPEED,  # the angle of attack is largest at the lowest airspeed
     variant_of="total_pressure_loss",
@@ -411,17 +377,17 @@ INCLINED_PITOT_LOSS = SensorEffect(
 
 MINUTE = 60.0  # s
 
-TRANSDUCER_DRIFT_SOURCE = (
+DRIFT_SOURCE = (
     "transducer data sheets: thermal zero shift some 0.01 % of full scale a kelvin, warm-up within an hour"
 )
 
 
-def _with_time(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _with_time(signals: Signals, sizes: Sizes) -> Signals:
     elapsed = (signals.time - signals.time[0]) / MINUTE
     return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["rate_pa_per_min"] * elapsed)
 
 
-def _with_temperature(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _with_temperature(signals: Signals, sizes: Sizes) -> Signals:
     # The drift counts from the first sample: a zero is usually taken before the flight.
     warmer = signals["total_temperature"] - signals["total_temperature"][0]
     return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["shift_pa_per_k"] * warmer)
@@ -430,11 +396,11 @@ def _with_temperature(signals: Signals, sizes: Mapping[str, float]) -> Signals:
 TIME_DRIFT = SensorEffect(
     name="time_drift",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("rate_pa_per_min", 3.0, -30.0, 30.0, "zero shift per minute since the first sample"),),
-    source=TRANSDUCER_DRIFT_SOURCE,
+    source=DRIFT_SOURCE,
     what="The impact-pressure transducer drifts while it warms up.",
     shows_in=EARLY_AND_LATE,
+    for_whole_flight=True,
     changes=("impact_pressure",),
     function=_with_time,
 )
@@ -442,11 +408,11 @@ TIME_DRIFT = SensorEffect(
 TEMPERATURE_DRIFT = SensorEffect(
     name="temperature_drift",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("shift_pa_per_k", 6.0, -60.0, 60.0, "zero shift per kelvin from the first sample"),),
-    source=TRANSDUCER_DRIFT_SOURCE,
+    source=DRIFT_SOURCE,
     what="The impact-pressure transducer drifts with temperature.",
     shows_in=CHANGING_HEIGHT,
+    for_whole_flight=True,
     changes=("impact_pressure",),
     needs=("total_temperature",),
     function=_with_temperature,
@@ -455,45 +421,38 @@ TEMPERATURE_DRIFT = SensorEffect(
 
 # Transducers of the wrong scale: the reading is in proportion to the pressure, by a wrong factor.
 
-TRANSDUCER_SCALE_SOURCE = "transducer data sheets: span errors of 0.05 to 0.5 % (classes, not one maker)"
-
-
-def _times(channel: str) -> Callable[[Signals, Mapping[str, float]], Signals]:
-    def apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-        return signals.with_channels(**{channel: (1.0 + sizes["scale"]) * signals[channel]})
-
-    return apply
+SCALE_SOURCE = "transducer data sheets: span errors of 0.05 to 0.5 % (classes, not one maker)"
 
 
 IMPACT_PRESSURE_SCALE = SensorEffect(
     name="impact_pressure_scale",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("scale", 0.005, -0.1, 0.1, "impact pressure too large by this share"),),
-    source=TRANSDUCER_SCALE_SOURCE,
+    source=SCALE_SOURCE,
     what="The impact-pressure transducer has a wrong scale; in a log it is a total-pressure loss.",
     shows_in=RANGE_OF_AIRSPEED,
+    one_model_with="total_pressure_loss",
     changes=("impact_pressure",),
-    function=_times("impact_pressure"),
+    function=reads("impact_pressure", lambda pressure, sizes: (1.0 + sizes["scale"]) * pressure),
 )
 
 STATIC_PRESSURE_SCALE = SensorEffect(
     name="static_pressure_scale",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("scale", 0.002, -0.05, 0.05, "static pressure too large by this share"),),
-    source=TRANSDUCER_SCALE_SOURCE,
+    source=SCALE_SOURCE,
     what="The static-pressure transducer has a wrong scale.",
     shows_in=CHANGING_HEIGHT,
+    for_whole_flight=True,
     changes=("static_pressure",),
-    function=_times("static_pressure"),
+    function=reads("static_pressure", lambda pressure, sizes: (1.0 + sizes["scale"]) * pressure),
 )
 
 
 # A transducer whose zero drifts while it warms up, and then stays.
 
 
-def _apply_warm_up_drift(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_warm_up_drift(signals: Signals, sizes: Sizes) -> Signals:
     warmed = -np.expm1(-(signals.time - signals.time[0]) / sizes["warm_up_s"])
     return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["shift_pa"] * warmed)
 
@@ -501,7 +460,6 @@ def _apply_warm_up_drift(signals: Signals, sizes: Mapping[str, float]) -> Signal
 WARM_UP_DRIFT = SensorEffect(
     name="warm_up_drift",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(
         Parameter("shift_pa", 30.0, -300.0, 300.0, "zero shift after the warm-up"),
         Parameter("warm_up_s", 180.0, 5.0, 3600.0, "time constant of the warming", shape=True),
@@ -520,7 +478,7 @@ WARM_UP_DRIFT = SensorEffect(
 WATER = 1000.0  # kg/m³
 
 
-def _apply_water_in_line(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_water_in_line(signals: Signals, sizes: Sizes) -> Signals:
     static = signals["static_pressure"]
     total = first_order(signals, signals["impact_pressure"] + static, sizes["lag_s"])
     head = WATER * sizes["column_m"] * signals["specific_force_x"]
@@ -530,7 +488,6 @@ def _apply_water_in_line(signals: Signals, sizes: Mapping[str, float]) -> Signal
 WATER_IN_LINE = SensorEffect(
     name="water_in_line",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(
         Parameter(
             "column_m", 0.03, -0.3, 0.3, "length of the water column along the airplane, tube ahead", defining=True
@@ -548,39 +505,55 @@ WATER_IN_LINE = SensorEffect(
 
 # Transducers that do not read zero at zero pressure.
 
-ZERO_OFFSET_SOURCE = (
-    "transducer data sheets: zero error up to some 0.1 % of full scale (13.8 kPa impact, 129 kPa static)"
-)
-
-
-def _impact_zero_offset(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    return signals.with_channels(impact_pressure=signals["impact_pressure"] + sizes["offset_pa"])
-
-
-def _static_zero_offset(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    return signals.with_channels(static_pressure=signals["static_pressure"] + sizes["offset_pa"])
+ZERO_SOURCE = "transducer data sheets: zero error up to some 0.1 % of full scale (13.8 kPa impact, 129 kPa static)"
 
 
 IMPACT_ZERO_OFFSET = SensorEffect(
     name="impact_zero_offset",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("offset_pa", 15.0, -150.0, 150.0, "reading at zero impact pressure"),),
-    source=ZERO_OFFSET_SOURCE,
+    source=ZERO_SOURCE,
     what="The impact-pressure transducer does not read zero at rest.",
     shows_in=RANGE_OF_AIRSPEED,  # a constant is the largest share of the impact pressure at the lowest airspeed
     changes=("impact_pressure",),
-    function=_impact_zero_offset,
+    function=reads("impact_pressure", lambda pressure, sizes: pressure + sizes["offset_pa"]),
 )
 
 STATIC_ZERO_OFFSET = SensorEffect(
     name="static_zero_offset",
     family="pneumatic",
-    acts_on="sensors",
     parameters=(Parameter("offset_pa", 80.0, -500.0, 500.0, "reading above the true static pressure"),),
-    source=ZERO_OFFSET_SOURCE,
+    source=ZERO_SOURCE,
     what="The static-pressure transducer reads too high or too low by a constant.",
     shows_in=CHANGING_HEIGHT,
     changes=("static_pressure",),
-    function=_static_zero_offset,
+    function=reads("static_pressure", lambda pressure, sizes: pressure + sizes["offset_pa"]),
+)
+
+
+# The order of this page's effects in every table.
+PNEUMATIC: tuple[Effect, ...] = (
+    ALPHA_STATIC_ERROR,
+    SIDESLIP_STATIC_ERROR,
+    CREEP,
+    HEIGHT_DEPENDENT_LAG,
+    HYSTERESIS,
+    STATIC_HYSTERESIS,
+    PITOT_LAG,
+    STATIC_LAG,
+    LINE_LEAK,
+    LOCAL_STATIC_BUMP,
+    PROPWASH_ERROR,
+    SECOND_ORDER_LINE,
+    STATIC_SOURCE_CHANGE,
+    TOTAL_PRESSURE_LOSS,
+    INCLINED_PITOT_LOSS,
+    TIME_DRIFT,
+    TEMPERATURE_DRIFT,
+    WARM_UP_DRIFT,
+    WATER_IN_LINE,
+    IMPACT_ZERO_OFFSET,
+    STATIC_ZERO_OFFSET,
+    IMPACT_PRESSURE_SCALE,
+    STATIC_PRESSURE_SCALE,
 )

@@ -1,8 +1,8 @@
 """Effects of the engines and propellers: power, speed, and what the throttle and the gauges tell."""
 
-from collections.abc import Mapping
+from collections.abc import Callable
 
-from pitotbench.effects.effect import POWER, AircraftEffect, Parameter, SensorEffect
+from pitotbench.effects.effect import POWER, AircraftEffect, Effect, Parameter, SensorEffect, SensorFunction, Sizes
 from pitotbench.effects.overlay import (
     Baseline,
     BodyForce,
@@ -11,12 +11,10 @@ from pitotbench.effects.overlay import (
     difference,
     product,
     quotient,
-    size,
     total,
 )
-from pitotbench.effects.response import Signals
 from pitotbench.records import BadInputError
-from pitotbench.units import INCH_OF_MERCURY
+from pitotbench.units import INCH_OF_MERCURY, Array
 
 # Find the left and the right engine of a twin, and check that an aircraft has the properties of an effect.
 
@@ -30,6 +28,11 @@ def left_and_right(effect: str, baseline: Baseline) -> tuple[int, int]:
     return left, right
 
 
+def _of_engines(effect: AircraftEffect, baseline: Baseline) -> list[tuple[int, str]]:
+    """The numbers of the left and the right engine, each with the path of its size."""
+    return list(zip(left_and_right(effect.name, baseline), effect.paths(), strict=True))
+
+
 def require_declared(effect: str, baseline: Baseline, *paths: str) -> None:
     """Raise BadInputError where an aircraft lacks properties that an effect sets."""
     missing = [path for path in paths if path not in baseline.declared]
@@ -41,28 +44,22 @@ def require_declared(effect: str, baseline: Baseline, *paths: str) -> None:
 
 # Engines that lose a constant power at any setting: friction, or a driven accessory.
 
-FRICTION_LOSS_NAME = "friction_loss"
-
 KILOWATT = 1000.0 / 745.699872  # hp
 
 
-def _build_friction_loss(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+def _build_friction_loss(sizes: Sizes, baseline: Baseline) -> Overlay:
     settings = tuple(
         PropertySetting(
-            f"propulsion/engine[{i}]/friction-hp",
-            total(baseline.engines[i].friction, product(KILOWATT, size(FRICTION_LOSS_NAME, key))),
+            f"propulsion/engine[{i}]/friction-hp", total(baseline.engines[i].friction, product(KILOWATT, path))
         )
-        for i, key in zip(left_and_right(FRICTION_LOSS_NAME, baseline), ("left_kw", "right_kw"), strict=True)
+        for i, path in _of_engines(FRICTION_LOSS, baseline)
     )
-    return Overlay(
-        sizes=tuple((size(FRICTION_LOSS_NAME, key), value) for key, value in sizes.items()), settings=settings
-    )
+    return Overlay(sizes=FRICTION_LOSS.held(sizes), settings=settings)
 
 
 FRICTION_LOSS = AircraftEffect(
-    name=FRICTION_LOSS_NAME,
+    name="friction_loss",
     family="propulsion",
-    acts_on="aircraft",
     parameters=(
         Parameter("left_kw", 8.0, -20.0, 80.0, "power that the left engine loses"),
         Parameter("right_kw", 4.0, -20.0, 80.0, "power that the right engine loses"),
@@ -77,23 +74,18 @@ FRICTION_LOSS = AircraftEffect(
 
 # Governors set to another propeller speed.
 
-GOVERNOR_SPEED_NAME = "governor_speed"
-
-_OFFSET = size(GOVERNOR_SPEED_NAME, "offset_rpm")
-
 GOVERNOR = "powerplant/governor-rpm"
 
 
-def _build_governor_speed(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
-    require_declared(GOVERNOR_SPEED_NAME, baseline, GOVERNOR)
-    setting = PropertySetting(GOVERNOR, total(baseline.declared[GOVERNOR], _OFFSET))
-    return Overlay(sizes=((_OFFSET, sizes["offset_rpm"]),), settings=(setting,))
+def _build_governor_speed(sizes: Sizes, baseline: Baseline) -> Overlay:
+    require_declared(GOVERNOR_SPEED.name, baseline, GOVERNOR)
+    setting = PropertySetting(GOVERNOR, total(baseline.declared[GOVERNOR], *GOVERNOR_SPEED.paths()))
+    return Overlay(sizes=GOVERNOR_SPEED.held(sizes), settings=(setting,))
 
 
 GOVERNOR_SPEED = AircraftEffect(
-    name=GOVERNOR_SPEED_NAME,
+    name="governor_speed",
     family="propulsion",
-    acts_on="aircraft",
     parameters=(Parameter("offset_rpm", -75.0, -500.0, 100.0, "propeller speed above that of the model"),),
     source="governor stops are set to some 25 rpm; a pilot's lever to 50 rpm (estimate)",
     what="The propellers turn faster or slower than in the model.",
@@ -104,24 +96,18 @@ GOVERNOR_SPEED = AircraftEffect(
 
 # Manifold-pressure gauges that read wrong. The power stays: only the recorded pressure changes.
 
-MANIFOLD_PRESSURE_GAUGE_CHANNELS = ("manifold_pressure_left", "manifold_pressure_right")
+GAUGES = ("manifold_pressure_left", "manifold_pressure_right")
 
 
-def _offset(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    errors = (sizes["left_inhg"], sizes["right_inhg"])
-    read = {
-        name: signals[name] + e * INCH_OF_MERCURY
-        for name, e in zip(MANIFOLD_PRESSURE_GAUGE_CHANNELS, errors, strict=True)
-    }
-    return signals.with_channels(**read)
+def both_read(gauge: str, suffix: str, read: Callable[[Array, float], Array]) -> SensorFunction:
+    """Return the function of a left and a right gauge, with sizes of this suffix.
 
-
-def _scale(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    errors = (sizes["left"], sizes["right"])
-    return signals.with_channels(
+    `read` turns true values, (n,), and a size into what the gauge shows.
+    """
+    return lambda signals, sizes: signals.with_channels(
         **{
-            name: (1.0 + e) * signals[name]
-            for name, e in zip(MANIFOLD_PRESSURE_GAUGE_CHANNELS, errors, strict=True)
+            f"{gauge}_{side}": read(signals[f"{gauge}_{side}"], sizes[f"{side}{suffix}"])
+            for side in ("left", "right")
         }
     )
 
@@ -129,7 +115,6 @@ def _scale(signals: Signals, sizes: Mapping[str, float]) -> Signals:
 MANIFOLD_PRESSURE_GAUGE = SensorEffect(
     name="manifold_pressure_gauge",
     family="propulsion",
-    acts_on="sensors",
     parameters=(
         Parameter("left_inhg", 0.6, -4.0, 4.0, "left gauge reads too high"),
         Parameter("right_inhg", -0.4, -4.0, 4.0, "right gauge reads too high"),
@@ -137,14 +122,13 @@ MANIFOLD_PRESSURE_GAUGE = SensorEffect(
     source="aircraft gauges are read to some 0.2 inHg and err by as much again (estimate)",
     what="The recorded manifold pressure is not that of the engine.",
     shows_in=POWER,
-    changes=MANIFOLD_PRESSURE_GAUGE_CHANNELS,
-    function=_offset,
+    changes=GAUGES,
+    function=both_read("manifold_pressure", "_inhg", lambda pressure, error: pressure + error * INCH_OF_MERCURY),
 )
 
 MANIFOLD_PRESSURE_SCALE = SensorEffect(
     name="manifold_pressure_scale",
     family="propulsion",
-    acts_on="sensors",
     parameters=(
         Parameter("left", 0.02, -0.2, 0.2, "left gauge reads too high by this share"),
         Parameter("right", -0.015, -0.2, 0.2, "right gauge reads too high by this share"),
@@ -153,39 +137,30 @@ MANIFOLD_PRESSURE_SCALE = SensorEffect(
     what="The scale of the manifold-pressure gauges is wrong.",
     shows_in=POWER,
     variant_of="manifold_pressure_gauge",
-    changes=MANIFOLD_PRESSURE_GAUGE_CHANNELS,
-    function=_scale,
+    for_whole_flight=True,
+    changes=GAUGES,
+    function=both_read("manifold_pressure", "", lambda pressure, error: (1.0 + error) * pressure),
 )
 
 
 # Engines that give less power for the fuel they burn.
 
-POWER_DEFICIT_NAME = "power_deficit"
 
-
-def _build_power_deficit(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
+def _build_power_deficit(sizes: Sizes, baseline: Baseline) -> Overlay:
     settings = []
-    for engine, key in zip(
-        left_and_right(POWER_DEFICIT_NAME, baseline), ("left_fraction", "right_fraction"), strict=True
-    ):
+    for engine, missing in _of_engines(POWER_DEFICIT, baseline):
         fuel = baseline.engines[engine].fuel_per_power
         if fuel <= 0.0:
-            raise BadInputError(
-                f"effect {POWER_DEFICIT_NAME!r} needs piston engines that state their bsfc; leave it out"
-            )
+            raise BadInputError("effect 'power_deficit' needs piston engines that state their bsfc; leave it out")
         # JSBSim's power is fuel flow over bsfc: a larger bsfc takes power away and leaves the fuel flow.
         path = f"propulsion/engine[{engine}]/bsfc-lbs_hphr"
-        settings.append(PropertySetting(path, quotient(fuel, difference(1.0, size(POWER_DEFICIT_NAME, key)))))
-    return Overlay(
-        sizes=tuple((size(POWER_DEFICIT_NAME, key), value) for key, value in sizes.items()),
-        settings=tuple(settings),
-    )
+        settings.append(PropertySetting(path, quotient(fuel, difference(1.0, missing))))
+    return Overlay(sizes=POWER_DEFICIT.held(sizes), settings=tuple(settings))
 
 
 POWER_DEFICIT = AircraftEffect(
-    name=POWER_DEFICIT_NAME,
+    name="power_deficit",
     family="propulsion",
-    acts_on="aircraft",
     parameters=(
         Parameter("left_fraction", 0.06, -0.3, 0.5, "share of the left engine's indicated power that is missing"),
         Parameter("right_fraction", 0.03, -0.3, 0.5, "the same for the right engine"),
@@ -199,29 +174,18 @@ POWER_DEFICIT = AircraftEffect(
 
 # Propellers that give less thrust for their power: damaged, or of another type than in the model.
 
-PROPELLER_EFFICIENCY_NAME = "propeller_efficiency"
 
-
-def _build_propeller_efficiency(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
-    forces = [
-        BodyForce(
-            product(size(PROPELLER_EFFICIENCY_NAME, key), f"propulsion/engine[{i}]/thrust-lbs"),
-            baseline.engines[i].location,
-        )
-        for i, key in zip(
-            left_and_right(PROPELLER_EFFICIENCY_NAME, baseline), ("left_change", "right_change"), strict=True
-        )
-    ]
-    return Overlay(
-        sizes=tuple((size(PROPELLER_EFFICIENCY_NAME, key), value) for key, value in sizes.items()),
-        forces=tuple(forces),
+def _build_propeller_efficiency(sizes: Sizes, baseline: Baseline) -> Overlay:
+    forces = tuple(
+        BodyForce(product(path, f"propulsion/engine[{i}]/thrust-lbs"), baseline.engines[i].location)
+        for i, path in _of_engines(PROPELLER_EFFICIENCY, baseline)
     )
+    return Overlay(sizes=PROPELLER_EFFICIENCY.held(sizes), forces=forces)
 
 
 PROPELLER_EFFICIENCY = AircraftEffect(
-    name=PROPELLER_EFFICIENCY_NAME,
+    name="propeller_efficiency",
     family="propulsion",
-    acts_on="aircraft",
     parameters=(
         Parameter("left_change", -0.04, -0.4, 0.2, "relative change of the left propeller's thrust"),
         Parameter("right_change", -0.04, -0.4, 0.2, "the same for the right propeller"),
@@ -235,22 +199,12 @@ PROPELLER_EFFICIENCY = AircraftEffect(
 
 # Throttle pickups that are not linear: right at both ends of the travel, wrong between them.
 
-THROTTLE_PICKUP_CHANNELS = ("throttle_left", "throttle_right")
-
-
-def _apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    bends = (sizes["left"], sizes["right"])
-    read = {
-        name: signals[name] + 4.0 * bend * signals[name] * (1.0 - signals[name])
-        for name, bend in zip(THROTTLE_PICKUP_CHANNELS, bends, strict=True)
-    }
-    return signals.with_channels(**read)
+THROTTLES = ("throttle_left", "throttle_right")
 
 
 THROTTLE_PICKUP = SensorEffect(
     name="throttle_pickup",
     family="propulsion",
-    acts_on="sensors",
     parameters=(
         Parameter("left", 0.03, -0.2, 0.2, "left throttle reads too far open at half travel, share of the travel"),
         Parameter("right", -0.02, -0.2, 0.2, "the same of the right throttle"),
@@ -259,33 +213,28 @@ THROTTLE_PICKUP = SensorEffect(
     "between the ends",
     what="The throttle pickups bend: the recorded throttles err between idle and full.",
     shows_in=POWER,
-    changes=THROTTLE_PICKUP_CHANNELS,
-    function=_apply,
+    for_whole_flight=True,
+    changes=THROTTLES,
+    function=both_read("throttle", "", lambda travel, bend: travel + 4.0 * bend * travel * (1.0 - travel)),
 )
 
 
 # Throttles that differ while their levers stand together.
 
-THROTTLE_RIGGING_NAME = "throttle_rigging"
-
-_PATHS = {"left": "ap/throttle-bias-left-norm", "right": "ap/throttle-bias-right-norm"}
+BIASES = ("ap/throttle-bias-left-norm", "ap/throttle-bias-right-norm")
 
 
-def _build_throttle_rigging(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
-    require_declared(THROTTLE_RIGGING_NAME, baseline, *_PATHS.values())
+def _build_throttle_rigging(sizes: Sizes, baseline: Baseline) -> Overlay:
+    require_declared(THROTTLE_RIGGING.name, baseline, *BIASES)
     # Times one: an expression must be XML, and the bare path of a property is not.
-    settings = tuple(
-        PropertySetting(path, product(size(THROTTLE_RIGGING_NAME, side), 1.0)) for side, path in _PATHS.items()
-    )
-    return Overlay(
-        sizes=tuple((size(THROTTLE_RIGGING_NAME, key), value) for key, value in sizes.items()), settings=settings
-    )
+    pairs = zip(BIASES, THROTTLE_RIGGING.paths(), strict=True)
+    settings = tuple(PropertySetting(bias, product(path, 1.0)) for bias, path in pairs)
+    return Overlay(sizes=THROTTLE_RIGGING.held(sizes), settings=settings)
 
 
 THROTTLE_RIGGING = AircraftEffect(
-    name=THROTTLE_RIGGING_NAME,
+    name="throttle_rigging",
     family="propulsion",
-    acts_on="aircraft",
     parameters=(
         Parameter("left", 0.02, -0.2, 0.2, "left throttle more open, share of the plate's travel"),
         Parameter("right", -0.02, -0.2, 0.2, "right throttle more open"),
@@ -293,5 +242,19 @@ THROTTLE_RIGGING = AircraftEffect(
     source="cable rigging: lever stagger of some 2 % of travel (estimate)",
     what="The engines give different power with the levers together.",
     shows_in=POWER,
+    for_whole_flight=True,
     build=_build_throttle_rigging,
+)
+
+
+# The order of this page's effects in every table.
+PROPULSION: tuple[Effect, ...] = (
+    FRICTION_LOSS,
+    GOVERNOR_SPEED,
+    MANIFOLD_PRESSURE_GAUGE,
+    MANIFOLD_PRESSURE_SCALE,
+    POWER_DEFICIT,
+    PROPELLER_EFFICIENCY,
+    THROTTLE_PICKUP,
+    THROTTLE_RIGGING,
 )

@@ -1,59 +1,64 @@
 """Effects of the data system: clocks, GPS receiver, compass, inertial unit, probe and vanes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 
 from pitotbench import air
 from pitotbench.axes import body_to_earth
 from pitotbench.channels import numbers_from
+from pitotbench.effects.choice import elapsed
 from pitotbench.effects.effect import (
     CHANGING_AIRSPEED,
     RANGE_OF_AIRSPEED,
     SIDESLIP,
     TEMPERATURE,
     TURNING,
+    Effect,
     Parameter,
     SensorEffect,
+    SensorFunction,
+    Sizes,
+    reads,
 )
 from pitotbench.effects.pneumatic import play
 from pitotbench.effects.response import Signals, delayed, first_order
 from pitotbench.units import DEGREE, Array
 
-# The channels of the air-data bus. A fault of the bus changes them together.
-
+# The channels that a fault of the air-data bus changes together, and those of GPS velocity and of attitude.
 AIR_DATA = ("impact_pressure", "static_pressure", "total_temperature")
+VELOCITIES = ("velocity_north", "velocity_east", "velocity_down")
+ATTITUDE = ("roll", "pitch", "heading")
+RATES = ("roll_rate", "pitch_rate", "yaw_rate")
+
+
+def _late(names: tuple[str, ...], latency: Callable[[Signals, Sizes], Array | float]) -> SensorFunction:
+    """The function of channels that are recorded late, those that a log has; `latency` [s] may change in time."""
+    return lambda signals, sizes: signals.with_channels(
+        **{name: delayed(signals, signals[name], latency(signals, sizes)) for name in names if name in signals}
+    )
 
 
 # Air data that are stamped when they arrive: one delay of the bus for all of them.
 
-
-def _apply_air_data_latency(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    present = [name for name in AIR_DATA if name in signals]
-    return signals.with_channels(**{name: delayed(signals, signals[name], sizes["latency_s"]) for name in present})
-
-
 AIR_DATA_LATENCY = SensorEffect(
     name="air_data_latency",
     family="das",
-    acts_on="sensors",
     parameters=(Parameter("latency_s", 0.3, 0.01, 3.0, "time by which pressures and temperature are late"),),
     source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
     what="Pressures and temperature are recorded late against GPS and attitude.",
     shows_in=CHANGING_AIRSPEED,
     changes=AIR_DATA[:2],
     also=AIR_DATA[2:],
-    function=_apply_air_data_latency,
+    function=_late(AIR_DATA, lambda signals, sizes: sizes["latency_s"]),
 )
 
 
 # A GPS antenna that is not at the center of gravity: it has its own height, and rotation adds to its velocity.
 
-ANTENNA_LEVER_ARM_ATTITUDE = ("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate")
 
-
-def _apply_antenna_lever_arm(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    roll, pitch, heading, p, q, r = (signals[name] for name in ANTENNA_LEVER_ARM_ATTITUDE)
+def _apply_antenna_lever_arm(signals: Signals, sizes: Sizes) -> Signals:
+    roll, pitch, heading, p, q, r = (signals[name] for name in (*ATTITUDE, *RATES))
     x, y, z = sizes["forward_m"], sizes["right_m"], sizes["down_m"]
     # ω × r in body axes; the log's velocity is in earth axes.
     swing = np.stack([q * z - r * y, r * x - p * z, p * y - q * x])
@@ -69,7 +74,6 @@ def _apply_antenna_lever_arm(signals: Signals, sizes: Mapping[str, float]) -> Si
 ANTENNA_LEVER_ARM = SensorEffect(
     name="antenna_lever_arm",
     family="das",
-    acts_on="sensors",
     parameters=(
         Parameter("forward_m", -3.0, -15.0, 15.0, "antenna ahead of the center of gravity"),
         Parameter("right_m", 1.0, -15.0, 15.0, "antenna right of it"),
@@ -78,66 +82,59 @@ ANTENNA_LEVER_ARM = SensorEffect(
     source="rigid-body kinematics, v = v_cg + ω × r (Stevens and Lewis 2003, Aircraft Control and Simulation)",
     what="GPS velocity and altitude are those of the antenna, which moves around the center of gravity.",
     shows_in=TURNING,
+    for_whole_flight=True,
     changes=("velocity_north", "velocity_east"),
     also=("velocity_down", "altitude"),
-    needs=ANTENNA_LEVER_ARM_ATTITUDE,
+    needs=(*ATTITUDE, *RATES),
     function=_apply_antenna_lever_arm,
 )
 
 
 # Two clocks that differ: the recorder's runs slow or fast against GPS time, so a latency grows with time.
 
-
-def _apply_clock_drift(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    late = 1e-6 * sizes["drift_ppm"] * (signals.time - signals.time[0])
-    present = [name for name in numbers_from("gps") if name in signals]
-    return signals.with_channels(**{name: delayed(signals, signals[name], late) for name in present})
-
-
 CLOCK_DRIFT = SensorEffect(
     name="clock_drift",
     family="das",
-    acts_on="sensors",
     parameters=(Parameter("drift_ppm", 500.0, -5000.0, 5000.0, "GPS data late, a millionth of the time flown"),),
     source="quartz clocks: 20 to 100 ppm by data sheet, some 1,000 ppm for a loaded computer's timer",
     what="The clocks of air data and GPS drift apart during the flight.",
     shows_in=CHANGING_AIRSPEED,
+    for_whole_flight=True,
     changes=("velocity_north", "velocity_east"),
     also=("velocity_down", "altitude"),
-    function=_apply_clock_drift,
+    function=_late(numbers_from("gps"), lambda signals, sizes: 1e-6 * sizes["drift_ppm"] * elapsed(signals)),
 )
 
 
 # A compass with deviation: the recorded heading errs by an angle that depends on the heading.
 
-COMPASS_DEVIATION_SOURCE = (
+COMPASS_SOURCE = (
     "Handbook of Magnetic Compass Adjustment 2004 (NGA, formerly Pub. 226), ch. 5: "
     "B sin ψ + C cos ψ + D sin 2ψ + E cos 2ψ; "
 )
 
 
-def _waves(times: int) -> Callable[[Signals, Mapping[str, float]], Signals]:
+def _waves(times: int) -> SensorFunction:
     """Return the deviation with so many waves in a full turn."""
 
-    def apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-        angle = times * signals["heading"]
-        deviation = sizes["sine_deg"] * np.sin(angle) + sizes["cosine_deg"] * np.cos(angle)
-        return signals.with_channels(heading=signals["heading"] + DEGREE * deviation)
+    def read(heading: Array, sizes: Sizes) -> Array:
+        deviation = sizes["sine_deg"] * np.sin(times * heading) + sizes["cosine_deg"] * np.cos(times * heading)
+        return heading + DEGREE * deviation
 
-    return apply
+    return reads("heading", read)
 
 
 COMPASS_DEVIATION = SensorEffect(
     name="compass_deviation",
     family="das",
-    acts_on="sensors",
     parameters=(
         Parameter("sine_deg", 1.5, -20.0, 20.0, "heading too large on east: coefficient B"),
         Parameter("cosine_deg", -1.0, -20.0, 20.0, "heading too large on north: coefficient C"),
     ),
-    source=COMPASS_DEVIATION_SOURCE + "14 CFR 25.1327: at most 10° once compensated",
+    source=COMPASS_SOURCE + "14 CFR 25.1327: at most 10° once compensated",
     what="Magnetized parts of the airplane turn the compass: the heading has a semicircular deviation.",
     shows_in=TURNING,
+    for_whole_flight=True,
     changes=("heading",),
     function=_waves(1),
 )
@@ -145,14 +142,14 @@ COMPASS_DEVIATION = SensorEffect(
 QUADRANTAL_DEVIATION = SensorEffect(
     name="quadrantal_deviation",
     family="das",
-    acts_on="sensors",
     parameters=(
         Parameter("sine_deg", 1.0, -10.0, 10.0, "heading too large on northeast: coefficient D"),
         Parameter("cosine_deg", -0.5, -10.0, 10.0, "heading too large on north and south: coefficient E"),
     ),
-    source=COMPASS_DEVIATION_SOURCE + "D and E come from induced magnetism",
+    source=COMPASS_SOURCE + "D and E come from induced magnetism",
     what="Soft iron in the airplane bends the earth's field: the heading has a quadrantal deviation.",
     shows_in=TURNING,
+    for_whole_flight=True,
     changes=("heading",),
     function=_waves(2),
 )
@@ -161,7 +158,7 @@ QUADRANTAL_DEVIATION = SensorEffect(
 # Lost frames of air data, which the recorder fills with the last good one.
 
 
-def _apply_dropped_samples(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_dropped_samples(signals: Signals, sizes: Sizes) -> Signals:
     # Bursts begin at random, so often that the share of lost rows comes out right. The first row of a stretch is
     # never lost: the recorder has no earlier value to repeat.
     draw = np.random.default_rng(int(sizes["seed"]))
@@ -177,7 +174,6 @@ def _apply_dropped_samples(signals: Signals, sizes: Mapping[str, float]) -> Sign
 DROPPED_SAMPLES = SensorEffect(
     name="dropped_samples",
     family="das",
-    acts_on="sensors",
     parameters=(
         Parameter("fraction", 0.05, 0.001, 0.5, "share of the rows that is lost"),
         Parameter("burst_rows", 4.0, 1.0, 200.0, "rows lost at once", shape=True),
@@ -195,33 +191,23 @@ DROPPED_SAMPLES = SensorEffect(
 
 # A GPS solution that is stamped when it arrives, not when it was true.
 
-
-def _apply_gps_latency(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    present = [name for name in numbers_from("gps") if name in signals]
-    late = {name: delayed(signals, signals[name], sizes["latency_s"]) for name in present}
-    return signals.with_channels(**late)
-
-
 GPS_LATENCY = SensorEffect(
     name="gps_latency",
     family="das",
-    acts_on="sensors",
     parameters=(Parameter("latency_s", 0.3, 0.01, 3.0, "time by which GPS velocity and altitude are late"),),
     source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
     what="GPS velocity and altitude are recorded late against the air data.",
     shows_in=CHANGING_AIRSPEED,
     changes=("velocity_north", "velocity_east"),
     also=("velocity_down", "altitude"),
-    function=_apply_gps_latency,
+    function=_late(numbers_from("gps"), lambda signals, sizes: sizes["latency_s"]),
 )
 
 
 # A receiver that filters its velocity: late in a ramp, and rounded where the velocity changes direction.
 
-VELOCITIES = ("velocity_north", "velocity_east", "velocity_down")
 
-
-def _apply_gps_smoothing(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_gps_smoothing(signals: Signals, sizes: Sizes) -> Signals:
     present = [name for name in VELOCITIES if name in signals]
     return signals.with_channels(**{name: first_order(signals, signals[name], sizes["lag_s"]) for name in present})
 
@@ -229,7 +215,6 @@ def _apply_gps_smoothing(signals: Signals, sizes: Mapping[str, float]) -> Signal
 GPS_SMOOTHING = SensorEffect(
     name="gps_smoothing",
     family="das",
-    acts_on="sensors",
     parameters=(Parameter("lag_s", 0.3, 0.01, 3.0, "time constant of the receiver's filter"),),
     source="receivers' low-dynamics navigation filters; first-order form (estimate)",
     what="The receiver smooths its velocity and so delays it.",
@@ -244,7 +229,7 @@ GPS_SMOOTHING = SensorEffect(
 # A GPS velocity of the wrong scale: a unit, a latitude or a map projection that does not fit.
 
 
-def _apply_gps_velocity_scale(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_gps_velocity_scale(signals: Signals, sizes: Sizes) -> Signals:
     return signals.with_channels(
         velocity_north=(1.0 + sizes["north"]) * signals["velocity_north"],
         velocity_east=(1.0 + sizes["east"]) * signals["velocity_east"],
@@ -254,7 +239,6 @@ def _apply_gps_velocity_scale(signals: Signals, sizes: Mapping[str, float]) -> S
 GPS_VELOCITY_SCALE = SensorEffect(
     name="gps_velocity_scale",
     family="das",
-    acts_on="sensors",
     parameters=(
         Parameter("north", 0.01, -0.2, 0.2, "velocity toward north too large by this share"),
         Parameter("east", 0.01, -0.2, 0.2, "velocity toward east too large by this share"),
@@ -263,6 +247,7 @@ GPS_VELOCITY_SCALE = SensorEffect(
     "of longitude, which a latitude that is wrong by 1° at 40° changes by 1.5 %",
     what="The horizontal velocity of the GPS has a wrong scale.",
     shows_in=RANGE_OF_AIRSPEED,
+    for_whole_flight=True,
     changes=("velocity_north", "velocity_east"),
     function=_apply_gps_velocity_scale,
 )
@@ -270,22 +255,18 @@ GPS_VELOCITY_SCALE = SensorEffect(
 
 # An inertial unit that is not aligned with the airplane: attitude, rates and forces are in its own axes.
 
-INERTIAL_UNIT_MISALIGNMENT_ATTITUDE = ("roll", "pitch", "heading")
-
-RATES = ("roll_rate", "pitch_rate", "yaw_rate")
-
 FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
 
 
-def _unit_axes(sizes: Mapping[str, float]) -> Array:
+def _unit_axes(sizes: Sizes) -> Array:
     """Return the axes of the unit, one a row, in the axes of the airplane."""
     angles = (DEGREE * sizes[name] for name in ("roll_deg", "pitch_deg", "yaw_deg"))
     return body_to_earth(np.eye(3), *(np.full(3, angle) for angle in angles)).T
 
 
-def _apply_inertial_unit_misalignment(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_inertial_unit_misalignment(signals: Signals, sizes: Sizes) -> Signals:
     axes = _unit_axes(sizes)
-    roll, pitch, heading = (signals[name] for name in INERTIAL_UNIT_MISALIGNMENT_ATTITUDE)
+    roll, pitch, heading = (signals[name] for name in ATTITUDE)
     forward, right, down = (
         body_to_earth(np.repeat(axis[:, None], len(signals), axis=1), roll, pitch, heading) for axis in axes
     )
@@ -305,7 +286,6 @@ def _apply_inertial_unit_misalignment(signals: Signals, sizes: Mapping[str, floa
 INERTIAL_UNIT_MISALIGNMENT = SensorEffect(
     name="inertial_unit_misalignment",
     family="das",
-    acts_on="sensors",
     parameters=(
         Parameter("roll_deg", 1.0, -15.0, 15.0, "unit mounted right wing down"),
         Parameter("pitch_deg", 1.0, -15.0, 15.0, "unit mounted nose up"),
@@ -315,7 +295,8 @@ INERTIAL_UNIT_MISALIGNMENT = SensorEffect(
     "1° is a mount that was leveled by eye (estimate)",
     what="The inertial unit is not aligned with the airplane.",
     shows_in=TURNING,
-    changes=INERTIAL_UNIT_MISALIGNMENT_ATTITUDE,
+    for_whole_flight=True,
+    changes=ATTITUDE,
     also=(*RATES, *FORCES),
     function=_apply_inertial_unit_misalignment,
 )
@@ -326,7 +307,7 @@ INERTIAL_UNIT_MISALIGNMENT = SensorEffect(
 PRESSURES = ("impact_pressure", "static_pressure")
 
 
-def _apply_quantization(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_quantization(signals: Signals, sizes: Sizes) -> Signals:
     step = sizes["step_pa"]
     return signals.with_channels(**{name: np.rint(signals[name] / step) * step for name in PRESSURES})
 
@@ -334,7 +315,6 @@ def _apply_quantization(signals: Signals, sizes: Mapping[str, float]) -> Signals
 QUANTIZATION = SensorEffect(
     name="quantization",
     family="das",
-    acts_on="sensors",
     parameters=(Parameter("step_pa", 40.0, 1.0, 500.0, "step of both pressures"),),
     source="Widrow and Kollár 2008, Quantization Noise: a step q adds q²/12; 34 Pa is 12 bits over 138 kPa",
     what="The pressures are stored in coarse steps.",
@@ -350,7 +330,7 @@ QUANTIZATION = SensorEffect(
 _SLACK = 1e-6  # periods: a row this close to a refresh has it
 
 
-def _apply_sample_and_hold(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_sample_and_hold(signals: Signals, sizes: Sizes) -> Signals:
     source = np.arange(len(signals))
     for part in signals.stretches():
         time = signals.time[part]
@@ -362,7 +342,6 @@ def _apply_sample_and_hold(signals: Signals, sizes: Mapping[str, float]) -> Sign
 SAMPLE_AND_HOLD = SensorEffect(
     name="sample_and_hold",
     family="das",
-    acts_on="sensors",
     parameters=(Parameter("period_s", 0.25, 0.02, 5.0, "time between new values"),),
     source="Martos, Kiszely and Foster 2011, §II.C: data systems of several rates on one time base",
     what="Air data refresh more slowly than they are recorded: each value repeats.",
@@ -377,49 +356,38 @@ SAMPLE_AND_HOLD = SensorEffect(
 # A transducer or amplifier whose range ends below the speeds flown.
 
 
-# Acts after the noise: an amplifier at its limit gives a constant, not noise around it.
-def _apply_saturation(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    return signals.with_channels(impact_pressure=np.minimum(signals["impact_pressure"], sizes["ceiling_pa"]))
-
-
 SATURATION = SensorEffect(
     name="saturation",
     family="das",
-    acts_on="sensors",
     parameters=(Parameter("ceiling_pa", 3500.0, 500.0, 20000.0, "greatest impact pressure; 0 for none"),),
     source="range of the transducer or of its amplifier; 3,500 Pa is 146 KIAS",
     what="Above some airspeed the impact pressure does not rise any more.",
     shows_in=RANGE_OF_AIRSPEED,  # only the highest airspeeds reach the ceiling
     changes=("impact_pressure",),
-    after_noise=True,
-    function=_apply_saturation,
+    after_noise=True,  # an amplifier at its limit gives a constant, not noise around it
+    function=reads("impact_pressure", lambda pressure, sizes: np.minimum(pressure, sizes["ceiling_pa"])),
 )
 
 
 # Errors of the temperature probe: it measures less than the whole ram rise, or reads too warm.
 
-TEMPERATURE_PROBE_SOURCE = (
+PROBE_SOURCE = (
     "Trenkle and Reinhardt 1973, AGARDograph 160 vol. 2: recovery 0.6 to 0.99; probe errors of some kelvin"
 )
 
 
-def _recovery(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _recovery(signals: Signals, sizes: Sizes) -> Signals:
     # Noise can make the impact pressure slightly negative at rest, where the Mach number is zero.
     mach = air.mach_from_impact_pressure(signals["impact_pressure"].clip(min=0.0), signals["static_pressure"])
     static = air.air_temperature(signals["total_temperature"], mach)
     return signals.with_channels(total_temperature=air.total_temperature(static, mach, 1.0 - sizes["deficit"]))
 
 
-def _bias(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-    return signals.with_channels(total_temperature=np.asarray(signals["total_temperature"] + sizes["bias_k"]))
-
-
 RECOVERY_DEFICIT = SensorEffect(
     name="recovery_deficit",
     family="das",
-    acts_on="sensors",
     parameters=(Parameter("deficit", 0.2, -0.2, 1.0, "one minus the recovery factor, against full recovery"),),
-    source=TEMPERATURE_PROBE_SOURCE,
+    source=PROBE_SOURCE,
     what="The temperature probe measures only part of the ram rise.",
     shows_in=TEMPERATURE,
     changes=("total_temperature",),
@@ -430,68 +398,62 @@ RECOVERY_DEFICIT = SensorEffect(
 TEMPERATURE_BIAS = SensorEffect(
     name="temperature_bias",
     family="das",
-    acts_on="sensors",
     parameters=(Parameter("bias_k", 2.5, -15.0, 15.0, "reading above the probe's temperature"),),
-    source=TEMPERATURE_PROBE_SOURCE,
+    source=PROBE_SOURCE,
     what="The temperature probe reads too warm or too cold by a constant.",
     shows_in=TEMPERATURE,
     changes=("total_temperature",),
-    function=_bias,
+    function=reads("total_temperature", lambda temperature, sizes: temperature + sizes["bias_k"]),
 )
 
 
 # Flow vanes with a wrong calibration: upwash that was not measured, or a vane that was not set to zero.
 
-VANE_CALIBRATION_SOURCE = (
+VANE_SOURCE = (
     "Gracey 1958, NACA TN 4351: the flow at a vane is that of the airplane with its upwash; "
     "Haering 1995, NASA TM-104316: scale and offset of flow angles are calibrated in flight"
 )
 
 
-def _read(channel: str) -> Callable[[Signals, Mapping[str, float]], Signals]:
-    def apply(signals: Signals, sizes: Mapping[str, float]) -> Signals:
-        return signals.with_channels(
-            **{channel: (1.0 + sizes["scale"]) * signals[channel] + DEGREE * sizes["offset_deg"]}
-        )
-
-    return apply
+def _vane(angle: Array, sizes: Sizes) -> Array:
+    return (1.0 + sizes["scale"]) * angle + DEGREE * sizes["offset_deg"]
 
 
 ALPHA_VANE_CALIBRATION = SensorEffect(
     name="alpha_vane_calibration",
     family="das",
-    acts_on="sensors",
     parameters=(
         Parameter("scale", 0.1, -0.5, 1.0, "reading too large by this share of the angle: upwash"),
         Parameter("offset_deg", 1.0, -10.0, 10.0, "reading at zero angle of attack"),
     ),
-    source=VANE_CALIBRATION_SOURCE,
+    source=VANE_SOURCE,
     what="The vane of the angle of attack has a wrong scale or zero.",
     shows_in=RANGE_OF_AIRSPEED,
+    for_whole_flight=True,
     changes=("angle_of_attack",),
-    function=_read("angle_of_attack"),
+    function=reads("angle_of_attack", _vane),
 )
 
 SIDESLIP_VANE_CALIBRATION = SensorEffect(
     name="sideslip_vane_calibration",
     family="das",
-    acts_on="sensors",
     parameters=(
         Parameter("scale", 0.1, -0.5, 1.0, "reading too large by this share of the angle: sidewash"),
         Parameter("offset_deg", 1.0, -10.0, 10.0, "reading at zero sideslip"),
     ),
-    source=VANE_CALIBRATION_SOURCE,
+    source=VANE_SOURCE,
     what="The vane of the sideslip has a wrong scale or zero.",
     shows_in=SIDESLIP,
+    for_whole_flight=True,
     changes=("sideslip",),
-    function=_read("sideslip"),
+    function=reads("sideslip", _vane),
 )
 
 
 # Flow vanes that stick: they follow the flow only once it has turned by more than their friction holds.
 
 
-def _apply_vane_friction(signals: Signals, sizes: Mapping[str, float]) -> Signals:
+def _apply_vane_friction(signals: Signals, sizes: Sizes) -> Signals:
     return signals.with_channels(
         angle_of_attack=play(signals["angle_of_attack"], DEGREE * sizes["alpha_deg"]),
         sideslip=play(signals["sideslip"], DEGREE * sizes["sideslip_deg"]),
@@ -501,7 +463,6 @@ def _apply_vane_friction(signals: Signals, sizes: Mapping[str, float]) -> Signal
 VANE_FRICTION = SensorEffect(
     name="vane_friction",
     family="das",
-    acts_on="sensors",
     parameters=(
         Parameter("alpha_deg", 0.5, 0.02, 10.0, "angle of attack that turns the vane back after a turn-round"),
         Parameter("sideslip_deg", 0.5, 0.02, 10.0, "the same of the sideslip vane"),
@@ -512,4 +473,27 @@ VANE_FRICTION = SensorEffect(
     shows_in=SIDESLIP,
     changes=("angle_of_attack", "sideslip"),
     function=_apply_vane_friction,
+)
+
+
+# The order of this page's effects in every table.
+RECORDER: tuple[Effect, ...] = (
+    AIR_DATA_LATENCY,
+    ANTENNA_LEVER_ARM,
+    CLOCK_DRIFT,
+    COMPASS_DEVIATION,
+    QUADRANTAL_DEVIATION,
+    DROPPED_SAMPLES,
+    GPS_LATENCY,
+    GPS_SMOOTHING,
+    GPS_VELOCITY_SCALE,
+    INERTIAL_UNIT_MISALIGNMENT,
+    QUANTIZATION,
+    SAMPLE_AND_HOLD,
+    SATURATION,
+    RECOVERY_DEFICIT,
+    TEMPERATURE_BIAS,
+    ALPHA_VANE_CALIBRATION,
+    SIDESLIP_VANE_CALIBRATION,
+    VANE_FRICTION,
 )

@@ -14,16 +14,13 @@ import numpy as np
 from pitotbench import air
 from pitotbench.logbook.columns import Table, clock_seconds, joined_clock, numbers, parse_column
 from pitotbench.logbook.draft import Draft
+from pitotbench.records.accuracy import USUAL_ACCURACIES
 from pitotbench.units import Array, Booleans, from_si, to_si
 
 # 2σ of a value known to one step, in steps.
 _TWO_SIGMA = float(2.0 / np.sqrt(12.0))
-
 _FINE = 1e-3  # of the median size of the values: a finer step does not matter
-
 _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
-
-_USUAL_VELOCITY = 0.05  # m/s, 2σ, of `calibrate.accuracy`: that of the receiver, to which the display's adds
 
 
 def derive(draft: Draft, header: dict[str, Any]) -> None:
@@ -107,7 +104,7 @@ def _velocity(draft: Draft, header: dict[str, Any]) -> None:
             draft.columns["gps_fresh"] = draft.columns["ground_speed"]
         header["display"] = {**_table(header, "display"), "ground_speed_mps": step}
         if "velocity_mps" not in _table(header, "accuracy"):
-            bound = float(np.hypot(_USUAL_VELOCITY, _TWO_SIGMA * step))
+            bound = float(np.hypot(USUAL_ACCURACIES["velocity_mps"], _TWO_SIGMA * step))  # receiver and display
             header["accuracy"] = {**_table(header, "accuracy"), "velocity_mps": bound}
 
 

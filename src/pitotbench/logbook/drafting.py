@@ -23,38 +23,13 @@ from pitotbench.units import Array, to_si
 _BRACKETS = re.compile(r"[\[({]([^\])}]*)[\])}]")
 
 # Words that say which box measured, or in which axes; without them a name is the quantity's.
-_SYSTEMS = frozenset(
-    [
-        "gps",
-        "gnss",
-        "adc",
-        "dadc",
-        "ins",
-        "imu",
-        "ahrs",
-        "ekf",
-        "egi",
-        "gin",
-        "ned",
-        "air",
-        "data",
-        "sensor",
-        "primary",
-        "true",
-        "efis",
-        "fms",
-        "0",
-        "1",
-        "2",
-    ]
-)
-
+_SYSTEMS = frozenset((
+    "gps", "gnss", "adc", "dadc", "ins", "imu", "ahrs", "ekf", "egi", "gin", "ned", "air", "data", "sensor",
+    "primary", "true", "efis", "fms", "0", "1", "2",
+))  # fmt: skip
 _IN_KNOTS = frozenset(("kias", "kcas", "ktgs", "kgs"))
-
 _FASTEST = 2e-3  # s between rows: 500 Hz; a clock that seems faster is in another unit
-
 _EXACT, _PART, _NEAR = 1.0, 0.8, 0.6
-
 _SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
 
 
@@ -111,7 +86,7 @@ def _with_units(
     if written in SCALED and SCALED[written][0] in quantity.suffixes:
         suffix, factor = SCALED[written]
         return [Guess(name, quantity.name, (suffix,), score, True, sign * factor)]
-    stated = next((s for s in quantity.suffixes if written in UNIT_WORDS.get(s, "").split()), None)
+    stated = next((s for s in quantity.suffixes if written in UNIT_WORDS.get(s, ())), None)
     if stated is not None:
         return (
             [Guess(name, quantity.name, (stated,), score, True, sign)]
@@ -201,7 +176,7 @@ def _parts(token: str) -> list[str]:
 
 
 def _is_unit(word: str) -> bool:
-    return word in SCALED or any(word in known.split() for known in UNIT_WORDS.values())
+    return word in SCALED or any(word in known for known in UNIT_WORDS.values())
 
 
 def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
@@ -228,7 +203,6 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
 # Where both are there, the one that needs no unit by guess tells the unit of the other.
 
 _AIRSPEED_AGREES = 0.05  # of the airspeed: a display shows the impact pressure of its own source
-
 _HEIGHT_AGREES = 250.0  # m, more than a static source errs; a unit errs by kilometers
 
 _PAIRS: tuple[tuple[str, tuple[str, ...], Callable[[Array], Array]], ...] = (
@@ -281,9 +255,7 @@ def _near(one: Array, other: Array, pressure: str) -> bool:
 # agree.
 
 _ROWS = 2000  # of a long log that are tried
-
 _MOST_TRIALS = 48
-
 _SURE = 0.7  # score of a name above which it is the field's own
 
 _NEEDED = (

@@ -10,7 +10,6 @@ from pitotbench.logbook.columns import QUANTITIES
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.plausible_air import (
     LIMITS,
-    UNIT_WORDS,
     at_ceiling,
     check_height,
     check_rise,
@@ -28,25 +27,15 @@ from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array
 # factor, with the wind's usual size as knowledge, is large, and nothing is said.
 
 _FLYING = 5.0  # m/s over ground
-
 _SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
-
 _ROWS = 600  # that the fit looks at: more rows add nothing to a factor
-
 _FEWEST = 20
-
 _LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as one
-
 _SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as its weight was right
-
 _GUST = 0.5  # m/s: what stays in the calmest air
-
 _ZERO_LEADS = 2.0  # times what the scale contributes, for a zero offset to be named
-
 _SMALL_ZERO = 30.0  # Pa: a smaller one is not what brings the speeds apart
-
 _SCALE_SPREAD = 10.0  # 1σ of the logarithm of the factor before the log is looked at: as good as unknown
-
 _CHANGE_SPREAD = 0.5  # 1σ of a change of the factor within the log, before the log is looked at
 
 
@@ -179,7 +168,7 @@ def _check_axes(draft: Draft, flown: FlownRows, factor: Factor) -> None:
             other = replace(flown, **{axis: getattr(flown, axis) * times})
             if find_factor(other).misfit < LIMITS.axes_better * factor.misfit:
                 raise BadInputError(
-                    f"column {draft.columns[name]!r}: this component alone looks like {UNIT_WORDS[suffix]}: "
+                    f"column {draft.columns[name]!r}: this component alone looks like {SUFFIXES[suffix].words}: "
                     f"name the column {name}_{suffix}"
                 )
 
@@ -237,13 +226,13 @@ def _fits(draft: Draft, flown: FlownRows) -> list[str]:
     for suffix, times in other_units(draft, "velocity_north"):
         if _explains(replace(flown, north=flown.north * times, east=flown.east * times)):
             columns = f"velocity_north_{suffix} and velocity_east_{suffix}"
-            fits.append(f"these look like {UNIT_WORDS[suffix]}: name the columns {columns}")
+            fits.append(f"these look like {SUFFIXES[suffix].words}: name the columns {columns}")
     column = draft.columns["impact_pressure"]
     if not column.startswith("impact_pressure"):
         return fits  # formed from a total pressure: another unit of it would have been refused
     for suffix, times in other_units(draft, "impact_pressure"):
         if _explains(replace(flown, impact=flown.impact * times)):
-            fits.append(f"{column!r} looks like {UNIT_WORDS[suffix]}: name the column impact_pressure_{suffix}")
+            fits.append(f"{column!r} looks like {SUFFIXES[suffix].words}: name the column impact_pressure_{suffix}")
     return fits
 
 
@@ -279,7 +268,6 @@ def _offset(factor: Factor, impact_pressure: float) -> float:
 # exchanged axes or with one wrong sign is the mirror image, a·V·e^(−iψ) + wind; the angle of a says which.
 
 Complex = NDArray[np.complex128]
-
 _MIRRORED = {  # degrees of the angle of a, to the nearest quarter of a turn
     0: "the east velocity has the wrong sign",
     90: "the north and east velocities are exchanged",

@@ -63,24 +63,6 @@ class Limits:
 
 
 LIMITS = Limits()
-
-UNIT_WORDS = {
-    "pa": "pascals",
-    "hpa": "hectopascals",
-    "psi": "pounds per square inch",
-    "psf": "pounds per square foot",
-    "inhg": "inches of mercury",
-    "mmhg": "millimeters of mercury",
-    "inh2o": "inches of water",
-    "mps": "meters per second",
-    "kt": "knots",
-    "fps": "feet per second",
-    "mph": "miles per hour",
-    "kmh": "kilometers per hour",
-    "fpm": "feet per minute",
-}
-
-
 _ROWS = 20_000  # that medians and slopes are taken over: more would only take time
 
 
@@ -96,7 +78,6 @@ def other_units(draft: Draft, name: str) -> list[tuple[str, float]]:
 
 
 _BLOCK = 5.0  # s, over which values are averaged: longer than the probe, the gauge and the receiver lag
-
 _LASTING = 4.0  # blocks for which weather and gusts last: as many times fewer blocks count for the error
 
 
@@ -123,7 +104,6 @@ def block_slope(time: Array, design: Array, values: Array) -> tuple[float, float
 # Temperature against the standard day, and against what a probe does as the airplane speeds up.
 
 TEMPERATURES = ("total_temperature", "air_temperature")
-
 _SHOULD_MOVE = 0.5  # K, standard deviation: a probe that should move by more cannot stand still
 
 
@@ -315,9 +295,7 @@ def _refuse_total(draft: Draft, static: Array, height: Array) -> None:
 
 
 _FEWEST = 10.0  # new samples at the greatest value; sensor noise reaches its greatest value once
-
 _STANDS_OUT = 5.0  # times the samples one step lower; those of a smooth peak are at most 2.4 times as many
-
 _COARSEST = 5.0  # Pa; with coarser steps many rows share the greatest value without a ceiling
 
 

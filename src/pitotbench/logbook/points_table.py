@@ -26,7 +26,7 @@ COLUMNS = (
 _QUANTITIES = ("indicated_airspeed", "pressure_altitude", "air_temperature", "ground_speed", "track")
 
 # The steps of usual displays, where the numbers of a short card show none [SI].
-_USUAL = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
+_ROUND_STEPS = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 
 _FINEST = 0.02  # of the usual step: what was computed, not read, has steps too
 
@@ -81,7 +81,7 @@ def _legs(table: Table) -> tuple[tuple[CardLeg, ...], ReadingSteps]:
         )
         for i in range(len(points))
     )
-    steps = {name: _step(values[name], suffixes[name], getattr(_USUAL, name)) for name in _QUANTITIES}
+    steps = {name: _step(values[name], suffixes[name], getattr(_ROUND_STEPS, name)) for name in _QUANTITIES}
     return legs, ReadingSteps(**steps)
 
 

@@ -4,56 +4,51 @@ Sources: parameter lists of instrumented airplanes (JMOSS, SIDPAC), of research 
 flight recorders (ARINC 717), of displays (Garmin, Dynon, Avidyne), and of autopilots (PX4, ArduPilot, INAV).
 """
 
+from pitotbench.units import SUFFIXES
+
 # Quantity: names without unit, in lower case, words without separators. The first is the plainest. A name with a
 # minus sign counts the other way.
 SYNONYMS: dict[str, str] = {
     "time": "time t timestamp elapsedtime sessiontime missiontime irigtime irig deltairig utc utctime gpstime "
-    "clock "
-    "localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow utcsec missntime",
+    "clock localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow utcsec missntime",
     "date": "date localdate lcldate utcdate day",
     "impact_pressure": "impactpressure qc qci qcic qcx qrvsm dynamicpressure dynpress differentialpressure "
-    "diffpress "
-    "diffpressure deltapressure deltap pitotdp dp pdiff pdyn qbar q pitotpressure qcr qciadc airspeedpressure "
-    "pfwdsmoothed",
+    "diffpress diffpressure deltapressure deltap pitotdp dp pdiff pdyn qbar q pitotpressure qcr qciadc "
+    "airspeedpressure pfwdsmoothed",
     "total_pressure": "totalpressure pt ptot ptotal pti ptadc totalpress totalpres pitottotal p0 pto "
     "pitottotalpressure",
     "static_pressure": "staticpressure ps psx psxc pstatic pstat psi psm psa psadc staticpress staticpres "
-    "baropressure "
-    "ambientpressure barometricpressure abspressure absolutepressure p press pressure psrvsm psfrd pamb",
+    "baropressure ambientpressure barometricpressure abspressure absolutepressure p press pressure psrvsm psfrd "
+    "pamb",
     "indicated_airspeed": "indicatedairspeed ias kias vi vias iasadc airspeedindicated asi iaskts airspeedic "
-    "airspeed "
-    "vindkias vind viadc",
+    "airspeed vindkias vind viadc",
     "calibrated_airspeed": "calibratedairspeed cas kcas vc vcas computedairspeed casadc vcal airspeedcas vcadc",
     "pressure_altitude": "pressurealtitude pressalt pressurealt palt hp hpc hpi altp pa pressalitude "
-    "altitudepressure "
-    "pressaltitude altpressure altitudeic bcalt pressurehgt zp alt29 altstd altitudeqne hic baroaltstd",
+    "altitudepressure pressaltitude altpressure altitudeic bcalt pressurehgt zp alt29 altstd altitudeqne hic "
+    "baroaltstd",
     "indicated_altitude": "indicatedaltitude altind altb baroalt baroaltitude baroaltcorrected altbaro altitudeqnh",
     "altimeter_setting": "altimetersetting barosetting baroa qnh kollsman baroset altimeter barometersetting",
     "total_temperature": "totaltemperature totaltemp tat tt ttx ttot totalairtemperature tti t0 tatdir "
     "totalairtemp rat",
-    "air_temperature": "airtemperature oat sat outsideairtemperature outsideairtemp ambienttemperature ambienttemp "
-    "statictemperature statictemp staticairtemperature staticairtemp ta atx tamb temperature airtemp temp "
-    "ambtemp amtmp",
-    "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln velnorth nvel "
-    "vns nsvel "
-    "nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn vngps",
-    "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew ewvel "
-    "ewvelocity eastspeed ggvew velegin vinseast vground gpsvele vge velocitye",
-    "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin downspeed "
-    "gpsveld vgd velocityd -velocityup -vu -vup -upvelocity -upvel -velu -velup -ggvspd -gpsvelu",
+    "air_temperature": "airtemperature oat sat outsideairtemperature outsideairtemp ambienttemperature "
+    "ambienttemp statictemperature statictemp staticairtemperature staticairtemp ta atx tamb temperature airtemp "
+    "temp ambtemp amtmp",
+    "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln velnorth nvel vns "
+    "nsvel nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn vngps",
+    "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew ewvel ewvelocity "
+    "eastspeed ggvew velegin vinseast vground gpsvele vge velocitye",
+    "velocity_down": "vnveldown velocitydown vd vdown downvelocity downvel veld veldown veldgin downspeed gpsveld "
+    "vgd velocityd -velocityup -vu -vup -upvelocity -upvel -velu -velup -ggvspd -gpsvelu",
     "ground_speed": "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog gpsgroundspeed "
-    "gndspeed "
-    "gpsspd spd ggspd ktgs gpsgs gsc grspd",
+    "gndspeed gpsspd spd ggspd ktgs gpsgs gsc grspd",
     "track": "track trk groundtrack tracktrue truetrack trackangle trackangletrue trkt trktrue cog "
-    "courseoverground "
-    "gcrs gpstrack gpscourse groundcourse tk tka gpsgroundcourse gpsgroundtrack ttrk trackangletr",
+    "courseoverground gcrs gpstrack gpscourse groundcourse tk tka gpsgroundcourse gpsgroundtrack ttrk trackangletr",
     "magnetic_track": "magnetictrack trackmag trkm trkmag magtrack trackmagnetic trackanglemag",
     "heading": "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin hdggin",
     "magnetic_heading": "magneticheading maghdg mhdg hdgm hdgmag magheading headingmag headingmagnetic",
     "magnetic_variation": "magneticvariation magvar variation magdec declination",
     "altitude": "altitude alt gpsalt altgps gpsaltitude height hmsl altmsl altitudemsl geometricaltitude "
-    "gpsheight gpsmslalt "
-    "ggalt altgin mslalt elevation heightmsl egialt h hgps altftmsl gpsaltmsl",
+    "gpsheight gpsmslalt ggalt altgin mslalt elevation heightmsl egialt h hgps altftmsl gpsaltmsl",
     "roll": "roll phi bank rollangle bankangle rollatt rollattitude rollgin rolldeg",
     "pitch": "pitch theta pitchangle pitchatt pitchattitude ptchgin pitchgin pitchdeg",
     "roll_rate": "rollrate p pb rollr bodyrollrate xrate gyrox angularrateroll",
@@ -64,35 +59,40 @@ SYNONYMS: dict[str, str] = {
     "mass": "mass weight grossweight gw grosswt aircraftmass",
 }
 
-# Unit suffix: the words for it, in lower case without blanks.
-UNIT_WORDS: dict[str, str] = {
-    "s": "s sec secs second seconds",
-    "ms": "ms msec milliseconds millis",
-    "pa": "pa pascal pascals n/m2 n/m^2",
-    "hpa": "hpa mb mbar millibar millibars",
-    "psi": "psi psia psid lb/in2 lbf/in2",
-    "inhg": "inhg in.hg inchhg hg inch inches",
-    "psf": "psf lb/ft2 lbf/ft2 lbs_sqft",
-    "mmhg": "mmhg torr",
-    "inh2o": "inh2o inchh2o in.h2o",
-    "k": "k kelvin degk",
-    "degc": "degc c degsc celsius °c deg_c degreesc degreescelsius",
-    "degf": "degf f fahrenheit °f deg_f",
-    "degr": "degr r rankine °r",
-    "mps": "mps m/s m/sec ms-1 m.s-1 metres/second meters/second m_s",
-    "kt": "kt kts knot knots kn",
-    "fps": "fps ft/s ft/sec feet/second",
-    "mph": "mph mi/h",
-    "kmh": "kmh km/h kph",
-    "fpm": "fpm ft/min feet/min",
-    "m": "m meter meters metre metres",
-    "ft": "ft feet foot ftmsl ftbaro ftwgs",
-    "rad": "rad radian radians rads",
-    "deg": "deg degree degrees ° degt degm degtrue degmag degrees_true",
-    "radps": "radps rad/s rad/sec",
-    "degps": "degps deg/s deg/sec °/s",
-    "kg": "kg kilogram kilograms",
-    "lb": "lb lbs pound pounds",
+# Unit suffix: how else than by its suffix, symbol or name the field writes it, in lower case without blanks.
+_SPELLINGS: dict[str, str] = {
+    "s": "sec secs second",
+    "ms": "msec millis",
+    "pa": "pascal n/m2 n/m^2",
+    "hpa": "mb mbar millibar millibars",
+    "psi": "psia psid lb/in2 lbf/in2",
+    "inhg": "in.hg inchhg hg inch inches",
+    "psf": "lb/ft2 lbf/ft2 lbs_sqft",
+    "mmhg": "torr",
+    "inh2o": "inchh2o in.h2o",
+    "k": "kelvin degk",
+    "degc": "c degsc celsius deg_c degreesc",
+    "degf": "f fahrenheit deg_f",
+    "degr": "r rankine",
+    "mps": "m/sec ms-1 m.s-1 metres/second meters/second m_s",
+    "kt": "kts knot kn",
+    "fps": "ft/sec feet/second",
+    "mph": "mi/h",
+    "kmh": "kph",
+    "fpm": "feet/min",
+    "m": "meter metre metres",
+    "ft": "foot ftmsl ftbaro ftwgs",
+    "rad": "radian rads",
+    "deg": "degree degt degm degtrue degmag degrees_true",
+    "radps": "rad/sec",
+    "degps": "deg/s deg/sec",
+    "kg": "kilogram",
+    "lb": "lbs pound",
+}
+UNIT_WORDS: dict[str, list[str]] = {
+    suffix: [suffix, unit.symbol.lower(), unit.words.lower().replace(" ", ""), *more.split()]
+    for suffix, more in _SPELLINGS.items()
+    for unit in (SUFFIXES[suffix],)
 }
 
 SCALED: dict[str, tuple[str, float]] = {  # units of no suffix: the suffix, and its size in that unit's
@@ -130,5 +130,4 @@ USUAL_UNITS: dict[str, tuple[str, ...]] = {
 }
 
 ANGLES = ("deg", "rad")
-
 RATES = ("degps", "radps")

@@ -9,7 +9,7 @@ from scipy.special import logsumexp
 
 from pitotbench.effects.effect import Parameter
 from pitotbench.reconciliation.evidence import Evidence, LogEvidence, Prior, Weighed, weigh
-from pitotbench.reconciliation.signatures import FITTED, ONE_MODEL, cause_of, lasts, searched_shapes
+from pitotbench.reconciliation.signatures import FITTED, cause_of, lasts, searched_shapes
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.verdict import Kind
 from pitotbench.units import Array
@@ -58,7 +58,7 @@ class CauseSearch:
         if not logs:
             raise ValueError("no log to explain")
         self.logs = logs
-        shown = dict.fromkeys(name for log in logs for name in log.names if name not in ONE_MODEL)
+        shown = dict.fromkeys(name for log in logs for name in log.names if not FITTED[name].one_model_with)
         self.names = tuple(shown)
         self.causes = tuple(dict.fromkeys(map(cause_of, self.names)))
         self.keys = {n: tuple((n, p.name) for p in _sizes(n, logs)) for n in self.names}

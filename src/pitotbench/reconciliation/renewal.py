@@ -25,7 +25,6 @@ from pitotbench.reconciliation.residuals import AircraftModel, ForceModel, Scene
 from pitotbench.reconciliation.signatures import (
     COUNTED,
     FITTED,
-    ONE_MODEL,
     Signature,
     acts_on_engines_alone,
     columns_of,
@@ -386,16 +385,6 @@ PROMISING = 3  # effects that become hypotheses
 
 LEAST_GAIN = 100.0  # fall of the SS; the wander of null flights gives the best of all times up to 60
 
-# They have a law of time of their own: a drift for a part of the flight jumps at its ends, as no drift does.
-DRIFTS = ("clock_drift", "time_drift", "temperature_drift", "wind_drift")
-
-# Mounting, rigging and calibration of instruments: these are the same from the first sample to the last.
-SET_ON_GROUND = (
-    "alpha_vane_calibration", "antenna_lever_arm", "compass_deviation", "gps_velocity_scale",
-    "inertial_unit_misalignment", "manifold_pressure_scale", "quadrantal_deviation", "sideslip_vane_calibration",
-    "static_pressure_scale", "throttle_pickup", "throttle_rigging",
-)  # fmt: skip
-
 Indices = NDArray[np.intp]
 
 
@@ -451,11 +440,9 @@ def _promising(layout: Layout, noise: NoiseModel) -> list[_Stretch]:
 
 
 def _may_be_timed(name: str) -> bool:
-    """Whether an effect is looked for in parts of the flight: the plain form of a cause without own times.
-
-    What a workshop sets does not change in the air.
-    """
-    plain = not FITTED[name].variant_of and name not in (*ONE_MODEL, *DRIFTS, *SET_ON_GROUND)
+    """Whether an effect is looked for in parts of the flight: the plain form of a cause without own times."""
+    effect = FITTED[name]
+    plain = not (effect.variant_of or effect.one_model_with or effect.for_whole_flight)
     return plain and not happens_once(name) and f"{name}_for_a_time" in FITTED
 
 

@@ -11,6 +11,7 @@ from scipy.signal import savgol_filter
 
 from pitotbench import air
 from pitotbench.axes import body_to_earth, flow_direction
+from pitotbench.channels import CHANNELS
 from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.reconciliation.track import (
     COARSE,
@@ -29,7 +30,7 @@ from pitotbench.reconciliation.track import (
 )
 from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.timeline import Indices
-from pitotbench.units import Array, MetersPerSecond
+from pitotbench.units import SYMBOLS, Array, MetersPerSecond
 
 # Residual channels: every measured quantity minus its prediction from the others and the aircraft model.
 # Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground velocity), force
@@ -47,12 +48,12 @@ NEAR = 4  # instants on either side over which an error of timing shows
 QUICK = 6.0  # times the median rate: gusts and sensor noise stay below
 
 UNITS = {
-    **dict.fromkeys(("airspeed_along", "airspeed_across", "airspeed_down"), "m/s"),
-    "pressure_height": "m",
-    "temperature": "K",
-    **dict.fromkeys(("acceleration_forward", "acceleration_right", "acceleration_down", *FORCES), "m/s²"),
+    **dict.fromkeys(("airspeed_along", "airspeed_across", "airspeed_down"), SYMBOLS["mps"]),
+    "pressure_height": SYMBOLS["m"],
+    "temperature": SYMBOLS["k"],
+    **dict.fromkeys(("acceleration_forward", "acceleration_right", "acceleration_down", *FORCES), SYMBOLS["mps2"]),
     **dict.fromkeys(MOMENTS, "rad/s²"),
-    **dict(zip(ENGINES, ("Pa", "Pa", "rad/s", "rad/s", "kg/s", "kg/s"), strict=True)),
+    **{name: SYMBOLS[CHANNELS[name].unit] for name in ENGINES},
     "throttle_split": "",
 }
 

@@ -230,10 +230,6 @@ FITTED: Catalog[Effect] = Catalog(
 
 WHOLE_FLIGHT: Catalog[Effect] = Catalog("effect", {n: form for n, form in FITTED.items() if not form.part_of})
 
-# Effects that are one model with another: the drag of a gear that is out has no other term than that of a pod, and
-# a share of the impact pressure is lost in the tube or in the transducer.
-ONE_MODEL = {"gear_not_up": "belly_pod", "impact_pressure_scale": "total_pressure_loss"}
-
 # Told by the level of the gusts, beside the effects that are fitted.
 GUSTS = ("turbulence_level", "turbulence_scale")
 

@@ -36,7 +36,7 @@ from pitotbench.reconciliation.patches import flights_to_fly
 from pitotbench.reconciliation.posterior import OUTSIDE, Names, answer_of
 from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
 from pitotbench.reconciliation.residuals import AircraftModel
-from pitotbench.reconciliation.signatures import FITTED, ONE_MODEL, cause_of, columns_of, returns, times_of
+from pitotbench.reconciliation.signatures import FITTED, cause_of, columns_of, returns, times_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
@@ -188,9 +188,9 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
     if unseen:
         notes.append("cannot be seen in the channels of this log: " + ", ".join(unseen))
     notes += [
-        f"{other} is one model with {effect}: it has the same terms in every channel"
-        for other, effect in ONE_MODEL.items()
-        if effect in map(cause_of, naming.chosen)
+        f"{other} is one model with {effect.one_model_with}: it has the same terms in every channel"
+        for other, effect in FITTED.items()
+        if effect.one_model_with in map(cause_of, naming.chosen)
     ]
     ratios = scaled_to(null.noise, layout).deviations / null.noise.deviations
     noisy = [

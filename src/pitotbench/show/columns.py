@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 # Make texts from outside (file names, columns, segments, messages) safe to print on a terminal.
 
 _CONTROLS = ("Cc", "Cs", "Zl", "Zp")  # control codes, lone surrogates, line and paragraph separators
-
 _DIRECTIONS = frozenset("\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")  # turn text around
 
 
@@ -52,7 +51,6 @@ def _written(letter: str) -> str:
 # The columns of a table, described once, and one renderer each for the terminal, HTML, Markdown and JSON.
 
 Row = TypeVar("Row")
-
 _ABSENT = "–"
 
 

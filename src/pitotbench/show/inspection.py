@@ -8,8 +8,8 @@ from rich.console import Console
 from pitotbench.records.aircraft import AircraftCheck, Attached, ManeuverCheck, StepResponse
 from pitotbench.records.log import HeldChannel, LogInspection, Question
 from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
-from pitotbench.show.words import unit_words, words
-from pitotbench.units import DEGREE, FOOT, KNOT
+from pitotbench.show.words import words
+from pitotbench.units import DEGREE, FOOT, KNOT, SYMBOLS
 
 # The account of a log: for the terminal and as plain data.
 
@@ -23,7 +23,7 @@ CHANNEL_COLUMNS: tuple[Column[HeldChannel], ...] = (
     Column("channel", lambda c: words(c.name)),
     Column("", lambda c: c.name, key="name"),
     Column("", lambda c: c.unit or "-", key="unit"),
-    Column("unit", lambda c: unit_words(c.unit)),
+    Column("unit", lambda c: SYMBOLS.get(c.unit, "")),
     Column("", lambda c: c.low, key="low"),
     Column("", lambda c: c.high, key="high"),
     Column("5 %", lambda c: _five_digits(c.low), "", ",.10g"),

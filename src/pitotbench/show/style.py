@@ -18,11 +18,8 @@ from pitotbench.units import Array
 
 # Okabe and Ito (2008): eight colors for all kinds of color vision.
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
-
 INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
-
 WIDE, NARROW = (4.6, 2.9), (3.6, 2.5)  # in: two and three panels a row of a desktop page
-
 _MOST_POINTS = 1500  # of a line: more cannot be distinguished at the size of a panel
 
 _SHEET = {

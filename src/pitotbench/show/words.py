@@ -4,39 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor, log10
 
-from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, POUND, STANDARD_GRAVITY
+from pitotbench.units import DEGREE, POUND, STANDARD_GRAVITY, SUFFIXES, SYMBOLS
 
 # Names of the code as words: `drag_area_m2` is a drag area in m².
 
-UNITS = {
-    "_m2": "m²",
-    "_mps2": "m/s²",
-    "_mps": "m/s",
-    "_pa": "Pa",
-    "_inhg": "inHg",
-    "_kt": "kt",
-    "_kg": "kg",
-    "_m": "m",
-    "_min": "min",
-    "_s": "s",
-    "_k": "K",
-    "_deg": "°",
-    "_rad": "rad",
-    "_hz": "Hz",
-    "_radps": "rad/s",
-    "_degps": "°/s",
-    "_rpm": "rpm",
-    "_pph": "lb/h",
-    "_ft": "ft",
-    "_km": "km",
-    "_rad2": "rad²",
-    "_kgps": "kg/s",
-}
-
 _DIGITS = 3  # of a size, significant
-
 _PLAIN_BELOW = 1e7
-
 _TURNS = "turns"  # in full circles
 
 
@@ -54,22 +27,17 @@ def heading(name: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def unit_words(suffix: str) -> str:
-    """The unit of a suffix without its line: `m/s²` for `mps2`; a suffix that is not known stays as it is."""
-    return UNITS.get(f"_{suffix}", suffix)
-
-
 def name_and_unit(name: str) -> tuple[str, str]:
     """The name without its suffix as words, and the unit of the suffix, empty for a bare number.
 
     Of a rate such as `shift_pa_per_k` the unit is `Pa per K`.
     """
     first, _, last = name.rpartition("_per_")
-    if first and f"_{last}" in UNITS:
+    if first and last in SYMBOLS:
         noun, unit = name_and_unit(first)
-        return noun, f"{unit} per {unit_words(last)}".lstrip()
-    suffix = max((s for s in UNITS if name.endswith(s)), key=len, default="")
-    return words(name.removesuffix(suffix)), UNITS.get(suffix, "")
+        return noun, f"{unit} per {SYMBOLS[last]}".lstrip()
+    suffix = max((s for s in SYMBOLS if name.endswith(f"_{s}")), key=len, default="")
+    return words(name.removesuffix(f"_{suffix}")), SYMBOLS.get(suffix, "")
 
 
 def size_words(name: str, value: float, bound: float | None = None) -> str:
@@ -110,12 +78,6 @@ def with_unit(number: str, unit: str) -> str:
 
 # Residual channels and flight variables in the field's words and units: kt, ft, lb, inHg, degrees.
 
-HOUR = 3600.0  # s
-
-REVOLUTION_A_MINUTE = 6.0 * DEGREE  # rad/s
-
-MINUTE = 60.0  # s
-
 
 @dataclass(frozen=True, slots=True)
 class FieldUnit:
@@ -131,40 +93,44 @@ class FieldUnit:
         return f"{self.name[0].upper()}{self.name[1:]}"
 
 
+def _in(suffix: str, name: str) -> FieldUnit:
+    return FieldUnit(name, SYMBOLS[suffix], SUFFIXES[suffix].factor)
+
+
 _FORCE = POUND * STANDARD_GRAVITY  # N, for a specific force times the mass of the airplane
 
 CHANNELS = {
-    "airspeed_along": FieldUnit("speed along the flight", "kt", KNOT),
-    "airspeed_across": FieldUnit("speed across the flight", "kt", KNOT),
-    "airspeed_down": FieldUnit("vertical speed, down", "kt", KNOT),
-    "pressure_height": FieldUnit("pressure altitude", "ft", FOOT),
-    "temperature": FieldUnit("total temperature", "K", 1.0),
-    "acceleration_forward": FieldUnit("acceleration along the flight", "g", STANDARD_GRAVITY),
-    "acceleration_right": FieldUnit("acceleration to the right", "g", STANDARD_GRAVITY),
-    "acceleration_down": FieldUnit("acceleration down", "g", STANDARD_GRAVITY),
+    "airspeed_along": _in("kt", "speed along the flight"),
+    "airspeed_across": _in("kt", "speed across the flight"),
+    "airspeed_down": _in("kt", "vertical speed, down"),
+    "pressure_height": _in("ft", "pressure altitude"),
+    "temperature": _in("k", "total temperature"),
+    "acceleration_forward": _in("g", "acceleration along the flight"),
+    "acceleration_right": _in("g", "acceleration to the right"),
+    "acceleration_down": _in("g", "acceleration down"),
     "specific_force_x": FieldUnit("thrust less drag", "lb", _FORCE),
     "specific_force_y": FieldUnit("side force", "lb", _FORCE),
     "specific_force_z": FieldUnit("force down", "lb", _FORCE),
     "roll_acceleration": FieldUnit("roll acceleration", "°/s²", DEGREE),
     "pitch_acceleration": FieldUnit("pitch acceleration", "°/s²", DEGREE),
     "yaw_acceleration": FieldUnit("yaw acceleration", "°/s²", DEGREE),
-    "manifold_pressure_left": FieldUnit("manifold pressure, left", "inHg", INCH_OF_MERCURY),
-    "manifold_pressure_right": FieldUnit("manifold pressure, right", "inHg", INCH_OF_MERCURY),
-    "propeller_speed_left": FieldUnit("propeller speed, left", "rpm", REVOLUTION_A_MINUTE),
-    "propeller_speed_right": FieldUnit("propeller speed, right", "rpm", REVOLUTION_A_MINUTE),
-    "fuel_flow_left": FieldUnit("fuel flow, left", "lb/h", POUND / HOUR),
-    "fuel_flow_right": FieldUnit("fuel flow, right", "lb/h", POUND / HOUR),
+    "manifold_pressure_left": _in("inhg", "manifold pressure, left"),
+    "manifold_pressure_right": _in("inhg", "manifold pressure, right"),
+    "propeller_speed_left": _in("rpm", "propeller speed, left"),
+    "propeller_speed_right": _in("rpm", "propeller speed, right"),
+    "fuel_flow_left": _in("pph", "fuel flow, left"),
+    "fuel_flow_right": _in("pph", "fuel flow, right"),
     "throttle_split": FieldUnit("throttle, left less right", "%", 0.01),
 }
 
-WITHOUT_MASS = FieldUnit("", "g", STANDARD_GRAVITY)  # a specific force where the mass is not recorded
+WITHOUT_MASS = _in("g", "")  # a specific force where the mass is not recorded
 
 VARIABLES = {
-    "airspeed": FieldUnit("true airspeed", "kt", KNOT),
-    "bank": FieldUnit("bank", "°", DEGREE),
-    "altitude": FieldUnit("altitude", "ft", FOOT),
-    "power": FieldUnit("manifold pressure", "inHg", INCH_OF_MERCURY),
-    "time": FieldUnit("time", "min", MINUTE),
+    "airspeed": _in("kt", "true airspeed"),
+    "bank": _in("deg", "bank"),
+    "altitude": _in("ft", "altitude"),
+    "power": _in("inhg", "manifold pressure"),
+    "time": _in("min", "time"),
 }
 
 

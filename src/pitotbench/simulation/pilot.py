@@ -22,7 +22,6 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVI
 # does not.
 
 CORRECTED = 0.7  # share of a noticed deviation that one correction takes out
-
 PURSUED = 5.0  # thresholds; a larger deviation is a commanded change under way, not an error to correct
 
 # The modes in which the autopilot holds a quantity: the throttle or the nose holds an airspeed.
@@ -140,9 +139,7 @@ class BusyPerson(Person):
 
 
 PILOTS: Catalog[type[Hands]] = Catalog("pilot", {"none": Hands, "good": Person, "busy": BusyPerson})
-
 TICK = 0.1  # s between two looks at the instruments
-
 EYE_TIME = 3.0  # s, over which the eye averages the airspeed needle about the inertial speed
 
 INSTRUMENTS = (
@@ -151,13 +148,9 @@ INSTRUMENTS = (
 )
 
 LOWEST_MANIFOLD_PRESSURE = 8.0 * INCH_OF_MERCURY  # below idle: more steps change nothing
-
 POWER_SPAN = 25.0 * INCH_OF_MERCURY  # of the bench's own aircraft, from 160 KCAS with power to spare down to idle
-
 HEADING_HOLD, BANK_HOLD = 1, 2  # ap/lateral-mode
-
 DIRECT, AIRSPEED_HOLD, MANIFOLD_PRESSURE_HOLD = 0, 1, 2  # ap/throttle-mode
-
 ALTITUDE_BY_PITCH, AIRSPEED_BY_PITCH = 1, 2  # ap/pitch-mode
 
 
@@ -319,26 +312,18 @@ class Cockpit:
 # The phases of flight that cards are made of: generators that yield once a tick, while the plant runs.
 
 Ticks = Iterator[None]
-
 SET_UP_LIMIT = 240.0  # s, to reach a speed; idle 160 to 100 kt takes half a minute
-
 SET_UP_HOLD = 5.0  # s, on speed before a set-up is over
-
 SET_UP_AIRSPEED = 0.4 * KNOT  # m/s: largest deviation during the patience; tighter than any card's tolerance
-
 SET_UP_PATIENCE = 60.0  # s; after it the card's tolerance is enough
-
 SET_UP_WORST = 4.0 * KNOT  # m/s: largest deviation at the limit that turbulence may explain; more is an error
-
 ROLL_OUT_LIMIT = 40.0  # s
-
 THERE = 5.0 * DEGREE  # an airplane past its new heading by less does not turn a full circle to reach it
-
 LEVEL = 3.0 * DEGREE  # bank below which a turn is over
-
 ALL = ("airspeed", "heading", "altitude")
-
 ACCELERATION_LIMIT = 180.0  # s, for either change of speed
+CLIMB_LIMIT = 240.0  # s, for either change of height
+LEVEL_OFF = 10.0  # m below or above the target height: a climb or descent ends there
 
 
 def wait(seconds: float) -> Ticks:
@@ -462,6 +447,15 @@ def decelerate(cockpit: Cockpit, airspeed: float, label: str) -> Ticks:
     cockpit.begin(label)
     what = f"deceleration to {airspeed / KNOT:.0f} KCAS"
     yield from until(cockpit, lambda: cockpit.airspeed <= airspeed + 1.0 * KNOT, ACCELERATION_LIMIT, what)
+
+
+def change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
+    """Climb or descend to an altitude [m] at constant airspeed and settle there."""
+    cockpit.hold_altitude(altitude)
+    cockpit.begin(cockpit.name(label))
+    what = f"{label} to {altitude / FOOT:.0f} ft"
+    yield from until(cockpit, lambda: abs(cockpit.deviation("altitude")) < LEVEL_OFF, CLIMB_LIMIT, what)
+    yield from settle(cockpit)
 
 
 def require_steep_turns(bank: float) -> None:

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from pitotbench.effects import EFFECTS
 from pitotlab.blind.drawn import cause_of
 
-# Effects that are one model with another: no log can tell them apart.
-ONE_MODEL = {"gear_not_up": "belly_pod", "impact_pressure_scale": "total_pressure_loss"}
 BANDS = ((7.0, "above 7"), (4.0, "4 to 7"), (2.0, "2 to 4"), (0.0, "below 2"))
 GUST_CAUSES = {"turbulence_level", "turbulence_scale"}
 NO_ANSWER = ("crash", "refused", "not scored")
@@ -18,8 +17,11 @@ SURE = ("named", "one_of")
 
 def model_of(name: str) -> str:
     """The cause that stands for an effect: that of its plain form, and one name for effects of one model."""
-    cause = cause_of(name)
-    return ONE_MODEL.get(cause, cause)
+    return _joined(cause_of(name))
+
+
+def _joined(cause: str) -> str:
+    return (cause in EFFECTS and EFFECTS[cause].one_model_with) or cause
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +115,7 @@ class JudgedCase:
         gap = max(1e-9, 1.0 - self.observed.get("probabilities", {}).get("none", 0.0))
         joined: dict[str, float] = {}
         for cause, p in found.items():
-            joined[ONE_MODEL.get(cause, cause)] = joined.get(ONE_MODEL.get(cause, cause), 0.0) + p / gap
+            joined[_joined(cause)] = joined.get(_joined(cause), 0.0) + p / gap
         return any(joined.get(c, 0.0) > 0.9 for c in self.wanted) and gap > 0.5
 
 
@@ -134,5 +136,5 @@ def probabilities_of(answer: Mapping[str, Any]) -> dict[str, float]:
     """The probabilities of an answer, effects of one model joined."""
     found: dict[str, float] = {}
     for cause, p in answer.get("probabilities", {}).items():
-        found[ONE_MODEL.get(cause, cause)] = found.get(ONE_MODEL.get(cause, cause), 0.0) + p
+        found[_joined(cause)] = found.get(_joined(cause), 0.0) + p
     return found

@@ -21,7 +21,7 @@ from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.units import Booleans
 from pitotlab.outside.generator import OutsideFlight, generate, write_csv
 from pitotlab.outside.moving_air import CELLS
-from pitotlab.outside.oracle import USUAL, Height, bound, known_covariance
+from pitotlab.outside.oracle import USUAL_ONE_SIGMA, Height, bound, known_covariance
 from pitotlab.outside.physics import FOOT, KNOT, Array
 
 TOLD = 0.9545  # the share of the curve that ±2σ is meant to contain; a flight with less is outside
@@ -232,7 +232,7 @@ def _oracles(flight: OutsideFlight) -> dict[str, float]:
         return {}
     block = 2.0 if flight.state.time[-1] > LONG_LOG else 1.0
     return {
-        name: float(np.mean(bound(flight, height, block, accuracy=USUAL).curve)) / KNOT
+        name: float(np.mean(bound(flight, height, block, accuracy=USUAL_ONE_SIGMA).curve)) / KNOT
         for name, height in (("oracle_two_sigma_kt", Height.NONE), ("joined_two_sigma_kt", Height.WITH_VELOCITY))
     }
 

@@ -61,7 +61,7 @@ class Accuracy:
 
 EXACT = Accuracy()
 # Half of the 2σ that the calibration takes for usual where a log states nothing.
-USUAL = Accuracy(temperature=0.75, recovery=0.01, static=15.0, velocity=0.025)
+USUAL_ONE_SIGMA = Accuracy(temperature=0.75, recovery=0.01, static=15.0, velocity=0.025)
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,7 +66,7 @@ def fit_ratios() -> Iterator[str]:
     yield f"fit with covering bound / one residual and Jacobian    {evaluations:6.1f}   (limit 40)"
 
 
-USUAL = "starts,flights,fits,logs,campaigns"
+DEFAULT_PARTS = "starts,flights,fits,logs,campaigns"
 PARTS: dict[str, Callable[[], Iterator[str]]] = {
     "flights": flight_ratios,
     "fits": fit_ratios,
@@ -83,7 +83,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parts = {"starts": start_lines} | PARTS
     parser.add_argument("--against", type=Path, help="the src folder of an older checkout")
     known = ", ".join((*parts, *COMPARED))
-    parser.add_argument("--only", default=USUAL, help=f"parts, with commas, of {known} (default: %(default)s)")
+    parser.add_argument(
+        "--only", default=DEFAULT_PARTS, help=f"parts of {known}, with commas (default: %(default)s)"
+    )
     options = parser.parse_args(words)
     older = options.against and options.against.resolve()
     asked = options.only.split(",")

@@ -26,7 +26,7 @@ def airspeed_noise(airspeed_kt: Array, seconds: Array) -> float:
 
 
 # The fit that a claim gets by default: the paper's method on all data of a standard card in smooth air.
-USUAL: Mapping[str, object] = {
+DEFAULT_FIT: Mapping[str, object] = {
     "setting": "smooth",
     "variant": "standard",
     "das": "50/50",
@@ -94,7 +94,7 @@ class StudyTables:
         """Return the record of tables given by name (`TABLES`)."""
         fits = tables["fits"]
         # Grouped once: fits are looked up thousands of times, and to filter each time takes longer than the fits.
-        groups = fits.groupby(["maneuver", *USUAL], sort=False)
+        groups = fits.groupby(["maneuver", *DEFAULT_FIT], sort=False)
         return cls(**tables, by_look={key: group.set_index("seed").sort_index() for key, group in groups})
 
     @property
@@ -103,14 +103,14 @@ class StudyTables:
         return tuple(sorted(int(seed) for seed in self.flights["seed"].unique()))
 
     def fit(self, column: str, maneuver: str, **how: object) -> pd.Series:
-        """Return a column of the fits of a maneuver by seed; `how` has the settings that differ from `USUAL`.
+        """Return a column of the fits of a maneuver by seed; `how` has the settings that differ from `DEFAULT_FIT`.
 
-        Raises KeyError for a setting that is not in `USUAL`.
+        Raises KeyError for a setting that is not in `DEFAULT_FIT`.
         """
-        unknown = set(how) - set(USUAL)
+        unknown = set(how) - set(DEFAULT_FIT)
         if unknown:
-            raise KeyError(f"fits are chosen by {', '.join(USUAL)}; not by {', '.join(sorted(unknown))}")
-        found = self.by_look.get((maneuver, *{**USUAL, **how}.values()))
+            raise KeyError(f"fits are chosen by {', '.join(DEFAULT_FIT)}; not by {', '.join(sorted(unknown))}")
+        found = self.by_look.get((maneuver, *{**DEFAULT_FIT, **how}.values()))
         return pd.Series(dtype=float) if found is None else found[column].astype(float)
 
     def residual(self, maneuver: str, **how: object) -> pd.Series:

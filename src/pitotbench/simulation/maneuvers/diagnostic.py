@@ -9,6 +9,7 @@ from pitotbench.simulation.pilot import (
     Cockpit,
     Ticks,
     accelerate,
+    change_height,
     leg,
     set_up,
     settle,
@@ -16,11 +17,7 @@ from pitotbench.simulation.pilot import (
     until,
     wait,
 )
-from pitotbench.units import FOOT, KNOT
-
-CLIMB_LIMIT = 240.0  # s, for either change of height
-
-LEVEL_OFF = 10.0  # m below or above the target height: a climb or descent ends there
+from pitotbench.units import KNOT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,8 +49,8 @@ def fly(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
     yield from set_up(cockpit, fast, card.heading)
     base = cockpit.targets.altitude
     yield from leg(cockpit, card.dwell)
-    yield from _change_height(cockpit, "climb", base + card.climb)
-    yield from _change_height(cockpit, "descent", base)
+    yield from change_height(cockpit, "climb", base + card.climb)
+    yield from change_height(cockpit, "descent", base)
     for side, angle in (("right", card.sideslip), ("left", -card.sideslip)):
         yield from _sideslip(cockpit, f"sideslip {side}", angle, card.sideslip_time)
     yield from turn(cockpit, card.heading + pi)
@@ -63,15 +60,6 @@ def fly(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
     what = f"deceleration to {slow / KNOT:.0f} KCAS"
     yield from until(cockpit, lambda: cockpit.airspeed <= slow, ACCELERATION_LIMIT, what)
     yield from accelerate(cockpit, fast)
-
-
-def _change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
-    """Climb or descend to an altitude [m] at constant airspeed and settle there."""
-    cockpit.hold_altitude(altitude)
-    cockpit.begin(cockpit.name(label))
-    what = f"{label} to {altitude / FOOT:.0f} ft"
-    yield from until(cockpit, lambda: abs(cockpit.deviation("altitude")) < LEVEL_OFF, CLIMB_LIMIT, what)
-    yield from settle(cockpit)
 
 
 def _sideslip(cockpit: Cockpit, label: str, angle: float, seconds: float) -> Ticks:

@@ -11,7 +11,7 @@ from pitotbench.bench.flights import rms
 from pitotlab.study.looks import COVERING, NAMES, PAPER, PAPER_ORDER, Look, Sortie, case_of
 from pitotlab.study.parts import Bars, BarSeries, Lines, LineSeries
 from pitotlab.study.questions import Reply, Sweep
-from pitotlab.study.tables import USUAL, Spread, StudyTables, maneuver_lines
+from pitotlab.study.tables import DEFAULT_FIT, Spread, StudyTables, maneuver_lines
 
 FLOWN = ("step_decrease", "circle", "rapid_decel")
 RATES = (0.2, 0.5, 1.0, 2.0, 5.0, 20.0, 50.0, 200.0)  # Hz
@@ -178,7 +178,7 @@ def structure_looks(maneuver: str) -> tuple[Look, ...]:
 def choices(evidence: StudyTables) -> pd.DataFrame:
     """Return a row a flight and true curve: the model that each criterion chooses, and every model's rms error."""
     fits = evidence.fits
-    for name, value in {**USUAL, "setting": "light"}.items():
+    for name, value in {**DEFAULT_FIT, "setting": "light"}.items():
         if name not in ("model", "change", "level"):
             fits = fits[fits[name] == value]
     fits = fits[fits["change"].isin(TRUTHS) & (fits["failed"] == "") & fits["maneuver"].isin(PAPER_ORDER)]

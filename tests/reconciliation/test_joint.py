@@ -16,7 +16,7 @@ from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.naming import OwnSizes, contradiction
 from pitotbench.reconciliation.null_distribution import NullDistribution, ScoreScale
 from pitotbench.reconciliation.pictures import waterfall
-from pitotbench.reconciliation.verdict import closes, doubted, judge_together, taken_back, with_doubt
+from pitotbench.reconciliation.verdict import closes, doubted, judge, taken_back, with_doubt
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.verdict import Closure
 
@@ -134,7 +134,7 @@ def flights():
 
 def judged(*flights):
     names = [f"flight {i}" for i in range(1, len(flights) + 1)]
-    return judge_together(names, [layout for layout, _ in flights], [null for _, null in flights])
+    return judge(names, [layout for layout, _ in flights], [null for _, null in flights])
 
 
 def test_two_flights_share_a_cause_and_its_size(flights) -> None:

@@ -26,7 +26,7 @@ from pitotbench.reconciliation.verdict import (
     doubted,
     for_channels,
     hold_out,
-    judge_together,
+    judge,
     taken_back,
     with_doubt,
     with_hold_out,
@@ -143,9 +143,7 @@ def reconcile_logs(
         raise BadInputError("no log to reconcile")
     model = aircraft_model(aircraft)
     judged = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
-    joint = judge_together(
-        [each.name for each in judged], [each.layout for each in judged], [each.null for each in judged]
-    )
+    joint = judge([each.name for each in judged], [each.layout for each in judged], [each.null for each in judged])
     flights = tuple(
         replace(flight, maneuver=each.card.maneuver if each.card else "")
         for flight, each in zip(joint.flights, judged, strict=True)
@@ -254,7 +252,7 @@ def look_until_quiet(
             progress(f"looking again with {', '.join(rounds[-1].added)} in the model")
         entries = dict(patch_of(first, added, shapes, "", "").entries)
         layouts = [with_effects(each.layout, model, entries) for each in first.logs]
-        joint = judge_together([each.name for each in first.logs], layouts, [each.null for each in first.logs])
+        joint = judge([each.name for each in first.logs], layouts, [each.null for each in first.logs])
         verdict, naming = joint.verdict, joint.together.namings[first.shown]
         rounds.append(_round(_news(verdict, naming, set(entries))))
         added += [e for e in rounds[-1].verdict.effects if rounds[-1].added]

@@ -27,7 +27,6 @@ from pitotbench.reconciliation.naming import (
     contradiction,
     left_out_closures,
     name_effects,
-    name_together,
     own_sizes,
 )
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
@@ -54,12 +53,6 @@ from pitotbench.records.verdict import (
 from pitotbench.units import Array, Booleans
 
 # From a log that is laid out to a verdict: name, examine what remains, close, advise.
-
-
-def judge(layout: Layout, null: NullDistribution) -> tuple[Verdict, Naming]:
-    """Return the verdict on a log that is laid out, and the naming from which it follows."""
-    naming = name_effects(layout, null)
-    return verdict_of(layout, naming, null), naming
 
 
 def verdict_of(layout: Layout, naming: Naming, null: NullDistribution) -> Verdict:
@@ -371,15 +364,13 @@ class JointVerdict:
     flights: tuple[JoinedFlight, ...]
 
 
-def judge_together(
-    names: Sequence[str], layouts: Sequence[Layout], nulls: Sequence[NullDistribution]
-) -> JointVerdict:
-    """Return the verdict on several flights with their names, and what each of them says.
+def judge(names: Sequence[str], layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> JointVerdict:
+    """Return the verdict on one flight or several with their names, and what each of them says.
 
     A name is taken back where a flight contradicts a cause. It is doubted where the sizes that the other flights
     show close too little of the gap of a flight that is left out.
     """
-    together = name_together(layouts, nulls)
+    together = name_effects(layouts, nulls)
     each = [verdict_of(naming.layout, naming, null) for naming, null in zip(together.namings, nulls, strict=True)]
     left_out = left_out_closures(together.namings)
     flights = tuple(

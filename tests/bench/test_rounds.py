@@ -38,7 +38,8 @@ def test_a_wrong_patch_is_not_quiet(late):
     found = reconcile_log(late, "none")
     size = found.verdict.effects[0].sizes[0]
     wrong = replace(found.verdict.effects[0], sizes=(replace(size, value=-size.value),))
-    wrong_way = replace(found, verdict=replace(found.verdict, effects=(wrong,)))
+    checks = replace(found.checks, found=replace(found.checks.found, effects=(wrong,)))
+    wrong_way = replace(found, checks=checks)
     rounds = look_until_quiet("none", wrong_way).rounds
     assert rounds[1].verdict.kind != "no_gap"
 
@@ -49,24 +50,27 @@ def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(late, l
     found = reconcile_log(late, "none")
     looks = look_until_quiet("none", found)
     assert looks.closure.share > THRESHOLDS.closure_lowest
-    closed, last = found.verdict.closure, looks.rounds[-1]
-    again = replace(last.verdict.closure, before=last.verdict.closure.noise + left * (closed.before - closed.noise))
-    changed = replace(looks, rounds=(looks.rounds[0], replace(last, verdict=replace(last.verdict, closure=again))))
+    closed, last = found.verdict.closure, looks.later[-1]
+    again = replace(last.found.closure, before=last.found.closure.noise + left * (closed.before - closed.noise))
+    changed = replace(looks, later=(replace(last, found=replace(last.found, closure=again)),))
     assert changed.closure.share == pytest.approx(1.0 - left, abs=0.02)
-    first, after = settled(found, changed)
+    after = settled(changed)
+    first = after.first
     assert first.verdict.kind == kind
     if kind == "unknown":
         assert "gps_latency comes closest, but closes only 7" in first.verdict.notes[-1]
         assert not after.effects
-        assert not patch_of(first, after.added, after.shapes, "", "").entries
+        assert not patch_of(after, (), "", "").entries
+        assert first.verdict.changes == (f"named -> unknown: {first.checks.closure.why}",)
     elif kind == "one_of":
         assert first.verdict.doubts == ("gps_latency comes closest, but closes only 82% of the gap",)
         assert [e.name for e in after.effects] == ["gps_latency"]
-        told = with_doubts(first, after)[0].verdict
+        told = with_doubts(after).first.verdict
         assert told.alternatives[0]
         assert 0.3 < told.effects[0].probability < 0.6
     else:
-        assert (first, after) == (found, changed)
+        assert after == changed
+        assert not first.verdict.changes
 
 
 def test_the_wind_of_a_log_is_that_of_the_case(late):
@@ -83,8 +87,9 @@ def test_a_correction_of_one_size_keeps_the_others(late):
     two = replace(effect, sizes=(size, Estimate("further_s", 2.0, 0.5)), score=40.0)
     correction = replace(effect, sizes=(replace(size, value=0.01),), score=3.0)
     looks = look_until_quiet("none", reconcile_log(late, "none"))
-    begun = replace(looks.rounds[0], verdict=replace(verdict, effects=(two,)))
-    (joined,) = replace(looks, rounds=(begun, *looks.rounds[1:]), added=(correction,)).effects
+    checks = looks.first.checks
+    begun = replace(looks.first, checks=replace(checks, found=replace(checks.found, effects=(two,))))
+    (joined,) = replace(looks, first=begun, added=(correction,)).effects
     assert [(s.name, s.value) for s in joined.sizes] == [
         (size.name, pytest.approx(size.value + 0.01)),
         ("further_s", 2.0),

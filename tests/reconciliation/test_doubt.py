@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from pitotbench.reconciliation.verdict import calibrated, with_doubt
+from pitotbench.reconciliation.verdict import Checks, calibrated, doubt_beside, verdict_of
 from pitotbench.records.verdict import Candidate, Closure, Verdict
 
 GAP = Closure(1000.0, 100.0, 100.0)
@@ -55,24 +55,28 @@ def test_certainty_is_not_reached():
 
 
 def test_a_sure_cause_of_a_closed_gap_is_named_and_a_half_open_gap_leaves_a_second_one():
-    told = with_doubt(verdict(turn_drag=0.9999, belly_pod=0.01), 0.01)
-    assert (told.kind, told.alternatives) == ("named", ((),))
+    checks = Checks(verdict(turn_drag=0.9999, belly_pod=0.01))
+    told = verdict_of(replace(checks, left=0.01))
+    assert (told.kind, told.alternatives, told.changes) == ("named", ((),), ())
     assert told.effects[0].probability == told.probabilities["turn_drag"] > 0.9
-    told = with_doubt(verdict(turn_drag=0.9999, belly_pod=0.01), 0.1)
+    told = verdict_of(replace(checks, left=0.1))
     assert (told.kind, told.alternatives) == ("one_of", (("belly_pod",),))
-    assert told.effects[0].probability < 0.9
+    (probability,) = (effect.probability for effect in told.effects)
+    assert probability < 0.9
+    assert told.changes == (f"named -> one_of: the doubt of the table (probability {probability:.2f})",)
 
 
 def test_what_a_check_speaks_against_is_worth_what_such_names_were():
     # Of 34 names with a check against them that closed 0.8 of the gap, 16 were right; of 19 that closed less, 5.
-    less = replace(verdict(turn_drag=0.9999, belly_pod=0.01), kind="one_of", doubts=("a check",))
-    assert with_doubt(less, 0.08).probabilities["turn_drag"] == pytest.approx(16 / 34, abs=0.1)
-    back = replace(less, kind="unknown", effects=(), alternatives=())
-    assert with_doubt(back, 0.4).probabilities["turn_drag"] == pytest.approx(5 / 19, abs=0.1)
-    later = verdict(mass=0.9999, creep=0.01)  # a further look is worth no more than the first one
-    assert with_doubt(later, 0.08, less).kind == "one_of"
+    checks = Checks(verdict(turn_drag=0.9999, belly_pod=0.01))
+    less = replace(checks, left_out=("a check",))
+    assert verdict_of(replace(less, left=0.08)).probabilities["turn_drag"] == pytest.approx(16 / 34, abs=0.1)
+    back = replace(checks, contradictions=("a check",), left=0.4)
+    assert verdict_of(back).probabilities["turn_drag"] == pytest.approx(5 / 19, abs=0.1)
+    later = Checks(verdict(mass=0.9999, creep=0.01), left=0.08, doubt=doubt_beside(verdict_of(less)))
+    assert verdict_of(later).kind == "one_of"  # a further pass is worth no more than the first one
 
 
 def test_what_was_counted_is_certain():
     counted = replace(verdict(mass=0.5), effects=(Candidate("dropped_samples", (), 99.0, 1.0, True),))
-    assert with_doubt(counted, 0.1).kind == "named"
+    assert verdict_of(Checks(counted, left=0.1)).kind == "named"

@@ -41,7 +41,7 @@ def test_a_hidden_effect_of_another_twin_is_named(effect, parameter, true):
     )
     layout = lay_out(sense(fly(case), "50/50"), aircraft_model("c310"), AnalysisSetting(day_known=True), FEW)
     assert not LACKING & {signature.effect for signature in layout.signatures}
-    verdict = judge(layout, theoretical_distribution(layout))[0]
+    verdict = judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
     assert [each.name for each in verdict.effects] == [effect]
     size = verdict.effects[0].sizes[0]
     assert abs(size.value - true) < size.two_sigma < 0.5 * true

@@ -27,7 +27,7 @@ def test_a_held_out_log_may_lack_channels(sensed, missing: tuple[str, ...]) -> N
     log = sensed("gps_latency", das="50/50")
     layout = lay_out(log, None, AnalysisSetting(), LATE)
     null = theoretical_distribution(layout)
-    naming = name_effects(layout, null)
+    (naming,) = name_effects([layout], [null]).namings
     assert naming.chosen == ("gps_latency",)
     held = replace(log, **dict.fromkeys(missing))
     assert hold_out(held, None, null, naming, layout.setting).share > 0.9
@@ -49,7 +49,7 @@ def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
     ]
     layout = lay_out(logs[0], None, AnalysisSetting(), bump)
     null = theoretical_distribution(layout)
-    naming = name_effects(layout, null)
+    (naming,) = name_effects([layout], [null]).namings
     assert naming.chosen == ("local_static_bump",)
     shapes = naming.layout.signatures[naming.fit.columns[0]].shapes
     assert shapes["center_mps"] == pytest.approx(55.0, abs=3.0)

@@ -16,7 +16,7 @@ from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.naming import OwnSizes, contradiction
 from pitotbench.reconciliation.null_distribution import NullDistribution, ScoreScale
 from pitotbench.reconciliation.pictures import waterfall
-from pitotbench.reconciliation.verdict import closes, doubted, judge_together, taken_back, with_doubt
+from pitotbench.reconciliation.verdict import closes, judge, verdict_of
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.verdict import Closure
 
@@ -134,7 +134,7 @@ def flights():
 
 def judged(*flights):
     names = [f"flight {i}" for i in range(1, len(flights) + 1)]
-    return judge_together(names, [layout for layout, _ in flights], [null for _, null in flights])
+    return judge(names, [layout for layout, _ in flights], [null for _, null in flights])
 
 
 def test_two_flights_share_a_cause_and_its_size(flights) -> None:
@@ -177,22 +177,25 @@ def test_the_order_of_the_flights_does_not_matter(flights) -> None:
     assert one.verdict.log_bayes_factor == pytest.approx(other.verdict.log_bayes_factor, rel=1e-6)
 
 
-def test_a_name_is_taken_back_with_its_reason(flights) -> None:
-    verdict = judged(flights[0]).verdict
-    back = taken_back(verdict, "flight 2 contradicts it")
+def test_a_name_is_withdrawn_with_its_reason(flights) -> None:
+    checks = judged(flights[0]).checks
+    back = verdict_of(replace(checks, contradictions=("flight 2 contradicts it",)))
     assert (back.kind, back.effects) == ("unknown", ())
     assert back.notes[-1].startswith("flight 2 contradicts it: the name gps_latency")
-    quiet = replace(verdict, kind="no_gap", effects=())
-    assert taken_back(quiet, "why").kind == "no_gap"
+    assert back.changes == ("named -> unknown: flight 2 contradicts it",)
+    quiet = replace(checks.found, kind="no_gap", effects=(), alternatives=())
+    assert verdict_of(replace(checks, found=quiet, contradictions=("why",))).kind == "no_gap"
 
 
 def test_a_doubted_name_is_only_probable(flights) -> None:
-    verdict = judged(flights[0]).verdict
-    less = doubted(verdict, "the sizes of the other flights close only 50% of the gap of flight 2")
-    assert (less.kind, less.effects, less.remains) == ("one_of", verdict.effects, True)
-    assert less.doubts == ("the sizes of the other flights close only 50% of the gap of flight 2",)
-    told = with_doubt(less, 0.02)
+    checks = judged(flights[0]).checks
+    why = "the sizes of the other flights close only 50% of the gap of flight 2"
+    checks = replace(checks, left_out=(why,))
+    less = verdict_of(checks)
+    assert (less.kind, less.effects, less.remains) == ("one_of", checks.found.effects, True)
+    assert less.doubts == (why,)
+    told = verdict_of(replace(checks, left=0.02))
     assert told.effects[0].probability < 0.65
     assert told.alternatives[0]
-    quiet = replace(verdict, kind="no_gap", effects=())
-    assert not doubted(quiet, "why").doubts
+    quiet = replace(checks.found, kind="no_gap", effects=(), alternatives=())
+    assert not verdict_of(replace(checks, found=quiet)).doubts

@@ -28,7 +28,7 @@ def pod():
         "effect", {n: EFFECTS[n] for n in ("belly_pod", "power_deficit", "mass", "pitot_lag", "gps_latency")}
     )
     layout = lay_out(sense(fly(case), "50/50"), aircraft_model("navajo"), AnalysisSetting(day_known=True), few)
-    return judge(layout, theoretical_distribution(layout))[0]
+    return judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
 
 
 def test_sensors_alone_without_an_effect_name_nothing(sensed) -> None:

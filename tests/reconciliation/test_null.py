@@ -7,7 +7,7 @@ import pytest
 
 from pitotbench.reconciliation.evidence import Evidence, without_score
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import lay_out
+from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.null_learning import learn_null_distribution, left_over
 from pitotbench.reconciliation.thresholds import THRESHOLDS
@@ -15,6 +15,7 @@ from pitotbench.reconciliation.verdict import judge
 from pitotbench.records.case import EffectSpec
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
+from pitotbench.records.verdict import Verdict
 from pitotbench.sensing.recorder import record
 from pitotbench.sensing.sampling import data_system
 
@@ -25,20 +26,24 @@ def sensed_anew(flight: Flight, seed: int) -> FlightLog:
     return record(flight, data_system("50/50"), seed)
 
 
+def judge_one(layout: Layout, null: NullDistribution) -> Verdict:
+    return judge(["flight"], [layout], [null]).verdict
+
+
 @pytest.fixture(scope="module")
 def null(flight: Flight) -> NullDistribution:
     return learn_null_distribution([lay_out(sensed_anew(flight, seed), None, SETTING) for seed in range(101, 106)])
 
 
 def test_a_fresh_flight_shows_no_gap(flight: Flight, null: NullDistribution) -> None:
-    verdict, _ = judge(lay_out(sensed_anew(flight, 120), None, SETTING), null)
+    verdict = judge_one(lay_out(sensed_anew(flight, 120), None, SETTING), null)
     assert verdict.kind == "no_gap"
 
 
 def test_an_altitude_that_swings_is_a_gap_of_unknown_cause(flight: Flight, null: NullDistribution) -> None:
     log = sensed_anew(flight, 121)
     swinging = replace(log, altitude=log.altitude + 3.0 * np.sin(2.0 * np.pi * log.time / 20.0))
-    verdict, _ = judge(lay_out(swinging, None, SETTING), null)
+    verdict = judge_one(lay_out(swinging, None, SETTING), null)
     assert verdict.kind == "unknown"
     assert verdict.located[0].channel == "pressure_height"
 
@@ -47,7 +52,7 @@ def test_a_small_swing_is_found_by_its_period(flight: Flight, null: NullDistribu
     """One that adds little to the sum of squares and follows nothing that is looked at."""
     log = sensed_anew(flight, 122)
     swing = 1.0 + 0.02 * np.sin(2.0 * np.pi * log.time / 23.0)
-    verdict, _ = judge(lay_out(replace(log, impact_pressure=log.impact_pressure * swing), None, SETTING), null)
+    verdict = judge_one(lay_out(replace(log, impact_pressure=log.impact_pressure * swing), None, SETTING), null)
     assert verdict.kind == "unknown"
     assert verdict.located[0].variable in ("a period of 23 s", "a period of 22 s", "a period of 24 s")
 
@@ -65,7 +70,7 @@ def test_an_error_curve_is_taken_out_before_forces_are_judged(flight: Flight, nu
     left, before = (np.std(q / true - 1.0) for q in (layout.track["impact_pressure"], log.impact_pressure))
     assert np.mean(layout.track["impact_pressure"] / true - 1.0) == pytest.approx(0.0, abs=0.003)
     assert left < 0.2 * before
-    assert judge(layout, null)[0].kind == "no_gap"
+    assert judge_one(layout, null).kind == "no_gap"
 
 
 def test_a_late_velocity_is_named_though_the_gusts_in_it_are_late_as_well(
@@ -73,7 +78,7 @@ def test_a_late_velocity_is_named_though_the_gusts_in_it_are_late_as_well(
 ) -> None:
     late = (EffectSpec("gps_latency", {"latency_s": 0.3}),)
     log = sensed_anew(replace(flight, case=replace(flight.case, effects=late)), 124)
-    verdict, _ = judge(lay_out(log, None, SETTING), null)
+    verdict = judge_one(lay_out(log, None, SETTING), null)
     assert verdict.kind in ("named", "one_of")
     assert verdict.effects[0].name == "gps_latency"
 

@@ -106,7 +106,7 @@ def test_a_held_fix_is_not_used_and_names_nothing(sensed) -> None:
     assert "stand still for 7.9" in told.why or "stand still for 8.0" in told.why
     assert "from 60 s" in told.why
     layout = lay_out(log, None, AnalysisSetting())
-    verdict = judge(layout, theoretical_distribution(layout))[0]
+    verdict = judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
     assert verdict.kind == "no_gap"
 
 

@@ -22,14 +22,14 @@ from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.signatures import FITTED, GUSTS, returns
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.verdict import (
+    Checks,
     JointVerdict,
-    doubted,
+    Objection,
+    doubt_beside,
     for_channels,
     hold_out,
-    judge_together,
-    taken_back,
-    with_doubt,
-    with_hold_out,
+    judge,
+    verdict_of,
 )
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
@@ -63,17 +63,22 @@ class JudgedLog:
 
 @dataclass(frozen=True, slots=True)
 class Reconciliation:
-    """A verdict with the data that a page or a patch needs.
+    """What the checks found, with the data that a page or a patch needs.
 
     `logs` are those that were judged, `joint` their verdict before a log was held out. `shown` is the number of the
     log of which a page shows pictures: that with the largest part of the gap. `naming`, `layout`, `null` and `card`
     are those of this log.
     """
 
-    verdict: Verdict
+    checks: Checks
     joint: JointVerdict
     logs: tuple[JudgedLog, ...]
     flights: tuple[JoinedFlight, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict of all checks so far."""
+        return verdict_of(self.checks)
 
     @property
     def shown(self) -> int:
@@ -143,17 +148,15 @@ def reconcile_logs(
         raise BadInputError("no log to reconcile")
     model = aircraft_model(aircraft)
     judged = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
-    joint = judge_together(
-        [each.name for each in judged], [each.layout for each in judged], [each.null for each in judged]
-    )
+    joint = judge([each.name for each in judged], [each.layout for each in judged], [each.null for each in judged])
     flights = tuple(
         replace(flight, maneuver=each.card.maneuver if each.card else "")
         for flight, each in zip(joint.flights, judged, strict=True)
     )
-    found = Reconciliation(joint.verdict, joint, tuple(judged), flights)
+    found = Reconciliation(joint.checks, joint, tuple(judged), flights)
     if holdout is not None and any(map(returns, found.naming.chosen)):
         held = hold_out(holdout, model, found.null, found.naming, found.layout.setting)
-        found = replace(found, verdict=with_hold_out(found.verdict, held))
+        found = replace(found, checks=replace(found.checks, hold_out=held))
     return found
 
 
@@ -184,15 +187,23 @@ def _judged(
 
 @dataclass(frozen=True, slots=True)
 class Looks:
-    """The rounds of a reconciliation, the effects that later rounds added, and the fitted shapes of all effects.
+    """A reconciliation with the passes that followed it, and the fitted shapes of all effects.
 
-    `last` is the fit behind the verdict of the last round.
+    `later` is what the checks of each later pass found, `added` the effects that these passes add, and `last` the
+    fit behind the verdict of the last one.
     """
 
-    rounds: tuple[Round, ...]
+    first: Reconciliation
+    later: tuple[Checks, ...]
     added: tuple[Candidate, ...]
     shapes: Shapes
     last: Naming
+
+    @property
+    def rounds(self) -> tuple[Round, ...]:
+        """The verdict of each pass, with the names of the effects that it adds."""
+        verdicts = map(verdict_of, (self.first.checks, *self.later))
+        return tuple(Round(v, tuple(e.name for e in v.effects) if v.kind in SURE else ()) for v in verdicts)
 
     @property
     def effects(self) -> tuple[Candidate, ...]:
@@ -201,10 +212,9 @@ class Looks:
 
     @property
     def closure(self) -> Closure:
-        """How much of the gap all looks together close.
+        """How much of the gap all passes together close.
 
-        What the last look leaves stands above its own noise, for each look takes the level of its noise from what
-        it has to explain.
+        Each pass estimates its noise again; compare the residuals with the last pass's noise.
         """
         begin, end = self.rounds[0].verdict.closure, self.rounds[-1].verdict.closure
         left = (end.after if self.rounds[-1].added else end.before) - end.noise
@@ -215,6 +225,11 @@ class Looks:
         """Whether something significant is left beside all that the looks name."""
         last = self.rounds[-1].verdict
         return last.kind == "unknown" or last.remains
+
+
+def first_pass(first: Reconciliation) -> Looks:
+    """Return a reconciliation as its own first pass, without any that follow it."""
+    return Looks(first, (), (), fitted_shapes(first.naming), first.naming)
 
 
 def fitted_shapes(naming: Naming) -> Shapes:
@@ -229,12 +244,12 @@ def inseparable_candidates(verdict: Verdict) -> list[list[Candidate]]:
     return [[candidates[name] for name in names if name in candidates] for names in verdict.alternatives]
 
 
-def patch_of(first: Reconciliation, added: Sequence[Candidate], shapes: Shapes, source: str, date: str) -> Patch:
-    """Return the patch of a reconciliation and its later rounds. It is empty where the verdict is not certain."""
-    verdict = first.verdict
+def patch_of(looks: Looks, further: Sequence[Candidate], source: str, date: str) -> Patch:
+    """Return the patch of all passes, and of `further` effects. It is empty where the verdict is not certain."""
+    verdict = looks.first.verdict
     effects = verdict.effects if verdict.kind in SURE else ()
     others = inseparable_candidates(verdict) if effects else ()
-    return patch_of_effects(_joined((*effects, *added)), source, date, shapes, others)
+    return patch_of_effects(_joined((*effects, *looks.added, *further)), source, date, looks.shapes, others)
 
 
 def look_until_quiet(
@@ -242,87 +257,71 @@ def look_until_quiet(
     first: Reconciliation,
     progress: Progress | None = None,
 ) -> Looks:
-    """Judge the logs again with all effects named so far in the model, and return the rounds.
+    """Judge the logs again with all effects named so far in the model, and return the passes.
 
-    Ends with a verdict of no gap or of an unknown cause, or after the third round.
+    Ends with a verdict of no gap or of an unknown cause, or after the third pass.
     """
-    rounds = [_round(first.verdict)]
-    shapes, added = dict(fitted_shapes(first.naming)), list[Candidate]()
-    model, naming = aircraft_model(aircraft), first.naming
-    while rounds[-1].added and len(rounds) < THRESHOLDS.looks_most:
+    looks, model = first_pass(first), aircraft_model(aircraft)
+    while looks.rounds[-1].added and len(looks.rounds) < THRESHOLDS.looks_most:
         if progress is not None:
-            progress(f"looking again with {', '.join(rounds[-1].added)} in the model")
-        entries = dict(patch_of(first, added, shapes, "", "").entries)
+            progress(f"looking again with {', '.join(looks.rounds[-1].added)} in the model")
+        entries = dict(patch_of(looks, (), "", "").entries)
         layouts = [with_effects(each.layout, model, entries) for each in first.logs]
-        joint = judge_together([each.name for each in first.logs], layouts, [each.null for each in first.logs])
-        verdict, naming = joint.verdict, joint.together.namings[first.shown]
-        rounds.append(_round(_news(verdict, naming, set(entries))))
-        added += [e for e in rounds[-1].verdict.effects if rounds[-1].added]
-        shapes |= fitted_shapes(naming)
-    return Looks(tuple(rounds), tuple(added), shapes, naming)
+        joint = judge([each.name for each in first.logs], layouts, [each.null for each in first.logs])
+        naming = joint.together.namings[first.shown]
+        checks = replace(joint.checks, added=_news(joint.checks.found, naming, set(entries)))
+        looks = replace(looks, later=(*looks.later, checks), last=naming)
+        news = looks.rounds[-1]
+        looks = replace(
+            looks,
+            added=(*looks.added, *(news.verdict.effects if news.added else ())),
+            shapes={**looks.shapes, **fitted_shapes(naming)},
+        )
+    return looks
 
 
-def settled(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]:
-    """Return a reconciliation and its looks, the name doubted or taken back where they close too little of the gap.
+def settled(looks: Looks) -> Looks:
+    """Return the passes with the objection of their closure, where they close too little of the gap.
 
     A fault that the table does not hold looks like one that it holds, and leaves more of the gap than another form
-    of that one would. Where the answer is one of several causes, none is claimed, and none is taken back.
+    of that one would. Where the answer is one of several causes, none is claimed, and none is withdrawn.
     """
-    closed = looks.closure
+    closed, verdict = looks.closure, looks.first.verdict
     share = f"{max(0.0, closed.share):.0%} of the gap"
-    if first.verdict.doubts and closed.share < THRESHOLDS.closure_probable:
-        return without_names(first, f"all looks close only {share}")
+    if verdict.doubts and closed.share < THRESHOLDS.closure_probable:
+        return _objected(looks, f"all looks close only {share}")
     least = THRESHOLDS.closure_with_rest if looks.remains else THRESHOLDS.closure_lowest
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     fitted = [e.name for e in looks.effects if e.name in FITTED and e.name not in GUSTS]
     names = ", ".join(fitted)
     if len(fitted) > THRESHOLDS.effects_most:
-        one_look = Looks(looks.rounds[:1], (), fitted_shapes(first.naming), first.naming)
-        return _doubted(first, one_look, f"so many effects would be needed that none is named: {names}")
-    if first.verdict.kind != "named" or not first.naming.chosen or closed.share >= least or by_chance:
-        return first, looks
-    return _doubted(first, looks, f"{names} comes closest, but closes only {share}")
+        return _objected(first_pass(looks.first), f"so many effects would be needed that none is named: {names}")
+    if verdict.kind != "named" or not looks.first.naming.chosen or closed.share >= least or by_chance:
+        return looks
+    return _objected(looks, f"{names} comes closest, but closes only {share}")
 
 
-def _doubted(first: Reconciliation, looks: Looks, why: str) -> tuple[Reconciliation, Looks]:
-    """The names of some looks as probable causes where they close enough of the gap, else taken back."""
-    if looks.closure.share < THRESHOLDS.closure_probable:
-        return without_names(first, why)
-    verdict = doubted(first.verdict, why)
-    return replace(first, verdict=verdict), replace(looks, rounds=(_round(verdict), *looks.rounds[1:]))
+def _objected(looks: Looks, why: str) -> Looks:
+    """The passes with an objection, which withdraws the names where they close too little of the gap."""
+    withdraws = looks.closure.share < THRESHOLDS.closure_probable
+    first = replace(looks.first, checks=replace(looks.first.checks, closure=Objection(why, withdraws)))
+    return first_pass(first) if withdraws else replace(looks, first=first)
 
 
-def without_names(first: Reconciliation, why: str) -> tuple[Reconciliation, Looks]:
-    """Return a reconciliation and its looks with all names taken back, and the reason as a note."""
-    verdict = replace(taken_back(first.verdict, why), remains=False)
-    return replace(first, verdict=verdict), Looks((Round(verdict, ()),), (), {}, first.naming)
+def with_doubts(looks: Looks) -> Looks:
+    """Return the passes with calibrated probabilities, for what they all leave of the gap."""
+    left, doubt = 1.0 - looks.closure.share, doubt_beside(looks.first.verdict)
+    first, *later = (replace(each, left=left, doubt=doubt) for each in (looks.first.checks, *looks.later))
+    return replace(looks, first=replace(looks.first, checks=first), later=tuple(later))
 
 
-def with_doubts(first: Reconciliation, looks: Looks) -> tuple[Reconciliation, Looks]:
-    """Return a reconciliation and its looks with calibrated probabilities, for what all looks leave of the gap."""
-    left = 1.0 - looks.closure.share
-    begun = looks.rounds[0].verdict
-    rounds = tuple(replace(each, verdict=with_doubt(each.verdict, left, begun)) for each in looks.rounds)
-    return replace(first, verdict=rounds[0].verdict), replace(looks, rounds=rounds)
+def _news(verdict: Verdict, naming: Naming, before: set[str]) -> tuple[int, ...]:
+    """The positions of the effects that are not in the patch yet, or that can be subtracted from a log.
 
-
-def _round(verdict: Verdict) -> Round:
-    return Round(verdict, tuple(e.name for e in verdict.effects) if verdict.kind in SURE else ())
-
-
-def _news(verdict: Verdict, naming: Naming, before: set[str]) -> Verdict:
-    """Return the verdict without the effects that are already in the patch and cannot be subtracted from a log.
-
-    Counted faults and the level of turbulence appear again in each round. A size that is fitted again is a
+    Counted faults and the level of turbulence appear again in each pass. A size that is fitted again is a
     correction of the earlier one, so it is kept.
     """
-    new = [i for i, e in enumerate(verdict.effects) if e.name not in before or e.name in naming.chosen]
-    return replace(
-        verdict,
-        kind="no_gap" if verdict.kind in SURE and not new else verdict.kind,
-        effects=tuple(verdict.effects[i] for i in new),
-        alternatives=tuple(verdict.alternatives[i] for i in new),
-    )
+    return tuple(i for i, e in enumerate(verdict.effects) if e.name not in before or e.name in naming.chosen)
 
 
 def _joined(effects: Sequence[Candidate]) -> tuple[Candidate, ...]:

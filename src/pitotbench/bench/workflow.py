@@ -12,12 +12,12 @@ from pitotbench.bench.rounds import (
     Looks,
     NamedLog,
     Reconciliation,
+    first_pass,
     look_until_quiet,
     patch_of,
     reconcile_logs,
     settled,
     with_doubts,
-    without_names,
 )
 from pitotbench.reconciliation.formula import closure_on, find_formula, free_sizes_beside
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -39,13 +39,12 @@ HOLD_OUT_LEAST = 0.5  # closure of a held-out log below which a formula is shown
 
 @dataclass(frozen=True, slots=True)
 class BeyondTable:
-    """A reconciliation and its looks, with the formula of what they leave; None where nothing is left to describe.
+    """The passes of a reconciliation, with the formula of what they leave; None where nothing is left to describe.
 
-    Where a formula alone says more than names with a formula beside them, the names are taken back in both.
+    Where a formula alone says more than names with a formula beside them, the names are withdrawn.
     `free_sizes` are the free parameters of the log beside the formula, by name.
     """
 
-    first: Reconciliation
     looks: Looks
     formula: FoundFormula | None = None
     free_sizes: Mapping[str, float] = field(default_factory=dict)
@@ -63,31 +62,32 @@ class BeyondTable:
 
 
 def beyond_the_table(
-    aircraft: str, first: Reconciliation, looks: Looks, holdout: FlightLog | None, progress: Progress | None = None
+    aircraft: str, looks: Looks, holdout: FlightLog | None, progress: Progress | None = None
 ) -> BeyondTable:
     """Describe what the named effects leave of the gap; `holdout` is a log on which the formula is to hold as well.
 
     Raises BadInputError for a held-out log that cannot be compared.
     """
-    last = looks.rounds[-1].verdict
-    if not (last.kind == "unknown" or last.remains):
-        return BeyondTable(first, looks)
+    first = looks.first
+    if not looks.remains:
+        return BeyondTable(looks)
     if progress is not None:
         progress("looking for a formula of what the table does not explain")
-    names = dict(patch_of(first, looks.added, looks.shapes, "", "").entries)
+    names = dict(patch_of(looks, (), "", "").entries)
     formula = find_formula(_remaining(looks), first.null)
     if names:
         alone = find_formula(first.naming.layout, first.null)
         if alone is not None and _is_simpler(alone, formula, names):
             why = f"a formula explains more than {', '.join(names)} with a formula beside it"
-            first, looks, formula, names = *without_names(first, why), alone, {}
+            first = replace(first, checks=replace(first.checks, formula=why))
+            looks, formula, names = first_pass(first), alone, {}
     if formula is None:
-        return BeyondTable(first, looks)
+        return BeyondTable(looks)
     formula = replace(formula, beside=tuple(names))
     free = free_sizes_beside(_remaining(looks), first.null, formula)
     if holdout is not None:
         formula = _held_out(formula, aircraft, first, holdout, names)
-    return BeyondTable(first, looks, formula, free)
+    return BeyondTable(looks, formula, free)
 
 
 def _remaining(looks: Looks) -> Layout:
@@ -203,13 +203,13 @@ def reconcile_fully(
     first = reconcile_logs(logs, aircraft, other, progress=progress, setting=setting, keep=keep)
     advised = next_flight_after(first, progress) if next_flight else None
     if advised is not None:
-        first = replace(first, verdict=replace(first.verdict, advice=advice_of(advised)))
-    first, looks = settled(first, look_until_quiet(aircraft, first, progress))
+        first = replace(first, checks=replace(first.checks, advice=advice_of(advised)))
+    looks = settled(look_until_quiet(aircraft, first, progress))
     source = ", ".join(each.name for each in logs)
-    beyond = beyond_the_table(aircraft, first, looks, other, progress)
-    first, looks = with_doubts(beyond.first, beyond.looks)
-    added = (*looks.added, *beyond.entries)
-    patch = patch_of(first, added, looks.shapes, source, datetime.now(UTC).strftime("%Y-%m-%d"))
+    beyond = beyond_the_table(aircraft, looks, other, progress)
+    looks = with_doubts(beyond.looks)
+    first = looks.first
+    patch = patch_of(looks, beyond.entries, source, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
     flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
     shown = as_the_log_shows(first.card, first.naming, beyond.free_sizes) if refly else None

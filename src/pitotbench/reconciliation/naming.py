@@ -39,7 +39,7 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.verdict import Candidate, Closure, Located
 from pitotbench.units import Array
 
-# Name the effects of a log: fit every hypothesis, form the posterior over causes, and read its answer.
+# Name the effects on each flight: fit every hypothesis, form the posterior over causes, and read its answer.
 
 RENEWALS = 3  # times the signatures are renewed; they mostly stay as they are after the first
 
@@ -87,16 +87,8 @@ class Renewed:
         return LogEvidence(self.layout, self.noise, wander, null.scores, null.gap_bayes_factor)
 
 
-def name_effects(layout: Layout, null: NullDistribution) -> Naming:
-    """Name the effects that a log shows, given the noise and the wander of its null flights."""
-    renewed = renewed_signatures(layout, null)
-    log = renewed.evidence(null)
-    posterior = cause_posterior([log])
-    return naming_of(renewed, null, posterior)
-
-
-def naming_of(renewed: Renewed, null: NullDistribution, posterior: CausePosterior) -> Naming:
-    """Return what a posterior names on a log: its own, or that of several logs of which it is one."""
+def _naming(renewed: Renewed, null: NullDistribution, posterior: CausePosterior) -> Naming:
+    """What the posterior of all flights names on one of them."""
     answer, layout, equations = answer_of(posterior), renewed.layout, renewed.equations
     chosen = answer.effects
     fit = _fit(renewed, answer)
@@ -221,9 +213,10 @@ def _located(renewed: Renewed, null: NullDistribution, given: Sequence[int]) -> 
     return tuple(sorted(best.values(), key=lambda place: -abs(place.significance)))
 
 
-# Name the effects of several flights of one airplane: causes and sizes shared, free parameters each flight's own.
+# Name the effects of all flights of one airplane: causes and sizes shared, free parameters each flight's own.
 # Each flight is judged by the noise and the wander of the null flights of its own card. Its evidence adds to that
-# of the others. A flight that shows another size than the others do contradicts the cause.
+# of the others. A flight that shows another size than the others do contradicts the cause. One flight is the case
+# of several in which there are no others.
 
 Key = tuple[str, str]  # an effect and one of its parameters
 
@@ -232,7 +225,7 @@ FARTHEST = 1e-300  # smallest probability that is turned into a distance
 
 @dataclass(frozen=True, slots=True)
 class Together:
-    """Several flights named together.
+    """One flight or several, named together.
 
     `namings` holds for each flight the shared answer with the shared sizes, `logs` its evidence, and `alone` the
     posterior of the flight by itself.
@@ -258,11 +251,11 @@ class OwnSizes:
         return dict(zip(self.keys, self.values.tolist(), strict=True))
 
 
-def name_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> Together:
-    """Name the effects that several flights show, each with its null distribution.
+def name_effects(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> Together:
+    """Name the effects that one flight shows, or several, each with its null distribution.
 
-    The signatures are computed once more at the shared sizes, because a flight that shows little of an effect fits
-    a size of its own that is far from them.
+    The signatures of several flights are computed once more at the shared sizes, because a flight that shows little
+    of an effect fits a size of its own that is far from them.
     Raises ValueError without a flight.
     """
     renewed = [renewed_signatures(layout, null) for layout, null in zip(layouts, nulls, strict=True)]
@@ -271,14 +264,11 @@ def name_together(layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) 
     posterior = alone[0] if len(logs) == 1 else cause_posterior(logs)
     if len(logs) > 1:
         moved = [_at(each, _sizes_of(posterior)) for each in renewed]
-        changed = [new is not old for new, old in zip(moved, renewed, strict=True)]
-        if any(changed):
-            logs = [
-                new.evidence(null) if is_new else log
-                for new, null, log, is_new in zip(moved, nulls, logs, changed, strict=True)
-            ]
+        new = [after is not before for after, before in zip(moved, renewed, strict=True)]
+        if any(new):
+            logs = [moved[i].evidence(nulls[i]) if new[i] else log for i, log in enumerate(logs)]
             renewed, posterior = moved, cause_posterior(logs)
-    namings = [naming_of(each, null, posterior) for each, null in zip(renewed, nulls, strict=True)]
+    namings = [_naming(each, null, posterior) for each, null in zip(renewed, nulls, strict=True)]
     sizes = shared_sizes(namings).by_key()
     if len(namings) > 1:
         namings = [_with_sizes(naming, sizes) for naming in namings]

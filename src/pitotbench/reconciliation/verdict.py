@@ -27,7 +27,6 @@ from pitotbench.reconciliation.naming import (
     contradiction,
     left_out_closures,
     name_effects,
-    name_together,
     own_sizes,
 )
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
@@ -53,17 +52,118 @@ from pitotbench.records.verdict import (
 )
 from pitotbench.units import Array, Booleans
 
-# From a log that is laid out to a verdict: name, examine what remains, close, advise.
+# From what every check found to a verdict.
 
 
-def judge(layout: Layout, null: NullDistribution) -> tuple[Verdict, Naming]:
-    """Return the verdict on a log that is laid out, and the naming from which it follows."""
-    naming = name_effects(layout, null)
-    return verdict_of(layout, naming, null), naming
+@dataclass(frozen=True, slots=True)
+class Objection:
+    """What a check says against the names: it withdraws them, or leaves them only probable."""
+
+    why: str
+    withdraws: bool
 
 
-def verdict_of(layout: Layout, naming: Naming, null: NullDistribution) -> Verdict:
-    """Return the verdict that follows from a naming: with what was counted, the turbulence, and what remains."""
+@dataclass(frozen=True, slots=True)
+class Checks:
+    """What every check found on the flights of a verdict; `verdict_of` makes the verdict of it.
+
+    `found` is what all flights show, with the kind of the posterior's answer. Each step fills its own field:
+    `outweighed`, whether a wander or a line of a flight outweighs what the effects explain; `left_out` and
+    `contradictions`, the sentences of flights that the others do not close or that contradict them; `hold_out`, the
+    closure of a held-out log; `closure`, the objection of the closure of all passes; `formula`, why a formula
+    replaces the names; `added`, the positions of the effects that a later pass adds (None: all); `advice`, that of
+    the chosen next flight; `left`, the share of the gap that all passes leave, and `doubt`, a share of doubt beside
+    it (None: by the objections to these names).
+    """
+
+    found: Verdict
+    outweighed: bool = False
+    left_out: tuple[str, ...] = ()
+    contradictions: tuple[str, ...] = ()
+    hold_out: Closure | None = None
+    closure: Objection | None = None
+    formula: str = ""
+    added: tuple[int, ...] | None = None
+    advice: tuple[str, ...] = ()
+    left: float | None = None
+    doubt: float | None = None
+
+
+def verdict_of(checks: Checks) -> Verdict:
+    """Return the verdict of what all checks found. Nothing else sets the kind of a verdict.
+
+    First the posterior answers. A wander or a line may outweigh its effects, and what was counted is a gap of its
+    own. Then the objections follow: flights left out, contradictions, a held-out log, the closure of all passes,
+    a formula. A later pass tells only what it adds. The doubt of the table comes last.
+    """
+    verdict = replace(checks.found, closure_holdout=checks.hold_out)
+    if checks.outweighed:
+        why = "a wander or a line outweighs what the effects explain"
+        verdict = replace(_with_kind(verdict, "unknown", why), remains=False)
+    elif verdict.kind == "no_gap" and verdict.effects:
+        kind: Kind = "one_of" if any(verdict.alternatives) else "named"
+        verdict = _with_kind(verdict, kind, "a fault that was counted, or the level of turbulence")
+    groups = [(e.name, *others) for e, others in zip(verdict.effects, verdict.alternatives, strict=True)]
+    verdict = replace(verdict, advice=checks.advice or flights_to_fly(verdict.kind, groups))
+    for why in checks.left_out:
+        verdict = _objected(verdict, Objection(why, withdraws=False))
+    for why in checks.contradictions:
+        verdict = _objected(verdict, Objection(why, withdraws=True))
+    held = checks.hold_out
+    if held is not None and verdict.kind in SURE and not closes(held):
+        why = f"only {max(0.0, held.share):.0%} of the gap of the held-out log is closed"
+        verdict = _objected(verdict, Objection(why, withdraws=True))
+    for objection in (checks.closure, Objection(checks.formula, withdraws=True) if checks.formula else None):
+        if objection is not None:
+            verdict = _objected(verdict, objection)
+            verdict = replace(verdict, remains=verdict.remains and not objection.withdraws)
+    if checks.added is not None:
+        verdict = _with_effects(verdict, checks.added)
+    return verdict if checks.left is None else _with_doubt(verdict, checks)
+
+
+def _with_kind(verdict: Verdict, kind: Kind, why: str) -> Verdict:
+    """A verdict of another kind, with a line that tells why; the same where the kind is not another one."""
+    if kind == verdict.kind:
+        return verdict
+    return replace(verdict, kind=kind, changes=(*verdict.changes, f"{verdict.kind} -> {kind}: {why}"))
+
+
+def _objected(verdict: Verdict, objection: Objection) -> Verdict:
+    """A verdict after an objection, which is only a note where nothing is named.
+
+    Of the names that an objection leaves probable about half are right: more than of any other cause, and too few
+    for a name.
+    """
+    why = objection.why
+    if verdict.kind not in SURE or not verdict.effects:
+        return replace(verdict, notes=(*verdict.notes, why))
+    doubts = (*verdict.doubts, why)
+    if not objection.withdraws:
+        return replace(_with_kind(verdict, "one_of", why), remains=True, doubts=doubts)
+    named = ", ".join(effect.name for effect in verdict.effects)
+    notes = (*verdict.notes, f"{why}: the name {named} is taken back")
+    verdict = _with_kind(verdict, "unknown", why)
+    return replace(verdict, effects=(), alternatives=(), notes=notes, doubts=doubts)
+
+
+def _with_effects(verdict: Verdict, added: Sequence[int]) -> Verdict:
+    """A verdict with some of its effects, by their positions; the others stand in the model already."""
+    kept = [i for i in added if i < len(verdict.effects)]
+    if verdict.kind in SURE and not kept:
+        verdict = _with_kind(verdict, "no_gap", "all its effects are in the model already")
+    return replace(
+        verdict,
+        effects=tuple(verdict.effects[i] for i in kept),
+        alternatives=tuple(verdict.alternatives[i] for i in kept),
+    )
+
+
+# What the flights show: the effects, the turbulence, and what remains.
+
+
+def _found(layout: Layout, naming: Naming, null: NullDistribution) -> Checks:
+    """What one flight shows: its effects with what was counted and the turbulence, and what remains."""
     explained = _without_named(naming)
     gusts = turbulence_candidates(explained, null.gust_levels)
     # Other turbulence than that of the card makes every channel wander.
@@ -77,16 +177,12 @@ def verdict_of(layout: Layout, naming: Naming, null: NullDistribution) -> Verdic
         *(others_of[effect.name] for effect in named),
         *(("turbulence_scale",),) * len(gusts),
     )
-    kind: Kind = naming.answer.kind
-    if unexplained and not counted and (not naming.chosen or _outweighs(explained, naming, null)):
-        kind = "unknown"
-    elif kind == "no_gap" and effects:
-        kind = "one_of" if any(alternatives) else "named"
-    remains = kind in SURE and (bool(unexplained) or naming.answer.rest > THRESHOLDS.rest_likely)
-    groups = [(e.name, *others) for e, others in zip(effects, alternatives, strict=True)]
-    equations, fit = naming.equations, naming.fit
-    return Verdict(
-        kind=kind,
+    answer, equations, fit = naming.answer, naming.equations, naming.fit
+    outweighed = bool(unexplained) and not counted and (not naming.chosen or _outweighs(explained, naming, null))
+    explains = bool(effects) and not outweighed and answer.kind != "unknown"
+    remains = explains and (bool(unexplained) or answer.rest > THRESHOLDS.rest_likely)
+    found = Verdict(
+        kind=answer.kind,
         effects=effects,
         alternatives=alternatives,
         candidates=naming.candidates,
@@ -94,12 +190,13 @@ def verdict_of(layout: Layout, naming: Naming, null: NullDistribution) -> Verdic
         checks=layout.checked.checks,
         closure=closure_of(equations, fit.columns, fit.sizes.tolist(), _cells(naming.layout)),
         smallest_detectable=smallest_detectable(equations, naming.layout, null, fit.columns),
-        advice=flights_to_fly(kind, groups),
+        advice=(),
         notes=_notes(layout, null, naming),
-        probabilities=naming.answer.probabilities,
+        probabilities=answer.probabilities,
         log_bayes_factor=naming.posterior.log_bayes_factor,
         remains=remains,
     )
+    return Checks(found, outweighed)
 
 
 def _outweighs(explained: Layout, naming: Naming, null: NullDistribution) -> bool:
@@ -117,7 +214,7 @@ def _outweighs(explained: Layout, naming: Naming, null: NullDistribution) -> boo
 def _named_effects(naming: Naming) -> tuple[Candidate, ...]:
     """The chosen effects with the sizes that are beyond their bounds, as fitted together.
 
-    An effect that other flights name and this one cannot show is left out.
+    Skip effects without a column in this log: other flights name them.
     """
     columns, fit = columns_of(naming.layout.signatures), naming.fit
     effects = []
@@ -253,33 +350,6 @@ def closes(held: Closure) -> bool:
     return held.share >= THRESHOLDS.hold_out_lowest or held.after - held.noise < by_chance
 
 
-def taken_back(verdict: Verdict, why: str) -> Verdict:
-    """Return a verdict without the names that it gives, and the reason as a note."""
-    if verdict.kind not in SURE or not verdict.effects:
-        return replace(verdict, notes=(*verdict.notes, why))
-    named = ", ".join(effect.name for effect in verdict.effects)
-    note = f"{why}: the name {named} is taken back"
-    kept = replace(verdict, kind="unknown", effects=(), alternatives=(), doubts=(*verdict.doubts, why))
-    return replace(kept, notes=(*verdict.notes, note))
-
-
-def doubted(verdict: Verdict, why: str) -> Verdict:
-    """Return a verdict whose names are only probable, because a check speaks against them: `why`.
-
-    Of such names about half are right: more than of any other cause, and too few for a name.
-    """
-    if verdict.kind not in SURE or not verdict.effects:
-        return replace(verdict, notes=(*verdict.notes, why))
-    return replace(verdict, kind="one_of", remains=True, doubts=(*verdict.doubts, why))
-
-
-def with_hold_out(verdict: Verdict, held: Closure) -> Verdict:
-    """Return the verdict with the closure on a held-out log, which takes the name back where it is too small."""
-    if verdict.kind in SURE and not closes(held):
-        verdict = taken_back(verdict, f"only {max(0.0, held.share):.0%} of the gap of the held-out log is closed")
-    return replace(verdict, closure_holdout=held)
-
-
 # What the probability of a cause is worth: the posterior's own, with a doubt that it cannot have itself.
 # The posterior takes the table, its form error and the noise for complete. On 387 sealed logs of other making,
 # causes that it gave more than 0.995 were right in 92 %: in 96 % where the answer closed all but 3 % of the gap,
@@ -321,15 +391,17 @@ def _nearer_even(probabilities: Array | float) -> Array:
     return np.asarray(expit(np.where(odds > 0.0, np.minimum(odds, sure), THRESHOLDS.odds_below_even * odds)))
 
 
-def with_doubt(verdict: Verdict, left: float, whole: Verdict | None = None) -> Verdict:
-    """Return a verdict with calibrated probabilities, given what the whole answer leaves of the gap, as a share.
+def doubt_beside(verdict: Verdict) -> float:
+    """Return the share of doubt that the objections to a verdict's names leave, beside that of the gap left."""
+    if not verdict.doubts:
+        return 0.0
+    return THRESHOLDS.doubt_taken_back if verdict.kind == "unknown" else THRESHOLDS.doubt_probable
 
-    A cause that they do not name stands beside the next one. `whole` is the verdict of the first look, with the
-    doubt that the checks on all looks may have left.
-    """
-    first = whole or verdict
-    further = THRESHOLDS.doubt_taken_back if first.kind == "unknown" else THRESHOLDS.doubt_probable
-    found = calibrated(verdict.probabilities, left, further if first.doubts else 0.0)
+
+def _with_doubt(verdict: Verdict, checks: Checks) -> Verdict:
+    """A verdict with calibrated probabilities. A cause that they do not name stands beside the next one."""
+    beside = doubt_beside(verdict) if checks.doubt is None else checks.doubt
+    found = calibrated(verdict.probabilities, checks.left or 0.0, beside)
     answered = set(map(_cause, verdict.effects))
     following = next((cause for cause in sorted(found, key=lambda c: -found[c]) if cause not in answered), None)
 
@@ -338,9 +410,11 @@ def with_doubt(verdict: Verdict, left: float, whole: Verdict | None = None) -> V
         return so_far if so_far or is_sure or following is None else (following,)
 
     alternatives = tuple(map(others, verdict.effects, verdict.alternatives))
+    if verdict.kind == "named" and any(alternatives):
+        told = ", ".join(f"{found.get(_cause(e), 1.0):.2f}" for e in verdict.effects)
+        verdict = _with_kind(verdict, "one_of", f"the doubt of the table (probability {told})")
     return replace(
         verdict,
-        kind="one_of" if verdict.kind == "named" and any(alternatives) else verdict.kind,
         effects=tuple(_weighed(each, found) for each in verdict.effects),
         alternatives=alternatives,
         candidates=tuple(_weighed(each, found) for each in verdict.candidates),
@@ -357,47 +431,45 @@ def _cause(each: Candidate) -> str:
     return cause_of(each.name) if each.name in FITTED else each.name
 
 
-# From several flights that are laid out to one verdict, with the figures of each flight and its contradictions.
+# From flights that are laid out to the record of their checks.
 
 SECONDS_A_MINUTE = 60.0
 
 
 @dataclass(frozen=True, slots=True)
 class JointVerdict:
-    """One verdict on several flights, what it follows from, and the figures of each flight."""
+    """What the checks of one flight or several found, what it follows from, and the figures of each flight."""
 
-    verdict: Verdict
+    checks: Checks
     together: Together
     flights: tuple[JoinedFlight, ...]
 
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict on all flights."""
+        return verdict_of(self.checks)
 
-def judge_together(
-    names: Sequence[str], layouts: Sequence[Layout], nulls: Sequence[NullDistribution]
-) -> JointVerdict:
-    """Return the verdict on several flights with their names, and what each of them says.
 
-    A name is taken back where a flight contradicts a cause. It is doubted where the sizes that the other flights
-    show close too little of the gap of a flight that is left out.
-    """
-    together = name_together(layouts, nulls)
-    each = [verdict_of(naming.layout, naming, null) for naming, null in zip(together.namings, nulls, strict=True)]
+def judge(names: Sequence[str], layouts: Sequence[Layout], nulls: Sequence[NullDistribution]) -> JointVerdict:
+    """Return the verdict on one flight or several with their names, and what each of them says."""
+    together = name_effects(layouts, nulls)
+    each = [_found(naming.layout, naming, null) for naming, null in zip(together.namings, nulls, strict=True)]
     left_out = left_out_closures(together.namings)
     flights = tuple(
-        _figures(name, together, number, each[number].closure, left_out[number], null.flights)
+        _figures(name, together, number, each[number].found.closure, left_out[number], null.flights)
         for number, (name, null) in enumerate(zip(names, nulls, strict=True))
     )
-    if len(each) == 1:
-        return JointVerdict(each[0], together, flights)
-    verdict = _joined(names, each, left_out)
-    for flight in flights:
-        if flight.left_out is not None and not closes(flight.left_out):
-            share = max(0.0, flight.left_out.share)
-            verdict = doubted(
-                verdict, f"the sizes of the other flights close only {share:.0%} of the gap of {flight.log}"
-            )
-    for line in contradictions(flights):
-        verdict = taken_back(verdict, line)
-    return JointVerdict(verdict, together, flights)
+    checks = Checks(
+        found=_joined(names, [one.found for one in each], left_out),
+        outweighed=any(one.outweighed for one in each),
+        left_out=tuple(
+            f"the sizes of the other flights close only {max(0.0, closed.share):.0%} of the gap of {name}"
+            for name, closed in zip(names, left_out, strict=True)
+            if closed is not None and not closes(closed)
+        ),
+        contradictions=tuple(contradictions(flights)),
+    )
+    return JointVerdict(checks, together, flights)
 
 
 def contradictions(flights: Sequence[JoinedFlight]) -> list[str]:
@@ -478,17 +550,14 @@ def _of(sizes: OwnSizes, effect: str) -> OwnSizes:
 
 
 def _joined(names: Sequence[str], each: Sequence[Verdict], left_out: Sequence[Closure | None]) -> Verdict:
-    """One verdict of those on each flight, which share the posterior."""
+    """What all flights show, which share the posterior; a single flight has nothing to join."""
+    if len(each) == 1:
+        return each[0]
     effects, alternatives = _joined_effects(each, left_out)
-    kinds = [verdict.kind for verdict in each]
-    kind: Kind = "unknown" if "unknown" in kinds else ("one_of" if any(alternatives) else "named")
-    if not effects and kind != "unknown":
-        kind = kinds[0] if kinds[0] not in SURE else "no_gap"
     whole = Closure(*(sum(getattr(v.closure, n) for v in each) for n in ("before", "after", "noise")))
     notes = dict.fromkeys(note for verdict in each for note in verdict.notes)
     return replace(
         each[0],
-        kind=kind,
         effects=effects,
         alternatives=alternatives,
         candidates=_joined_candidates(each),
@@ -501,7 +570,7 @@ def _joined(names: Sequence[str], each: Sequence[Verdict], left_out: Sequence[Cl
         closure=whole,
         smallest_detectable=_joined_detectable(each),
         notes=tuple(notes),
-        remains=kind in SURE and any(verdict.remains for verdict in each),
+        remains=any(verdict.remains for verdict in each),
     )
 
 

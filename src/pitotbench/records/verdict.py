@@ -95,7 +95,8 @@ class Verdict:
     distinguish from it. `candidates` are all single explanations, the best first. `probabilities` is that of each
     cause of the table, given a gap; the causes may act together, so they do not sum to 1. `log_bayes_factor` is the
     logarithm of the Bayes factor of a gap against none. `remains` says whether something significant is left beside
-    the effects. `doubts` are the checks that speak against the effects, so that none of them is named.
+    the effects. `doubts` are the checks that speak against the effects, so that none of them is named. `changes`
+    has a line for each change of the kind after the posterior's own answer: `named -> one_of: why`.
     """
 
     kind: Kind
@@ -113,6 +114,7 @@ class Verdict:
     log_bayes_factor: float = 0.0
     remains: bool = False
     doubts: tuple[str, ...] = ()
+    changes: tuple[str, ...] = ()
 
 
 # One flight of several that were reconciled together: what it says alone, and how it agrees with the others.

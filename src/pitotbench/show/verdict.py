@@ -297,6 +297,7 @@ def verdict_json(verdict: Verdict) -> dict[str, Any]:
         "alternatives": [list(names) for names in verdict.alternatives],
         "remains": verdict.remains,
         "doubts": list(verdict.doubts),
+        "changes": list(verdict.changes),
         "probabilities": {name: p for name, p in verdict.probabilities.items() if p > LEAST_PROBABILITY},
         "log_bayes_factor": verdict.log_bayes_factor,
         "candidates": json_rows(candidate_columns(verdict), verdict.candidates),

@@ -105,8 +105,7 @@ def test_the_height_narrows_the_bound_as_the_information_allows_and_it_still_cov
 def test_a_static_error_is_found_to_be_one(maneuver):
     result = calibrate(fixture.fly(maneuver, 5))
     assert result.error_location == "static"
-    assert result.diagnostics is not None
-    assert result.diagnostics["static_probability"] > 0.99
+    assert result.diagnostics.static_probability > 0.99
 
 
 @pytest.mark.parametrize("maneuver", ["rapid_decel", "circle"])

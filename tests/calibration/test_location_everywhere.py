@@ -60,7 +60,7 @@ def test_models_are_mixed_over_both_locations_where_the_height_is_undecided(tota
 
     def undecided(*arguments):
         rows = reduce_log(*arguments)
-        return replace(rows, diagnostics={**rows.diagnostics, "static_probability": 0.5})
+        return replace(rows, diagnostics=replace(rows.diagnostics, static_probability=0.5))
 
     static = calibrate(log, _stated("static", model="auto")).curve
     monkeypatch.setattr(model_average, "reduce_log", undecided)

@@ -66,13 +66,13 @@ def calm():
 
 def test_says_what_it_weighed(calm):
     result = calibrate(calm, AUTO)
-    rows = {row["model"]: row for row in result.diagnostics["model_choice"]}
+    rows = {row.model: row for row in result.diagnostics.models}
     assert list(rows) == list(MODELS)
-    assert sum(row["weight"] for row in rows.values()) == pytest.approx(1.0, abs=1e-6)
-    assert sum(result.diagnostics["departure"].values()) == pytest.approx(1.0, abs=1e-6)
-    chosen = next(name for name, row in rows.items() if row["chosen"])
+    assert sum(row.weight for row in rows.values()) == pytest.approx(1.0, abs=1e-6)
+    assert sum(result.diagnostics.departures.values()) == pytest.approx(1.0, abs=1e-6)
+    chosen = next(name for name, row in rows.items() if row.chosen)
     assert result.model == f"auto ({chosen})"
-    assert len(result.parameters) == rows[chosen]["parameters"]
+    assert len(result.parameters) == rows[chosen].criteria.parameters
 
 
 def test_a_drifting_wind_is_reported_by_its_mean():
@@ -87,11 +87,11 @@ def test_a_drifting_wind_is_reported_by_its_mean():
 
 def test_quiet_data_rule_out_what_is_wrong(calm):
     """The truth is Inverse+; in quiet air neither a constant nor a straight line passes for it."""
-    rows = {row["model"]: row for row in calibrate(calm, AUTO).diagnostics["model_choice"]}
+    rows = {row.model: row for row in calibrate(calm, AUTO).diagnostics.models}
     for wrong in ("bias", "linear"):
-        assert rows[wrong]["bic"] > rows["inverse+"]["bic"] + 10.0
-        assert rows[wrong]["held_out"] < rows["inverse+"]["held_out"] - 5.0
-        assert not rows[wrong]["chosen"]
+        assert rows[wrong].criteria.bic > rows["inverse+"].criteria.bic + 10.0
+        assert rows[wrong].criteria.held_out < rows["inverse+"].criteria.held_out - 5.0
+        assert not rows[wrong].chosen
 
 
 def test_one_speed_leaves_the_constant():

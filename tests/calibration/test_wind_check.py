@@ -48,13 +48,13 @@ def named(result):
 def test_a_front_is_named_by_its_size_where_each_speed_is_flown_once(maneuver, seed):
     found = calibrate(flown(maneuver, seed, front(150.0, 2.8, 2.8)), CHECKED)
     assert len(named(found)) == 1
-    assert found.diagnostics["wind_change_mps"] == pytest.approx(4.0, abs=1.5)
+    assert found.diagnostics.wind_change.size == pytest.approx(4.0, abs=1.5)
 
 
 def test_the_heading_is_what_shows_it():
     change = front(150.0, 2.8, 2.8)
     evidence = [
-        calibrate(flown("step_decrease", 1, change, seen), CHECKED).diagnostics["wind_change_bayes_factor"]
+        calibrate(flown("step_decrease", 1, change, seen), CHECKED).diagnostics.wind_change.bayes_factor
         for seen in (True, False)
     ]
     assert evidence[0] > 10.0 * evidence[1]
@@ -83,5 +83,5 @@ def test_a_heading_that_is_off_or_follows_the_speed_is_no_change_of_the_wind():
 def test_gusts_that_hide_every_change_are_no_change():
     """Without heading, in gusts of 1.5 m/s, the factor is near 1: most exceed 1/3, few are more than chance."""
     found = [calibrate(flown("step_decrease", seed, None, False, 1.5), CHECKED) for seed in range(20, 30)]
-    assert sum(each.diagnostics["wind_change_bayes_factor"] > 1.0 / 3.0 for each in found) >= 4
+    assert sum(each.diagnostics.wind_change.bayes_factor > 1.0 / 3.0 for each in found) >= 4
     assert sum(bool(named(each)) for each in found) <= 1

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
-from pitotbench.records.calibration import ErrorCurve
+from pitotbench.records.calibration import ErrorCurve, WeighedModel
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.show.calibration import CURVE_COLUMNS, choice_columns, curve_points
 from pitotbench.show.campaign import CAMPAIGN_COLUMNS, print_campaign
@@ -126,7 +126,7 @@ def test_a_table_in_a_pipe_is_never_cut(show, columns, last, width):
 
 
 def test_the_headings_of_one_table_differ_and_say_what_each_2σ_is():
-    rows = [{"model": "bias", "weight": 1.0, "chosen": True}]
+    rows = [WeighedModel("bias", 1.0, True)]
     for columns in (CAMPAIGN_COLUMNS, CURVE_COLUMNS, POINT_COLUMNS, plan_columns(_plan()), choice_columns(rows)):
         headings = [column.heading for column in columns if column.heading]
         assert len(set(headings)) == len(headings)

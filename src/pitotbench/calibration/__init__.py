@@ -16,7 +16,7 @@ from pitotbench.calibration.options import accuracies_from as accuracies_from
 from pitotbench.calibration.reduction import one_thread
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import CalibratedFlight, Calibration
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import Caution, FlightLog
 
 
 def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Calibration:
@@ -89,5 +89,6 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
             "pressure (--accuracy impact_pressure_zero_pa=400 finds one)"
         )
     if verdict.kind == "doubtful":
-        return replace(calibration, warnings=(*calibration.warnings, verdict.words))
+        caution = Caution(verdict.words, "curve size", size=verdict.worst)
+        return replace(calibration, warnings=(*calibration.warnings, caution))
     return calibration

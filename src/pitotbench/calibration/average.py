@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
@@ -39,7 +38,14 @@ from pitotbench.estimation.restricted_likelihood import Regression, restricted_l
 from pitotbench.pressure_error import MODELS
 from pitotbench.pressure_error.models import SplineModel, spline_between
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, WindEstimate
+from pitotbench.records.calibration import (
+    Calibration,
+    Criteria,
+    ErrorCurve,
+    Estimate,
+    WeighedModel,
+    WindEstimate,
+)
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
@@ -199,7 +205,12 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
         model=best.model,
         white=best.white,
         answer=posterior_of(best.fit),
-        diagnostics={**rows.diagnostics, **choice_record(choice)},
+        diagnostics=replace(
+            rows.diagnostics,
+            iterations=best.white.iterations,
+            models=_weighed(choice),
+            departures=_departures(choice),
+        ),
     )
     calibration = assemble(chosen)
     zero = found_zero(choice.common, choice.answer, rows.nuisances)
@@ -226,7 +237,7 @@ def _of_every_location(
     Where the height leaves two locations likely, the answer is a mixture of both. Where there is no evidence, the
     difference between them, for the best model, counts as one standard deviation.
     """
-    static, share = rows.model.static_error, rows.diagnostics.get("static_probability")
+    static, share = rows.model.static_error, rows.diagnostics.static_probability
     if options.error_location != AUTO or (share is None and not static):
         return choice
     if share is None:
@@ -380,43 +391,30 @@ def _wind(choice: ModelChoice) -> WindEstimate:
     return WindEstimate(*(Estimate(name, float(v), float(b)) for name, v, b in parts))
 
 
-def choice_record(choice: ModelChoice) -> dict[str, Any]:
-    """The choice as plain data: `model_choice`, a row per model, and `departure`, the probability of each size."""
-    return {"model_choice": _table(choice), "departure": _departures(choice)}
-
-
-def _table(choice: ModelChoice) -> list[dict[str, Any]]:
-    """One row per model. Of log-likelihoods and criteria only the differences between rows have a meaning.
-
-    A model that the log does not determine by itself has a weight but no criteria.
-    """
-    judged = {judgment.candidate.name: judgment for judgment in choice.judgments}
+def _weighed(choice: ModelChoice) -> tuple[WeighedModel, ...]:
+    """The models that the log determines by itself, with their criteria, and others that have a weight."""
+    criteria = {judgment.candidate.name: _criteria(judgment) for judgment in choice.judgments}
     weights = {name: choice.weight_of(name) for name in MODELS}
-    return [
-        {
-            "model": name,
-            **(_criteria(judged[name]) if name in judged else {}),
-            "weight": weight,
-            "chosen": name == choice.best.name,
-        }
+    return tuple(
+        WeighedModel(name, weight, name == choice.best.name, criteria.get(name))
         for name, weight in weights.items()
-        if name in judged or weight > 0.0
-    ]
+        if name in criteria or weight > 0.0
+    )
 
 
-def _criteria(judgment: Judgment) -> dict[str, Any]:
-    return {
-        "parameters": judgment.candidate.model.error_count,
-        "log_likelihood": judgment.log_likelihood,
-        "aicc": judgment.aicc,
-        "bic": judgment.bic,
-        "held_out": float(np.sum(judgment.held_out)),
-    }
+def _criteria(judgment: Judgment) -> Criteria:
+    return Criteria(
+        parameters=judgment.candidate.model.error_count,
+        log_likelihood=judgment.log_likelihood,
+        aicc=judgment.aicc,
+        bic=judgment.bic,
+        held_out=float(np.sum(judgment.held_out)),
+    )
 
 
-def _departures(choice: ModelChoice) -> dict[str, float]:
-    """Probability of each size of departure from a law, keyed by its root mean square in Δp/q_c."""
+def _departures(choice: ModelChoice) -> dict[float, float]:
+    """Probability of each size of departure from a law, by its root mean square in Δp/q_c."""
     sizes = dict.fromkeys((hypothesis.departure for hypothesis in choice.hypotheses), 0.0)
     for hypothesis, share in zip(choice.hypotheses, choice.shares, strict=True):
         sizes[hypothesis.departure] += float(share)
-    return {f"{size:g}": share for size, share in sizes.items()}
+    return sizes

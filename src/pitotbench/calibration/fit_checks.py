@@ -22,6 +22,7 @@ from pitotbench.calibration.prediction import Nuisance, PredictionModel
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration
+from pitotbench.records.log import Caution
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
 
 # Checks that a log determines the requested answer. A number that it does not determine is never returned.
@@ -202,7 +203,9 @@ class _Extent:
         return f"{self.middle / reach:.3g} to {self.middle * reach:.3g} {self.unit} expected"
 
 
-def outside_prior(structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior) -> tuple[str, ...]:
+def outside_prior(
+    structure: Structure, obs: Observations, fit: CoveringFit, answer: Posterior
+) -> tuple[Caution, ...]:
     """Write a sentence for each nuisance and each noise parameter far outside its prior.
 
     Far is what 1 % of logs find of a nuisance where its prior holds, and for a noise parameter more than three
@@ -211,7 +214,7 @@ def outside_prior(structure: Structure, obs: Observations, fit: CoveringFit, ans
     return (*_nuisances_outside(structure, answer), *_noise_outside(structure, obs, fit))
 
 
-def _nuisances_outside(structure: Structure, answer: Posterior) -> list[str]:
+def _nuisances_outside(structure: Structure, answer: Posterior) -> list[Caution]:
     mean, bounds = answer.mean, answer.two_sigma(np.eye(len(answer.mean)))
     found = []
     for place, nuisance in enumerate(structure.nuisances, start=structure.model.count):
@@ -219,7 +222,8 @@ def _nuisances_outside(structure: Structure, answer: Posterior) -> list[str]:
         left = float(answer.weights @ answer.covariances[:, place, place]) / nuisance.deviation**2
         scatter = nuisance.deviation * float(np.sqrt(max(1.0 - left, _LEAST_KNOWN)))
         if abs(float(mean[place])) > _SELDOM * scatter:
-            found.append(_nuisance_sentence(nuisance, float(mean[place]), float(bounds[place]), scatter))
+            text = _nuisance_sentence(nuisance, float(mean[place]), float(bounds[place]), scatter)
+            found.append(Caution(text, "outside prior", nuisance.name, float(mean[place])))
     return found
 
 
@@ -236,17 +240,18 @@ def _sized(number: str, unit: str) -> str:
     return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
 
 
-def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) -> list[str]:
+def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) -> list[Caution]:
     likely = np.exp(max(fit.nodes, key=lambda node: node.weight).noise)
     found = []
     for prior, value in zip(_noise_priors(structure, length_factor(obs)), likely, strict=True):
         departure = prior.departure(float(value))
         if departure > _FAR:
-            found.append(
+            text = (
                 f"the {prior.words} is found to be {value:.3g} {prior.unit}, {departure:.1f} standard deviations "
                 f"of what was assumed ({prior.expected}): the bound may be too small; check the log for slow "
                 "changes of the wind and for faulty channels"
             )
+            found.append(Caution(text, "outside prior", size=float(value)))
     return found
 
 

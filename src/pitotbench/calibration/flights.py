@@ -20,7 +20,7 @@ from pitotbench.calibration.result import assemble
 from pitotbench.logbook.checks import flights_in
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import CalibratedFlight, Calibration
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import Array, MetersPerSecond
 
 # Several logs of one airplane: one curve in common, and a separate wind for each log.
@@ -118,7 +118,7 @@ def _common_priors(single: Sequence[Reduction]) -> dict[str, float]:
     return {n.name: 1.0 / n.deviation**2 for each in single for n in each.nuisances if _is_common(each, n.name)}
 
 
-def _disagreement(single: Sequence[Reduction]) -> tuple[str, ...]:
+def _disagreement(single: Sequence[Reduction]) -> tuple[Caution, ...]:
     """A warning where the logs' curves differ by more than their bounds allow."""
     free = single[0].model.error_count
     means = np.stack([each.answer.mean[:free] for each in single])
@@ -130,9 +130,10 @@ def _disagreement(single: Sequence[Reduction]) -> tuple[str, ...]:
     chance = float(chdtrc(free * (len(single) - 1), statistic)) if len(single) > 1 else 1.0
     if chance >= _DISAGREE:
         return ()
-    return (
-        f"the flights disagree about the curve (by chance in {100.0 * chance:.2g} % of cases): compare them singly",
+    text = (
+        f"the flights disagree about the curve (by chance in {100.0 * chance:.2g} % of cases): compare them singly"
     )
+    return (Caution(text, "flights disagree", size=chance),)
 
 
 def _inverse(matrix: Array) -> Array:
@@ -224,8 +225,10 @@ def _flight(part: _Part[T], calibration: Calibration, joined: int) -> Calibrated
     warnings = list(calibration.warnings)
     if part.left_out:
         names = ", ".join(str(number) for number in part.left_out)
-        warnings.append(f"flight {names} of this log determines no answer by itself and is left out")
+        text = f"flight {names} of this log determines no answer by itself and is left out"
+        warnings.append(Caution(text, "flight left out"))
     if part.count > 1 and joined == 1:
-        warnings.append("auto gives each flight of this log its own curve: name a model for one curve in common")
+        text = "auto gives each flight of this log its own curve: name a model for one curve in common"
+        warnings.append(Caution(text, "own curves"))
     calibration = replace(calibration, warnings=tuple(warnings))
     return CalibratedFlight(part.log, calibration, part.place, part.number, part.count, joined)

@@ -370,7 +370,9 @@ def cross_check(
     The location of the error is that of the curve's calibration, where it is given.
     """
     chosen = options or CalibrationOptions()
-    location = None if found is None else location_of(chosen, found.error_location, found.diagnostics or {})
+    location = None
+    if found is not None:
+        location = location_of(chosen, found.error_location, found.diagnostics.static_probability)
     try:
         return fixed_speed_points(log, chosen, location)
     except NoAnswerError:

@@ -1,8 +1,7 @@
 """Steady legs and turns in a log, grouped by airspeed, and the air that converts their airspeeds."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -341,9 +340,9 @@ class LikelyLocation:
     doubt: float
 
 
-def location_of(options: CalibrationOptions, location: str, diagnostics: Mapping[str, Any]) -> LikelyLocation:
-    """The location that a calibration found, from its options, its place of the error and its diagnostics."""
-    probability = diagnostics.get("static_probability")
+def location_of(options: CalibrationOptions, location: str, probability: float | None = None) -> LikelyLocation:
+    """The location that a calibration found: its options, its place of the error and the probability of a static
+    source, None without evidence."""
     if probability is not None:
         return LikelyLocation(probability, float((probability * (1.0 - probability)) ** 0.5))
     # Without evidence the static source is an assumption, and the difference is one standard deviation.
@@ -354,7 +353,7 @@ def location_of(options: CalibrationOptions, location: str, diagnostics: Mapping
 def likely_location(log: FlightLog, options: CalibrationOptions) -> LikelyLocation:
     """Judge the location by the height where the log has it; else take the usual one, with doubt."""
     if options.error_location != AUTO:
-        return location_of(options, options.error_location, {})
+        return location_of(options, options.error_location)
     from pitotbench.calibration.location import assumed_location  # slow to load; a stated location needs no fit
     from pitotbench.calibration.reduction import reduce_log
 
@@ -365,5 +364,5 @@ def likely_location(log: FlightLog, options: CalibrationOptions) -> LikelyLocati
         except (NoAnswerError, BadInputError):  # too few airspeeds for a curve
             pass
         else:
-            return location_of(options, fit.error_location, fit.diagnostics)
-    return location_of(options, assumed_location(log.header), {})
+            return location_of(options, fit.error_location, fit.diagnostics.static_probability)
+    return location_of(options, assumed_location(log.header))

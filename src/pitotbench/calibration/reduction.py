@@ -1,10 +1,10 @@
 """The reduction of one log: selection of rows, white fit, screening of faulty rows, noise and answer."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +36,16 @@ from pitotbench.calibration.screening import screen
 from pitotbench.calibration.wind import ASKS, JUMP, WindChange, check_wind
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Assumption, Estimate
-from pitotbench.records.log import FlightLog
+from pitotbench.records.calibration import (
+    Assumption,
+    Diagnostics,
+    Estimate,
+    GustsFound,
+    HeightFound,
+    LatencyFound,
+    WindFound,
+)
+from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import KNOT
 
 if TYPE_CHECKING:
@@ -92,12 +100,14 @@ def with_latency(options: CalibrationOptions, latency: Estimate) -> CalibrationO
     return replace(options, gps_latency=latency.value, accuracies=stated)
 
 
-def latency_warning(latency: float, two_sigma: float) -> str:
-    """The warning of a latency that differs from zero by more than its 2σ; both in seconds."""
-    late, early = ("GPS velocity", "air data") if latency > 0.0 else ("air data", "GPS velocity")
-    return (
-        f"the {late} trail the {early} by {abs(latency):.2f} ± {two_sigma:.2f} s (2σ); "
-        "use --latency estimated, or state it"
+def _latency_warning(latency: Estimate) -> Caution:
+    """The warning of a latency that differs from the one taken out by more than its 2σ."""
+    late, early = ("GPS velocity", "air data") if latency.value > 0.0 else ("air data", "GPS velocity")
+    return Caution(
+        f"the {late} trail the {early} by {abs(latency.value):.2f} ± {latency.two_sigma:.2f} s (2σ); "
+        "use --latency estimated, or state it",
+        "latency",
+        size=latency.value,
     )
 
 
@@ -133,9 +143,9 @@ class Reduction:
     observations: Observations
     white: OutputErrorFit
     answer: Posterior
-    nuisances: tuple[Nuisance, ...]
-    diagnostics: dict[str, Any]
-    warnings: tuple[str, ...]
+    diagnostics: Diagnostics
+    nuisances: tuple[Nuisance, ...] = ()
+    warnings: tuple[Caution, ...] = ()
     error_location: str = IMPACT
     altitude: AltitudeRows | None = None
     assumptions: tuple[Assumption, ...] = ()
@@ -147,34 +157,23 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     `reference_pressure` [Pa] is q_ref; None takes the usual one, or one near the data of a fast airplane.
     Raises BadInputError for a log that cannot be used, NoAnswerError for one that does not determine the answer.
     """
+    used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
+    read = observe(log, used)
+    reference = reference_pressure or reference_of([read])
+    model = PredictionModel(MODELS[used.model], reference, used.error_location == "static", used.wind_down)
+    _require_observable(model, read, log)
+    obs, white, left_out = _screened(model, read, used.robust)
+    found = Diagnostics(white.iterations, tuple(int(row) for row in left_out[:_MOST_LISTED]))
+    # Without evidence from the log the place of the error is that of the published method unless stated.
+    location = IMPACT if used.error_location == AUTO else used.error_location
+    reduction = Reduction(used, model, obs, white, posterior_of(white), found, error_location=location)
+    if used.method == "covering":
+        reduction = _cover(log, reduction)
     assumed = assumptions_of(options.accuracies, log.header)
-    options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
-    obs = observe(log, options)
-    reference = reference_pressure or reference_of([obs])
-    model = PredictionModel(MODELS[options.model], reference, options.error_location == "static", options.wind_down)
-    _require_observable(model, obs, log)
-    obs, white, left_out = _screened(model, obs, options.robust)
-    found: dict[str, Any] = {"rows_left_out": [int(row) for row in left_out[:_MOST_LISTED]]}
-    nuisances: tuple[Nuisance, ...] = ()
-    departures: tuple[str, ...] = ()
-    answer, location, altitude = posterior_of(white), _stated_location(options), None
-    if options.method == "covering":
-        options, obs, located, noticed = _cover(log, options, model, obs, white)
-        model, answer, found = located.structure.model, located.answer, found | noticed
-        departures = outside_prior(located.structure, obs, located.fit, located.answer)
-        nuisances, location, altitude = located.structure.nuisances, located.location, located.structure.altitude
-    return Reduction(
-        options=options,
-        model=model,
-        observations=obs,
-        white=white,
-        answer=answer,
-        nuisances=nuisances,
-        diagnostics=found,
-        warnings=(*_warnings(log, obs, white, left_out, found), *departures),
-        error_location=location,
-        altitude=altitude,
-        assumptions=_that_matter(assumed, options, obs),
+    return replace(
+        reduction,
+        warnings=(*_warnings(log, reduction, left_out), *reduction.warnings),
+        assumptions=_that_matter(assumed, used, reduction.observations),
     )
 
 
@@ -203,11 +202,6 @@ def _that_matter(
             for each in assumed
         )
     return tuple(each for each in assumed if each.two_sigma > 0.0 or getattr(USUAL, each.name) > 0.0)
-
-
-def _stated_location(options: CalibrationOptions) -> str:
-    """The location of the error for a fit without evidence from the log: as published unless stated."""
-    return IMPACT if options.error_location == AUTO else options.error_location
 
 
 def model_of(
@@ -254,134 +248,129 @@ def _white_fit(model: PredictionModel, obs: Observations) -> OutputErrorFit | No
         return None
 
 
-def _cover(
-    log: FlightLog, options: CalibrationOptions, model: PredictionModel, obs: Observations, white: OutputErrorFit
-) -> tuple[CalibrationOptions, Observations, ErrorPlace, dict[str, Any]]:
-    """Run the covering fit; an estimated latency is applied to the log, which is then read and fitted again."""
-    structure = _structure(model, options, obs)
-    located = fit_located(log, options, structure, obs, white.theta)
-    found: dict[str, Any] = {}
-    if options.latency != "given":
-        latency = estimate_latency(log, options, obs, located.structure, located.fit)
-        found = {
-            "latency_s": latency.value,
-            "latency_two_sigma_s": latency.two_sigma if np.isfinite(latency.two_sigma) else None,
-            "latency_left_s": 0.0 if options.latency == "estimated" else latency.value - options.gps_latency,
-        }
-        if options.latency == "estimated":
-            options = with_latency(options, latency)
-            obs = observe_again(log, options, obs)
-            structure = _structure(model, options, obs)
-            located = fit_located(log, options, structure, obs, white.theta)
-    fit = located.fit
-    if options.wind == "checked":
-        found |= _wind_found(check_wind(located.structure, obs, fit), located, obs)
-    found |= {
-        "gust_deviation_mps": fit.gust_deviation,
-        "gust_length_m": fit.gust_length,
-        "wind_deviation_mps": fit.wind_deviation,
-        "blocks": fit.blocks,
-        **_altitude_found(located),
-    }
-    return options, obs, located, found
+def _cover(log: FlightLog, white: Reduction) -> Reduction:
+    """Give the white reduction the covering fit; with an estimated latency the log is read and fitted again."""
+    options, obs = white.options, white.observations
+    located = _located(log, white)
+    if options.latency == "given":
+        return _covered(white, located, None)
+    latency = estimate_latency(log, options, obs, located.structure, located.fit)
+    if options.latency == "checked":
+        return _covered(white, located, LatencyFound(latency, latency.value - options.gps_latency))
+    applied = with_latency(options, latency)
+    again = replace(white, options=applied, observations=observe_again(log, applied, obs))
+    return _covered(again, _located(log, again), LatencyFound(latency, 0.0))
 
 
-def _wind_found(change: WindChange | None, located: ErrorPlace, obs: Observations) -> dict[str, Any]:
-    """The diagnostics of a change of the wind; the last is its effect on the curve over the curve's 2σ."""
-    if change is None:
-        return {}
+def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
+    options, obs = white.options, white.observations
+    structure = Structure(white.model, nuisances_of(options, obs), options.wind == "drifting")
+    return fit_located(log, options, structure, obs, white.white.theta)
+
+
+def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None) -> Reduction:
+    """The reduction with the answer of a located fit and what it found beside it."""
+    structure, fit, obs = located.structure, located.fit, white.observations
+    change = check_wind(structure, obs, fit) if white.options.wind == "checked" else None
+    return replace(
+        white,
+        model=structure.model,
+        answer=located.answer,
+        nuisances=structure.nuisances,
+        diagnostics=replace(
+            white.diagnostics,
+            latency=latency,
+            wind_change=None if change is None else _wind_found(change, located, obs),
+            gusts=GustsFound(fit.gust_deviation, fit.gust_length, fit.wind_deviation, fit.blocks),
+            height_agreement=located.chance,
+            static_probability=located.static_probability,
+            height=_height_found(structure.altitude, fit),
+        ),
+        warnings=outside_prior(structure, obs, fit, located.answer),
+        error_location=located.location,
+        altitude=structure.altitude,
+    )
+
+
+def _wind_found(change: WindChange, located: ErrorPlace, obs: Observations) -> WindFound:
+    """A change of the wind with its effect on the curve."""
     model, answer = located.structure.model, located.answer
     flown = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
     gradient = CurveMap(model, flown, 0.0).correction_gradient(answer.mean[: model.error_count])
     moved = np.abs(gradient @ change.moved[: model.error_count])
     bounds = answer.two_sigma(np.pad(gradient, ((0, 0), (0, len(answer.mean) - model.error_count))))
-    return {
-        "wind_change_bayes_factor": change.bayes_factor,
-        "wind_change_chance": change.chance,
-        "wind_change_kind": change.kind,
-        "wind_change_mps": change.size,
-        "wind_change_time_s": change.time if change.kind == JUMP else None,
-        "wind_change_moves_mps": float(np.max(moved)),
-        "wind_change_share": float(np.max(moved / bounds)),
-    }
+    time = change.time if change.kind == JUMP else None
+    moves, share = float(np.max(moved)), float(np.max(moved / bounds))
+    return WindFound(change.bayes_factor, change.chance, change.kind, change.size, time, moves, share)
 
 
-def _altitude_found(located: ErrorPlace) -> dict[str, Any]:
-    """The diagnostics of the altitude equation."""
-    found: dict[str, Any] = {}
-    if located.chance is not None:
-        found["height_agreement"] = located.chance
-    if located.static_probability is not None:
-        found["static_probability"] = located.static_probability
-    rows = located.structure.altitude
-    if rows is not None:
-        level, memory, third = np.exp(max(located.fit.nodes, key=lambda node: node.weight).noise[-NOISE_COUNT:])
-        found |= {
-            "height_deviation_m": float(level),
-            "height_memory_s": float(memory),
-            "height_white_m" if rows.tie is None else "height_walk_m_per_root_s": float(third),
-            "altitude_rows": len(rows),
-        }
-    return found
+def _height_found(rows: AltitudeRows | None, fit: CoveringFit) -> HeightFound | None:
+    """The most likely noise of the altitude equation."""
+    if rows is None:
+        return None
+    noise = np.exp(max(fit.nodes, key=lambda node: node.weight).noise[-NOISE_COUNT:])
+    level, memory, third = (float(each) for each in noise)
+    white, walk = (third, None) if rows.tie is None else (None, third)
+    return HeightFound(level, memory, white, walk, len(rows))
 
 
-def _structure(model: PredictionModel, options: CalibrationOptions, obs: Observations) -> Structure:
-    return Structure(model, nuisances_of(options, obs), options.wind == "drifting")
-
-
-def _warnings(
-    log: FlightLog,
-    obs: Observations,
-    white: OutputErrorFit,
-    left_out: NDArray[np.intp],
-    found: Mapping[str, Any],
-) -> tuple[str, ...]:
-    warnings = list(log.header.get("warnings", ()))
-    if obs.standard_day:
-        warnings.append(
+def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) -> Iterator[Caution]:
+    """The warnings of the log and those of its reduction, in the order in which they are shown."""
+    found, condition = reduction.diagnostics, reduction.white.condition_number
+    for text in log.header.get("warnings", ()):
+        yield text if isinstance(text, Caution) else Caution(text)
+    if reduction.observations.standard_day:
+        yield Caution(
             f"no temperature in the log: a standard day is assumed, {WITHOUT_TEMPERATURE:.0f} K off at most (2σ); "
-            "its part of the bound is listed"
+            "its part of the bound is listed",
+            "standard day",
         )
-    if white.condition_number > _ILL_CONDITIONED:
-        warnings.append(
-            f"condition number {white.condition_number:.1e}: the parameters are nearly confounded; "
-            "trust the curve inside the flown speeds, not the single parameters"
+    if condition > _ILL_CONDITIONED:
+        yield Caution(
+            f"condition number {condition:.1e}: the parameters are nearly confounded; "
+            "trust the curve inside the flown speeds, not the single parameters",
+            "confounded",
+            size=condition,
         )
     end = range_end(log)
     if end is not None:
-        warnings.append(end.words)
+        yield Caution(end.words, "range end", "impact_pressure")
     if len(left_out):
         times = ", ".join(f"{t:.2f}" for t in log.time[left_out[:_MOST_NAMED]])
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""
-        warnings.append(f"{len(left_out)} rows disagree with all others and are left out, at {times}{more} s")
-    agreement = found.get("height_agreement", 1.0)
-    if agreement < _DISAGREE:
-        warnings.append(
+        text = f"{len(left_out)} rows disagree with all others and are left out, at {times}{more} s"
+        yield Caution(text, "faulty rows", size=len(left_out))
+    agreement = found.height_agreement
+    if agreement is not None and agreement < _DISAGREE:
+        yield Caution(
             "the wind triangle and the height disagree about the curve (by chance in "
             f"{100.0 * agreement:.2g} % of cases): the model may not follow the curve (try --model auto, or a "
-            "narrower range of speeds), or temperature or height may be off by more than stated"
+            "narrower range of speeds), or temperature or height may be off by more than stated",
+            "height",
+            "altitude",
+            agreement,
         )
-    if _wind_changed(found):
-        warnings.append(_wind_warning(found))
-    latency_bound = found.get("latency_two_sigma_s")  # None also where the log does not determine the latency
-    if latency_bound is not None and abs(found["latency_left_s"]) > latency_bound:
-        warnings.append(latency_warning(found["latency_s"], latency_bound))
-    return tuple(warnings)
+    if found.wind_change is not None and _is_named(found.wind_change):
+        yield _wind_warning(found.wind_change)
+    # The 2σ is infinite where the log does not determine the latency.
+    if found.latency is not None and abs(found.latency.left) > found.latency.estimate.two_sigma:
+        yield _latency_warning(found.latency.estimate)
 
 
-def _wind_changed(found: Mapping[str, Any]) -> bool:
+def _is_named(change: WindFound) -> bool:
     """Whether the log asks for a change of the wind that matters, and a constant wind would seldom look so."""
-    asked = found.get("wind_change_bayes_factor", 0.0) > ASKS and found["wind_change_chance"] < _CHANGED
-    return bool(asked and found["wind_change_share"] > _MATTERS)
+    return change.bayes_factor > ASKS and change.chance < _CHANGED and change.share > _MATTERS
 
 
-def _wind_warning(found: Mapping[str, Any]) -> str:
-    knots, time = found["wind_change_mps"] / KNOT, found["wind_change_time_s"]
-    when = "over the log" if time is None else f"about {time:.0f} s after the first row"
-    return (
+def _wind_warning(change: WindFound) -> Caution:
+    knots = change.size / KNOT
+    when = "over the log" if change.time is None else f"about {change.time:.0f} s after the first row"
+    return Caution(
         f"the wind may have changed by about {knots:.1f} kt {when}, which would move the curve by up to "
-        f"{found['wind_change_moves_mps'] / KNOT:.1f} kt; the bound assumes a constant wind: compare with --wind "
-        "drifting, or fly each speed on opposite headings"
+        f"{change.moves / KNOT:.1f} kt; the bound assumes a constant wind: compare with --wind "
+        "drifting, or fly each speed on opposite headings",
+        "wind",
+        size=knots,
     )
 
 

@@ -13,7 +13,7 @@ from pitotbench.calibration.prediction import ZERO, CurveMap, Nuisance, Predicti
 from pitotbench.calibration.reduction import Reduction
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, Residuals, Share, WindEstimate
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import KNOT, Array, MetersPerSecond, Seconds
 
 # The Calibration assembled from a reduction by either method.
@@ -48,7 +48,7 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         residuals=residuals,
         warnings=reduction.warnings,
         shares=_shares(curve, answer, reduction.nuisances),
-        diagnostics={"iterations": white.iterations, **reduction.diagnostics},
+        diagnostics=reduction.diagnostics,
         error_location=reduction.error_location,
         assumptions=reduction.assumptions,
         impact_pressure_zero=zero,
@@ -214,8 +214,10 @@ def with_display_steps(calibration: Calibration, log: FlightLog) -> Calibration:
         normalized_two_sigma=curve.normalized_two_sigma * wider,
         altitude_two_sigma=None if curve.altitude_two_sigma is None else curve.altitude_two_sigma * wider,
     )
-    words = f"the steps of the display add up to {float(added.max()) / KNOT:.2f} kt to the bound, as squares"
-    return replace(calibration, curve=widened, warnings=(*calibration.warnings, words))
+    knots = float(added.max()) / KNOT
+    words = f"the steps of the display add up to {knots:.2f} kt to the bound, as squares"
+    caution = Caution(words, "display steps", size=knots)
+    return replace(calibration, curve=widened, warnings=(*calibration.warnings, caution))
 
 
 def display_two_sigma(

@@ -72,7 +72,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _Reduced:
-    """A flight of a log, its calibration, and its fixed-speed points."""
+    """A flight of a log, its calibration, and its fixed-speed points; none where nothing shows them."""
 
     path: Path
     flight: "CalibratedFlight"
@@ -130,8 +130,9 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
         ]
     else:
         paired = [(options.logs[one.place], one) for one in calibrate_flights(logs, choice)]
+    shown = options.json or options.verbose or options.report is not None
     return [
-        _Reduced(path, flight, tuple(cross_check(flight.log, choice, flight.calibration)))
+        _Reduced(path, flight, cross_check(flight.log, choice, flight.calibration) if shown else ())
         for path, flight in paired
     ]
 

@@ -19,6 +19,7 @@ from pitotbench.logbook.plausible_air import (
     warmth,
 )
 from pitotbench.records import BadInputError
+from pitotbench.records.log import Caution
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import DEGREE, STANDARD_GRAVITY, SUFFIXES, Array
 
@@ -297,12 +298,11 @@ def check_heading(draft: Draft, flown: FlownRows, factor: Factor) -> None:
         if _turning(track) > LIMITS.headings_spread and _turning(psi) < 0.1 * LIMITS.headings_spread:
             draft.leave_out("heading", "it does not turn while the GPS track does; check its unit")
         return
-    words = _disagreement(flown, factor, psi, track)
-    if words:
-        draft.warnings.append(
-            f"columns {draft.columns['heading']!r} and {draft.columns['velocity_north']!r}: {words}; the wind, and "
-            "all that uses the heading, would be wrong"
-        )
+    found = _disagreement(flown, factor, psi, track)
+    if found:
+        columns = f"columns {draft.columns['heading']!r} and {draft.columns['velocity_north']!r}"
+        text = f"{columns}: {found}; the wind, and all that uses the heading, would be wrong"
+        draft.warnings.append(Caution(text, found.code, draft.columns["heading"], found.size))
 
 
 def align(flown: FlownRows, psi: Array, mirrored: bool) -> Alignment:
@@ -325,35 +325,39 @@ def _turning(angle: Array) -> float:
     return 1.0 - float(np.abs(np.mean(np.exp(1j * angle))))
 
 
-def _disagreement(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> str:
+def _disagreement(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> Caution:
     direct, mirror = align(flown, psi, False), align(flown, psi, True)
     if min(direct.misfit, mirror.misfit) > LIMITS.misfit_refused:
-        return "the velocity does not follow the heading; check signs and units of both"
+        text = "the velocity does not follow the heading; check signs and units of both"
+        return Caution(text, "heading", size=min(direct.misfit, mirror.misfit))
     if mirror.misfit < LIMITS.mirror_better * direct.misfit:
         quarter = round(mirror.angle / 90.0) * 90
-        return f"{_MIRRORED[180 if abs(quarter) == 180 else quarter]}, or the heading is counted the wrong way"
+        text = f"{_MIRRORED[180 if abs(quarter) == 180 else quarter]}, or the heading is counted the wrong way"
+        return Caution(text, "mirrored", size=mirror.angle)
     if min(direct.misfit, mirror.misfit) > LIMITS.misfit_doubted:
-        return (
+        text = (
             f"the velocity does not follow the heading (they differ by {direct.misfit:.0%} rms): does one of its "
             "components lack its sign?"
         )
+        return Caution(text, "heading", size=direct.misfit)
     if abs(direct.angle) - LIMITS.sigmas * direct.spread > LIMITS.angle_doubted:
-        if abs(direct.angle) > 150.0:
-            return "both velocities have the wrong sign, or the heading is that of the tail"
-        return (
+        text = (
             f"the axes are turned by {direct.angle:+.0f}° against each other: is one of them magnetic, the heading "
             "not the airplane's, or a sign wrong?"
         )
-    return _is_track(flown, factor, psi, track)
+        if abs(direct.angle) > 150.0:
+            text = "both velocities have the wrong sign, or the heading is that of the tail"
+        return Caution(text, "axes turned", size=direct.angle)
+    return Caution("the heading is the track over ground" if _is_track(flown, factor, psi, track) else "", "track")
 
 
-def _is_track(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> str:
-    """A heading that is the track itself, though the wind sets the airplane off."""
+def _is_track(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> bool:
+    """Whether the heading is the track itself, though the wind sets the airplane off."""
     difference = np.angle(np.exp(1j * (psi - track)))
     if float(np.sqrt(np.mean(difference**2))) > LIMITS.track_equal * DEGREE:
-        return ""
+        return False
     wind = float(np.hypot(*factor.wind)) / float(np.median(np.hypot(flown.north, flown.east)))
-    return "" if wind < 4.0 * LIMITS.track_equal * DEGREE else "the heading is the track over ground"
+    return wind >= 4.0 * LIMITS.track_equal * DEGREE
 
 
 _SPAN = 4.0  # s, over which an acceleration is taken: longer than a fix of 1 Hz, shorter than a turn

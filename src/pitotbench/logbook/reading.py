@@ -79,7 +79,8 @@ def log_of(table: Table) -> FlightLog:
     warnings = [*earlier_warnings(header), *draft.warnings]
     header.pop(WARNINGS, None)
     if warnings:
-        header[WARNINGS] = list(dict.fromkeys(warnings))  # each once: a log written and read again repeats them
+        # Each once: a log written and read again repeats them. The last of equal texts has the finding beside it.
+        header[WARNINGS] = list({text: text for text in warnings}.values())
     return FlightLog(**draft.channels, header=header)
 
 

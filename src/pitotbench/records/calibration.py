@@ -1,11 +1,10 @@
 """The result of a calibration: what the log says, and how far to trust it."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from math import atan2, degrees, hypot
-from typing import Any
 
 from pitotbench.records.display import Shown, check_lengths, freeze
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
 
 # The result of a calibration: what the log says, and how far to trust it.
@@ -140,15 +139,114 @@ class Residuals:
             object.__setattr__(self, name, freeze(array))
 
 
+@dataclass(frozen=True, slots=True)
+class LatencyFound:
+    """The latency of the GPS velocity [s] that the log shows, its 2σ infinite where the log does not determine it.
+
+    `left` [s] is the part of it that was not taken out.
+    """
+
+    estimate: Estimate
+    left: float
+
+
+@dataclass(frozen=True, slots=True)
+class WindFound:
+    """The most likely change of the wind, and the evidence for it.
+
+    `bayes_factor` is that of a change against a constant wind, `chance` how often a constant wind would give as
+    large a one. `kind` is `steady`, `wave`, `drift` or `jump`. `size` [m/s] is the greatest difference between two
+    winds of the log, `time` [s after the first row] the middle of a jump, None for another kind. The change moves
+    the curve by `moves` [m/s] at most, and by `share` of its 2σ at most.
+    """
+
+    bayes_factor: float
+    chance: float
+    kind: str
+    size: float
+    time: float | None
+    moves: float
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class GustsFound:
+    """Standard deviation [m/s] and length [m] of the gusts, standard deviation of a drifting wind [m/s], and the
+    number of block means in the fit."""
+
+    deviation: float
+    length: float
+    wind_deviation: float
+    blocks: int
+
+
+@dataclass(frozen=True, slots=True)
+class HeightFound:
+    """The noise of the altitude equation: level [m] and memory [s] of the slow error of the height, and `rows`.
+
+    With vertical velocity its integral wanders by `walk` [m/√s]; without, the height has the white noise `white`
+    [m]. The other is None.
+    """
+
+    deviation: float
+    memory: float
+    white: float | None
+    walk: float | None
+    rows: int
+
+
+@dataclass(frozen=True, slots=True)
+class Criteria:
+    """What the choice of a model is judged by. Only differences between models have a meaning, except of
+    `parameters`, their number."""
+
+    parameters: int
+    log_likelihood: float
+    aicc: float
+    bic: float
+    held_out: float
+
+
+@dataclass(frozen=True, slots=True)
+class WeighedModel:
+    """A model that was weighed, with its probability; `criteria` is None where the log does not determine it."""
+
+    model: str
+    weight: float
+    chosen: bool
+    criteria: Criteria | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostics:
+    """What a fit found beside the curve and the wind; None or empty for what was not looked for.
+
+    `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty rows of the log.
+    `height_agreement` is the probability that wind triangle and height differ about the curve by so much by chance,
+    `static_probability` that of an error of the static source. `departures` holds the probability of each size of
+    a departure of the curve from its model, its root mean square in Δp/q_c.
+    """
+
+    iterations: int
+    rows_left_out: tuple[int, ...] = ()
+    latency: LatencyFound | None = None
+    wind_change: WindFound | None = None
+    gusts: GustsFound | None = None
+    height_agreement: float | None = None
+    static_probability: float | None = None
+    height: HeightFound | None = None
+    models: tuple[WeighedModel, ...] = ()
+    departures: dict[float, float] = field(default_factory=dict)
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Calibration(Shown):
     """An error curve and a wind with their bounds, and the numbers to check them by.
 
     `residual_two_sigma` [m/s] is the 2σ of the residual as calibrated airspeed, the figure of Martos, Kiszely
     and Foster (2011). It is no bound on the curve. `reason` says why the iteration stopped. `condition_number`
-    is that of the scaled, whitened normal problem. `diagnostics` holds plain numbers by name (iterations,
-    effective samples, noise levels ...). `error_location` is the place of the pressure error, stated, assumed or
-    estimated: `static`, `total` or `impact`. `assumptions`: the accuracies on which every bound depends.
+    is that of the scaled, whitened normal problem. `error_location` is the place of the pressure error, stated,
+    assumed or estimated: `static`, `total` or `impact`. `assumptions`: the accuracies on which every bound depends.
     `impact_pressure_zero` [Pa]: the zero offset of the sensor that was found and that `curve.correction` takes out,
     None where none was looked for.
     """
@@ -165,9 +263,9 @@ class Calibration(Shown):
     reason: str
     condition_number: float
     residuals: Residuals
-    warnings: tuple[str, ...] = ()
+    diagnostics: Diagnostics
+    warnings: tuple[Caution, ...] = ()
     shares: tuple[Share, ...] = ()
-    diagnostics: dict[str, Any] | None = None
     error_location: str = "impact"
     assumptions: tuple[Assumption, ...] = ()
     impact_pressure_zero: Estimate | None = None

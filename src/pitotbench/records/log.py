@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import nan
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,28 @@ from pitotbench.channels import CHANNELS, Recorded, numbers_from
 from pitotbench.records.display import RecordError, Shown, check_lengths, freeze
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import Array, Booleans
+
+# A warning, to which the finding behind it is attached.
+
+
+class Caution(str):
+    """A warning: its text, and what a later step needs to find it again and to reword or withdraw it.
+
+    `code` names the check. `column` is the column that it is about, empty where there is none. `size` is the size
+    that was found, in the unit of the text, NaN where there is none. It is a text, so a header holds it as one.
+    """
+
+    __slots__ = ("code", "column", "size")
+    code: str
+    column: str
+    size: float
+
+    def __new__(cls, text: str, code: str = "log", column: str = "", size: float = nan) -> Self:
+        """Make the warning of a text. One that a log brings along as a mere text has the code `log`."""
+        caution = super().__new__(cls, text)
+        caution.code, caution.column, caution.size = code, column, size
+        return caution
+
 
 # A flight log: what a measured log can hold, without anything that only a simulator knows.
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from csv import writer
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
@@ -14,9 +14,12 @@ from pitotbench.records.calibration import (
     Assumption,
     CalibratedFlight,
     Calibration,
+    Criteria,
+    Diagnostics,
     ErrorCurve,
     Estimate,
     Share,
+    WeighedModel,
     WindEstimate,
 )
 from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table, print_warnings
@@ -281,36 +284,35 @@ def _at_step(points: Sequence[CurvePoint], step: int) -> list[CurvePoint]:
 
 # The models that a calibration with `--model auto` weighed, with the probability and the criteria of each.
 
-_Choice = dict[str, Any]  # a row of `model_choice` in the calibration's diagnostics
 
-
-def probabilities_of(result: Calibration) -> list[_Choice]:
-    """The rows of the choice, empty where the model was named."""
-    return list((result.diagnostics or {}).get("model_choice", []))
-
-
-def choice_columns(rows: Sequence[_Choice]) -> list[Column[_Choice]]:
+def choice_columns(rows: Sequence[WeighedModel]) -> list[Column[WeighedModel]]:
     """The columns of the table. A criterion is shown as its difference from the best model's."""
 
-    def criterion(heading: str, key: str, best: Callable[..., float]) -> Column[_Choice]:
-        values = [row[key] for row in rows if key in row]  # a model that the log does not determine has none
-        return Column(heading, lambda row: row[key] - best(values) if key in row else None, style="+.1f")
+    def criterion(
+        heading: str, of: Callable[[Criteria], float], best: Callable[..., float]
+    ) -> Column[WeighedModel]:
+        values = [of(row.criteria) for row in rows if row.criteria is not None]
+        return Column(
+            heading,
+            lambda row: None if row.criteria is None else of(row.criteria) - best(values),
+            style="+.1f",
+        )
 
     return [
-        Column("model", lambda row: row["model"]),
-        Column("chosen", lambda row: "chosen" if row["chosen"] else ""),
-        Column("parameters", lambda row: row.get("parameters"), style="d"),
-        Column("probability", lambda row: 100.0 * row["weight"], "%", ".1f"),
-        criterion("AICc − least", "aicc", min),
-        criterion("BIC − least", "bic", min),
-        criterion("ln likelihood − greatest", "log_likelihood", max),
-        criterion("held-out ln likelihood − greatest", "held_out", max),
+        Column("model", lambda row: row.model),
+        Column("chosen", lambda row: "chosen" if row.chosen else ""),
+        Column("parameters", lambda row: None if row.criteria is None else row.criteria.parameters, style="d"),
+        Column("probability", lambda row: 100.0 * row.weight, "%", ".1f"),
+        criterion("AICc − least", lambda each: each.aicc, min),
+        criterion("BIC − least", lambda each: each.bic, min),
+        criterion("ln likelihood − greatest", lambda each: each.log_likelihood, max),
+        criterion("held-out ln likelihood − greatest", lambda each: each.held_out, max),
     ]
 
 
 def print_choice(result: Calibration, console: "Console") -> None:
     """Print the weighed models; nothing where the model was named."""
-    rows = probabilities_of(result)
+    rows = result.diagnostics.models
     if not rows:
         return
     print_table(choice_columns(rows), rows, console, "models weighed")
@@ -320,7 +322,7 @@ def print_choice(result: Calibration, console: "Console") -> None:
 
 def choice_html(result: Calibration) -> str:
     """The same table as HTML, folded away; empty where the model was named."""
-    rows = probabilities_of(result)
+    rows = result.diagnostics.models
     if not rows:
         return ""
     return (
@@ -331,8 +333,7 @@ def choice_html(result: Calibration) -> str:
 
 def departure_line(result: Calibration) -> str:
     """The probability of each size of a departure of the true curve from every model."""
-    sizes = (result.diagnostics or {}).get("departure", {})
-    parts = ", ".join(f"{size} with {100 * p:.0f} %" for size, p in sizes.items())
+    parts = ", ".join(f"{size:g} with {100 * p:.0f} %" for size, p in result.diagnostics.departures.items())
     return f"departure of the curve from its model, rms in Δp/q_c, with its probability: {parts}"
 
 
@@ -451,7 +452,7 @@ def fit_lines(result: Calibration) -> list[str]:
 
 def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> dict[str, Any]:
     """A calibration as plain data; the unit is in each key. `limit` as for `judgments`."""
-    weighed, answer = probabilities_of(result), short_answer_of(result, "")
+    answer = short_answer_of(result, "")
     return {
         "model": result.model,
         "parameters": [_estimate(parameter) for parameter in result.parameters],
@@ -467,9 +468,51 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "warnings": list(result.warnings),
         "limits": judgments_json(result, limit),
         "shares": [_share(share) for share in result.shares],
-        "diagnostics": {k: v for k, v in (result.diagnostics or {}).items() if k != "model_choice"},
-        **({"model_choice": weighed} if weighed else {}),
+        **_diagnostics(result.diagnostics),
     }
+
+
+def _diagnostics(found: Diagnostics) -> dict[str, Any]:
+    """What the fit found beside the curve, and the models weighed. What was not looked for has no key."""
+    plain: dict[str, Any] = {"iterations": found.iterations, "rows_left_out": list(found.rows_left_out)}
+    if (latency := found.latency) is not None:
+        plain["latency_s"] = latency.estimate.value
+        plain["latency_two_sigma_s"] = latency.estimate.two_sigma
+        plain["latency_left_s"] = latency.left
+    if (change := found.wind_change) is not None:
+        plain["wind_change_bayes_factor"] = change.bayes_factor
+        plain["wind_change_chance"] = change.chance
+        plain["wind_change_kind"] = change.kind
+        plain["wind_change_mps"] = change.size
+        plain["wind_change_time_s"] = change.time
+        plain["wind_change_moves_mps"] = change.moves
+        plain["wind_change_share"] = change.share
+    if (gusts := found.gusts) is not None:
+        plain["gust_deviation_mps"] = gusts.deviation
+        plain["gust_length_m"] = gusts.length
+        plain["wind_deviation_mps"] = gusts.wind_deviation
+        plain["blocks"] = gusts.blocks
+    if found.height_agreement is not None:
+        plain["height_agreement"] = found.height_agreement
+    if found.static_probability is not None:
+        plain["static_probability"] = found.static_probability
+    if (height := found.height) is not None:
+        plain["height_deviation_m"] = height.deviation
+        plain["height_memory_s"] = height.memory
+        if height.white is not None:
+            plain["height_white_m"] = height.white
+        if height.walk is not None:
+            plain["height_walk_m_per_root_s"] = height.walk
+        plain["altitude_rows"] = height.rows
+    if not found.models:
+        return {"diagnostics": plain}
+    plain["departure"] = {f"{size:g}": share for size, share in found.departures.items()}
+    return {"diagnostics": plain, "model_choice": [_weighed(each) for each in found.models]}
+
+
+def _weighed(each: WeighedModel) -> dict[str, Any]:
+    criteria = {} if each.criteria is None else asdict(each.criteria)
+    return {"model": each.model, **criteria, "weight": each.weight, "chosen": each.chosen}
 
 
 def flight_json(flight: CalibratedFlight) -> dict[str, Any]:

@@ -8,8 +8,8 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
-import trajectories as fixture
 from numpy.linalg import LinAlgError
+from tests.calibration import trajectories as fixture
 
 import pitotbench
 from pitotbench.cli.app import guarded, main

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sample_signals import turning
+from tests.effects.sample_signals import turning
 
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS, chosen

@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-import sample_log as sample
 from numpy.typing import NDArray
 from scipy.io import savemat
+from tests.logbook import sample_log as sample
 
 from pitotbench.logbook.formats import FORMATS
 from pitotbench.logbook.reading import read_log

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import sample_log as sample
+from tests.logbook import sample_log as sample
 
 from pitotbench import air
 from pitotbench.logbook.plausible_air import LIMITS

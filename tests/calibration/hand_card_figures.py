@@ -5,14 +5,10 @@ Half of the cards have three legs a point, half four. Cards are made by `hand_ca
 """
 
 import argparse
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from hand_cards import KT, STEPS, make_card
+from tests.calibration.hand_cards import KT, STEPS, make_card
 
 from pitotbench.calibration.hand_card import reduce_card
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import static_flights as fixture
+from tests.calibration import static_flights as fixture
 
 from pitotbench import air
 from pitotbench.calibration import calibrate

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import trajectories as fixture
+from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trajectories as fixture
 from scipy.signal import lfilter
+from tests.calibration import trajectories as fixture
 
 from pitotbench import air
 from pitotbench.calibration import calibrate

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trajectories as fixture
+from tests.calibration import trajectories as fixture
 
 from pitotbench import air
 from pitotbench.bench.flights import sense, true_correction, wind_toward

@@ -5,8 +5,8 @@ import json
 
 import numpy as np
 import pytest
-from hand_card_figures import coverage
-from hand_cards import DEG, FT, KT, STEPS, make_card, spoil, true_airspeed_kt
+from tests.calibration.hand_card_figures import coverage
+from tests.calibration.hand_cards import DEG, FT, KT, STEPS, make_card, spoil, true_airspeed_kt
 
 from pitotbench.calibration.hand_card import find_slips, reduce_card
 from pitotbench.calibration.options import USUAL

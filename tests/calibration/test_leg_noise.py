@@ -4,8 +4,8 @@ import tracemalloc
 
 import numpy as np
 import pytest
-import trajectories as fixture
-from test_fixed_speed_points import RATE, circle_path, legs_path
+from tests.calibration import trajectories as fixture
+from tests.calibration.test_fixed_speed_points import RATE, circle_path, legs_path
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from pitotbench.calibration import leg_points

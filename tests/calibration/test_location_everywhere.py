@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import static_flights as fixture
+from tests.calibration import static_flights as fixture
 
 from pitotbench import bench
 from pitotbench.calibration import average as model_average

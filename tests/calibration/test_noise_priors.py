@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trajectories as fixture
+from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration.covering import GUST_LENGTH, Structure, log_prior_of
 from pitotbench.calibration.observations import observe

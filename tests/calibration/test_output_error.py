@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-import trajectories as fixture
 from scipy.optimize import least_squares
+from tests.calibration import trajectories as fixture
 
 from pitotbench import bench
 from pitotbench.calibration import calibrate

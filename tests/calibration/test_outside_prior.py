@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import static_flights
-import trajectories as fixture
+from tests.calibration import static_flights
+from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.covering import Posterior

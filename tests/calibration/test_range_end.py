@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trajectories as fixture
-from test_fixed_speed_points import RATE as LEG_RATE
-from test_fixed_speed_points import legs_path
+from tests.calibration import trajectories as fixture
+from tests.calibration.test_fixed_speed_points import RATE as LEG_RATE
+from tests.calibration.test_fixed_speed_points import legs_path
 
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import fixed_speed_points

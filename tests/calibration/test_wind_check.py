@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import static_flights as flights
+from tests.calibration import static_flights as flights
 
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-import trajectories as fixture
+from tests.calibration import trajectories as fixture
 
 from pitotbench.cli.app import main
 from pitotbench.logbook.writing import write_log

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sample_signals import turning
+from tests.effects.sample_signals import turning
 
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.effects import EFFECTS, FORMS, air, airframe, chosen, pneumatic, propulsion, recorder

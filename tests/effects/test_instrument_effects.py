@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from sample_signals import turning
 from scipy.spatial.transform import Rotation
+from tests.effects.sample_signals import turning
 
 from pitotbench import air
 from pitotbench.effects import EFFECTS

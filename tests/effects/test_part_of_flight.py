@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from sample_signals import turning
+from tests.effects.sample_signals import turning
 
 from pitotbench.effects import EFFECTS, FORMS, chosen
 from pitotbench.effects.effect import AirEffect

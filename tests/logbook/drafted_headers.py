@@ -5,14 +5,12 @@
 drafts a mapping for each header of `foreign_headers`, reads the log, and compares it with the flight.
 """
 
-import sys
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-import foreign_files as foreign
-from foreign_headers import HEADERS, write_header
+from tests.logbook import foreign_files as foreign
+from tests.logbook.foreign_headers import HEADERS, write_header
 from tests.logbook.formats import Readings, difference
 
 from pitotbench.logbook.drafting import draft_mapping, mapping_text

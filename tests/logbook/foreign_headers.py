@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from foreign_files import ROWS, clock, displayed, write_rows
+from tests.logbook.foreign_files import ROWS, clock, displayed, write_rows
 
 from pitotbench import air
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, PSF, PSI, Array

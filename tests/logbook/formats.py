@@ -7,16 +7,13 @@ the corrections are apart. A file whose clock shows whole seconds holds the rows
 """
 
 import argparse
-import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-import foreign_files as foreign
+from tests.logbook import foreign_files as foreign
 
 from pitotbench import air
 from pitotbench.calibration import calibrate

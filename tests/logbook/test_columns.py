@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import sample_log as sample
+from tests.logbook import sample_log as sample
 
 from pitotbench.logbook.columns import QUANTITIES, parse_column
 from pitotbench.logbook.reading import read_log

@@ -1,9 +1,9 @@
 """Mappings drafted for headers that the reader has never seen: the log reads right without help, or it is asked."""
 
-import foreign_files as foreign
-import foreign_headers as headers
 import numpy as np
 import pytest
+from tests.logbook import foreign_files as foreign
+from tests.logbook import foreign_headers as headers
 from tests.logbook.drafted_headers import draft
 
 from pitotbench.cli.app import main

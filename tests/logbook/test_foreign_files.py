@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-import foreign_files as foreign
 import numpy as np
 import pytest
+from tests.logbook import foreign_files as foreign
 
 from pitotbench import air
 from pitotbench.logbook.columns import Table

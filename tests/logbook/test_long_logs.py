@@ -4,7 +4,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-import sample_log as sample
+from tests.logbook import sample_log as sample
 
 from pitotbench.logbook import csv as csv_blocks
 from pitotbench.logbook import csv as csv_format

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import sample_log as sample
+from tests.logbook import sample_log as sample
 from tests.shared_data import real_log
 
 from pitotbench import air

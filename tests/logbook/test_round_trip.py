@@ -6,9 +6,9 @@ from time import process_time
 import numpy as np
 import pandas as pd
 import pytest
-import sample_log as sample
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from tests.logbook import sample_log as sample
 
 from pitotbench.logbook.formats import FORMATS
 from pitotbench.logbook.reading import read_log

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-import two_sigma
+from tests.regression import two_sigma
 
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
-import trajectories
+from tests.calibration import trajectories
 
 from pitotbench import air
 from pitotbench.calibration import calibrate

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import synthetic_flight as fixture
+from tests.sensing import synthetic_flight as fixture
 
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, PressureErrorSpec

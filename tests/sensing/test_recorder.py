@@ -5,7 +5,7 @@ from time import process_time
 
 import numpy as np
 import pytest
-import synthetic_flight as fixture
+from tests.sensing import synthetic_flight as fixture
 
 from pitotbench import air
 from pitotbench.calibration.options import USUAL

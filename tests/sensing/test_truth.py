@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import synthetic_flight as fixture
+from tests.sensing import synthetic_flight as fixture
 
 from pitotbench.logbook.reading import read_log
 from pitotbench.logbook.writing import write_log

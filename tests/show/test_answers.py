@@ -5,8 +5,8 @@ from io import StringIO
 
 import numpy as np
 import pytest
-import trajectories as fixture
 from rich.console import Console
+from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration import calibrate
 from pitotbench.records import BadInputError

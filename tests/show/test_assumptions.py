@@ -4,8 +4,8 @@ from dataclasses import replace
 from io import StringIO
 
 import pytest
-import trajectories as fixture
 from rich.console import Console
+from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trajectories as fixture
 from matplotlib.figure import Figure
+from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration import calibrate
 from pitotbench.records.forecast import Forecast, Plan

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trajectories
+from tests.calibration import trajectories
 
 from pitotbench import bench
 from pitotbench.records import BadInputError

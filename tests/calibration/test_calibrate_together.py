@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import trajectories as fixture
+from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration import calibrate, calibrate_together
 from pitotbench.calibration.options import Accuracies, CalibrationOptions

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-import trajectories as fixture
 from rich.console import Console
+from tests.calibration import trajectories as fixture
 
 from pitotbench.bench.flights import tolerances
 from pitotbench.calibration import calibrate

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-import trajectories as fixture
+from tests.calibration import trajectories as fixture
 
 from pitotbench import air
 from pitotbench.calibration import calibrate

@@ -1,0 +1,283 @@
+"""Bad logs as one table: how each is made, and what the refusal of it says; with the good logs they are made of."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.io import savemat
+from tests.logbook import sample_log as sample
+
+from pitotbench import air
+from pitotbench.logbook.formats import FORMATS
+from pitotbench.logbook.writing import write_log
+from pitotbench.units import KNOT
+
+Table = dict[str, NDArray]
+TIME = np.arange(sample.ROWS) / sample.RATE
+
+
+def put(name: str, rows: slice | int, value: float) -> Callable[[Table], Table]:
+    """Spoil some rows of a column."""
+
+    def spoil(table: Table) -> Table:
+        values = table[name].astype(object if isinstance(value, str) else float)
+        values[rows] = value
+        return {**table, name: values}
+
+    return spoil
+
+
+def scale(name: str, factor: float) -> Callable[[Table], Table]:
+    return lambda table: {**table, name: table[name] * factor}
+
+
+def drop(*names: str) -> Callable[[Table], Table]:
+    return lambda table: {k: v for k, v in table.items() if k not in names}
+
+
+def rename(old: str, new: str) -> Callable[[Table], Table]:
+    return lambda table: {new if k == old else k: v for k, v in table.items()}
+
+
+def add(name: str, like: str) -> Callable[[Table], Table]:
+    return lambda table: {**table, name: table[like]}
+
+
+def flown(heading, speed=65.0, wind=(5.0, -6.0), height=1830.0, temperature=276.3):
+    """The sample log with other headings [rad], airspeed [m/s], wind toward north and east [m/s], height [m]."""
+    rng = np.random.default_rng(7)
+    table = sample.columns()
+    speed = speed * (1.0 + 0.1 * np.sin(TIME / 20.0)) + 0.2 * rng.standard_normal(sample.ROWS)
+    mach = speed / air.sound_speed(temperature)
+    static = air.standard_pressure(height) + 3.0 * rng.standard_normal(sample.ROWS)
+    probe = air.total_temperature(temperature, mach) + 0.1 * rng.standard_normal(sample.ROWS)
+    return table | {
+        "impact_pressure_pa": air.impact_pressure_from_mach(mach, static),
+        "static_pressure_pa": static,
+        "total_temperature_k": probe,
+        "altitude_m": height + rng.standard_normal(sample.ROWS),
+        "heading_rad": heading % (2.0 * np.pi),
+        "velocity_north_mps": speed * np.cos(heading) + wind[0] + 0.05 * rng.standard_normal(sample.ROWS),
+        "velocity_east_mps": speed * np.sin(heading) + wind[1] + 0.05 * rng.standard_normal(sample.ROWS),
+    }
+
+
+CIRCLE, SOUTH = TIME / 9.0, np.full(sample.ROWS, np.pi)
+OUT_AND_BACK = np.where(TIME < 30.0, 0.6, 0.6 + np.pi)
+
+GOOD = {
+    "a circle": flown(CIRCLE),
+    "a circle in 60 kt of wind": flown(CIRCLE, wind=(-60.0 * KNOT, 0.0)),
+    "one heading with 40 kt of tail wind": flown(SOUTH, wind=(-40.0 * KNOT, 0.0)),
+    "out and back": flown(OUT_AND_BACK, wind=(12.0, 3.0)),
+    "a jet in a jet stream": flown(CIRCLE / 4.0, 220.0, (45.0, 50.0), 9000.0, 230.0),
+    "a small airplane in a wind of half its speed": flown(CIRCLE, 14.0, (7.0, 0.0), 100.0, 285.0),
+    "a day 25 K above standard": flown(CIRCLE, temperature=301.0),
+    "a day 25 K below standard": flown(CIRCLE, temperature=251.0),
+}
+NEEDED = ("time_s", "impact_pressure_pa", "static_pressure_pa", "velocity_north_mps", "velocity_east_mps")
+
+
+def with_decimal_commas(mark):
+    table = sample.columns()
+    del table["segment"], table["on_condition"]
+    rows = [mark.join(str(value).replace(".", ",") for value in row) for row in zip(*table.values(), strict=True)]
+    return table, [mark.join(table), *rows]
+
+
+_SPOILED: dict[str, tuple[Callable[[Table], Table], str]] = {
+    "no time": (drop("time_s"), r"missing column time_s"),
+    "time runs back": (
+        put("time_s", 300, 2.0),
+        r"'time_s', row 301: time runs back from 29.9 to 2 s.*sort the rows",
+    ),
+    "time repeats often": (lambda t: {**t, "time_s": np.floor(TIME)}, r"time stamps repeat.*more digits"),
+    "NaN in most rows": (
+        put("impact_pressure_pa", slice(100, 450), np.nan),
+        r"350 of 600 values are not numbers \(rows 101–450\): too few rows remain",
+    ),
+    "time NaN often": (put("time_s", slice(0, 50), np.nan), r"'time_s': 50 of 600"),
+    "text in a number": (
+        put("static_pressure_pa", 41, "err"),
+        r"'static_pressure_pa', row 42: 'err' is not a number",
+    ),
+    "no flag": (put("on_condition", 6, "perhaps"), r"'on_condition', row 7: 'perhaps' is not true or false"),
+    "no static pressure": (drop("static_pressure_pa"), r"missing column static_pressure_pa"),
+    "much missing": (
+        drop("velocity_north_mps", "velocity_east_mps", "impact_pressure_pa"),
+        r"missing columns velocity_north_mps or ground_speed_kt with track_deg, velocity_east_mps, impact_.*"
+        r"--mapping",
+    ),
+    "misspelled": (
+        rename("impact_pressure_pa", "impact_presure_pa"),
+        r"Is 'impact_presure_pa' meant for impact_pressure_pa",
+    ),
+    "unknown suffix": (rename("altitude_m", "altitude_furlong"), r"unknown unit suffix 'furlong'.*altitude_m"),
+    "wrong dimension": (rename("altitude_m", "altitude_kt"), r"'kt' is a unit of speed, but altitude is of length"),
+    "two units of one": (
+        add("altitude_ft", "altitude_m"),
+        r"'altitude_m' and 'altitude_ft' give one quantity in two",
+    ),
+    "column twice": (add("altitude_m ", "altitude_m"), r"'altitude_m' is given twice"),
+    "inches said to be pascal": (
+        scale("static_pressure_pa", 1 / 3386.389),
+        r"typical values of 23\.98 pa are not those of an airplane; they would fit .*static_pressure_inhg",
+    ),
+    "Celsius said to be kelvin": (
+        lambda t: {**t, "total_temperature_k": t["total_temperature_k"] - 273.15},
+        r"typical values of 5\.\d+ k.*total_temperature_degc",
+    ),
+    "knots of feet": (scale("velocity_north_mps", 100.0), r"velocity_north_mps.*not those of an airplane"),
+    "millibar said to be pascal": (
+        scale("impact_pressure_pa", 0.01),
+        r"air data say about 7 m/s.*name the column impact_pressure_hpa",
+    ),
+    "feet per second said to be meters": (
+        lambda t: {**t, **{f"velocity_{k}_mps": t[f"velocity_{k}_mps"] * 3.28084 for k in ("north", "east")}},
+        r"the air data say about.*name the columns velocity_north_fps and velocity_east_fps",
+    ),
+    "knots said to be m/s": (
+        lambda t: {**t, **{f"velocity_{k}_mps": t[f"velocity_{k}_mps"] * 1.944 for k in ("north", "east")}},
+        r"look like knots: name the columns velocity_north_kt and velocity_east_kt",
+    ),
+    "Fahrenheit said to be kelvin": (
+        lambda t: {**t, "total_temperature_k": t["total_temperature_k"] * 1.8 - 459.67},
+        r"they would fit total_temperature_degf",
+    ),
+    "negative impact pressure": (scale("impact_pressure_pa", -1.0), r"negative in 600 of 600 rows.*swap them"),
+    "stuck pitot": (scale("impact_pressure_pa", 0.0), r"stuck at 0 Pa in every row"),
+    "mostly stuck pitot": (put("impact_pressure_pa", slice(100, 580), 2500.0), r"rows 101–580.*80% of the log"),
+    "stuck GPS": (
+        lambda t: put("velocity_east_mps", slice(None), 1.0)(put("velocity_north_mps", slice(None), 60.0)(t)),
+        r"GPS velocity is the same in every row",
+    ),
+    "nothing remains": (
+        lambda t: put("impact_pressure_pa", 1, np.nan)(
+            put("static_pressure_pa", 0, np.nan)({k: v[:3] for k, v in t.items()})
+        ),
+        r"1 of 2 values are not numbers .*no log remains",
+    ),
+    "one row": (lambda t: {k: v[:1] for k, v in t.items()}, r"at least 2 are needed"),
+    "no rows": (lambda t: {k: v[:0] for k, v in t.items()}, r"no rows"),
+    **{
+        f"knots on the headings of {name}": (
+            lambda _, name=name: scale("velocity_east_mps", 1.0 / KNOT)(
+                scale("velocity_north_mps", 1.0 / KNOT)(GOOD[name])
+            ),
+            "look like knots: name the columns velocity_north_kt and velocity_east_kt",
+        )
+        for name in ("a circle", "out and back", "a jet in a jet stream")
+    },
+    "no day is so warm": (
+        lambda _: flown(CIRCLE, height=8000.0, temperature=236.2 + 70.0),
+        "70 K warmer than on a standard day",
+    ),
+    "twice the impact pressure, without height, heading or temperature": (
+        lambda _: scale("impact_pressure_pa", 2.0)({name: GOOD["a circle"][name] for name in NEEDED}),
+        "twice the impact pressure",
+    ),
+    **{
+        f"{column} in steps of {step:g}": (
+            lambda t, column=column, step=step: {
+                column: np.arange(sample.ROWS) * step,
+                **{name: values for name, values in t.items() if name != "time_s"},
+            },
+            says,
+        )
+        for column, step, says in (
+            ("time_s", 50.0, r"rows are 50 s apart.*50 between rows would fit a column named time_ms"),
+            ("time_ms", 0.05, r"0\.05 between rows would fit a column named time_s"),
+            ("time_s", 1e6, r"check the unit of the clock"),
+            ("time_s", 100.0, r"time_ms"),
+            ("time_s", 1e-10, r"unit of the clock"),
+        )
+    },
+    "time jumps by days": (
+        lambda t: {**t, "time_s": t["time_s"] + np.where(np.arange(sample.ROWS) < 300, 0.0, 1e9)},
+        r"'time_s', row 301: time jumps from 29.9 to 1e\+09 s; cut the log",
+    ),
+}
+
+
+def _spoiled(path: Path, spoil: Callable[[Table], Table]) -> Path:
+    return sample.write(path / "flight7.csv", spoil(sample.columns()))
+
+
+def _edited(folder: Path, edit: Callable[[list[str]], list[str]]) -> Path:
+    """The sample log as a CSV file whose lines are changed."""
+    path = sample.write(folder / "flight7.csv", sample.columns())
+    path.write_text("\n".join(edit(path.read_text().splitlines())))
+    return path
+
+
+def _file(folder: Path, name: str, content: bytes) -> Path:
+    (folder / name).write_bytes(content)
+    return folder / name
+
+
+def _cut(folder: Path, suffix: str, share: float) -> Path:
+    whole = write_log(sample.log(), folder / f"whole{suffix}").read_bytes()
+    return _file(folder, f"cut{suffix}", whole[: int(share * len(whole))])
+
+
+def _mixed_marks(folder: Path, mark: str) -> Path:
+    lines = with_decimal_commas(mark)[1]
+    return _file(folder, "flight7.csv", "\n".join([lines[0], lines[1].replace(",", "."), *lines[2:]]).encode())
+
+
+def _unequal(folder: Path) -> Path:
+    table = {name: values for name, values in sample.columns().items() if name != "segment"}
+    savemat(folder / "log.mat", {**table, "time_s": TIME[:5]})
+    return folder / "log.mat"
+
+
+# The name of a bad log: how it is made in a folder, and what the refusal says, whose exit code is 2.
+BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
+    **{
+        name: (lambda folder, spoil=spoil: _spoiled(folder, spoil), rf"flight7\.csv: .*{says}")
+        for name, (spoil, says) in _SPOILED.items()
+    },
+    "a ragged row": (
+        lambda folder: _edited(folder, lambda lines: [*lines[:51], "1,2,3", *lines[52:]]),
+        "row 51 has 3 columns, the first line names 14",
+    ),
+    "several rows that break off are no cut file": (
+        lambda folder: _edited(folder, lambda lines: [*lines[:-2], *(line[:20] for line in lines[-2:])]),
+        f"row {sample.ROWS - 1} has . columns, the first line names 14; corr",
+    ),
+    "decimal commas between commas": (
+        lambda folder: _file(folder, "log.csv", b"time_s,static_pressure_pa\n0,1,81200,5\n0,2,81200,5\n"),
+        r"row 1 has 4 columns, the first line names 2 \(decimal commas\?",
+    ),
+    **{
+        f"two decimal marks beside {mark!r}": (
+            lambda folder, mark=mark: _mixed_marks(folder, mark),
+            "has a decimal comma; write decimal points in the whole file",
+        )
+        for mark in (";", "\t")
+    },
+    **{
+        f"{share:.0%} of a {suffix} file": (
+            lambda folder, suffix=suffix, share=share: _cut(folder, suffix, share),
+            rf"cut{suffix}: .*(empty|not a complete)",
+        )
+        for suffix in FORMATS
+        for share in (0.0, 0.3, 0.9)
+        if suffix != ".csv" or share == 0.0
+    },
+    **{
+        f"{content[:20]!r} in a {suffix} file": (
+            lambda folder, suffix=suffix, content=content: _file(folder, f"log{suffix}", content),
+            r"log\.(csv|parquet|mat): ",
+        )
+        for suffix in FORMATS
+        for content in (b"", b"\n\n", b"# only = 'a header'\n", b"\x00\x01\x02\xff" * 50)
+    },
+    "no file": (lambda folder: folder / "none.csv", "cannot be read"),
+    "a folder": (lambda folder: folder, "a folder"),
+    "no ending of a log": (lambda folder: folder / "x.doc", "ends in"),
+    "a broken ULog": (lambda folder: _file(folder, "flight.ulg", b"ULog"), r"ULog|needs py"),
+    "a broken DataFlash log": (lambda folder: _file(folder, "flight.BIN", b"ULog"), r"DataFlash log|needs py"),
+    "unequal lengths": (_unequal, r"differ in length .*time_s 5"),
+}

@@ -1,0 +1,44 @@
+"""The house keeps its budgets: files, lines, the files that a job enters; names in strings lead somewhere."""
+
+import ast
+import re
+from pathlib import Path
+from pkgutil import resolve_name
+
+from pitotbench.bench.flight_store import _FLYING_BENCH, _NOT_FLYING
+from pitotlab.house import PRODUCT, ROOT, long_modules, reach_of_jobs, size_of
+
+FILES = 185  # of the product; the goal is 160
+LINES = 40_500  # of the product; the goal is 35,000
+REACH = {"fly": 40, "calibrate": 45, "run_campaign.py": 71}  # files that a job enters; the goal of a campaign is 70
+
+
+def test_the_product_keeps_its_budget_of_files_and_lines() -> None:
+    size = size_of(PRODUCT)
+    assert size.files <= FILES
+    assert size.lines <= LINES
+
+
+def test_no_module_holds_more_than_one_idea() -> None:
+    assert long_modules() == {}
+
+
+def test_jobs_enter_no_more_files_than_a_reader_can_hold(tmp_path: Path) -> None:
+    """The files of the bench in the digest of a flight are among those that a flown campaign enters."""
+    reach = reach_of_jobs(tmp_path, reconcile=False)
+    assert {job: files for job, files in reach.items() if len(files) > REACH[job]} == {}
+    assert set(_FLYING_BENCH) <= set(reach["run_campaign.py"])
+
+
+def test_what_the_digest_of_a_flight_leaves_out_exists() -> None:
+    for name in (*_NOT_FLYING, *_FLYING_BENCH):
+        assert (PRODUCT / name).exists(), name
+
+
+def test_every_name_of_the_product_in_a_string_leads_to_something() -> None:
+    trees = (ast.parse(path.read_text(encoding="utf-8")) for path in (ROOT / "src").rglob("*.py"))
+    texts = (node.value for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Constant))
+    names = {text for text in texts if isinstance(text, str) and re.fullmatch(r"pitotbench(\.[a-z_A-Z]\w*)+", text)}
+    assert len(names) > 10
+    for name in sorted(names):
+        resolve_name(name)

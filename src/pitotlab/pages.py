@@ -168,7 +168,7 @@ _HEIGHT_COLUMNS = (
 _HEIGHTS = """
 ## An error of the static source
 
-GPS height shows an error of the static source too (the altitude equation, [method.md](method.md)). The same
+GPS height shows an error of the static source too (the altitude equation of docs/method.md). The same
 comparison at 3,350 ft in light turbulence (0.5 m/s), 20/1 Hz, with a receiver that stands alone. Its height has a
 white error of 0.3 m and a slow one of 2 m over 90 s, its velocity a white one of 0.05 m/s. *Triangle* uses neither
 the height nor the vertical velocity. (Its bounds are two to three times those above: the gusts are 2.6 times as
@@ -306,7 +306,7 @@ bound should contain 95 % of the curve.
   whole curve; no row where a maneuver holds no speed).
 - *pitotbench*: `two_sigma_kt`. For the last row the noise's levels and length are given, not estimated.
 
-What each costs is in [speed.md](speed.md#peers).
+`python -m pitotlab speed packages` tells what some of them cost.
 
 {table}
 

@@ -19,8 +19,6 @@ COMMANDS = {
     "reference": "pitotlab.reference_figures:command",
     "plan": "pitotlab.plan_check:command",
     "peers": "pitotlab.peers:command",
-    "examples": "pitotlab.examples:command",
-    "next-flight": "pitotlab.next_flight:command",
     "outside": "pitotlab.outside.judge:command",
     "blind signatures": "pitotlab.blind.signatures:command",
     "blind generate": "pitotlab.blind.drawn:command",

@@ -168,7 +168,7 @@ _HEIGHT_COLUMNS = (
 _HEIGHTS = """
 ## An error of the static source
 
-GPS height shows an error of the static source too (the altitude equation, [method.md](method.md)). The same
+GPS height shows an error of the static source too (the altitude equation of docs/method.md). The same
 comparison at 3,350 ft in light turbulence (0.5 m/s), 20/1 Hz, with a receiver that stands alone. Its height has a
 white error of 0.3 m and a slow one of 2 m over 90 s, its velocity a white one of 0.05 m/s. *Triangle* uses neither
 the height nor the vertical velocity. (Its bounds are two to three times those above: the gusts are 2.6 times as
@@ -196,30 +196,6 @@ acts on the impact pressure alone.
 
 {table}
 {heights}
-## How a forecast is made
-
-1. The card is flown once in smooth air, in the expected wind.
-2. Dryden gusts (MIL-F-8785C) of the expected level are drawn along its path, 16 times by default. As in the
-   simulator, the gust field is fixed to the ground and has the same axes. The gusts change the air data, not the
-   ground velocity.
-3. The data system records each draw, and the calibrator, which has to estimate the level and the length of the
-   gusts, gives its bound. The mean over the draws is the forecast; their standard deviation is the difference
-   to expect from flight to flight.
-
-The search for a better card flies each trial card once. It minimizes the bound from the inverse information matrix
-of that flight in smooth air, for gusts of known level; `--json` shows both bounds.
-
-## Why turns
-
-The bound comes from gusts, and a gust lasts for seconds. Take a first-order gust of variance σ² and time constant
-T. Its mean over a long time t has the variance 2Tσ²/t on a steady heading, but only 2Tσ²/t/(1 + ω²T²) for an
-airplane that turns at the rate ω, because the airplane turns relative to the gust. At 45° of bank, ωT is 0.6 at
-160 KCAS and 1.6 at 100 KCAS. In turns, every speed also occurs on every heading, so the wind is known far better
-than the curve.
-
-Two cautions. The simulator's pressure error does not depend on the load factor; a real one may (the legs of the
-cloverleaf and the two sides of the figure eight show a part of it). And the search does not change headings,
-because the simulator's turbulence has an axis on the ground, which real air does not have.
 """
 
 
@@ -306,7 +282,7 @@ bound should contain 95 % of the curve.
   whole curve; no row where a maneuver holds no speed).
 - *pitotbench*: `two_sigma_kt`. For the last row the noise's levels and length are given, not estimated.
 
-What each costs is in [speed.md](speed.md#peers).
+`python -m pitotlab speed packages` tells what some of them cost.
 
 {table}
 

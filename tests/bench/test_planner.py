@@ -69,7 +69,7 @@ def test_the_decelerating_circle_has_about_half_the_bound_of_step_decrease(plan)
 
 
 def test_a_forecast_foretells_the_bound_of_flights():
-    """Three flights in the simulator's turbulence against the forecast: the check of docs/plan.md, in small."""
+    """Three flights in the simulator's turbulence against the forecast: `python -m pitotlab plan`, in small."""
     expected = forecast(replace(REQUEST, draws=10), "decel_circle").mean
     case = Case(maneuver="decel_circle")
     flights = [bench.fly(replace(case, truth_seed=seed, sensor_seed=seed)) for seed in (1, 2, 3)]
@@ -79,7 +79,7 @@ def test_a_forecast_foretells_the_bound_of_flights():
 
 @pytest.mark.parametrize(("velocity", "expected"), [("recorded", 0.49), ("missing", 0.64)])
 def test_height_narrows_the_bound_of_a_static_error_in_the_forecast_too(velocity, expected):
-    """`expected`: flown and calibrated in the simulator's turbulence, docs/plan.md."""
+    """`expected`: flown and calibrated in the simulator's turbulence by `python -m pitotlab plan`."""
     joint = request_with(VELOCITY if velocity == "recorded" else HEIGHT)
     assert has_velocity_down(joint.das) == (velocity == "recorded")
     flight = smooth_flight(joint, "step_decrease")

@@ -1,5 +1,6 @@
 """The table of measurements, and the parts of the product that the laboratory names in strings."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -17,6 +18,11 @@ NAMED = {
     name
     for file in FOLDER.rglob("*.py")
     for name in re.findall(r'"(pitot(?:bench|lab)(?:\.\w+)+)[":]', file.read_text("utf-8"))
+}
+
+
+PATCHED = {
+    found for file in FOLDER.rglob("*.py") for found in re.findall(r'patch\("([\w.]+)"', file.read_text("utf-8"))
 }
 
 
@@ -46,3 +52,13 @@ def test_scripts_run_from_a_checkout_that_is_not_installed(script, tmp_path):
 def test_what_is_named_in_a_string_exists(name):
     module, _, attribute = name.rpartition(".")
     assert hasattr(import_module(module), attribute) or import_module(name)
+
+
+@pytest.mark.parametrize("name", sorted(PATCHED))
+def test_what_is_patched_is_read_where_it_is_patched(name):
+    """A name that only passes through its module, or is read elsewhere, would be patched without any effect."""
+    module, _, attribute = name.rpartition(".")
+    parsed = ast.parse(Path(import_module(module).__file__).read_text("utf-8"))
+    functions = [node for node in parsed.body if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+    read = {node.id for each in functions for node in ast.walk(each) if isinstance(node, ast.Name)}
+    assert attribute in read

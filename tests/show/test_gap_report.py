@@ -43,7 +43,6 @@ from pitotbench.show.style import stacked
 from pitotbench.show.verdict import account_json, print_account
 from pitotbench.show.words import CHANNELS, heading, name_and_unit, size_words, words
 from pitotbench.units import SYMBOLS
-from pitotlab.examples import ExampleChapter, example_picture, examples_page
 
 TIME = np.arange(200) / 2.0
 EVERY = np.full(len(TIME), True)
@@ -235,18 +234,6 @@ def test_initials_are_capitals_wherever_a_name_is_written():
     assert words("to sharpen gps_latency: fly") == "to sharpen GPS latency: fly"
     assert heading("gps_latency") == "GPS latency"
     assert heading("belly_pod") == "Belly pod"
-
-
-def test_an_example_gives_answer_and_truth_in_one_row(tmp_path):
-    chapter = ExampleChapter("pod", "The belly pod", "Steeper.", account(), {"belly_pod": {"drag_area_m2": 0.125}})
-    page = examples_page([chapter], "Seeds 1.")
-    row = "| The belly pod | named | belly pod: drag area 0.12 ± 0.01 m² | – | belly pod: drag area 0.125 m² |"
-    assert row in page
-    assert "0.990 | 0.950 | 2 |" in page
-    assert "for 25% of the time before and 97% with the patch" in page
-    assert "**Answer: named.** The model lacks belly pod (drag area 0.12 ± 0.01 m²)" in page
-    example_picture(replace(account(), telling=telling()), tmp_path / "pod.png")
-    assert (tmp_path / "pod.png").stat().st_size > 10_000
 
 
 def telling(channel: str = "specific_force_x", mass: float | None = 2500.0) -> TellingChannel:

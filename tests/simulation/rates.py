@@ -1,4 +1,4 @@
-"""What another rate of integration changes: `python -m tests.simulation.rates` prints the table of docs/speed.md.
+"""What another rate of integration changes: `python -m tests.simulation.rates` prints the table.
 
 Two flights of one card at two rates are compared at the same time since the first recorded sample. In gusts they
 fly through the same frozen field, which is not the simulator's: that draws its random numbers step by step, so that

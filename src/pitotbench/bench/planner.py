@@ -232,7 +232,8 @@ def smooth_flight(request: PlanRequest, maneuver: str, card: Mapping[str, Any] |
     """Return the flight of a maneuver in smooth air. The last few are kept in memory.
 
     It is integrated at the slowest rate that fits the data system, where the airplane is one of the bench:
-    docs/speed.md measures what that changes. A fast airplane of JSBSim's library may need the usual rate.
+    `python -m tests.simulation.rates` measures what that changes. A fast airplane of JSBSim's library may need the
+    usual rate.
     """
     case = replace(request.case(maneuver, dict(card or {})), das=request.das)
     attached = read_record(find_aircraft(case.aircraft)) is not None

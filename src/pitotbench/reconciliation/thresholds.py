@@ -1,6 +1,6 @@
 """The numbers that decide a verdict, each with its reason.
 
-A change of one of them changes the answers. It needs a new scored set of the blind test (docs/blind.md).
+A change of one of them changes the answers. It needs a new scored set (`python -m pitotlab blind generate`).
 "SS" is the sum of squares of the whitened residuals; a fall of the SS by x² has a significance of x σ.
 """
 

@@ -10,7 +10,7 @@ from pitotbench.catalog import explain
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 # The rates at which a flight is integrated: the usual one, and which others a case may ask for.
-# A flight at 40 Hz takes 0.4 of the time of one at 100 Hz. docs/speed.md measures what it changes.
+# A flight at 40 Hz takes 0.4 of the time of one at 100 Hz. `python -m tests.simulation.rates` measures the change.
 
 USUAL_RATE = 100.0  # Hz
 

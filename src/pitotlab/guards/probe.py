@@ -27,7 +27,11 @@ from typing import Any
 TABLES = ("EFFECTS", "MANEUVERS", "MODELS", "FORMS", "COMMANDS")
 HELPED_SCRIPTS = ("run_campaign", "reproduce_study", "reconcile")
 NOT_COMPARED = ("flight", "cpu_s", "wall_s", "code", "when")  # columns of time and of digests of code
-BLIND = ("src/pitotlab/blind/development.py", "tests/blind/development.py")  # where the blind generator may be
+# Where the blind generator may be, and how its signatures and its development set are made.
+BLIND = {
+    "src/pitotlab/blind/drawn.py": ("pitotlab blind signatures", "pitotlab blind develop"),
+    "tests/blind/development.py": ("tests.blind.signatures", "tests.blind.development"),
+}
 DEVELOPMENT_LOGS = 40
 
 Answers = dict[str, object]
@@ -312,10 +316,11 @@ def blind_logs(bench: Bench) -> Answers:
     entry = next((path for path in BLIND if (bench.tree / path).is_file()), None)
     if entry is None:
         return {"skipped": f"no blind generator at {' or '.join(BLIND)}"}
-    package = ".".join(Path(entry).with_suffix("").parts[-3:-1])
     os.environ["PYTHONPATH"] = f"{bench.tree / 'src'}{os.pathsep}{bench.tree}"
-    for line in ("signatures --place signatures", "development --signatures signatures --out blind"):
-        said_so = bench.run("-m", *shlex.split(f"{package}.{line} --settings A,B --jobs 1"))
+    for command, flags in zip(
+        BLIND[entry], ("--place signatures", "--signatures signatures --out blind"), strict=True
+    ):
+        said_so = bench.run("-m", *f"{command} {flags} --settings A,B --jobs 1".split())
         if said_so.code:
             return {"skipped": f"the blind generator of {entry} failed: {said_so.err[-300:]}"}
     said: Answers = {}

@@ -173,7 +173,7 @@ def test_a_wind_that_changes_widens_the_bound_and_is_covered(wind):
 def test_a_latency_is_found_where_the_speed_changes_and_taken_off():
     log = _decelerations(latency=0.5)
     checked = calibrate(log, CalibrationOptions(latency="checked"))
-    assert checked.diagnostics.latency.estimate.value == pytest.approx(0.5, abs=0.15)
+    assert checked.diagnostics.latency.value == pytest.approx(0.5, abs=0.15)
     assert any("trail" in text for text in checked.warnings)
     estimated = calibrate(log, CalibrationOptions(latency="estimated"))
     assert [s.name for s in estimated.shares] == ["latency_s"]
@@ -192,15 +192,13 @@ def test_a_latency_is_looked_for_beside_a_linear_wind_in_the_rows_that_count():
     result = calibrate(replace(log, impact_pressure=spoiled), options)
     clean = calibrate(log, options)
     assert len(result.diagnostics.rows_left_out) >= 10
-    assert result.diagnostics.latency.estimate.value == pytest.approx(
-        clean.diagnostics.latency.estimate.value, abs=0.05
-    )
+    assert result.diagnostics.latency.value == pytest.approx(clean.diagnostics.latency.value, abs=0.05)
 
 
 def test_a_latency_that_the_log_does_not_show_has_no_bound():
     log = fixture.fly(fixture.step_decrease(20), 20, 20, QUIET)
     result = calibrate(log, CalibrationOptions(latency="checked"))
-    assert np.isinf(result.diagnostics.latency.estimate.two_sigma)
+    assert np.isinf(result.diagnostics.latency.two_sigma)
     assert json.loads(json_text(calibration_json(result)))["diagnostics"]["latency_two_sigma_s"] is None
 
 

@@ -103,7 +103,7 @@ def test_the_air_data_of_one_log_trail_the_gps():
     options = replace(OPTIONS, wind="drifting", latency="checked")
     for name, significant in (("CLASS65", True), ("CLASS55", False)):
         result = calibrate(_without_height(name), options)
-        found = result.diagnostics.latency.estimate
+        found = result.diagnostics.latency
         latency, bound = found.value, found.two_sigma
         print(f"{name}: latency of the GPS {latency:+.2f} ± {bound:.2f} s (2σ)")
         assert (abs(latency) > bound) == significant

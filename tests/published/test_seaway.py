@@ -34,7 +34,7 @@ def test_scale_zero_latency_and_bound_are_reported(log):
     print(
         f"scale k1 {scale.value:+.3f} ± {scale.two_sigma:.3f}, zero {zero.value:.0f} ± {zero.two_sigma:.0f} Pa (2σ)"
     )
-    latency = result.diagnostics.latency.estimate
+    latency = result.diagnostics.latency
     print(f"latency {latency.value:+.2f} ± {latency.two_sigma:.2f} s (2σ)")
     assert zero.value == pytest.approx(100.0, abs=15.0)
     assert abs(scale.value) < scale.two_sigma + 0.1

@@ -126,7 +126,7 @@ def test_a_table_in_a_pipe_is_never_cut(show, columns, last, width):
 
 
 def test_the_headings_of_one_table_differ_and_say_what_each_2σ_is():
-    rows = [WeighedModel("bias", 1.0, True)]
+    rows = [WeighedModel("bias", None, 1.0, True)]
     for columns in (CAMPAIGN_COLUMNS, CURVE_COLUMNS, POINT_COLUMNS, plan_columns(_plan()), choice_columns(rows)):
         headings = [column.heading for column in columns if column.heading]
         assert len(set(headings)) == len(headings)

@@ -396,7 +396,7 @@ def _weighed(choice: ModelChoice) -> tuple[WeighedModel, ...]:
     criteria = {judgment.candidate.name: _criteria(judgment) for judgment in choice.judgments}
     weights = {name: choice.weight_of(name) for name in MODELS}
     return tuple(
-        WeighedModel(name, weight, name == choice.best.name, criteria.get(name))
+        WeighedModel(name, criteria.get(name), weight, name == choice.best.name)
         for name, weight in weights.items()
         if name in criteria or weight > 0.0
     )
@@ -412,9 +412,9 @@ def _criteria(judgment: Judgment) -> Criteria:
     )
 
 
-def _departures(choice: ModelChoice) -> dict[float, float]:
-    """Probability of each size of departure from a law, by its root mean square in Δp/q_c."""
+def _departures(choice: ModelChoice) -> dict[str, float]:
+    """Probability of each size of departure from a law, keyed by its root mean square in Δp/q_c."""
     sizes = dict.fromkeys((hypothesis.departure for hypothesis in choice.hypotheses), 0.0)
     for hypothesis, share in zip(choice.hypotheses, choice.shares, strict=True):
         sizes[hypothesis.departure] += float(share)
-    return sizes
+    return {f"{size:g}": share for size, share in sizes.items()}

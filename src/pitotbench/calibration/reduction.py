@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench import air
 from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeRows
 from pitotbench.calibration.covering import CoveringFit, Posterior, Structure, acceleration_effect, posterior_of
 from pitotbench.calibration.fit_checks import outside_prior, require_observable
@@ -25,15 +24,13 @@ from pitotbench.calibration.options import (
 )
 from pitotbench.calibration.output_error import OutputErrorFit, fit_scalar
 from pitotbench.calibration.prediction import (
-    CurveMap,
     Nuisance,
     PredictionModel,
     by_latency,
-    curve_airspeeds,
     nuisances_of,
 )
 from pitotbench.calibration.screening import screen
-from pitotbench.calibration.wind import ASKS, JUMP, WindChange, check_wind
+from pitotbench.calibration.wind import ASKS, check_wind
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
@@ -43,7 +40,7 @@ from pitotbench.records.calibration import (
     GustsFound,
     HeightFound,
     LatencyFound,
-    WindFound,
+    WindChange,
 )
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import KNOT
@@ -100,7 +97,7 @@ def with_latency(options: CalibrationOptions, latency: Estimate) -> CalibrationO
     return replace(options, gps_latency=latency.value, accuracies=stated)
 
 
-def _latency_warning(latency: Estimate) -> Caution:
+def _latency_warning(latency: LatencyFound) -> Caution:
     """The warning of a latency that differs from the one taken out by more than its 2σ."""
     late, early = ("GPS velocity", "air data") if latency.value > 0.0 else ("air data", "GPS velocity")
     return Caution(
@@ -256,10 +253,12 @@ def _cover(log: FlightLog, white: Reduction) -> Reduction:
         return _covered(white, located, None)
     latency = estimate_latency(log, options, obs, located.structure, located.fit)
     if options.latency == "checked":
-        return _covered(white, located, LatencyFound(latency, latency.value - options.gps_latency))
+        return _covered(
+            white, located, LatencyFound(latency.value, latency.two_sigma, latency.value - options.gps_latency)
+        )
     applied = with_latency(options, latency)
     again = replace(white, options=applied, observations=observe_again(log, applied, obs))
-    return _covered(again, _located(log, again), LatencyFound(latency, 0.0))
+    return _covered(again, _located(log, again), LatencyFound(latency.value, latency.two_sigma, 0.0))
 
 
 def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
@@ -271,7 +270,7 @@ def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
 def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None) -> Reduction:
     """The reduction with the answer of a located fit and what it found beside it."""
     structure, fit, obs = located.structure, located.fit, white.observations
-    change = check_wind(structure, obs, fit) if white.options.wind == "checked" else None
+    checked = white.options.wind == "checked"
     return replace(
         white,
         model=structure.model,
@@ -280,7 +279,7 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
         diagnostics=replace(
             white.diagnostics,
             latency=latency,
-            wind_change=None if change is None else _wind_found(change, located, obs),
+            wind_change=check_wind(structure, obs, fit, located.answer) if checked else None,
             gusts=GustsFound(fit.gust_deviation, fit.gust_length, fit.wind_deviation, fit.blocks),
             height_agreement=located.chance,
             static_probability=located.static_probability,
@@ -290,18 +289,6 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
         error_location=located.location,
         altitude=structure.altitude,
     )
-
-
-def _wind_found(change: WindChange, located: ErrorPlace, obs: Observations) -> WindFound:
-    """A change of the wind with its effect on the curve."""
-    model, answer = located.structure.model, located.answer
-    flown = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
-    gradient = CurveMap(model, flown, 0.0).correction_gradient(answer.mean[: model.error_count])
-    moved = np.abs(gradient @ change.moved[: model.error_count])
-    bounds = answer.two_sigma(np.pad(gradient, ((0, 0), (0, len(answer.mean) - model.error_count))))
-    time = change.time if change.kind == JUMP else None
-    moves, share = float(np.max(moved)), float(np.max(moved / bounds))
-    return WindFound(change.bayes_factor, change.chance, change.kind, change.size, time, moves, share)
 
 
 def _height_found(rows: AltitudeRows | None, fit: CoveringFit) -> HeightFound | None:
@@ -353,18 +340,18 @@ def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) 
     if found.wind_change is not None and _is_named(found.wind_change):
         yield _wind_warning(found.wind_change)
     # The 2σ is infinite where the log does not determine the latency.
-    if found.latency is not None and abs(found.latency.left) > found.latency.estimate.two_sigma:
-        yield _latency_warning(found.latency.estimate)
+    if found.latency is not None and abs(found.latency.left) > found.latency.two_sigma:
+        yield _latency_warning(found.latency)
 
 
-def _is_named(change: WindFound) -> bool:
+def _is_named(change: WindChange) -> bool:
     """Whether the log asks for a change of the wind that matters, and a constant wind would seldom look so."""
     return change.bayes_factor > ASKS and change.chance < _CHANGED and change.share > _MATTERS
 
 
-def _wind_warning(change: WindFound) -> Caution:
+def _wind_warning(change: WindChange) -> Caution:
     knots = change.size / KNOT
-    when = "over the log" if change.time is None else f"about {change.time:.0f} s after the first row"
+    when = "over the log" if np.isnan(change.time) else f"about {change.time:.0f} s after the first row"
     return Caution(
         f"the wind may have changed by about {knots:.1f} kt {when}, which would move the curve by up to "
         f"{change.moves / KNOT:.1f} kt; the bound assumes a constant wind: compare with --wind "

@@ -7,12 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
+from pitotbench import air
 from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeNoise, altitude_regression
-from pitotbench.calibration.covering import CoveringFit, Linearized, Structure, linearize, log_prior_of
+from pitotbench.calibration.covering import CoveringFit, Linearized, Posterior, Structure, linearize, log_prior_of
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
+from pitotbench.calibration.prediction import CurveMap, PredictionModel, curve_airspeeds
 from pitotbench.estimation.evidence import ColumnEvidence, EvidencePart, column_evidence
 from pitotbench.estimation.noise import MarkovNoise, MarkovProcess, deviation_of_sizes
 from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck
+from pitotbench.records.calibration import WindChange
 from pitotbench.units import Array, MetersPerSecond, Seconds
 
 # The wind across the heading in straight flight, which needs no airspeed.
@@ -134,26 +137,6 @@ _FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 
 
 @dataclass(frozen=True, slots=True)
-class WindChange:
-    """The evidence for a wind that changed, and its most likely change.
-
-    `bayes_factor` is that of a change against a constant wind. `chance` is how often a constant wind would give as
-    large a one in the same gusts: where gusts hide every change, the factor is near 1 and says nothing.
-    `kind` is `steady`, `wave`, `drift` or `jump`.
-    `size` [m/s] is the greatest difference between two winds of the log, `time` [s after the first row] the middle
-    of a jump.
-    `moved` (p,) is the change of the estimate of θ if the wind so changed.
-    """
-
-    bayes_factor: float
-    chance: float
-    kind: str
-    size: float
-    time: float
-    moved: Array
-
-
-@dataclass(frozen=True, slots=True)
 class _Change:
     """One kind of change: the columns' places (k,), their prior deviations [m/s] (k,), and the log of its share."""
 
@@ -172,9 +155,12 @@ class _Shapes:
     changes: tuple[_Change, ...]
 
 
-def check_wind(structure: Structure, obs: Observations, fit: CoveringFit) -> WindChange | None:
-    """Weigh changes of the wind beside the constant wind of a fit; None for a log too short for a change."""
-    obs = obs.every(max(round(_ENOUGH / float(np.median(np.diff(obs.time)))), 1))
+def check_wind(structure: Structure, every: Observations, fit: CoveringFit, answer: Posterior) -> WindChange | None:
+    """Weigh changes of the wind beside the constant wind of a fit; None for a log too short for a change.
+
+    `answer` is that of the fit, whose curve and bounds a change would move.
+    """
+    obs = every.every(max(round(_ENOUGH / float(np.median(np.diff(every.time)))), 1))
     blocks = divide(obs, 2.0 * block_length(obs))
     shapes = _shapes(blocks)
     if shapes is None:
@@ -198,7 +184,17 @@ def check_wind(structure: Structure, obs: Observations, fit: CoveringFit) -> Win
     log_factor = float(logsumexp(odds) - logsumexp(heights))
     by_chance = logsumexp(_gains(found[0], found[0].drawn(_DRAWS, _SEED), shapes), axis=0) >= log_factor
     factor, chance = float(np.exp(min(log_factor, 700.0))), float(np.mean(by_chance))
-    return WindChange(factor, chance, change.kind, float(np.max(apart)), change.time, moved)
+    time, moves = change.time if change.kind == JUMP else np.nan, _moves(structure.model, every, answer, moved)
+    return WindChange(factor, chance, change.kind, float(np.max(apart)), time, *moves)
+
+
+def _moves(model: PredictionModel, obs: Observations, answer: Posterior, moved: Array) -> tuple[float, float]:
+    """The most by which a change of θ, `moved` (p,), moves the curve [m/s], and the most over its 2σ."""
+    flown, free = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure)), model.error_count
+    gradient = CurveMap(model, flown, 0.0).correction_gradient(answer.mean[:free])
+    size = np.abs(gradient @ moved[:free])
+    bounds = answer.two_sigma(np.pad(gradient, ((0, 0), (0, len(answer.mean) - free))))
+    return float(np.max(size)), float(np.max(size / bounds))
 
 
 def _gains(evidence: ColumnEvidence, pulls: Array, shapes: _Shapes) -> Array:

@@ -139,66 +139,69 @@ class Residuals:
             object.__setattr__(self, name, freeze(array))
 
 
+# What a fit finds beside the curve and the wind. The `key` of a field is its name in plain data, with the unit.
+
+
 @dataclass(frozen=True, slots=True)
 class LatencyFound:
-    """The latency of the GPS velocity [s] that the log shows, its 2σ infinite where the log does not determine it.
+    """The latency of the GPS velocity that the log shows, its 2σ, and the part that was not taken out [s].
 
-    `left` [s] is the part of it that was not taken out.
+    The 2σ is infinite where the log does not determine the latency.
     """
 
-    estimate: Estimate
-    left: float
+    value: float = field(metadata={"key": "latency_s"})
+    two_sigma: float = field(metadata={"key": "latency_two_sigma_s"})
+    left: float = field(metadata={"key": "latency_left_s"})
 
 
 @dataclass(frozen=True, slots=True)
-class WindFound:
-    """The most likely change of the wind, and the evidence for it.
+class WindChange:
+    """The evidence for a wind that changed, and its most likely change.
 
-    `bayes_factor` is that of a change against a constant wind, `chance` how often a constant wind would give as
-    large a one. `kind` is `steady`, `wave`, `drift` or `jump`. `size` [m/s] is the greatest difference between two
-    winds of the log, `time` [s after the first row] the middle of a jump, None for another kind. The change moves
-    the curve by `moves` [m/s] at most, and by `share` of its 2σ at most.
+    `bayes_factor` is that of a change against a constant wind. `chance` is how often a constant wind would give as
+    large a one in the same gusts: where gusts hide every change, the factor is near 1 and says nothing.
+    `kind` is `steady`, `wave`, `drift` or `jump`. `size` [m/s] is the greatest difference between two winds of the
+    log, `time` [s after the first row] the middle of a jump, NaN for another kind. The change would move the curve
+    by `moves` [m/s] and by `share` of its 2σ at most.
     """
 
-    bayes_factor: float
-    chance: float
-    kind: str
-    size: float
-    time: float | None
-    moves: float
-    share: float
+    bayes_factor: float = field(metadata={"key": "wind_change_bayes_factor"})
+    chance: float = field(metadata={"key": "wind_change_chance"})
+    kind: str = field(metadata={"key": "wind_change_kind"})
+    size: float = field(metadata={"key": "wind_change_mps"})
+    time: float = field(metadata={"key": "wind_change_time_s"})
+    moves: float = field(metadata={"key": "wind_change_moves_mps"})
+    share: float = field(metadata={"key": "wind_change_share"})
 
 
 @dataclass(frozen=True, slots=True)
 class GustsFound:
-    """Standard deviation [m/s] and length [m] of the gusts, standard deviation of a drifting wind [m/s], and the
-    number of block means in the fit."""
+    """Standard deviation and length of the gusts, standard deviation of a drifting wind, number of block means."""
 
-    deviation: float
-    length: float
-    wind_deviation: float
+    deviation: float = field(metadata={"key": "gust_deviation_mps"})
+    length: float = field(metadata={"key": "gust_length_m"})
+    wind_deviation: float = field(metadata={"key": "wind_deviation_mps"})
     blocks: int
 
 
 @dataclass(frozen=True, slots=True)
 class HeightFound:
-    """The noise of the altitude equation: level [m] and memory [s] of the slow error of the height, and `rows`.
+    """The altitude equation: level and memory of the height's slow error, and the number of rows.
 
-    With vertical velocity its integral wanders by `walk` [m/√s]; without, the height has the white noise `white`
-    [m]. The other is None.
+    With vertical velocity its integral wanders by `walk`; without, the height has the white noise `white`. The
+    other is None.
     """
 
-    deviation: float
-    memory: float
-    white: float | None
-    walk: float | None
-    rows: int
+    deviation: float = field(metadata={"key": "height_deviation_m"})
+    memory: float = field(metadata={"key": "height_memory_s"})
+    white: float | None = field(metadata={"key": "height_white_m"})
+    walk: float | None = field(metadata={"key": "height_walk_m_per_root_s"})
+    rows: int = field(metadata={"key": "altitude_rows"})
 
 
 @dataclass(frozen=True, slots=True)
 class Criteria:
-    """What the choice of a model is judged by. Only differences between models have a meaning, except of
-    `parameters`, their number."""
+    """What a model is judged by; of all but the number of parameters only differences have a meaning."""
 
     parameters: int
     log_likelihood: float
@@ -209,12 +212,12 @@ class Criteria:
 
 @dataclass(frozen=True, slots=True)
 class WeighedModel:
-    """A model that was weighed, with its probability; `criteria` is None where the log does not determine it."""
+    """A model with its probability `weight`; `criteria` is None where the log does not determine it by itself."""
 
     model: str
+    criteria: Criteria | None
     weight: float
     chosen: bool
-    criteria: Criteria | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,19 +227,19 @@ class Diagnostics:
     `iterations` are those of the white fit, and `rows_left_out` the numbers of the first faulty rows of the log.
     `height_agreement` is the probability that wind triangle and height differ about the curve by so much by chance,
     `static_probability` that of an error of the static source. `departures` holds the probability of each size of
-    a departure of the curve from its model, its root mean square in Δp/q_c.
+    a departure of the curve from its model, keyed by its root mean square in Δp/q_c.
     """
 
     iterations: int
     rows_left_out: tuple[int, ...] = ()
     latency: LatencyFound | None = None
-    wind_change: WindFound | None = None
+    wind_change: WindChange | None = None
     gusts: GustsFound | None = None
     height_agreement: float | None = None
     static_probability: float | None = None
     height: HeightFound | None = None
     models: tuple[WeighedModel, ...] = ()
-    departures: dict[float, float] = field(default_factory=dict)
+    departures: dict[str, float] | None = field(default=None, metadata={"key": "departure"})
 
 
 @dataclass(frozen=True, slots=True, repr=False)

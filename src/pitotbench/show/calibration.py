@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from csv import writer
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,6 @@ from pitotbench.records.calibration import (
     CalibratedFlight,
     Calibration,
     Criteria,
-    Diagnostics,
     ErrorCurve,
     Estimate,
     Share,
@@ -333,7 +332,7 @@ def choice_html(result: Calibration) -> str:
 
 def departure_line(result: Calibration) -> str:
     """The probability of each size of a departure of the true curve from every model."""
-    parts = ", ".join(f"{size:g} with {100 * p:.0f} %" for size, p in result.diagnostics.departures.items())
+    parts = ", ".join(f"{size} with {100 * p:.0f} %" for size, p in (result.diagnostics.departures or {}).items())
     return f"departure of the curve from its model, rms in Δp/q_c, with its probability: {parts}"
 
 
@@ -452,7 +451,7 @@ def fit_lines(result: Calibration) -> list[str]:
 
 def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> dict[str, Any]:
     """A calibration as plain data; the unit is in each key. `limit` as for `judgments`."""
-    answer = short_answer_of(result, "")
+    answer, found = short_answer_of(result, ""), _plain(result.diagnostics)
     return {
         "model": result.model,
         "parameters": [_estimate(parameter) for parameter in result.parameters],
@@ -468,51 +467,21 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "warnings": list(result.warnings),
         "limits": judgments_json(result, limit),
         "shares": [_share(share) for share in result.shares],
-        **_diagnostics(result.diagnostics),
+        "diagnostics": {key: value for key, value in found.items() if key != "models"},
+        **({"model_choice": [_plain(each) for each in found["models"]]} if found["models"] else {}),
     }
 
 
-def _diagnostics(found: Diagnostics) -> dict[str, Any]:
-    """What the fit found beside the curve, and the models weighed. What was not looked for has no key."""
-    plain: dict[str, Any] = {"iterations": found.iterations, "rows_left_out": list(found.rows_left_out)}
-    if (latency := found.latency) is not None:
-        plain["latency_s"] = latency.estimate.value
-        plain["latency_two_sigma_s"] = latency.estimate.two_sigma
-        plain["latency_left_s"] = latency.left
-    if (change := found.wind_change) is not None:
-        plain["wind_change_bayes_factor"] = change.bayes_factor
-        plain["wind_change_chance"] = change.chance
-        plain["wind_change_kind"] = change.kind
-        plain["wind_change_mps"] = change.size
-        plain["wind_change_time_s"] = change.time
-        plain["wind_change_moves_mps"] = change.moves
-        plain["wind_change_share"] = change.share
-    if (gusts := found.gusts) is not None:
-        plain["gust_deviation_mps"] = gusts.deviation
-        plain["gust_length_m"] = gusts.length
-        plain["wind_deviation_mps"] = gusts.wind_deviation
-        plain["blocks"] = gusts.blocks
-    if found.height_agreement is not None:
-        plain["height_agreement"] = found.height_agreement
-    if found.static_probability is not None:
-        plain["static_probability"] = found.static_probability
-    if (height := found.height) is not None:
-        plain["height_deviation_m"] = height.deviation
-        plain["height_memory_s"] = height.memory
-        if height.white is not None:
-            plain["height_white_m"] = height.white
-        if height.walk is not None:
-            plain["height_walk_m_per_root_s"] = height.walk
-        plain["altitude_rows"] = height.rows
-    if not found.models:
-        return {"diagnostics": plain}
-    plain["departure"] = {f"{size:g}": share for size, share in found.departures.items()}
-    return {"diagnostics": plain, "model_choice": [_weighed(each) for each in found.models]}
-
-
-def _weighed(each: WeighedModel) -> dict[str, Any]:
-    criteria = {} if each.criteria is None else asdict(each.criteria)
-    return {"model": each.model, **criteria, "weight": each.weight, "chosen": each.chosen}
+def _plain(found: Any) -> dict[str, Any]:
+    """A record as plain data, with those inside it in their places; what was not looked for has no key."""
+    plain: dict[str, Any] = {}
+    for each in fields(found):
+        value = getattr(found, each.name)
+        if is_dataclass(value):
+            plain |= _plain(value)
+        elif value is not None:
+            plain[each.metadata.get("key", each.name)] = value
+    return plain
 
 
 def flight_json(flight: CalibratedFlight) -> dict[str, Any]:

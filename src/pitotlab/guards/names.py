@@ -81,6 +81,5 @@ def _product(tree: Path) -> set[str]:
     """Return the modules of the product as `a.b`, and its files as `a/b.py`, seen from its folder."""
     root = tree / "src" / "pitotbench"
     files = [path.relative_to(root) for path in root.rglob("*.py") if len(path.relative_to(root).parts) > 1]
-    return {each.as_posix() for each in files} | {
-        ".".join(each.with_suffix("").parts).removesuffix(".__init__") for each in files if len(each.parts) > 1
-    }
+    modules = {".".join(each.with_suffix("").parts).removesuffix(".__init__") for each in files}
+    return {each.as_posix() for each in files} | {each for each in modules if "." in each}  # `plan` is a word

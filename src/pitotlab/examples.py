@@ -21,7 +21,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import SURE, Candidate, Verdict
 from pitotbench.show.columns import Column, markdown_table
 from pitotbench.show.gap_page import account_page, telling_drawings
-from pitotbench.show.gap_words import place_words, sentences, told_rivals
+from pitotbench.show.gap_words import place_words, reported_rivals, sentences
 from pitotbench.show.style import canvas
 from pitotbench.show.verdict import kind_words
 from pitotbench.show.words import heading, size_words, words
@@ -107,7 +107,7 @@ def _named(account: Account) -> list[str]:
     named = []
     for number, each in enumerate(account.rounds):
         known = {candidate.name: candidate for candidate in each.verdict.candidates}
-        for effect, others in zip(each.verdict.effects, told_rivals(each.verdict), strict=True):
+        for effect, others in zip(each.verdict.effects, reported_rivals(each.verdict), strict=True):
             rivals = [_sized(known[name]) if name in known else words(name) for name in others]
             like = f" or {' or '.join(rivals)}" if rivals else ""
             named.append(_sized(effect) + like + (f" (pass {number + 1})" if number else ""))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.bench.planner import _dryden, gust_deviation, stirred
+from pitotbench.bench.planner import _dryden, gust_deviation, with_gusts
 from pitotbench.records.case import Case
 from pitotbench.units import FOOT
 
@@ -63,13 +63,13 @@ def test_still_air_has_no_gusts_and_high_air_fewer():
 
 def test_stirring_moves_the_airspeed_and_nothing_else(smooth_flights):
     flight = smooth_flights["circle"]
-    rough = stirred(flight, "moderate", 3)
+    rough = with_gusts(flight, "moderate", 3)
     moved = {name for name in flight.channels if not np.array_equal(flight[name], rough[name])}
     assert moved == {"true_airspeed", "total_pressure"}
     change = rough["true_airspeed"] - flight["true_airspeed"]
     assert np.std(change) == pytest.approx(gust_deviation(rough.case), rel=0.35)
-    assert np.array_equal(rough["total_pressure"], stirred(flight, "moderate", 3)["total_pressure"])
-    assert np.array_equal(stirred(flight, "none", 3)["total_pressure"], flight["total_pressure"])
+    assert np.array_equal(rough["total_pressure"], with_gusts(flight, "moderate", 3)["total_pressure"])
+    assert np.array_equal(with_gusts(flight, "none", 3)["total_pressure"], flight["total_pressure"])
 
 
 def test_one_draw_serves_flights_of_any_rate(smooth_flights):
@@ -80,5 +80,5 @@ def test_one_draw_serves_flights_of_any_rate(smooth_flights):
         segment=flight.segment[::2],
         on_condition=flight.on_condition[::2],
     )
-    gusts, again = (stirred(f, "light", 3)["true_airspeed"] - f["true_airspeed"] for f in (flight, half))
+    gusts, again = (with_gusts(f, "light", 3)["true_airspeed"] - f["true_airspeed"] for f in (flight, half))
     np.testing.assert_allclose(again, gusts[::2], atol=1e-12)

@@ -6,7 +6,14 @@ import pytest
 
 from pitotbench import Case, fly, sense
 from pitotbench.bench.reflight import wind_of_log
-from pitotbench.bench.rounds import NamedLog, look_until_quiet, patch_of, reconcile_log, settled, with_doubts
+from pitotbench.bench.rounds import (
+    NamedLog,
+    closure_checked,
+    iterate,
+    patch_of,
+    reconcile_log,
+    with_calibrated_probabilities,
+)
 from pitotbench.bench.workflow import reconcile_fully
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
@@ -40,7 +47,7 @@ def test_a_wrong_patch_is_not_quiet(late):
     wrong = replace(found.verdict.effects[0], sizes=(replace(size, value=-size.value),))
     checks = replace(found.checks, found=replace(found.checks.found, effects=(wrong,)))
     wrong_way = replace(found, checks=checks)
-    rounds = look_until_quiet("none", wrong_way).rounds
+    rounds = iterate("none", wrong_way).rounds
     assert rounds[1].verdict.kind != "no_gap"
 
 
@@ -48,13 +55,13 @@ def test_a_wrong_patch_is_not_quiet(late):
 def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(late, left, kind):
     """The second look is changed so that it finds a share of the first gap again."""
     found = reconcile_log(late, "none")
-    looks = look_until_quiet("none", found)
+    looks = iterate("none", found)
     assert looks.closure.share > THRESHOLDS.closure_lowest
     closed, last = found.verdict.closure, looks.later[-1]
     again = replace(last.found.closure, before=last.found.closure.noise + left * (closed.before - closed.noise))
     changed = replace(looks, later=(replace(last, found=replace(last.found, closure=again)),))
     assert changed.closure.share == pytest.approx(1.0 - left, abs=0.02)
-    after = settled(changed)
+    after = closure_checked(changed)
     first = after.first
     assert first.verdict.kind == kind
     if kind == "unknown":
@@ -65,7 +72,7 @@ def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(late, l
     elif kind == "one_of":
         assert first.verdict.doubts == ("gps_latency comes closest, but closes only 82% of the gap",)
         assert [e.name for e in after.effects] == ["gps_latency"]
-        told = with_doubts(after).first.verdict
+        told = with_calibrated_probabilities(after).first.verdict
         assert told.alternatives[0]
         assert 0.3 < told.effects[0].probability < 0.6
     else:
@@ -86,7 +93,7 @@ def test_a_correction_of_one_size_keeps_the_others(late):
     size = effect.sizes[0]
     two = replace(effect, sizes=(size, Estimate("further_s", 2.0, 0.5)), score=40.0)
     correction = replace(effect, sizes=(replace(size, value=0.01),), score=3.0)
-    looks = look_until_quiet("none", reconcile_log(late, "none"))
+    looks = iterate("none", reconcile_log(late, "none"))
     checks = looks.first.checks
     begun = replace(looks.first, checks=replace(checks, found=replace(checks.found, effects=(two,))))
     (joined,) = replace(looks, first=begun, added=(correction,)).effects

@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal
 
 from pitotbench import Case
 from pitotbench.bench.next_flight import variants_of
-from pitotbench.reconciliation.discrimination import Contender, Doubt, parting_of
+from pitotbench.reconciliation.discrimination import Contender, Doubt, discrimination
 from pitotbench.reconciliation.evidence import Evidence
 from pitotbench.reconciliation.signatures import Signature
 from pitotbench.reconciliation.thresholds import THRESHOLDS
@@ -77,14 +77,14 @@ def by_dense_draws(columns: tuple[Array, Array], asked: Doubt, draws: int) -> fl
 def test_the_probability_of_a_name_is_that_over_dense_logs(angle: float) -> None:
     first, second = np.array([6.0, 0.0, 0.0]), 6.0 * np.array([np.cos(angle), np.sin(angle), 0.0])
     asked = doubt(1.0, 0.1, 0.6)
-    forecast = parting_of(asked, unflown(first, second), draws=4000)  # type: ignore[arg-type]
+    forecast = discrimination(asked, unflown(first, second), draws=4000)  # type: ignore[arg-type]
     assert forecast.name == pytest.approx(by_dense_draws((first, second), asked, 4000), abs=0.04)
 
 
 def test_a_card_on_which_two_causes_act_alike_gives_no_name() -> None:
     column = np.array([8.0, 3.0])
     asked = doubt(1.0, 0.1)
-    forecast = parting_of(asked, unflown(column, column))  # type: ignore[arg-type]
+    forecast = discrimination(asked, unflown(column, column))  # type: ignore[arg-type]
     assert forecast.name == 0.0
     assert forecast.entropy == pytest.approx(1.0, abs=0.01)
     assert asked.entropy == pytest.approx(1.0)
@@ -93,7 +93,7 @@ def test_a_card_on_which_two_causes_act_alike_gives_no_name() -> None:
 def test_the_wider_the_angle_the_surer_a_name() -> None:
     first = np.array([8.0, 0.0])
     found = [
-        parting_of(doubt(1.0, 0.1), unflown(first, 8.0 * np.array([np.cos(a), np.sin(a)])))  # type: ignore[arg-type]
+        discrimination(doubt(1.0, 0.1), unflown(first, 8.0 * np.array([np.cos(a), np.sin(a)])))  # type: ignore[arg-type]
         for a in (0.1, 0.4, 0.8, 1.5)
     ]
     assert [f.name for f in found] == sorted(f.name for f in found)
@@ -110,9 +110,9 @@ def test_evidence_that_flights_share_is_tempered_less() -> None:
 def test_a_name_needs_the_evidence_that_the_flights_need() -> None:
     first, second = np.array([6.0, 0.0, 0.0]), np.array([0.0, 6.0, 0.0])
     asked = doubt(1.0, 0.1)
-    assert parting_of(asked, unflown(first, second)).name > 0.5  # type: ignore[arg-type]
+    assert discrimination(asked, unflown(first, second)).name > 0.5  # type: ignore[arg-type]
     careful = replace(asked, least_bayes_factor=200.0)
-    assert parting_of(careful, unflown(first, second)).name == 0.0  # type: ignore[arg-type]
+    assert discrimination(careful, unflown(first, second)).name == 0.0  # type: ignore[arg-type]
 
 
 def test_the_variants_of_a_card_can_be_flown() -> None:

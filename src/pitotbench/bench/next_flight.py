@@ -14,7 +14,7 @@ from pitotbench.bench.null_flights import Progress, aircraft_model
 from pitotbench.bench.reflight import wind_of_log
 from pitotbench.bench.rounds import Reconciliation
 from pitotbench.catalog import Catalog, UnknownNameError
-from pitotbench.reconciliation.discrimination import Doubt, doubt_of, parting_of
+from pitotbench.reconciliation.discrimination import Doubt, discrimination, doubt_of
 from pitotbench.reconciliation.equations import scaled_to
 from pitotbench.reconciliation.evidence import LogEvidence
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -235,7 +235,7 @@ def _forecast(question: CardQuestion, case: Case) -> CardForecast | None:
         return None
     if evidence is None:
         return None
-    parting = parting_of(question.doubt, evidence)
+    parting = discrimination(question.doubt, evidence)
     minutes = float(log.time[-1] - log.time[0]) / 60.0
     return CardForecast(case.maneuver, dict(case.card), case.altitude, minutes, parting.name, parting.entropy)
 

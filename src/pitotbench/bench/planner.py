@@ -128,7 +128,7 @@ def gust_deviation(case: Case) -> float:
     return float(np.interp(case.altitude / FOOT, _HEIGHTS, _DEVIATIONS[severity])) * FOOT
 
 
-def stirred(flight: Flight, turbulence: str, seed: int) -> Flight:
+def with_gusts(flight: Flight, turbulence: str, seed: int) -> Flight:
     """Return the smooth flight with the airspeed and the total pressure that it would have in turbulence.
 
     The ground velocity does not change: the airplane is too heavy to follow gusts of this length.
@@ -273,7 +273,7 @@ def _height_noise(das: DataSystem) -> dict[str, float]:
 
 def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
     """Return the calibrator's 2σ [m/s] at the request's airspeeds, for one draw of gusts and sensor noise."""
-    log = bench.sense(stirred(flight, request.base.turbulence, seed), request.das)
+    log = bench.sense(with_gusts(flight, request.base.turbulence, seed), request.das)
     curve = bench.calibrate(log, request.options).curve
     return np.interp(request.airspeeds, curve.indicated_airspeed, curve.two_sigma)
 

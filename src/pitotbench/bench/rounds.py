@@ -252,7 +252,7 @@ def patch_of(looks: Looks, further: Sequence[Candidate], source: str, date: str)
     return patch_of_effects(_joined((*effects, *looks.added, *further)), source, date, looks.shapes, others)
 
 
-def look_until_quiet(
+def iterate(
     aircraft: str,
     first: Reconciliation,
     progress: Progress | None = None,
@@ -280,7 +280,7 @@ def look_until_quiet(
     return looks
 
 
-def settled(looks: Looks) -> Looks:
+def closure_checked(looks: Looks) -> Looks:
     """Return the passes with the objection of their closure, where they close too little of the gap.
 
     A fault that the table does not hold looks like one that it holds, and leaves more of the gap than another form
@@ -308,7 +308,7 @@ def _objected(looks: Looks, why: str) -> Looks:
     return first_pass(first) if withdraws else replace(looks, first=first)
 
 
-def with_doubts(looks: Looks) -> Looks:
+def with_calibrated_probabilities(looks: Looks) -> Looks:
     """Return the passes with calibrated probabilities, for what they all leave of the gap."""
     left, doubt = 1.0 - looks.closure.share, doubt_beside(looks.first.verdict)
     first, *later = (replace(each, left=left, doubt=doubt) for each in (looks.first.checks, *looks.later))

@@ -12,18 +12,18 @@ from pitotbench.bench.rounds import (
     Looks,
     NamedLog,
     Reconciliation,
+    closure_checked,
     first_pass,
-    look_until_quiet,
+    iterate,
     patch_of,
     reconcile_logs,
-    settled,
-    with_doubts,
+    with_calibrated_probabilities,
 )
 from pitotbench.reconciliation.formula import closure_on, find_formula, free_sizes_beside
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.patches import Patch, name_in_case
-from pitotbench.reconciliation.pictures import calibration_change, gap_map, telling_channel, traces, waterfall
+from pitotbench.reconciliation.pictures import calibration_change, clearest_channel, gap_map, traces, waterfall
 from pitotbench.reconciliation.renewal import lay_out_with
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import Case, EffectSpec
@@ -204,10 +204,10 @@ def reconcile_fully(
     advised = next_flight_after(first, progress) if next_flight else None
     if advised is not None:
         first = replace(first, checks=replace(first.checks, advice=advice_of(advised)))
-    looks = settled(look_until_quiet(aircraft, first, progress))
+    looks = closure_checked(iterate(aircraft, first, progress))
     source = ", ".join(each.name for each in logs)
     beyond = beyond_the_table(aircraft, looks, other, progress)
-    looks = with_doubts(beyond.looks)
+    looks = with_calibrated_probabilities(beyond.looks)
     first = looks.first
     patch = patch_of(looks, beyond.entries, source, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
@@ -239,7 +239,7 @@ def reconcile_fully(
         formula=beyond.formula,
         flights=first.flights,
         next_flight=advised,
-        telling=telling_channel(first.naming, first.null, over_time),
+        telling=clearest_channel(first.naming, first.null, over_time),
         calibration=calibration_change(first.naming),
         warnings=_warnings([*logs, *([holdout] if holdout else [])]),
     )

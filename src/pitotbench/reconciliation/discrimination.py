@@ -113,7 +113,7 @@ class Parting:
     entropy: float
 
 
-def parting_of(doubt: Doubt, log: LogEvidence, draws: int = DRAWS) -> Parting:
+def discrimination(doubt: Doubt, log: LogEvidence, draws: int = DRAWS) -> Parting:
     """Return how well a flight with these inner products parts the explanations; its residuals are not used."""
     sized = [dict(zip(c.keys, c.sizes.tolist(), strict=True)) for c in doubt.contenders]
     for sizes in sized:

@@ -99,7 +99,7 @@ TINY = 1e-30  # of a noise, so that it can be divided by
 DRAWN = ("airspeed", "bank", "altitude", "power")  # variables over which the gap is drawn
 
 
-def telling_channel(naming: Naming, null: NullDistribution, found: Sequence[Trace]) -> TellingChannel | None:
+def clearest_channel(naming: Naming, null: NullDistribution, found: Sequence[Trace]) -> TellingChannel | None:
     """Return the channel whose gap stands out most from its noise; None for a log without a gap.
 
     `found` are the residual channels over time.

@@ -81,12 +81,12 @@ def at_sizes(layout: Layout, sizes: Mapping[tuple[str, str], float], shapes: Ent
 def without_sensor_effects(original: Layout, entries: Entries) -> Layout:
     """Return the layout around the log without some effects on the sensors, at sizes that were fitted.
 
-    The effects are taken out of the channels of the log, with the error curve that they feigned, and the model is
-    moved along the corrected track. So its answer is exact there: no slope tells that a propeller meets its stop
-    a second later. Signatures, free parameters and residuals are those of the corrected log. The change that the
-    effects make is added to the residuals again, so that the sizes to be fitted stay whole sizes.
-    `original` is the layout before any effect was taken out, but with those that are in the model. Effects that are
-    not on the sensors change nothing.
+    Subtract the fitted sensor effects from the channels, fit the error curve again, and run the force model along
+    the corrected track. Signatures, free parameters and residuals are those of the corrected log. Add the change by
+    the effects to the residuals again, so that the sizes to be fitted stay whole sizes. A slope would not do: it
+    does not tell that a propeller meets its stop a second later.
+    `original` is the layout before any effect was subtracted, but with those that are in the model. Effects that
+    are not on the sensors change nothing.
     """
     corrected = with_corrected_track(original, entries)
     if corrected is original:

@@ -119,7 +119,7 @@ def verdict_of(checks: Checks) -> Verdict:
             verdict = replace(verdict, remains=verdict.remains and not objection.withdraws)
     if checks.added is not None:
         verdict = _with_effects(verdict, checks.added)
-    return verdict if checks.left is None else _with_doubt(verdict, checks)
+    return verdict if checks.left is None else _with_calibrated_probabilities(verdict, checks)
 
 
 def _with_kind(verdict: Verdict, kind: Kind, why: str) -> Verdict:
@@ -398,7 +398,7 @@ def doubt_beside(verdict: Verdict) -> float:
     return THRESHOLDS.doubt_taken_back if verdict.kind == "unknown" else THRESHOLDS.doubt_probable
 
 
-def _with_doubt(verdict: Verdict, checks: Checks) -> Verdict:
+def _with_calibrated_probabilities(verdict: Verdict, checks: Checks) -> Verdict:
     """A verdict with calibrated probabilities. A cause that they do not name stands beside the next one."""
     beside = doubt_beside(verdict) if checks.doubt is None else checks.doubt
     found = calibrated(verdict.probabilities, checks.left or 0.0, beside)

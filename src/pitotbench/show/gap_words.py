@@ -200,7 +200,7 @@ def _answer(verdict: Verdict) -> str:
         return f"{gap} {_best(verdict)}".strip()
     candidates = {candidate.name: candidate for candidate in verdict.candidates}
     effects = []
-    told = told_rivals(verdict)
+    told = reported_rivals(verdict)
     for effect, others in zip(verdict.effects, told, strict=True):
         rivals = [candidates[n] for n in others if n in candidates]
         names = [f"{effect_words(each)}{_chance(each)}" for each in rivals]
@@ -211,7 +211,7 @@ def _answer(verdict: Verdict) -> str:
     return f"{lead}{listed(effects)}; ± is 2σ.{_doubt(verdict)}"
 
 
-def told_rivals(verdict: Verdict) -> list[list[str]]:
+def reported_rivals(verdict: Verdict) -> list[list[str]]:
     """For each effect, the other causes of its set that are worth telling."""
     return [[n for n in names if verdict.probabilities.get(n, 1.0) >= TOLD_FROM] for names in verdict.alternatives]
 

@@ -18,7 +18,7 @@ from pitotbench.records.verdict import (
     Verdict,
 )
 from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
-from pitotbench.show.gap_words import effect_words, evidence_words, formula_json, sentences, told_rivals
+from pitotbench.show.gap_words import effect_words, evidence_words, formula_json, reported_rivals, sentences
 from pitotbench.show.words import listed, size_words, with_unit, words
 from pitotbench.units import FOOT
 
@@ -103,7 +103,7 @@ def noticed(features: tuple[Feature, ...]) -> list[Feature]:
 
 def kind_words(verdict: Verdict) -> str:
     """The kind of a verdict in words. A set of which one cause alone is worth telling is a doubted name."""
-    if verdict.kind == "one_of" and not any(told_rivals(verdict)):
+    if verdict.kind == "one_of" and not any(reported_rivals(verdict)):
         return "a probable cause"
     return KIND_WORDS[verdict.kind]
 

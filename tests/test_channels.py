@@ -9,7 +9,7 @@ from pitotbench.channels import CHANNELS, Channel, Source, numbers_from
 from pitotbench.records.aircraft import Motion, Reaction
 from pitotbench.records.case import DataSystem
 from pitotbench.records.log import FlightLog
-from pitotbench.sensing.sensors import PLAIN
+from pitotbench.sensing.recorder import PLAIN
 from pitotbench.simulation.properties import PROPERTIES
 from pitotbench.units import SUFFIXES
 

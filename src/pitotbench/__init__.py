@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from pitotbench.calibration import calibrate as calibrate
     from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
     from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
+    from pitotbench.logbook.formats import write_log as write_log
     from pitotbench.logbook.reading import read_log as read_log
-    from pitotbench.logbook.writing import write_log as write_log
     from pitotbench.records import BadInputError as BadInputError
     from pitotbench.records import NoAnswerError as NoAnswerError
     from pitotbench.records.calibration import Calibration as Calibration
@@ -63,7 +63,7 @@ _MODULES = {
     "score": "bench.flights",
     "sense": "bench.flights",
     "write_case": "records.case_file",
-    "write_log": "logbook.writing",
+    "write_log": "logbook.formats",
 }
 
 __all__ = [*_MODULES, "__version__"]  # noqa: PLE0604 - strings, though ruff cannot see it

@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 
-from pitotbench.effects import EFFECTS, Effect
+from pitotbench.effects import EFFECTS
+from pitotbench.effects.effect import Effect
 from pitotbench.simulation.card import Card
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import from_si

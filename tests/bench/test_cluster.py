@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from pitotbench.bench.cluster import Host, check_hosts, open_cluster
-from pitotbench.bench.fleet import Limits
+from pitotbench.bench.fleet import Host, Limits, check_hosts, open_cluster
 from pitotbench.records import BadInputError
 
 HERE = Host({"python": "3.11.7", "jsbsim": "1.3.3"}, "c0de")

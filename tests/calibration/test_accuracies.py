@@ -19,7 +19,7 @@ from pitotbench.calibration.options import (
 )
 from pitotbench.calibration.prediction import CurveMap, PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.pressure_error.curve import PressureErrorCurve
+from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.show.calibration import calibration_json
 from pitotbench.show.columns import json_text

@@ -11,9 +11,9 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.catalog import UnknownNameError
 from pitotbench.cli.app import main
-from pitotbench.logbook.writing import write_log
+from pitotbench.logbook.formats import write_log
 from pitotbench.pressure_error import MODELS
-from pitotbench.pressure_error.curve import TableCurve
+from pitotbench.pressure_error.models import TableCurve
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 

@@ -5,7 +5,7 @@ import pytest
 
 from pitotbench.calibration.fit_checks import judge_curve
 from pitotbench.pressure_error import MODELS
-from pitotbench.pressure_error.curve import PressureErrorCurve
+from pitotbench.pressure_error.models import PressureErrorCurve
 from pitotbench.records.case import PressureErrorSpec
 from pitotbench.units import KNOT
 

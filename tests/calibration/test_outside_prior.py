@@ -14,7 +14,7 @@ from pitotbench.calibration.fit_checks import _nuisances_outside
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
 from pitotbench.calibration.prediction import Nuisance
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.pressure_error.curve import PressureErrorCurve
+from pitotbench.pressure_error.models import PressureErrorCurve
 
 QUIET = fixture.Air(gust=0.05, pressure=2.0)
 

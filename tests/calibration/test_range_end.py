@@ -10,8 +10,8 @@ from tests.calibration.test_fixed_speed_points import legs_path
 
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import fixed_speed_points
+from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.logbook.writing import write_log
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.units import KNOT
 

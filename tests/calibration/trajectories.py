@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 
 from pitotbench import air
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.pressure_error.curve import PressureErrorCurve, TableCurve
+from pitotbench.pressure_error.models import PressureErrorCurve, TableCurve
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, KNOT, Array
 

@@ -9,7 +9,7 @@ import pytest
 from tests.calibration import trajectories as fixture
 
 from pitotbench.cli.app import main
-from pitotbench.logbook.writing import write_log
+from pitotbench.logbook.formats import write_log
 from pitotbench.simulation.maneuvers import MANEUVERS
 
 CURVE_KEYS = {

@@ -12,7 +12,7 @@ from pitotbench.bench.inspection import inspect_log
 from pitotbench.bench.planner import gust_deviation
 from pitotbench.calibration import calibrate
 from pitotbench.cli.app import main
-from pitotbench.logbook.writing import write_log
+from pitotbench.logbook.formats import write_log
 from pitotbench.records.case import Case
 from pitotbench.units import KNOT
 

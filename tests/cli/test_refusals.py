@@ -15,9 +15,8 @@ from tests.logbook.bad_logs import BAD_LOGS
 
 import pitotbench
 from pitotbench.cli.app import guarded, main
-from pitotbench.logbook.formats import FORMATS
+from pitotbench.logbook.formats import FORMATS, write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.logbook.writing import write_log
 from pitotbench.records import BadInputError, NoAnswerError
 
 _POD = '[[effects]]\nname = "belly_pod"\nparameters = { drag_area_m2 = 0.1 }\n'

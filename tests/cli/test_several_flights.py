@@ -10,7 +10,7 @@ import pytest
 
 from pitotbench import bench
 from pitotbench.cli.app import DONE, main
-from pitotbench.logbook.writing import write_log
+from pitotbench.logbook.formats import write_log
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pitotbench.bench.flights import sense
-from pitotbench.logbook.writing import write_log
+from pitotbench.logbook.formats import write_log
 from pitotlab.speed.growth import Cost, costs_by_samples, exponent, peak_megabytes
 
 

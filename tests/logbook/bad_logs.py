@@ -9,8 +9,7 @@ from scipy.io import savemat
 from tests.logbook import sample_log as sample
 
 from pitotbench import air
-from pitotbench.logbook.formats import FORMATS
-from pitotbench.logbook.writing import write_log
+from pitotbench.logbook.formats import FORMATS, write_log
 from pitotbench.units import KNOT
 
 Table = dict[str, NDArray]

@@ -17,8 +17,8 @@ from tests.logbook import foreign_files as foreign
 
 from pitotbench import air
 from pitotbench.calibration import calibrate
+from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.logbook.writing import write_log
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog

@@ -9,8 +9,8 @@ from scipy.io import savemat
 from tests.logbook import sample_log as sample
 from tests.logbook.bad_logs import BAD_LOGS, TIME, Table, put, scale
 
+from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.logbook.writing import write_log
 from pitotbench.records import BadInputError
 
 

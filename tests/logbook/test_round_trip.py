@@ -10,9 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tests.logbook import sample_log as sample
 
-from pitotbench.logbook.formats import FORMATS
+from pitotbench.logbook.formats import FORMATS, write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.logbook.writing import write_log
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 

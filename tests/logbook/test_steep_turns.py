@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pitotbench import air
+from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.logbook.writing import write_log
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, STANDARD_GRAVITY
 

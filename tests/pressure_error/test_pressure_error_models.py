@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pitotbench import air
 from pitotbench.catalog import UnknownNameError
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
-from pitotbench.pressure_error.curve import PressureErrorCurve, PressureErrorRangeError, TableCurve
+from pitotbench.pressure_error.models import PressureErrorCurve, PressureErrorRangeError, TableCurve
 from pitotbench.units import KNOT
 
 X = np.linspace(0.3, 4.0, 50)

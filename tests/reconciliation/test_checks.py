@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from pitotbench.reconciliation.log_checks import check_log
+from pitotbench.reconciliation.layout import check_log
 
 FAULTS = {"sample_and_hold": "period_s", "dropped_samples": "fraction", "quantization": "step_pa"}
 TYPICAL = {"sample_and_hold": 0.25, "dropped_samples": 0.05, "quantization": 40.0, "saturation": 3500.0}

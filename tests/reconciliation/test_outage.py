@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import lay_out
-from pitotbench.reconciliation.log_checks import check_log
+from pitotbench.reconciliation.layout import check_log, lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.track import AIR_CHANNELS, GPS_CHANNELS, track_of
 from pitotbench.reconciliation.verdict import judge

@@ -5,7 +5,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec
 from pitotbench.records.flight import Flight
-from pitotbench.sensing.sensors import PLAIN
+from pitotbench.sensing.recorder import PLAIN
 from pitotbench.units import Array
 
 RATE = 100.0

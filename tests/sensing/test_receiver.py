@@ -9,8 +9,7 @@ from tests.sensing import synthetic_flight as fixture
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, PressureErrorSpec
 from pitotbench.records.case_file import read_case, write_case
-from pitotbench.sensing.recorder import record
-from pitotbench.sensing.sensors import slow_error
+from pitotbench.sensing.recorder import record, slow_error
 
 
 def _recorded(location: str):

@@ -12,9 +12,8 @@ from pitotbench.calibration.options import USUAL
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, DataSystem, EffectSpec, Wind
 from pitotbench.records.log import FlightLog
-from pitotbench.sensing.recorder import header, record
+from pitotbench.sensing.recorder import PLAIN, header, known_curve, record, resolution
 from pitotbench.sensing.sampling import SYSTEMS, data_system
-from pitotbench.sensing.sensors import PLAIN, known_curve, resolution
 from pitotbench.units import KNOT
 
 CHANNEL_NAMES = [f.name for f in fields(FlightLog) if f.name not in ("header", "air_temperature")]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError
 from pitotbench.records.case import DataSystem, PressureErrorSpec
-from pitotbench.sensing.sensors import (
+from pitotbench.sensing.recorder import (
     add_noise,
     indicated_impact_pressure,
     known_curve,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from tests.sensing import synthetic_flight as fixture
 
+from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.logbook.writing import write_log
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.sensing.recorder import read_truth, record, truth_path, write_truth

@@ -10,7 +10,7 @@ from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
 from pitotbench.simulation.aircraft import find_aircraft, library_aircraft, read_record
-from pitotbench.simulation.autopilot.autopilot_file import open_all_tanks
+from pitotbench.simulation.autopilot.loops import open_all_tanks
 from pitotbench.simulation.sortie import card_of, card_speeds, fly, scaled_card, scaled_case
 from pitotbench.units import FOOT, KNOT
 

@@ -15,7 +15,7 @@ from pitotbench import bench
 from pitotbench.bench.flight_store import aircraft_digest, code_digest
 from pitotbench.bench.flights import sense
 from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.logbook.writing import write_log
+from pitotbench.logbook.formats import write_log
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.case import Case, DataSystem

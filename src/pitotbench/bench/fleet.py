@@ -1,18 +1,18 @@
-"""Run many flights: in this process, in spawned processes, through any executor, or on a dask cluster.
-
-A task is all the work on one flight. A task that fails is reported in words and the other tasks go on. A task whose
-process dies is performed once more, alone, and is then put in quarantine.
-"""
+"""Run many flights: in this process, in spawned processes, or on a dask cluster."""
 
 import faulthandler
 import os
+import platform
 import socket
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.metadata import version
 from io import UnsupportedOperation
 from itertools import islice
 from multiprocessing import current_process
@@ -25,6 +25,10 @@ from typing import Any, TypeVar
 from pitotbench.bench.worker_pool import LostWorkError, WorkerPool
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
+
+# Run many flights: in this process, in spawned processes, through any executor, or on a dask cluster.
+# A task is all the work on one flight. A task that fails is reported in words and the other tasks go on. A task
+# whose process dies is performed once more, alone, and is then put in quarantine.
 
 T = TypeVar("T")
 
@@ -319,8 +323,6 @@ def open_fleet(
     """
     limits = limits or Limits()
     if scheduler is not None:
-        from pitotbench.bench.cluster import open_cluster
-
         with open_cluster(scheduler, limits, security) as fleet:
             yield fleet
         return
@@ -399,3 +401,105 @@ def say(text: str) -> None:
 
     sys.stderr.write(f"pitotbench: {printable(text)}\n")
     sys.stderr.flush()
+
+
+# A fleet on a dask cluster whose workers are checked before anything is flown.
+# Every worker must have the versions and the code of the driver, and one thread.
+
+_ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
+
+_AHEAD = 3  # tasks submitted for each worker: one that flies, one that waits at the worker, one on its way
+
+_BUNDLE = 1.0  # s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
+
+_PATIENCE = 60.0  # s to wait for the first worker
+
+
+@dataclass(frozen=True, slots=True)
+class Host:
+    """The versions of a process that is to fly for a campaign, and the digest of its code."""
+
+    versions: Mapping[str, str]
+    code: str
+
+
+def describe_host() -> Host:
+    """Return the versions and the code of this process."""
+    from pitotbench.bench.flight_store import code_digest
+
+    versions = {"python": platform.python_version()} | {name: version(name) for name in _ALIKE}
+    return Host(versions, code_digest())
+
+
+@contextmanager
+def open_cluster(address: str, limits: Limits, security: Path | None = None) -> Iterator[Fleet]:
+    """Give a fleet on the workers of a dask scheduler.
+
+    Raises BadInputError where dask is not installed, where the scheduler does not answer, where it has no worker
+    within a minute, and where a worker has other versions, other code or more than one thread.
+    """
+    try:
+        distributed: Any = import_module("distributed")
+    except ImportError as error:
+        raise BadInputError("--scheduler needs dask: pip install 'pitotbench[cluster]'") from error
+    secured = _security(distributed, address, security)
+    try:
+        client = distributed.Client(address, timeout="10s", security=secured)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise BadInputError(f"no dask scheduler answers at {address}: {error}") from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except TimeoutError as error:
+            raise BadInputError(
+                f"the scheduler at {address} has no worker; start one with `dask worker`"
+            ) from error
+        workers = client.scheduler_info(n_workers=-1)["workers"]
+        _require_one_thread(workers)
+        check_hosts(describe_host(), client.run(describe_host, on_error="return"))
+        window = max(_AHEAD * len(workers), 8)
+        yield Fleet(client.get_executor(pure=False), limits, window, apart=True, bundle=_BUNDLE)
+
+
+def check_hosts(here: Host, workers: Mapping[str, Host | Exception]) -> None:
+    """Raise BadInputError for a worker that differs in a version or in the code.
+
+    The message names the worker and the first difference.
+    """
+    for name, there in workers.items():
+        if isinstance(there, BaseException):
+            raise BadInputError(f"worker {name} cannot fly: {type(there).__name__}: {there}")
+        for what, mine in here.versions.items():
+            if there.versions.get(what) != mine:
+                raise BadInputError(f"worker {name} has {what} {there.versions.get(what)}, the driver has {mine}")
+        if there.code != here.code:
+            raise BadInputError(f"worker {name} has other code or aircraft files than the driver; install the same")
+
+
+def _require_one_thread(workers: Mapping[str, Mapping[str, Any]]) -> None:
+    for name, worker in workers.items():
+        if worker["nthreads"] != 1:
+            raise BadInputError(
+                f"worker {name} has {worker['nthreads']} threads; a flight needs a process: "
+                "start it with `dask worker --nthreads 1 --nworkers N`"
+            )
+
+
+def _security(distributed: Any, address: str, file: Path | None) -> Any:
+    """Return dask's own record of the certificates that a TOML file names; a `tls://` scheduler asks for them."""
+    if file is None:
+        if address.startswith("tls"):
+            raise BadInputError(
+                f"{address} asks for certificates: give --security FILE with the paths ca, cert and key"
+            )
+        return None
+    try:
+        stated = tomllib.loads(file.read_text(encoding="utf-8"))
+        ca, cert, key = (str(file.parent / stated[name]) for name in ("ca", "cert", "key"))
+        security = distributed.Security(
+            tls_ca_file=ca, tls_client_cert=cert, tls_client_key=key, require_encryption=address.startswith("tls")
+        )
+        security.get_connection_args("client")  # reads the files
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BadInputError(f"{file}: not a TOML file with the paths ca, cert and key: {error}") from error
+    return security

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Union
 import numpy as np
 
 from pitotbench import air
-from pitotbench.logbook.writing import write_log
+from pitotbench.logbook.formats import write_log
 from pitotbench.pressure_error import MODELS
-from pitotbench.pressure_error.curve import PressureErrorCurve, TableCurve
+from pitotbench.pressure_error.models import PressureErrorCurve, TableCurve
 from pitotbench.records.calibration import Calibration, ErrorCurve, WindEstimate
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.flight import Flight, Score

@@ -13,8 +13,7 @@ from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.flights import flown
 from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
 from pitotbench.reconciliation.free_parameters import curve_of
-from pitotbench.reconciliation.layout import DAY, Layout, below_range_end, mean_wind_of
-from pitotbench.reconciliation.log_checks import check_log
+from pitotbench.reconciliation.layout import DAY, Layout, below_range_end, check_log, mean_wind_of
 from pitotbench.reconciliation.naming import Naming
 from pitotbench.reconciliation.track import track_of
 from pitotbench.records import BadInputError

@@ -38,14 +38,7 @@ from pitotbench.estimation.restricted_likelihood import Regression, restricted_l
 from pitotbench.pressure_error import MODELS
 from pitotbench.pressure_error.models import SplineModel, spline_between
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import (
-    Calibration,
-    Criteria,
-    ErrorCurve,
-    Estimate,
-    WeighedModel,
-    WindEstimate,
-)
+from pitotbench.records.calibration import Calibration, Criteria, ErrorCurve, Estimate, WeighedModel, WindEstimate
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 

@@ -25,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
     from rich.console import Console
 
     from pitotbench.bench.inspection import check_aircraft
-    from pitotbench.logbook.writing import PAGES, require_file
+    from pitotbench.logbook.formats import PAGES, require_file
     from pitotbench.show.inspection import print_check
     from pitotbench.simulation.maneuvers import maneuvers_named
 

@@ -91,7 +91,7 @@ def run(options: argparse.Namespace) -> int:
     Raises BadInputError for options that do not go together, and as the steps that it joins do.
     """
     from pitotbench.logbook.columns import write_text
-    from pitotbench.logbook.writing import PAGES, require_file
+    from pitotbench.logbook.formats import PAGES, require_file
     from pitotbench.show.calibration import card_csv
     from pitotbench.show.limits import limit_named
 

@@ -186,7 +186,7 @@ def _shard(text: str | None) -> tuple[int, int] | None:
 
 def _folder(options: argparse.Namespace) -> Path:
     """Return the folder of the results. Raises BadInputError where it cannot be made."""
-    from pitotbench.logbook.writing import require_folder
+    from pitotbench.logbook.formats import require_folder
 
     name = options.plan.stem if options.plan is not None else _folder_name(options.maneuver, options.das)
     out: Path = options.out or Path("out", name)

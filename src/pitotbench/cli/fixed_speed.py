@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _write_sheet(path: Path) -> None:
     from pitotbench.logbook.columns import write_text
-    from pitotbench.logbook.writing import PAGES, require_file
+    from pitotbench.logbook.formats import PAGES, require_file
     from pitotbench.show.columns import printable
     from pitotbench.show.legs import card_sheet
 

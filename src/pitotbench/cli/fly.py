@@ -14,8 +14,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Fly the case and write the log; return exit code 0. Raises BadInputError before the flight for bad paths."""
     from pitotbench.bench.flights import fly_to_log
-    from pitotbench.logbook.formats import FORMATS
-    from pitotbench.logbook.writing import require_file
+    from pitotbench.logbook.formats import FORMATS, require_file
     from pitotbench.records.case_file import read_case
     from pitotbench.sensing.recorder import truth_path
     from pitotbench.show.columns import printable

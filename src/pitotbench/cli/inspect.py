@@ -21,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
 
     from pitotbench.bench.inspection import inspect_log
     from pitotbench.calibration.options import options_from
-    from pitotbench.logbook.writing import PAGES, require_file
+    from pitotbench.logbook.formats import PAGES, require_file
     from pitotbench.show.columns import json_text, outside
     from pitotbench.show.inspection import inspection_json, print_inspection
 

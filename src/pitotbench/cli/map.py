@@ -15,8 +15,8 @@ def run(options: argparse.Namespace) -> int:
     """Draft the mapping, and write or print it with what is to be checked; return exit code 0."""
     from pitotbench.logbook.columns import write_text
     from pitotbench.logbook.drafting import draft_mapping, mapping_text
+    from pitotbench.logbook.formats import require_file
     from pitotbench.logbook.reading import needs_mapping, read_table
-    from pitotbench.logbook.writing import require_file
     from pitotbench.show.columns import printable
 
     if options.out is not None:

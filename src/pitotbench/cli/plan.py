@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
 
     from pitotbench.bench.fleet import progress
     from pitotbench.bench.planner import make_plan
-    from pitotbench.logbook.writing import require_folder
+    from pitotbench.logbook.formats import require_folder
     from pitotbench.show.columns import json_text, printable
     from pitotbench.show.plan import plan_json, print_plan
 

@@ -85,7 +85,7 @@ def _check_variant(options: argparse.Namespace) -> None:
 def _check_folder(options: argparse.Namespace) -> None:
     """Refuse a folder that cannot be written, or that holds an input under the name of an output."""
     from pitotbench.bench.verdict_folder import WRITTEN
-    from pitotbench.logbook.writing import require_folder
+    from pitotbench.logbook.formats import require_folder
 
     if options.out is not None:
         mapping = Path(options.mapping) if options.mapping else None

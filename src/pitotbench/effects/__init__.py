@@ -5,15 +5,15 @@ from collections.abc import Iterable
 from pitotbench.catalog import Catalog
 from pitotbench.effects.air import AIR
 from pitotbench.effects.airframe import AIRFRAME
-from pitotbench.effects.choice import Choice as Choice
-from pitotbench.effects.choice import Named, choose, forms_in_time
-from pitotbench.effects.choice import share_of_size as share_of_size
 from pitotbench.effects.effect import AircraftEffect as AircraftEffect
 from pitotbench.effects.effect import AirEffect as AirEffect
+from pitotbench.effects.effect import Choice as Choice
 from pitotbench.effects.effect import Effect as Effect
 from pitotbench.effects.effect import Excitation as Excitation
+from pitotbench.effects.effect import Named, choose, forms_in_time
 from pitotbench.effects.effect import Parameter as Parameter
 from pitotbench.effects.effect import SensorEffect as SensorEffect
+from pitotbench.effects.effect import share_of_size as share_of_size
 from pitotbench.effects.formula import FORMULAS as FORMULAS
 from pitotbench.effects.overlay import Baseline as Baseline
 from pitotbench.effects.overlay import Overlay as Overlay

@@ -5,9 +5,9 @@ from math import pi
 import numpy as np
 
 from pitotbench import air
-from pitotbench.effects.choice import ELAPSED, clipped, elapsed
 from pitotbench.effects.effect import (
     CHANGING_HEIGHT,
+    ELAPSED,
     STEADY_LEGS,
     TEMPERATURE,
     TURNING,
@@ -16,6 +16,8 @@ from pitotbench.effects.effect import (
     Parameter,
     SensorEffect,
     Sizes,
+    clipped,
+    elapsed,
 )
 from pitotbench.effects.overlay import (
     Baseline,

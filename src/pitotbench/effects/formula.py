@@ -8,8 +8,15 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.catalog import Catalog
-from pitotbench.effects.choice import ELAPSED, RECORDING_START
-from pitotbench.effects.effect import RANGE_OF_AIRSPEED, AircraftEffect, Effect, Parameter, SensorEffect
+from pitotbench.effects.effect import (
+    ELAPSED,
+    RANGE_OF_AIRSPEED,
+    RECORDING_START,
+    AircraftEffect,
+    Effect,
+    Parameter,
+    SensorEffect,
+)
 from pitotbench.effects.overlay import (
     AxisFunction,
     Baseline,

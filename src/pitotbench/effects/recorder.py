@@ -7,7 +7,6 @@ import numpy as np
 from pitotbench import air
 from pitotbench.axes import body_to_earth
 from pitotbench.channels import numbers_from
-from pitotbench.effects.choice import elapsed
 from pitotbench.effects.effect import (
     CHANGING_AIRSPEED,
     RANGE_OF_AIRSPEED,
@@ -19,6 +18,7 @@ from pitotbench.effects.effect import (
     SensorEffect,
     SensorFunction,
     Sizes,
+    elapsed,
     reads,
 )
 from pitotbench.effects.pneumatic import play

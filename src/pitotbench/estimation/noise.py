@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
-from scipy.linalg.lapack import dpbtrf, dpbtrs  # direct: called hundreds of times a fit on short arrays
+from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from pitotbench.units import Array, Booleans, Seconds
 

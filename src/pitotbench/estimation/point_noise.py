@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg.lapack import dpbtrf, dpbtrs  # direct: called hundreds of times a fit on short arrays
+from scipy.linalg.lapack import dpbtrf, dpbtrs
 
 from pitotbench.units import Array, Booleans, Seconds
 

@@ -5,10 +5,10 @@ from pitotbench.logbook.columns import QUANTITIES as QUANTITIES
 from pitotbench.logbook.columns import atomic as atomic
 from pitotbench.logbook.columns import write_text as write_text
 from pitotbench.logbook.formats import FORMATS as FORMATS
+from pitotbench.logbook.formats import write_log as write_log
 from pitotbench.logbook.mapping import find_mapping as find_mapping
 from pitotbench.logbook.mapping import shipped as shipped_mappings
 from pitotbench.logbook.reading import read_log as read_log
-from pitotbench.logbook.writing import write_log as write_log
 
 __all__ = [
     "FORMATS",

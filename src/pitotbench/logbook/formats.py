@@ -1,20 +1,24 @@
-"""The table of log formats by file suffix, with the readers of Parquet, MATLAB, DataFlash and ULog."""
+"""The table of log formats by file suffix: readers of Parquet, MATLAB, DataFlash and ULog, and the writer."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
 import tomli_w
 
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.columns import Column, Table, parse_header
+from pitotbench.logbook.columns import QUANTITIES, Column, Table, atomic, parse_header
 from pitotbench.logbook.csv import read_csv, to_column, write_csv
 from pitotbench.logbook.mapping import MappedFile
 from pitotbench.records import BadInputError
+from pitotbench.records.log import FlightLog
+
+# The table of log formats by file suffix, with the readers of Parquet, MATLAB, DataFlash and ULog.
 
 # Read and write Parquet logs, with the TOML header in the metadata of the schema.
 
@@ -305,3 +309,79 @@ def format_of(path: Path) -> Format:
             f"(read only: {', '.join(TOPIC_READERS)})"
         )
     return FORMATS[suffix]
+
+
+# Write a FlightLog to a file, and check the places where a command will write before its work begins.
+
+
+def write_log(log: FlightLog, path: Path | str) -> Path:
+    """Write a log with canonical columns, in the format of the path's suffix, and return the path.
+
+    An error leaves no incomplete file. Raises BadInputError for an unknown suffix or an unwritable place.
+    """
+    target = Path(path)
+    try:
+        kind = format_of(target)
+    except BadInputError as error:
+        raise BadInputError(f"{target}: {error}") from error
+    columns = {QUANTITIES[name].column: values for name, values in log.channels().items()}
+    with atomic(target) as temporary:
+        kind.write(temporary, columns, log.header)
+    return target
+
+
+# Check the places where a command will write, before its work begins. An output is never one of the inputs.
+
+PAGES = (".html", ".htm")
+
+
+def require_file(path: Path, suffixes: Iterable[str], inputs: Iterable[Path] = ()) -> None:
+    """Raise BadInputError unless a file can be written to `path`.
+
+    Its suffix must be one of `suffixes`, it must not be one of the `inputs`, its folder must exist and be writable,
+    and `path` must not be a folder or a device.
+    """
+    known = tuple(suffixes)
+    if path.is_dir():
+        raise BadInputError(f"{path}: a folder; name a file in it that ends in {' or '.join(known)}")
+    if path.suffix.lower() not in known:
+        raise BadInputError(f"{path}: the name must end in {' or '.join(known)}")
+    _require_no_input(path, inputs)
+    if path.exists() and not path.is_file():
+        raise BadInputError(f"{path}: not a regular file, so it cannot be replaced; choose another name")
+    if not path.parent.is_dir():
+        raise BadInputError(f"{path}: the folder {path.parent} does not exist; make it or choose another")
+    _require_takes_files(path.parent, path)
+
+
+def require_folder(path: Path, names: Iterable[str] = (), inputs: Iterable[Path] = ()) -> None:
+    """Raise BadInputError unless files can be written to the folder `path`, which may not exist yet.
+
+    `names` are the files that will be written there; none of them may be one of the `inputs`.
+    """
+    inputs = tuple(inputs)
+    for name in names:
+        _require_no_input(path / name, inputs)
+        if (path / name).is_dir():
+            raise BadInputError(f"{path / name}: a folder where a file is to be written; choose another folder")
+    nearest = next(place for place in (path, *path.absolute().parents) if place.exists())
+    if not nearest.is_dir():
+        raise BadInputError(f"{path}: {nearest} is a file, not a folder; choose another folder")
+    _require_takes_files(nearest, path)
+
+
+def _require_no_input(path: Path, inputs: Iterable[Path]) -> None:
+    for source in inputs:
+        if path.resolve() == source.resolve() or (path.exists() and source.exists() and path.samefile(source)):
+            raise BadInputError(f"{path}: this is an input and would be overwritten; choose another name")
+
+
+def _require_takes_files(folder: Path, path: Path) -> None:
+    """Raise BadInputError where a folder cannot take files."""
+    # Only an attempt shows it: permissions say nothing for an administrator, or on a read-only or virtual disk.
+    try:
+        with TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        reason = error.strerror or error
+        raise BadInputError(f"{path}: cannot be written: {reason}; choose another folder") from error

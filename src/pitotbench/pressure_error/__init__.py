@@ -4,12 +4,12 @@ Arguments, terms, slopes and values are ratios without units.
 """
 
 from pitotbench.catalog import Catalog
-from pitotbench.pressure_error.curve import PressureErrorCurve as PressureErrorCurve
-from pitotbench.pressure_error.curve import PressureErrorRangeError as PressureErrorRangeError
-from pitotbench.pressure_error.curve import TableCurve as TableCurve
 from pitotbench.pressure_error.models import BIAS, INVERSE, INVERSE_PLUS, LINEAR, QUADRATIC, SPLINE
+from pitotbench.pressure_error.models import PressureErrorCurve as PressureErrorCurve
 from pitotbench.pressure_error.models import PressureErrorModel as PressureErrorModel
+from pitotbench.pressure_error.models import PressureErrorRangeError as PressureErrorRangeError
 from pitotbench.pressure_error.models import SplineModel as SplineModel
+from pitotbench.pressure_error.models import TableCurve as TableCurve
 from pitotbench.pressure_error.models import spline_between as spline_between
 
 REFERENCE_PRESSURE = 1630.28  # Pa, impact pressure at 100 KCAS, so that x = q_ci/q_ref is of order one

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from pitotbench.catalog import Catalog
 from pitotbench.channels import CHANNELS
 from pitotbench.effects import effect_of
-from pitotbench.effects.choice import FROM, TO
-from pitotbench.effects.effect import AircraftEffect, AirEffect, Effect, SensorEffect
+from pitotbench.effects.effect import FROM, TO, AircraftEffect, AirEffect, Effect, SensorEffect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.equations import equations_from, inner_products

@@ -9,8 +9,16 @@ import numpy as np
 from pitotbench import air
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS, FORMS
-from pitotbench.effects.choice import FROM, TO, share_of_size
-from pitotbench.effects.effect import AircraftEffect, AirEffect, Effect, Parameter, SensorEffect
+from pitotbench.effects.effect import (
+    FROM,
+    TO,
+    AircraftEffect,
+    AirEffect,
+    Effect,
+    Parameter,
+    SensorEffect,
+    share_of_size,
+)
 from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.free_parameters import residuals_of_wind

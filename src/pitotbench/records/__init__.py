@@ -1,4 +1,14 @@
-"""The records that packages exchange, and the two errors of the bench, which state the rule and what to do."""
+"""The records that packages exchange, and what all share: two errors, checks of arrays, views in a notebook."""
+
+from collections.abc import Iterable
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 # The two errors of the bench. Each message states the rule and what to do.
@@ -10,3 +20,63 @@ class BadInputError(ValueError):
 
 class NoAnswerError(RuntimeError):
     """The input is valid but does not determine an answer: not observable, or not converged. Exit code 3."""
+
+
+# What all records share: checks of their arrays, and the views that a notebook shows.
+
+
+# How a record shows itself in a notebook: as a line, as HTML, as a picture and as a table.
+# The records know nothing of drawing. `show.notebook` holds the views; it is loaded when a view is first asked
+# for.
+
+_VIEWS = "pitotbench.show.notebook"  # by name, as the table of commands names its modules
+
+
+class Shown:
+    """A record that a notebook shows."""
+
+    __slots__ = ()
+
+    def to_frame(self) -> "DataFrame":
+        """Return the record as a table; each column ends in its unit."""
+        frame: DataFrame = _views().to_frame(self)
+        return frame
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the record on matplotlib's axes, or in a new figure without them; return the figure."""
+        return _views().plot(self, axes)
+
+    def _repr_html_(self) -> str:
+        return str(_views().to_html(self))
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {_views().in_one_line(self)}>"
+
+
+def _views() -> Any:
+    return import_module(_VIEWS)
+
+
+# Checks for records with arrays: all arrays have one length and become read-only.
+
+
+class RecordError(BadInputError):
+    """The arrays of a record do not fit together. The message names the field and the rule."""
+
+
+def freeze(array: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Return the array read-only; copy it only where it is a view of memory that others can still write."""
+    # A read-only view does not protect against a write through the array that it views.
+    if array.flags.writeable or array.base is not None:
+        array = np.ascontiguousarray(array) if array.base is None else array.copy()
+        array.setflags(write=False)
+    return array
+
+
+def check_lengths(record: str, fields: Iterable[tuple[str, NDArray[np.generic]]], length: int) -> None:
+    """Raise RecordError where an array is not of shape (length,)."""
+    for name, array in fields:
+        if array.shape != (length,):
+            raise RecordError(
+                f"{record}.{name} has shape {array.shape}; every array of a {record} has {length} samples"
+            )

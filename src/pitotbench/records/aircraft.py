@@ -8,7 +8,7 @@ from typing import cast
 
 from platformdirs import user_cache_path
 
-from pitotbench.records.display import check_lengths, freeze
+from pitotbench.records import check_lengths, freeze
 from pitotbench.units import Array, Pascal, Radians, Seconds
 
 # What was found about an aircraft when the bench attached its autopilot to it.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, fields
 from math import atan2, degrees, hypot
 
-from pitotbench.records.display import Shown, check_lengths, freeze
+from pitotbench.records import Shown, check_lengths, freeze
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
 

@@ -10,8 +10,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from pitotbench.records import check_lengths, freeze
 from pitotbench.records.case import Case
-from pitotbench.records.display import check_lengths, freeze
 from pitotbench.units import Array, Booleans
 
 # The truth of a flight. Package `simulate` makes it; only `sense`, `bench` and `show` may use it.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.records.display import Shown
+from pitotbench.records import Shown
 from pitotbench.units import Array, MetersPerSecond
 
 

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pitotbench.records import Shown
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.display import Shown
 from pitotbench.records.verdict import AdvisedFlight, Closure, JoinedFlight, Verdict
 from pitotbench.units import Array, Booleans
 

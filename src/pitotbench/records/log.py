@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.channels import CHANNELS, Recorded, numbers_from
-from pitotbench.records.display import RecordError, Shown, check_lengths, freeze
+from pitotbench.records import RecordError, Shown, check_lengths, freeze
 from pitotbench.timeline import fresh_fixes
 from pitotbench.units import Array, Booleans
 

@@ -1,36 +1,236 @@
 """Record a flight: pass the truth through every sensor, and write the truth to a file of its own on request."""
 
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 
-from pitotbench.channels import Channel
+from pitotbench import air
+from pitotbench.channels import CHANNELS, Channel
+from pitotbench.effects import chosen
+from pitotbench.effects.airframe import MASS
+from pitotbench.effects.effect import SensorEffect, share_of_size
+from pitotbench.effects.response import Signals
 from pitotbench.logbook.columns import QUANTITIES, atomic
+from pitotbench.pressure_error import MODELS
+from pitotbench.pressure_error.models import PressureErrorCurve, PressureErrorRangeError, TableCurve
 from pitotbench.records import BadInputError
-from pitotbench.records.case import Case, DataSystem, rate_problem
+from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, rate_problem
 from pitotbench.records.case_file import case_table, read_case, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.sampling import Instants, Schedule, flight_rate, has_velocity_down, require_rates, schedule
-from pitotbench.sensing.sensors import (
-    PLAIN,
-    PROBES,
-    add_noise,
-    deviation,
-    noise_stream,
-    quantize,
-    resolution,
-    saturate,
-    values_at_probes,
-    with_height_error,
-    with_listed_mass,
-    with_probe_effects,
-    with_recorder_effects,
-)
-from pitotbench.units import Array
+from pitotbench.timeline import gaps, interval, stretches
+from pitotbench.units import Array, Meters, Pascal, Seconds
+
+# The parts of a simulated sensor: pressure error, noise, range, resolution, and the effects of a case.
+
+# The parts of a simulated sensor, one function each: pressure error, noise, range, resolution.
+
+Curve = PressureErrorCurve | TableCurve
+
+PLAIN = tuple(c for c in CHANNELS.values() if c.noise is not None)  # sensors that only add noise and round
+
+
+def known_curve(spec: PressureErrorSpec) -> Curve:
+    """Return the pressure error of a case as a curve.
+
+    Raises UnknownNameError for an unknown model, BadInputError for parameters that do not fit it.
+    """
+    try:
+        if spec.model == "table":
+            return TableCurve(spec.airspeed, spec.values)
+        return PressureErrorCurve(MODELS[spec.model], spec.parameters, spec.reference_pressure)
+    except ValueError as error:
+        known = spec.model == "table" or spec.model in MODELS
+        raise (BadInputError(str(error)) if known else error) from error
+
+
+def indicated_impact_pressure(impact_pressure: Pascal, curve: Curve) -> Pascal:
+    """Return the indicated impact pressure q_ci = q_c − Δp of a true impact pressure q_c [Pa].
+
+    Δp = q_c f(q_ci/q_ref). Where Δp is positive, the airplane flies faster than it reads. As in the source, the
+    error is in the impact pressure alone: the static channel reads the true pressure.
+    Raises BadInputError where the error cannot be applied.
+    """
+    try:
+        return curve.indicated_impact_pressure(impact_pressure)
+    except PressureErrorRangeError as error:
+        raise BadInputError(str(error)) from error
+
+
+def deviation(channel: Channel, das: DataSystem) -> float:
+    """Return the standard deviation of a plain channel's white noise [SI]."""
+    return float(getattr(das, channel.noise)) if isinstance(channel.noise, str) else channel.noise or 0.0
+
+
+def resolution(channel: Channel, das: DataSystem) -> float:
+    """Return the smallest step of a plain channel [SI]; 0 means no rounding."""
+    return float(getattr(das, channel.resolution)) if isinstance(channel.resolution, str) else channel.resolution
+
+
+def noise_stream(seed: int, channel: str, das: DataSystem) -> np.random.Generator:
+    """Return the random stream of one channel.
+
+    `SeedSequence.spawn` numbers its streams in order. Here the key is made of the channel's name and the rates: a
+    new channel then leaves the noise of all others as it was, and another rate is another draw.
+    """
+    key = (crc32(channel.encode()), round(das.air_rate * 1e6), round(das.gps_rate * 1e6))
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+
+
+def add_noise(values: Array, deviation: float, stream: np.random.Generator) -> Array:
+    """Return the values, (n,), with white noise of a standard deviation added; 0 adds nothing."""
+    if deviation == 0.0:
+        return values
+    # In place: three temporary arrays a channel would cost more than the noise itself.
+    noise = stream.standard_normal(len(values))
+    noise *= deviation
+    noise += values
+    return noise
+
+
+def saturate(values: Array, low: float, high: float) -> Array:
+    """Return the values, (n,), limited to the sensor's range."""
+    return np.clip(values, low, high)
+
+
+def quantize(values: Array, resolution: float) -> Array:
+    """Return the values, (n,), rounded to multiples of a resolution; 0 means no rounding."""
+    if resolution == 0.0:
+        return values
+    # 1/resolution is often a whole number. Dividing by it gives the double nearest to the decimal number, which a
+    # log writes with few digits (0.3); multiplying by the resolution does not (0.30000000000000004).
+    per_unit = 1.0 / resolution
+    if abs(per_unit - round(per_unit)) < 1e-9 * per_unit:
+        whole = float(round(per_unit))
+        return np.rint(values * whole) / whole
+    return np.rint(values * per_unit) * resolution
+
+
+# Add the slow part of a receiver's height error: satellite geometry and the ionosphere change over minutes.
+
+
+def with_height_error(flight: Flight, das: DataSystem, seed: int) -> Flight:
+    """Return the flight with the slow error in its altitude; the same flight where the receiver has none."""
+    if das.altitude_drift == 0.0 or "altitude" not in flight.channels:
+        return flight
+    stream = noise_stream(seed, "altitude_drift", das)
+    error = slow_error(flight["time"], das.altitude_drift, das.altitude_drift_time, stream)
+    return replace(flight, channels={**flight.channels, "altitude": flight["altitude"] + error})
+
+
+def slow_error(time: Seconds, deviation: float, memory: float, stream: np.random.Generator) -> Meters:
+    """Return a stationary first-order Gauss-Markov process at increasing times [s], (n,).
+
+    `deviation` is its standard deviation and gives the unit, `memory` [s] its correlation time. Recorded time may
+    have gaps, in which the process continues.
+    """
+    new = stream.standard_normal(len(time))
+    parts, last = [], 0.0
+    for rows in stretches(time, gaps(time)):
+        gap = np.inf if rows.start == 0 else float(time[rows.start] - time[rows.start - 1])
+        parts.append(_run(new[rows], last, gap, interval(time), memory))
+        last = float(parts[-1][-1])
+    return np.asarray(deviation * np.concatenate(parts))
+
+
+def _run(new: Array, before: float, gap: float, step: float, memory: float) -> Array:
+    """Return one stretch of unit deviation from such white noise; `before` is the value a gap [s] ago."""
+    kept, across = np.exp(-step / memory), np.exp(-gap / memory)
+    drive = np.sqrt(1.0 - kept**2) * new
+    drive[0] = np.sqrt(1.0 - across**2) * new[0] + across * before
+    # A loop of Python takes 2 ms a flight; SciPy's filter takes less, but half a second to load.
+    share = float(kept)
+    return np.array(list(accumulate(drive.tolist(), lambda value, more: share * value + more)))
+
+
+# Apply the effects of a case on the sensors: on the probes before sampling, and on the recorded samples.
+
+PROBES = ("static_pressure", "impact_pressure", "total_temperature")
+
+_FELT = "felt_"  # prefix of the channels that hold the values at the probes with the effects in them
+
+
+def values_at_probes(flight: Flight, das: DataSystem, at: Callable[[Array], Array]) -> dict[str, Array]:
+    """Return static pressure, indicated impact pressure and total temperature at the probes [SI], (n,) each.
+
+    Parameters: flight; das; at, a function that takes a channel of the flight to the instants wanted.
+    Raises BadInputError where the case's pressure error cannot be applied.
+    """
+    if _FELT + PROBES[0] in flight.channels:
+        return {name: at(flight[_FELT + name]) for name in PROBES}
+    # The pressure error comes first; the effects then act on the indicated pressures.
+    static, temperature = at(flight["static_pressure"]), at(flight["air_temperature"])
+    impact = at(flight["total_pressure"]) - static
+    mach = air.mach_from_impact_pressure(impact, static)
+    error = flight.case.pressure_error
+    indicated = indicated_impact_pressure(impact, known_curve(error))
+    # Where the total pressure is right, p_i − p = q_c − q_ci; an error of the total source leaves p_i alone.
+    return {
+        "static_pressure": static + (impact - indicated) if error.location == "static" else static,
+        "impact_pressure": indicated,
+        "total_temperature": air.total_temperature(temperature, mach, das.recovery_factor),
+    }
+
+
+def with_probe_effects(flight: Flight, das: DataSystem) -> Flight:
+    """Return the flight with the case's effects on the probes; the same flight where there are none.
+
+    Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters.
+    """
+    choices = _sensor_effects(flight.case, after_noise=False)
+    if not choices:
+        return flight
+    plain = {c.name: flight[c.name] for c in PLAIN if c.name in flight.channels}
+    channels = plain | values_at_probes(flight, das, lambda values: values)
+    signals = _applied(Signals(flight["time"], channels), choices)
+    changed = {(_FELT + name if name in PROBES else name): signals[name] for name in signals}
+    return replace(flight, channels={**flight.channels, **changed})
+
+
+def with_listed_mass(flight: Flight) -> Flight:
+    """Return the flight with the mass of its weight sheet, which lacks any mass that an effect adds.
+
+    Otherwise the mass column would reveal the effect, and a model flown at that mass would show no gap.
+    """
+    time = flight["time"] - flight["time"][0]
+    added = (c for c in chosen(flight.case.effects) if MASS.name in (c.effect.name, c.effect.part_of))
+    unlisted = sum(c.sizes["mass_kg"] * share_of_size(c.effect, time, c.sizes) for c in added)
+    if not np.any(unlisted) or "mass" not in flight.channels:
+        return flight
+    return replace(flight, channels={**flight.channels, "mass": flight["mass"] - unlisted})
+
+
+def with_recorder_effects(log: FlightLog, case: Case) -> FlightLog:
+    """Return the log with the case's effects on recorded samples; the same log where there are none."""
+    choices = _sensor_effects(case, after_noise=True)
+    if not choices:
+        return log
+    channels = {name: values for name, values in log.channels().items() if values.dtype == float and name != "time"}
+    changed: dict[str, Any] = dict(_applied(Signals(log.time, channels), choices).channels)
+    return replace(log, **changed)
+
+
+def _sensor_effects(case: Case, after_noise: bool) -> list[tuple[SensorEffect, Mapping[str, float]]]:
+    found = [(c.effect, c.sizes) for c in chosen(case.effects) if isinstance(c.effect, SensorEffect)]
+    return [(effect, sizes) for effect, sizes in found if effect.after_noise == after_noise]
+
+
+def _applied(signals: Signals, choices: list[tuple[SensorEffect, Mapping[str, float]]]) -> Signals:
+    """Apply the effects one after the other, in the order of the case."""
+    for effect, sizes in choices:
+        signals = effect.apply(signals, sizes)
+    return signals
+
+
+# Record a flight: pass the truth through every sensor, and write the truth to a file of its own on request.
 
 # Record a flight: pass the truth through every sensor and write the samples on one time base.
 

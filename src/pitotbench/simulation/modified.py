@@ -11,8 +11,7 @@ from typing import Any
 import tomli_w
 
 from pitotbench.effects import chosen, effect_of
-from pitotbench.effects.choice import RECORDING_START, Choice
-from pitotbench.effects.effect import AircraftEffect
+from pitotbench.effects.effect import RECORDING_START, AircraftEffect, Choice
 from pitotbench.effects.overlay import MassPoint, Overlay, product
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec

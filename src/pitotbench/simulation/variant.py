@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from pitotbench.effects.choice import RECORDING_START
+from pitotbench.effects.effect import RECORDING_START
 from pitotbench.effects.overlay import Expression, Overlay, Point
 from pitotbench.records import BadInputError
 from pitotbench.simulation.aircraft import parse_xml

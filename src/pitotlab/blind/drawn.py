@@ -21,7 +21,7 @@ from numpy.random import Generator
 from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
-from pitotbench.logbook.writing import write_log
+from pitotbench.logbook.formats import write_log
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import header

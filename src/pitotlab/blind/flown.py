@@ -10,8 +10,7 @@ from unittest.mock import patch
 import numpy as np
 
 from pitotbench.effects import EFFECTS
-from pitotbench.effects.choice import elapsed
-from pitotbench.effects.effect import AirEffect, Effect, SensorEffect
+from pitotbench.effects.effect import AirEffect, Effect, SensorEffect, elapsed
 from pitotbench.effects.overlay import Overlay, size
 from pitotbench.effects.response import Signals
 from pitotbench.records.case import Case

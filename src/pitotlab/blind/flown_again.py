@@ -25,8 +25,8 @@ from pitotbench.bench.rounds import NamedLog, reconcile_log
 from pitotbench.bench.workflow import reconcile_fully
 from pitotbench.effects import FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
+from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.logbook.writing import write_log
 from pitotbench.reconciliation.evidence import is_in_range, significance
 from pitotbench.reconciliation.signatures import columns_of, returns
 from pitotbench.reconciliation.verdict import hold_out

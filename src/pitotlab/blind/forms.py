@@ -11,8 +11,7 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.effects import EFFECTS
-from pitotbench.effects.choice import ELAPSED, elapsed
-from pitotbench.effects.effect import AircraftEffect, AirEffect, Effect, Parameter, SensorEffect
+from pitotbench.effects.effect import ELAPSED, AircraftEffect, AirEffect, Effect, Parameter, SensorEffect, elapsed
 from pitotbench.effects.overlay import (
     AxisFunction,
     Baseline,

@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pitotbench.effects import EFFECTS
-from pitotbench.effects.choice import elapsed
-from pitotbench.effects.effect import AircraftEffect, Effect, Parameter, SensorEffect, Sizes
+from pitotbench.effects.effect import AircraftEffect, Effect, Parameter, SensorEffect, Sizes, elapsed
 from pitotbench.effects.overlay import (
     AxisFunction,
     Baseline,

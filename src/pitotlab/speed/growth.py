@@ -19,8 +19,8 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import cross_check
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.calibration.reduction import one_thread
+from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.logbook.writing import write_log
 from pitotbench.records.case import Case
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import record

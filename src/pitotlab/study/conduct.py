@@ -12,7 +12,7 @@ from rich.table import Table
 
 from pitotbench.bench.fleet import Failure, run_tasks
 from pitotbench.logbook.columns import atomic, write_text
-from pitotbench.logbook.writing import require_folder
+from pitotbench.logbook.formats import require_folder
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.show.columns import outside
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS

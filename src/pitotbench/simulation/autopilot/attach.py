@@ -15,9 +15,17 @@ from tempfile import TemporaryDirectory, mkdtemp
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import ELECTRIC, TURBOPROP, Attached, cache_folder
 from pitotbench.simulation.aircraft import ENGINES, SYSTEMS, library, parse_xml, write_record
-from pitotbench.simulation.autopilot.autopilot_file import open_all_tanks, write_autopilot, write_levers
 from pitotbench.simulation.autopilot.envelope import Engines, Envelope, HeldAircraft, explore
-from pitotbench.simulation.autopilot.loops import Gains, Linear, engine_time, linearize, shape
+from pitotbench.simulation.autopilot.loops import (
+    Gains,
+    Linear,
+    engine_time,
+    linearize,
+    open_all_tanks,
+    shape,
+    write_autopilot,
+    write_levers,
+)
 from pitotbench.simulation.plant import SimulationError
 from pitotbench.simulation.properties import CHANNELS
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND

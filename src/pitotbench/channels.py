@@ -30,7 +30,6 @@ from pitotbench.units import (
 Source = Literal["clock", "air", "gps", "inertial", "vane", "control", "engine", "weight", "label"]
 
 _ANY = float("inf")
-
 _QUARTER, _TURN = 0.5 * pi, 2.0 * pi  # rad
 
 
@@ -75,21 +74,13 @@ class Channel:
 # Entries that several channels share. The upper limits allow for fast jets and for short peaks; the lower ones
 # exclude a sensor that is switched off, and the most common wrong units.
 _VELOCITY = Channel("mps", "gps", 0.0, 700.0, "velocity_noise", "velocity_resolution", essential=True)
-
 _RATE = Channel("radps", "inertial", 0.0, 10.0, "rate_noise", 1e-4)
-
 _SPECIFIC_FORCE = Channel("mps2", "inertial", 0.0, 100.0, "acceleration_noise", 1e-3)
-
 _VANE = Channel("rad", "vane", 0.0, _QUARTER, "vane_noise", 1e-4)
-
 _THROTTLE = Channel("", "control", 0.0, 1.1, 0.002, 1e-4)  # position potentiometer: 0.2 % of travel
-
 _SURFACE = Channel("rad", "control", 0.0, _QUARTER, 0.001, 1e-4)  # 0.06°
-
 _MANIFOLD_PRESSURE = Channel("pa", "engine", 5e3, 400e3, 0.05 * INCH_OF_MERCURY, 5.0)
-
 _PROPELLER_SPEED = Channel("radps", "engine", 0.0, 1000.0, 0.2, 0.01)  # 2 rpm
-
 _FUEL_FLOW = Channel("kgps", "engine", 0.0, 3.0, 0.5 * POUND / 3600.0, 1e-6)  # half a pound an hour
 
 

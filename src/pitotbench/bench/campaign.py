@@ -36,13 +36,9 @@ from pitotbench.simulation.maneuvers import MANEUVERS
 
 # Measured on one core of a server of 2024 (docs/scale.md).
 CPU_SECONDS_A_MINUTE = 0.15  # of flight
-
 CPU_SECONDS_A_CALIBRATION = 0.12
-
 BYTES_A_PART = 4096
-
 BYTES_A_SAMPLE = 100  # of a log in Parquet
-
 _MINUTES = 6.0  # of a maneuver that the paper does not have
 
 _TASKS_LOOKED_AT = 1_000  # flights of the plan
@@ -120,9 +116,7 @@ def _stop(number: int, _: FrameType | None) -> None:
 # Say how a campaign goes on: a bar on a terminal, else a line a minute, in words or as JSON.
 
 STYLES = ("auto", "bar", "lines", "json", "none")
-
 _EVERY = 60.0  # s between two lines
-
 _RECENT = 600.0  # s over which the rate is measured
 
 
@@ -241,9 +235,7 @@ class Keyed(Protocol):
 
 
 K = TypeVar("K", bound=Keyed)
-
 R = TypeVar("R")
-
 Stored = tuple[Mapping[str, Any], Mapping[str, bytes]]
 
 
@@ -335,13 +327,9 @@ def _stamps(folder: Path) -> list[list[object]]:
 
 
 GIGABYTE = 1_000_000_000
-
 MEMORY = 2.0  # GB that a flight may use; 0.3 GB are usual
-
 PAGE = "report.html"
-
 _LOOKED_AT = 20  # stored flights, of which the code is compared
-
 SECONDS = 900.0  # s that a flight may take; 1 to 10 s are usual
 
 

@@ -27,9 +27,7 @@ from pitotbench.simulation.sortie import card_of
 # Random values of fields: independent draws, or a Latin hypercube.
 
 METHODS = ("random", "latin_hypercube")
-
 _SPREADS = {"uniform": {"low", "high"}, "normal": {"mean", "sd"}, "choice": {"choose"}}
-
 _EXTRAS = {"log", "whole"}
 
 
@@ -307,7 +305,6 @@ def _drop_other_units(table: dict[str, Any], name: str) -> None:
 
 
 _TABLES = ("case", "grid", "list", "draw", "calibrate", "das", "seeds")
-
 _LABEL = "label"
 
 

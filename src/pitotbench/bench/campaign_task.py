@@ -28,7 +28,6 @@ from pitotbench.show.markup import Section
 # The tasks of a campaign. A task is one flight with all that is computed from it.
 
 SCHEMA = 2  # of a stored result
-
 KEEP_LOGS = ("none", "failed", "all")
 
 

@@ -31,17 +31,12 @@ from pitotbench.records import BadInputError, NoAnswerError
 # whose process dies is performed once more, alone, and is then put in quarantine.
 
 T = TypeVar("T")
-
 R = TypeVar("R")
-
 Step = Callable[[], None]
 
 MOST_LOST_AT_FIRST = 10  # processes that die before any task has ended: no worker works
-
 MOST_IN_BUNDLE = 16  # tasks that are submitted as one call, however short they are
-
 _EXPECTED = (BadInputError, NoAnswerError, UnknownNameError)
-
 _EVERY = 20.0  # s between two lines
 
 
@@ -407,11 +402,8 @@ def say(text: str) -> None:
 # Every worker must have the versions and the code of the driver, and one thread.
 
 _ALIKE = ("pitotbench", "jsbsim", "numpy", "scipy")  # their versions can change a result
-
 _AHEAD = 3  # tasks submitted for each worker: one that flies, one that waits at the worker, one on its way
-
 _BUNDLE = 1.0  # s of flights in one call: the scheduler and the driver spend 10 ms of CPU on each call
-
 _PATIENCE = 60.0  # s to wait for the first worker
 
 

@@ -23,19 +23,12 @@ from pitotbench.timeline import interval, pauses
 from pitotbench.units import DEGREE, KNOT, Array, Booleans
 
 _SECTOR = 30.0 * DEGREE
-
 _VISITED = 0.02  # share of the rows that counts as a heading flown
-
 _MOST_ROWS = 3000  # that the expected bound is computed from: geometry needs no more
-
 _SPEEDS = 7  # airspeeds at which the bound is given
-
 _ROUNDS = 12
-
 _QUANTILES = (0.05, 0.5, 0.95)
-
 _FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
-
 _NEEDS = {  # question: what it needs beyond pressures and ground velocity, and what is assumed or lost without
     "altitude (position) error": (("altitude",), "a geometric height; without it the error's place is assumed"),
     "vertical wind": (("velocity_down",), "the vertical GPS velocity"),

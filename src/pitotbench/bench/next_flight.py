@@ -37,21 +37,14 @@ from pitotbench.simulation.sortie import scaled_card
 from pitotbench.units import FOOT, SUFFIXES
 
 LEAST_NAME = 0.2  # probability of a name below which a flight is not worth its time: four of five would end without
-
 AS_GOOD = 0.02  # difference of that probability within which the shorter card is flown
-
 VARIED = 2  # best cards whose variants are tried
-
 HIGHER = 4000.0 * FOOT  # a variant flown higher: less power at the same airspeed, and thinner air
-
 # Numbers of a card that are varied, and by which factor: the span of the speeds, bank, sideslip, height, power and
 # minutes.
 FACTORS = {"speeds": 0.7, "bank": 1.5, "sideslip": 1.5, "climb": 2.0, "step": 1.5, "dwell": 2.0, "dwells": 1.5}
-
 STEEPEST = {"bank": 45.0}  # deg: the steep turn that pilots train
-
 LEAST_SIZE = 0.05  # of the typical size; signatures of smaller sizes would be differences of rounded numbers
-
 DIGITS = 4  # of a varied number
 
 

@@ -40,7 +40,6 @@ from pitotbench.units import FOOT
 
 # kg: cards this near in mass share null flights. It is 0.4 % of the mass, and more than is burnt before a card
 MASS_STEP = 10.0
-
 # m: cards this near in height share null flights. "Light" turbulence of JSBSim is 23 % stronger 500 ft lower
 HEIGHT_STEP = 250.0 * FOOT
 
@@ -94,7 +93,6 @@ def _loaded_card(card: Case, log: FlightLog) -> Case:
 
 # Hz. The change of a force by an effect in a held state differs by less than 1 % between the two rates.
 COARSE_RATE, FINE_RATE = 25.0, 100.0
-
 _MOST_NAMED = 3  # missing channels in an error
 
 
@@ -197,7 +195,6 @@ def _digest(card: Case, flights: int, setting: AnalysisSetting) -> str:
 
 
 NULL_FLIGHTS = 8  # one or two minutes on two cores; the thresholds include the error of so small a number
-
 NULL_SEED = 730_001  # truth and sensor seeds of null flights count up from here
 
 

@@ -27,9 +27,7 @@ from pitotbench.timeline import gaps, interval
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array, MetersPerSecond, from_si
 
 _CURVE_STEP = 5.0 * KNOT
-
 _NARROWEST = 20.0 * KNOT
-
 _FEWEST_DRAWS = 2
 
 
@@ -111,14 +109,10 @@ def written(value: float, suffix: str) -> float:
 # about north; this was found from simulated flights.
 
 LENGTH = LENGTH_FT * FOOT  # of the Dryden spectra, above 2,000 ft
-
 MEAN_LENGTH = 0.75 * LENGTH  # of one isotropic process with the mean low-frequency power of both components
-
 # MIL-F-8785C, Fig. 7: standard deviation [ft/s] at heights [ft], by severity.
 _HEIGHTS = (500.0, 1750.0, 3750.0, 7500.0, 15000.0)
-
 _DEVIATIONS = {0: (0.0,) * 5, 1: (3.2, 2.2, 1.5, 0.0, 0.0), 2: (4.2, 3.6, 3.3, 1.6, 0.0)}
-
 _STEP = 0.1  # s between two samples of the gust: one draw serves flights of any rate
 
 
@@ -192,9 +186,7 @@ _CHANNELS = (
     *CALIBRATION_CHANNELS, "true_airspeed", "wind_north", "wind_east", "wind_down", "roll", "position_north",
     "position_east",
 )  # fmt: skip
-
 _KEPT_FLIGHTS = 16
-
 _FIRST_DRAW = 1
 
 
@@ -293,11 +285,8 @@ _FREE = {
     "step_time": (3.0, 20.0),
     "bank": (15.0 * DEGREE, 45.0 * DEGREE),  # 45° is the steep turn that pilots train
 }
-
 _OVERTIME = 1.0  # times ln(minutes over the limit): twice the gain of flying longer, since 2σ falls as 1/√t
-
 _FIRST_STEP = 0.35  # of a number's logarithm; up and down in turn, so that the first cards take similar times
-
 _UNFLYABLE = 50.0
 
 
@@ -417,11 +406,8 @@ def _card_of(request: PlanRequest, maneuver: str, free: tuple[FreeNumber, ...], 
 # Forecast all maneuvers of a request, rank them, and improve the card of the best one.
 
 COMPARED_MINUTES = 6.0  # without minutes in the request, maneuvers are compared for this flight time
-
 GENTLE_BANK = 35.0 * DEGREE  # a maneuver of 30° bank stays below it, overshoot included
-
 _LEAST_GAIN = 0.99  # an improved card must have at most this share of the given one's bound,
-
 _MOST_MINUTES = 1.02  # in at most this share of its minutes
 
 

@@ -22,16 +22,11 @@ from pitotbench.records.gap import FlownAgain
 from pitotbench.records.log import FlightLog
 
 OTHER_HAND = 0.3  # apart from which another pilot is tried: two flights by one hand are some 0.15 apart
-
 SAME_GUSTS = 0.25  # apart, in the logarithm, below which other gusts are no reason for another motion
-
 FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
-
 # The free parameters of the temperature, where no header tells it: by its effect on the airplane, and as measured
 WARMER, MEASURED_WARMER = f"{DAY} warmer_k", "temperature offset"
-
 CURVE_POINTS = 96  # of the error curve: lines between them are within 0.01 kt of it, for errors of up to 0.15 q_c
-
 SEED = 760_001  # truth and sensor seeds count up from here
 
 

@@ -42,9 +42,7 @@ from pitotbench.show.markup import Section
 # open it. It is made again where it is missing or cut, or lacks a part; a part that is replaced removes it.
 
 RESULTS, STORE = "results.parquet", "store"
-
 _GROUP = 10_000  # flights whose rows are in memory at a time
-
 _MOST_FAILURES = 1_000  # sentences that are printed and shown; the store holds all
 
 

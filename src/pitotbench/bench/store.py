@@ -33,13 +33,9 @@ from pitotbench.show.markup import Section
 from pitotbench.units import KNOT
 
 Document = dict[str, Any]
-
 PARTS, LOGS, INDEX, PUBLISHED = "flights", "logs", "index.parquet", "published.json"
-
 LOCK, OWNER, _SCRATCH = "lock.sqlite", "owner.json", "scratch"
-
 DONE, FAILED, QUARANTINED = "done", "failed", "quarantined"
-
 STATES = (DONE, FAILED, QUARANTINED)
 
 

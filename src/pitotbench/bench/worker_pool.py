@@ -22,23 +22,14 @@ from threading import Lock, Thread
 from typing import Any
 
 TIME_OVER = "Timeout ("  # how faulthandler begins its report
-
 _BEGUN = b""  # sent when a call begins
-
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-
 _LOG_KEPT = 8192  # bytes of what a process wrote last
-
 _GRACE = 30.0  # s after the limit of time, within which a process should have ended itself
-
 _START = 300.0  # s within which a process should have started and loaded its modules
-
 _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
-
 _SPAWN = get_context("spawn")
-
 _STARTING = Lock()  # held while the environment is that of a new process
-
 _UNGUARDED = (
     "Each process loads the script that started it: put what the script does below the line "
     'if __name__ == "__main__":'

@@ -19,7 +19,6 @@ from pitotbench.timeline import interval, pauses, stretch_numbers
 from pitotbench.units import KNOT, Array, Booleans, Meters, MetersPerSecond, Pascal, Seconds
 
 _DENSE = 0.5  # share of fresh fixes above which a chord between fixes is exact enough
-
 _FEWEST_FIXES = 4
 
 
@@ -87,28 +86,17 @@ def _integrated(knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bo
 # meters. Background: Gracey, NASA RP-1046 (1980), ch. 9; Jurado and McGehee, Journal of Aircraft 56 (2019).
 
 _BLOCK = 2.0  # s: short against the correlation time of a height error
-
 _LONG, _LONG_BLOCK = 480.0, 4.0  # s: above so much data, so long a block
-
 _FEWEST_BLOCKS = 15
-
 _CORIOLIS = 1e-4  # 1/s, middle latitudes
-
 _LEAST_WIND = 3.0  # m/s: least wind from which a pressure gradient is computed
-
 _TENDENCY = 5.0  # Pa in ten minutes (1σ): change of the weather and drift of the transducer
-
 # K (1σ): effect of moisture and gravity on the weight of the air between two heights, as a temperature
 _LAYER = 1.5
-
 _LEAST_LAPSE = 1e-6  # K/m: stands for zero, for which the formula of the column would divide by zero
-
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
-
 _AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
-
 _FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of `screening`
-
 _FLOOR = 1e-8  # m²: keeps the covariance regular for logs without noise
 
 
@@ -352,13 +340,9 @@ def _unknowns(
 # The noise of the altitude rows: the slow and the white error of the receiver's height, and their priors.
 
 SLOW_SCALE = 5.0  # m, half-normal prior on the slow height error: 1 to 3 m for a receiver alone
-
 SLOW_TIME, SLOW_TIME_FACTOR = 90.0, 3.0  # s, its correlation time: log-normal prior, 1σ as a factor
-
 WALK_SCALE = 0.2  # m/√s, half-normal prior on the integral of the vertical velocity's error: 0.05 at 1 Hz
-
 WHITE_SCALE = 3.0  # m, half-normal prior on the white height error where there is no vertical velocity
-
 NOISE_COUNT = 3
 
 

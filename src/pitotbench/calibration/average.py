@@ -151,9 +151,7 @@ def _posterior(node: Moments, precision: Array) -> tuple[Array, Array]:
 # because the parameters of different models cannot be compared.
 
 _KNOTS = 13  # of the spline that describes the curves of all models: fine enough for any likely departure
-
 _LAWS = ("inverse+", "linear", "bias")  # tried in turn to select the rows, the richest law first
-
 _LEAST_RANGE = 2.0  # ratio of impact pressures, as from 100 to 141 kt
 
 

@@ -38,25 +38,15 @@ from pitotbench.units import Array
 # component, then along the other.
 
 GUST_LENGTH = 533.0  # m, Dryden, above 2,000 ft (MIL-F-8785C)
-
 GUST_LENGTH_FACTOR = 2.5  # one standard deviation of the prior on it, as a factor
-
 HIGH_LENGTH_FACTOR = 4.0  # above 10,000 ft, where the slow wind aloft has no outer scale near that length
-
 GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
-
 WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
-
 WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation
-
 WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
-
 _HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
-
 _LEAST_WHITE = 0.02  # m/s, least start of the search for the white level
-
 _WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
-
 _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
 
 
@@ -244,7 +234,6 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
 # are estimated by restricted likelihood, and the answer is averaged over their posterior.
 
 _LEAST_PLANNED = 10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
-
 _PASSES, _FAR = 6, 4.0  # passes at most; a step of more standard errors than this is followed by another
 
 

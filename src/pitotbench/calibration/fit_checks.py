@@ -28,11 +28,8 @@ from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
 # Checks that a log determines the requested answer. A number that it does not determine is never returned.
 
 _HEADING_SPREAD = 30.0 * DEGREE  # below it the along-track wind and the curve's level are one unknown
-
 _SPEED_RATIO = {1: 1.0, 2: 1.05, 3: 1.10}  # number of terms to the ratio of impact pressures that they need
-
 _SPLINE_RATIO = 1.3  # the same for a model of more terms
-
 _USELESS = 10.0 * KNOT  # a bound beyond this is no answer
 
 
@@ -145,9 +142,7 @@ def _verdict(
 # scientific modelling and robustness", Journal of the Royal Statistical Society A 143, 1980).
 
 _FAR = 3.0  # standard deviations of the prior of a noise parameter
-
 _SELDOM = 2.58  # standard deviations of a nuisance's estimates: 1 % of logs are farther
-
 _LEAST_KNOWN = 0.04  # share of the prior variance: a log that resolves less says nothing of a nuisance
 
 _ERRORS = {  # name of a nuisance to its words and its unit

@@ -148,7 +148,6 @@ def _inverse(matrix: Array) -> Array:
 # one flight.
 
 T = TypeVar("T")
-
 _FEWEST = 2  # flights of one log
 
 

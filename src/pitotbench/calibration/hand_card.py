@@ -30,21 +30,13 @@ from pitotbench.units import DEGREE, KNOT, Array
 # makes is tried, and the one with which the card fits best is named.
 
 _IMPOSSIBLE = 4.5  # standard deviations: one leg in 100,000 departs so far by chance
-
 _DOUBTED = 2.5  # standard deviations: others of its point that may be the wrong one
-
 _FITS = 2.5  # standard deviations within which the corrected leg must lie
-
 _FULL_TURN = 360.0
-
 _OFF_TRACK = 20.0 * DEGREE  # from the track that the other points fly on the same leg
-
 _TRACK_SPREAD = 6.0 * DEGREE  # 1σ of a pilot's tracks about the one meant
-
 _LEAST_STEP = 0.6 * KNOT  # m/s: the wind wanders by so much even where the card does not show it
-
 _NEAR = (0.4, 2.5)  # times the usual speed of the card, within which a speed may have been meant
-
 _FEWEST = 3  # legs of a card below which nothing can be judged
 
 
@@ -61,7 +53,6 @@ class _Reading:
 
 
 _TRACK = _Reading("track", DEGREE, "track", "°", _FULL_TURN)
-
 _READINGS = (
     _TRACK,
     _Reading("ground_speed", KNOT, "ground speed", " kt", 700.0),
@@ -216,13 +207,9 @@ def _meant(written: str, most: float) -> list[float]:
 
 
 _SPEEDS = 13  # airspeeds of a curve
-
 _LIGHT = 1e-2  # of the weights: sizes that are as unlikely are left out
-
 _ROUNDS = 4  # the unequal airspeeds are referred to their mean along flight paths, which depend on the wind
-
 _STEP = 1e-3  # m/s
-
 _TOO_WIDE = 20.0 * KNOT  # m/s, 2σ above which a point is none
 
 

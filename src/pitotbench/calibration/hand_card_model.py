@@ -15,7 +15,6 @@ from pitotbench.units import DEGREE, FOOT, KNOT, Array, MetersPerSecond
 # |g − w| = V_t(V_i + ΔV, p, T). It is linear in small changes of the wind w and of the correction ΔV.
 
 _ROUNDING = 1.0 / np.sqrt(12.0)  # standard deviation of an error that is uniform over one step, in steps
-
 _SMALL = 0.05  # m/s and K, steps of the differences
 
 
@@ -85,32 +84,20 @@ def reading_variance(arrays: LegArrays, along: Array, steps: ReadingSteps, corre
 # weighed by its likelihood.
 
 _ANY_WIND = 25.0  # m/s, 1σ of a component of the first wind
-
 _CONSTANT, _SLOPE = 0.08, 0.08  # 1σ of Δp/q_c and of its change over a factor e of airspeed
-
 _SCATTER = 0.5  # of the step from leg to leg: what a gust and the pilot leave in each leg alone
-
 _MOST_WIND = 75.0  # m/s, of a component
-
 _MOST_CORRECTION = 0.3  # of the indicated airspeed
-
 _ROUNDS = 4  # of linearization; the equations are nearly linear
-
 # Steps of the wind from leg to leg and from point to point [m/s], departure of the curve [-]: grids in factors of
 # about two, with the weight that each has before the card is looked at.
 _LEG_STEPS = KNOT * np.array([0.15, 0.3, 0.6, 1.0, 1.6, 2.5, 4.0])
-
 _LEG_WEIGHTS = np.array([0.5, 1.0, 1.5, 1.5, 1.0, 0.6, 0.3])
-
 _POINT_STEPS = KNOT * np.array([0.7, 1.7, 4.0, 9.0])
-
 _POINT_WEIGHTS = np.array([0.7, 1.0, 1.0, 0.6])
-
 # No static source follows a straight line within 0.2 % of the airspeed (0.004 of q_c) over a whole envelope.
 _DEPARTURES = np.array([0.004, 0.012, 0.03])
-
 _DEPARTURE_WEIGHTS = np.array([0.6, 1.0, 0.6])
-
 _LENGTHS = (0.2, 0.45)  # of ln V, over which the departure changes: factors 1.2 and 1.6 of airspeed
 
 
@@ -279,7 +266,6 @@ def _passed(steps: Array) -> Array:
 # shows.
 
 _FEWEST = 3  # other points that fly the same leg
-
 _TIGHT = 12.0 * DEGREE  # from their middle, within which all but one of them lie
 
 
@@ -320,15 +306,10 @@ def turn_between(one: "np.ndarray | float", other: "np.ndarray | float") -> np.n
 # is averaged over the sizes that the card's model takes for possible.
 
 DISPLAY = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
-
 LEG_MINUTES = 1.5  # 30 s on the leg, and the turn to the next
-
 POINT_MINUTES = 1.5  # to set up another airspeed
-
 _LEGS, _POINTS, _TIMES = (3, 4), (3, 4, 5, 6, 8), (1, 2, 3, 4)
-
 _SPEEDS = 7
-
 _TEMPERATURE = 278.15  # K; the bound hardly depends on it
 
 

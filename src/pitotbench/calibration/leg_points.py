@@ -40,12 +40,9 @@ from pitotbench.units import DEGREE, Array, MetersPerSecond, Radians, Seconds
 # maneuvers and three data systems changes by more than 0.02 %.
 
 _FLOOR = 1e-4  # m/s: keeps the covariance regular for legs without noise
-
 # One standard deviation of the prior on the gust length, as a factor. Legs of half a minute tell little about it.
 _LENGTH_FACTOR = 1.6
-
 _FORGOTTEN = 1e5  # s, between groups: some thousand correlation times, so their gusts are independent
-
 _TOUCHING = 1.01 * SECOND  # s, greatest distance between the middles of two blocks that share an edge
 
 
@@ -186,7 +183,6 @@ def _remembered(seen: Array, decay: Array) -> Array:
 # Their spread (standard deviation) is a measure of how steady wind and airspeed were.
 
 _ILL_CONDITIONED = 1e6  # condition number: beyond it the tracks are practically the same
-
 _STEPS = 6  # of Gauss-Newton, which converges in three or four
 
 
@@ -289,11 +285,8 @@ def circle_gain(velocity: Array, answer: Array) -> Array:
 # published.
 
 _METHODS = {3: "three_leg", 4: "four_leg"}
-
 _ROUNDS = 4  # the subtracted speed depends on the flight path, and this on the wind: it settles at once
-
 _STEP = 0.01  # m/s, for the numerical derivatives of an answer with respect to each leg
-
 _RIGHT_ANGLE_OFF = 2.0 * DEGREE  # the test card's tolerance on heading
 
 

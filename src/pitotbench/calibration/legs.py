@@ -16,7 +16,6 @@ from pitotbench.units import DEGREE, KNOT, Array, Booleans, Kelvin, MetersPerSec
 # A log as one-second means over uninterrupted runs, for the search for steady legs and turns.
 
 SECOND = 1.0  # s, length of a block: short against a gust, long against the sampling
-
 _WHOLE = 0.8  # share of a block's rows that must be present
 
 
@@ -121,23 +120,15 @@ def _means(time: Seconds, channels: Array, rows_a_block: float, run: NDArray[np.
 # or a full turn, level, and of constant airspeed.
 
 _SHORTEST = 5.0  # s, the least on condition that Martos, Kiszely and Foster (2011), III.A, allow a leg
-
 _STRAIGHT = 5.0 * DEGREE  # largest change of mean track between the halves of a straight leg
-
 _FULL_TURN = (
     300.0 * DEGREE
 )  # least change of track of a turn: the ground velocities of a smaller one are only an arc
-
 _TURN_RATE = 1.0 * DEGREE  # rad/s: straight flight below, a third of a standard-rate turn above (no labels)
-
 _ACCELERATION = 0.5 * KNOT  # m/s² of ground speed: above it the airspeed is being changed (no labels)
-
 _WINDOW = 2  # blocks to either side, for rates of change (no labels)
-
 _DRIFT = 3.0 * KNOT  # m/s of airspeed: limit between the halves of a piece and between neighbors of one group
-
 _LEVEL = 0.01  # of static pressure, about 300 ft: limit between the halves of a piece and between neighbors
-
 _SAME_TRACK = 30.0 * DEGREE  # pieces whose tracks differ by less are one leg
 
 
@@ -325,7 +316,6 @@ def _ratio(true_airspeed: float, probe_temperature: float, probe_heating: float)
 # The location of the pressure error for the fixed-speed methods, as a fit of the curve judges it.
 
 _STATIC = "static"
-
 _LAW = "inverse+"  # with which the height is judged where the options name all models
 
 

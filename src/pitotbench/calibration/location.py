@@ -45,18 +45,12 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
 STATIC, TOTAL, IMPACT = "static", "total", "impact"
-
 SURE = 1e-3  # probability below which the less likely location is left out of the answer
-
 _CERTAIN = 500.0  # log odds, clipped here to keep the exponential finite
-
 _LEAST_GAINED = 1e-6  # share of a variance: below it the altitude does not determine a direction
-
 _FAR_OFF = 40.0  # log odds beyond which a coarse list of noises is enough
-
 # Factors on (slow error, its correlation time, third parameter): a wrong location makes the heights look noisier.
 _NOISIER = ((1.0, 1.0, 1.0), (2.0, 1.0, 1.0), (2.0, 0.5, 2.0), (4.0, 1.0, 1.0), (4.0, 0.5, 4.0))
-
 _BENCH = "pitotbench flight log"  # the `format` in a synthetic log's header begins with it
 
 

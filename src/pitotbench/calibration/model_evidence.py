@@ -26,13 +26,9 @@ from pitotbench.units import Array
 # between its speeds, the departure keeps the bound wide there.
 
 LEVEL = 0.06  # Δp/q_c, standard deviation of a curve's level and slope: 4 kt at 130 kt
-
 DEPARTURES = (0.0005, 0.001, 0.002, 0.004, 0.008)  # Δp/q_c, root mean square: 0.03 to 0.5 kt at 130 kt
-
 LAWLESS = "spline"  # the model whose law is a straight line in ln x: the rest is departure
-
 _LAWLESS_SHARE = 0.5  # probability that the curve follows no law of the table
-
 _DEGREES = 16  # the next coefficient's deviation is 1/64 of that of degree 2
 
 _QUADRATURE_POINTS = 24  # of the quadrature; more than the degrees, so that the projection is well determined
@@ -102,7 +98,6 @@ def _orthonormal(place: Array) -> Array:
 
 
 SEGMENTS = 10  # parts of the log of equal length, each predicted from the others
-
 _POINTS = 24  # over the flown range
 
 

@@ -21,9 +21,7 @@ from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, MetersPerSec
 # a minute has to be below the end of the range by three times the scatter about it.
 
 _MEAN_OVER = 30.0  # s: a gust lasts 4 s at 250 kt and 10 s at 100 kt
-
 _AROUND = 5.0  # s: before and after a row at the end of the range, where the airplane comes from it or goes to it
-
 _SCATTER = 3.0  # times the scatter about the mean: a thousandth of the readings is cut off there
 
 
@@ -71,11 +69,8 @@ def range_end(log: FlightLog) -> RangeEnd | None:
 # The rows and channels of a log that the estimators use; logs that cannot be used are refused here.
 
 _MINIMUM_SAMPLES = 30
-
 _MINIMUM_AIRSPEED = 20.0 * KNOT  # below it the impact pressure is too small to be of use
-
 _FEWEST_FIXES = 4  # in a stretch between pauses: four points determine a cubic
-
 _DENSE = 0.5  # share of fresh GPS rows: above it the velocity counts as sampled with the air data
 
 
@@ -252,9 +247,7 @@ def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, f
 # Means over short blocks: they keep slow signals, average out fast sensor noise and shorten the sums.
 
 _BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensors' sampling
-
 _SHORT, _SHORT_BLOCK = 120.0, 0.5  # s: blocks of a log with less data
-
 _LONG, _LONG_BLOCK = 480.0, 2.0  # s: blocks of a log with more data
 
 

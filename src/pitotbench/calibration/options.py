@@ -45,7 +45,6 @@ class Accuracies:
 USUAL = Accuracies(**USUAL_ACCURACIES)
 
 NONE = "none"  # in `--accuracy`: sensors without constant errors, as in the published simulator
-
 Stated = Accuracies | Mapping[str, float] | None
 
 
@@ -122,15 +121,10 @@ def _checked(stated: object) -> dict[str, float]:
 # The options of a calibration, in one record.
 
 AUTO = "auto"  # every model of the table, weighted
-
 METHODS = ("covering", "paper")
-
 ERROR_LOCATIONS = (AUTO, "static", "total", "impact")
-
 WINDS = ("constant", "checked", "linear", "drifting")
-
 LATENCIES = ("given", "checked", "estimated")
-
 LONGEST_LATENCY = 10.0  # s: receivers are late by tenths of a second; more is another unit
 
 

@@ -17,15 +17,10 @@ from pitotbench.units import Array
 # bound is the Cramér-Rao bound for white residuals. It is far too small in real air, where gusts are correlated.
 
 _DECREMENT = 0.02  # standard errors: remaining step at convergence, in the metric of the information matrix
-
 _ITERATIONS = 50
-
 _HALVINGS = 8
-
 _DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of the scaled normal equations
-
 _ARMIJO = 0.2
-
 _NOISE_FLOOR = 1e-10  # (m/s)²: gives data without noise a scale for a small step
 
 Outputs = Callable[[Array], tuple[Array, Array]]

@@ -18,9 +18,7 @@ from pitotbench.units import KNOT, Array, Kelvin, Meters, MetersPerSecond, Pasca
 # are θ = [k1 … kK, W_N, W_E (, W_D)], wind components in m/s toward north, east and down.
 
 _NEWTON_STEPS = 8  # more are needed only where the error curve bends back on itself
-
 _BLOCK = 1 << 12  # rows: their arrays fill a part of a processor's cache
-
 _LAST_STEP = 1e-5  # of the impact pressure; the remaining error is about 1e-10 of it
 
 
@@ -157,9 +155,7 @@ def _pressure_ratio(
 
 
 _STEPS_KT = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-
 _MOST_POINTS = 32
-
 _SLACK_KT = 1.5  # a round airspeed this far outside the data still counts as covered
 
 
@@ -312,17 +308,13 @@ def _at_least(matrix: Array, floor: float) -> Array:
 
 # Wide priors of a linear wind: a change of 5 m/s in ten minutes or in 300 m is one standard deviation.
 _WIND_CHANGE = 5.0  # m/s
-
 _WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
-
 _LEAST_CLIMB = 60.0  # m: a smaller difference in height cannot determine a shear
 
 ZERO = "impact_pressure_zero_pa"  # the only nuisance that enters the correction of a reading
-
 _AXES = ("north", "east")
 
 Column = Callable[[Prediction, Observations], MetersPerSecond]
-
 Change = Callable[[Observations], Array | float]
 
 

@@ -55,25 +55,15 @@ if TYPE_CHECKING:
 # has to stand out of that.
 
 _FREEDOM, _LEAST_WEIGHT = 4.0, 0.1
-
 _FARTHEST = float(np.sqrt((_FREEDOM + 1.0) / _LEAST_WEIGHT - _FREEDOM))  # standard deviations, 6.8
-
 _SECOND = 1.0  # s
-
 _AROUND = 31  # s: the median over so many around a fault is the usual residual
-
 _BURST = 11  # s: the median change from second to second over so many is the scatter around a row
-
 _ROUGHEST = 3.0  # times the usual scatter: no burst of gusts is much rougher, a channel gone mad is
-
 _LEAST_SHARE = 0.03  # of the airspeed, the least size of a longer fault
-
 _LEAST_SPIKE = 0.05  # m/s: a smaller error does no harm
-
 _NOWHERE = 1e3  # m/s, residual of a row that the model cannot predict
-
 _ROUNDS = 8  # of fitting and marking, at most
-
 _MOST = 0.3  # share of rows: with more, the faults cannot be separated from good rows
 
 
@@ -195,9 +185,7 @@ def _far(values: Array, healthy: Array, rough: Array) -> Booleans:
 # steady legs or turns, does not determine the latency.
 
 _PLANNED = 0.4  # m/s²: an idle deceleration has 1, the response to moderate turbulence 0.1
-
 _READINGS = 4  # of the log, at most, each with the latest estimate
-
 _LARGEST = 2.0  # s, of a latency of either sign
 
 
@@ -249,19 +237,13 @@ def _latency_warning(latency: LatencyFound) -> Caution:
 # The reduction of one log: selection of rows, white fit, screening of faulty rows, noise and answer.
 
 _ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
-
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data
-
 _LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
-
 _DISAGREE = 0.001  # probability of so much disagreement by chance: below it there is a warning
-
 # Probability of so much evidence for a change under a constant wind, above which it is not named. A third of the
 # changes that are found by chance would move the curve by enough to be named.
 _CHANGED = 0.15
-
 _MATTERS = 0.25  # of 2σ: a change of the wind that moves the curve by less has no warning
-
 _MOST_NAMED, _MOST_LISTED = 5, 1000  # greatest number of left-out rows in a warning and in the diagnostics
 
 

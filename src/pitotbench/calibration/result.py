@@ -184,13 +184,9 @@ def _residuals(model: PredictionModel, obs: Observations, theta: Array) -> Resid
 # share is that of a sinusoid, whose envelope |φ(2π k)|² <= 1/(√2 π² k σ) falls slowest of the usual ones.
 
 _NEAR = 10.0 * KNOT  # m/s: readings that decide about the curve at an airspeed
-
 _ROUNDING = 1.0 / np.sqrt(12.0)  # standard deviation of an error that is uniform over a step
-
 _WINDOW = 10.0  # s: scatter within it is that of gusts, not a change of the maneuver's airspeed
-
 _FEWEST = 5  # rows of a window that tell a scatter
-
 _ORDERS = np.arange(1.0, 51.0)
 
 

@@ -26,17 +26,11 @@ from pitotbench.units import Array, MetersPerSecond, Seconds
 
 # Degrees (1σ) of the heading's error: constant, with 1/q over the log, and in ten minutes.
 DIRECTION_DEVIATIONS = np.array([5.0, 2.0, 0.5])
-
 _TEN_MINUTES = 600.0  # s
-
 _STRAIGHT = np.radians(1.0)  # rad/s: in a faster turn a heading lags, and a sideslip comes with the bank
-
 _FEWEST = 10  # straight blocks
-
 _WANDER, _WANDER_TIME = 0.2, 20.0  # m/s, least level of the wander of heading and path; its correlation time [s]
-
 _LAG = 10.0  # s between rows whose differences show the level
-
 _WHITE = 0.05  # m/s, least white noise of a block
 
 
@@ -101,38 +95,23 @@ def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
 # Background: Kass and Raftery, "Bayes factors", Journal of the American Statistical Association 90 (1995).
 
 STEADY, WAVE, DRIFT, JUMP = "steady", "wave", "drift", "jump"
-
 # Bayes factor of a change from which on it may be named. Below a third the log supports a constant wind; from there
 # to three it says nothing worth more than a mention (Kass and Raftery 1995).
 ASKS = 1.0 / 3.0
-
 _STEADY_SIZES = (1.0, 3.0)  # m/s (1σ) of each component, over the log
-
 _SIZES = (0.4, 1.2, 3.6)  # m/s, standard deviation of a component of the wind around its mean over the log
-
 _MEMORIES = (60.0, 600.0)  # s of a drift: a wave, a steady change
-
 _ENOUGH = 0.1  # s between rows: a wind that changes is slow
-
 _PERIODS, _WAVE_SIZES = (160.0, 230.0, 330.0, 470.0), (0.5, 1.5)  # s, and m/s (1σ) of each coefficient
-
 _SHORTEST = 30.0  # s, half a period of the fastest cosine: shorter changes are gusts
-
 _MOST_COSINES = 24  # in a long log the slower ones
-
 _MOMENTS = 200  # at which winds are compared for the size of a change
-
 _JUMP_SIZE = 3.0  # m/s (1σ) of each component
-
 _JUMP_SECONDS = 20.0  # s that a jump lasts
-
 _JUMP_TIMES = 30  # that are tried, evenly over the log
-
 # Of the gust length found for a constant wind, which takes a change for long gusts.
 _SHORTER = (1.0, 0.4, 0.15)
-
 _DRAWS, _SEED = 1000, 1  # of logs with a constant wind
-
 _FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 
 

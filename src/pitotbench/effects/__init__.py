@@ -24,7 +24,6 @@ from pitotbench.effects.response import Signals as Signals
 
 _ALL = (*PNEUMATIC, *RECORDER, *AIR, *AIRFRAME, *PROPULSION)
 EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in _ALL})
-
 # The table, and every effect of it from a time on and for a time.
 FORMS: Catalog[Effect] = Catalog(
     "effect", {form.name: form for effect in _ALL for form in (effect, *forms_in_time(effect))}

@@ -43,7 +43,6 @@ SURFACES = {
     "aileron_change": "fcs/left-aileron-pos-rad",
     "rudder_change": "fcs/rudder-pos-rad",
 }
-
 AXES = ("LIFT", "DRAG", "SIDE", "ROLL", "PITCH", "YAW")
 
 

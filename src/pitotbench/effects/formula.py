@@ -105,7 +105,6 @@ _ALL = (
     Term("power_alpha", "P α", product(_POWER, ALPHA), 0.025),
     Term("power_sideslip", "P β", product(_POWER, BETA), 0.025),
 )
-
 TERMS: Mapping[str, Term] = {term.name: term for term in _ALL}
 
 
@@ -260,7 +259,6 @@ def force_name(axis: str) -> str:
 
 
 FORCE_AXES: Mapping[str, str] = {force_name(axis): axis for axis in AXES}
-
 FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
     name: AircraftEffect(
         name=name,
@@ -328,7 +326,6 @@ def _inertial(axes: Mapping[str, tuple[str, str]], unit: str, typical: float) ->
 
 
 STATIC_PRESSURE, TOTAL_PRESSURE = "static_pressure_formula", "total_pressure_formula"
-
 READINGS: Mapping[str, Reading] = {
     STATIC_PRESSURE: Reading(
         "static pressure", "Δp_s/q_c", "", 0.01, ("impact_pressure", "static_pressure"), FLOW_TERMS

@@ -22,9 +22,7 @@ from pitotbench.units import Array, Booleans, Seconds
 # loadings; their data follow each other, output by output.
 
 _SMALL = 1e-2  # interval over correlation time below which the bridge's leading term is exact enough
-
 _SAME = 1e-12  # step over correlation time below which values at two edges are the same to rounding
-
 _SINGULAR = "the covariance of the noise is not positive definite"
 
 
@@ -374,7 +372,6 @@ class JointNoise:
 
 
 RIDGE = 1e-4  # share of white noise that is added, so that the equations stay well posed
-
 SMALLEST = 1e-30  # variance of a channel that does not change
 
 
@@ -394,7 +391,6 @@ def yule_walker(autocovariance: Array) -> tuple[Array, float]:
 # Deviations that outliers do not enlarge, and the single samples that stand out from their neighbors.
 
 NORMAL = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
-
 _LARGE, _LARGE_DEVIATIONS = 0.95, 1.96  # a quantile of a normal variable's size, in standard deviations
 
 

@@ -17,11 +17,8 @@ from pitotbench.units import Array
 # Martino and Chopin 2009; §6.5 for the nodes).
 
 TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
-
 _DRAWS, _DRAW_SEED = 600, 20111  # draws for each node; they give the factor to about 1 %
-
 _FULL = 5  # dimensions up to which the design has all corners
-
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
 
@@ -111,15 +108,10 @@ def simultaneous_factor(weights: Array, means: Array, covariances: Array, gradie
 # is represented by its mode and a few nodes around it.
 
 _DIFFERENCE = 0.03  # step for second differences of the log-posterior, in units of ln φ
-
 _STEPS, _HALVINGS = 40, 12
-
 _SETTLED, _ROUGHLY = 0.1, 0.3  # gain in log-posterior below which a step is the last one; the next gains far less
-
 _FLATTEST = 0.2  # second derivative below which a direction counts as flat
-
 _LONGEST = 2.0  # step in ln φ
-
 _NARROWEST, _WIDEST = 0.05, 1.2  # bounds on a node's standard deviation in ln φ
 
 _UNDETERMINED = (
@@ -130,7 +122,6 @@ _UNDETERMINED = (
 _TOGETHER = 1 << 13  # rows whose noises are made together: their arrays stay in a processor's cache
 
 LogPrior = Callable[[Array], float]
-
 Heights = Callable[[Array], Array]  # of a log-posterior, (b,), at places (b, d)
 
 

@@ -16,7 +16,6 @@ from pitotbench.units import Array, Booleans, MetersPerSecond, Seconds, from_si,
 # Pauses of the recording, and the several flights that one log may hold.
 
 BETWEEN_FLIGHTS = 300.0  # s: in five minutes without a record an airplane lands and takes off, or the wind changes
-
 _SHOWN = 3
 
 
@@ -79,15 +78,10 @@ def _unmeant(draft: Draft, after: Indices) -> Booleans:
 _MOST_STUCK = 0.5  # share of rows that may be dropped for a stuck sensor
 
 _STUCK_TIME = 10.0  # s
-
 _STUCK_RUNS = 10.0  # times the median time for which a value repeats
-
 _DISPLAYED = 30.0  # times longer may the value of a display stand still, which shows steps
-
 _RETURNS, _ADJACENT = 0.9, 0.95  # of a channel with steps: most values a move, least share of moves by one step
-
 _STEEPEST = 0.99  # quantile of the steps of a reading that its step down from the end of the range stays below
-
 _MOVING = 2.0  # m/s, above which a velocity cannot stand still
 
 
@@ -195,11 +189,8 @@ _FEW = 0.01  # share of time stamps that may repeat
 _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact pressure
 
 _BEYOND = 2.0  # times the plausible range: a single value outside it is a glitch
-
 _LONGEST_STEP = 10.0  # s, median time between rows: 0.1 Hz is ten times slower than the slowest receiver
-
 _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
-
 _LONGEST_GAP = 86400.0  # s, between two rows of one log: the blocks of a log are counted by the second
 
 

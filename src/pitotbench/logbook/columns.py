@@ -22,9 +22,7 @@ from pitotbench.units import SUFFIXES, Array, Seconds
 # A table as read from a file: named columns, a header, warnings, units. It is not yet a log.
 
 Column = NDArray[Any]
-
 _CLOCK = re.compile(r"\d:[0-5]\d|\d{4}-\d\d-\d\d")  # 14:03:06 or 2026-05-04
-
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 
 
@@ -140,9 +138,7 @@ CONVERTED = (
     Channel("", "clock", 0.0, 0.0, essential=True, kind="text", name="clock_time"),
     Channel("", "clock", 0.0, 0.0, kind="text", name="date"),
 )
-
 QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in CONVERTED}
-
 _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before roll
 
 
@@ -181,7 +177,6 @@ def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
 # Parse the TOML header of a log. All formats have the same header.
 
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
-
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 
 
@@ -206,22 +201,15 @@ def earlier_warnings(header: Mapping[str, Any]) -> list[str]:
 # Read clock times and dates as seconds: HH:MM:SS, ISO 8601, day/month/year, and IRIG day:HH:MM:SS.
 
 _DAY = 86400.0  # s
-
 _MIDNIGHT = 0.5 * _DAY  # a clock without a date that runs back by more has passed midnight
-
 _YEAR_ONE = date(1970, 1, 1).toordinal()
-
 # An hour above 24 is IRIG's day of the year; the fraction may follow a point, a comma or a third colon.
 _TIME = re.compile(
     r"(?:(\d{1,3}):)?(\d{1,2}):([0-5]?\d):([0-6]?\d(?:[.,]\d*)?)\s*([AaPp][Mm])?(?:Z|[+-]\d\d:?\d\d)?"
 )
-
 _MINUTES = re.compile(r"([0-5]?\d):([0-5]?\d(?:[.,]\d*)?)")
-
 _ISO_DATE = re.compile(r"(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})")
-
 _ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
-
 _SLASHED = re.compile(r"(\d{1,2})[-/.](\d{1,2})[-/.](\d{4}|\d\d)")
 
 

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 # caller reads the file as a whole, which takes more memory and can name the row.
 
 BLOCK = 1 << 20  # bytes of the file that are parsed at a time
-
 _SPARE = 1.1  # times the rows that are expected from the first block and the size of the file
 
 Types = dict[str, "pa.DataType"]
@@ -139,15 +138,10 @@ def _bits(block: "pa.Array", buffer: int) -> Booleans:
 # Read and write CSV logs: `#` lines with a TOML header, a line of column names, one line a row.
 
 _EMPTY = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"]
-
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-
 _VALUE = re.compile(r"[+-]?[\d.,]+([eE][+-]?\d+)?$|\d+:\d\d|\d+[-/.]\d+[-/.]\d")  # a number, a clock time or a date
-
 _MOST_BETWEEN = 2  # lines below the names: units, and short names
-
 _ROWS = "rows"  # header entry: the number of rows written; a file with fewer is cut off
 
 

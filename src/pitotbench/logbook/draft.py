@@ -26,17 +26,13 @@ from pitotbench.units import Booleans, to_si
 # A log while it is read: channels in SI, the columns they came from, the rows kept so far, the warnings.
 
 _NEEDED = ("time", "static_pressure", "velocity_north", "velocity_east")
-
 _EITHER = ("impact_pressure", "total_pressure")
-
 _INSTEAD = {
     "static_pressure": " or pressure_altitude_ft",
     "impact_pressure": " or indicated_airspeed_kt",
     "velocity_north": " or ground_speed_kt with track_deg",
 }
-
 _SHOWN_RANGES = 5
-
 _FEWEST_ROWS = 2
 
 
@@ -170,7 +166,6 @@ def name_rows(rows: NDArray[np.intp]) -> str:
 # A logger with one rate writes its file in this way.
 
 _SLOWEST = 2.0  # times the median number of rows between fixes: a longer blank is a failure, not a slow GPS
-
 _ODD = 0.05  # share of the intervals that may be longer or shorter: a failure now and then
 
 
@@ -216,7 +211,6 @@ def _regular(fresh: Booleans) -> bool:
 
 
 _FEW = 0.01  # share of rows for which a channel that is not needed is given up no sooner than the rows
-
 _MOST = 0.5  # share of rows that may be skipped: of less than half a log nobody knows whether it is the right half
 
 

@@ -21,7 +21,6 @@ from pitotbench.records import BadInputError
 from pitotbench.units import Array, to_si
 
 _BRACKETS = re.compile(r"[\[({]([^\])}]*)[\])}]")
-
 # Words that say which box measured, or in which axes; without them a name is the quantity's.
 _SYSTEMS = frozenset((
     "gps", "gnss", "adc", "dadc", "ins", "imu", "ahrs", "ekf", "egi", "gin", "ned", "air", "data", "sensor",
@@ -204,7 +203,6 @@ def _score(words: Sequence[str], names: Sequence[str]) -> tuple[float, float]:
 
 _AIRSPEED_AGREES = 0.05  # of the airspeed: a display shows the impact pressure of its own source
 _HEIGHT_AGREES = 250.0  # m, more than a static source errs; a unit errs by kilometers
-
 _PAIRS: tuple[tuple[str, tuple[str, ...], Callable[[Array], Array]], ...] = (
     ("impact_pressure", ("indicated_airspeed", "calibrated_airspeed"), lambda q: air.calibrated_airspeed(q)),
     ("static_pressure", ("pressure_altitude",), lambda p: air.pressure_altitude(p)),
@@ -257,7 +255,6 @@ def _near(one: Array, other: Array, pressure: str) -> bool:
 _ROWS = 2000  # of a long log that are tried
 _MOST_TRIALS = 48
 _SURE = 0.7  # score of a name above which it is the field's own
-
 _NEEDED = (
     ("time",),
     ("impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed"),
@@ -265,7 +262,6 @@ _NEEDED = (
     ("velocity_north", "ground_speed"),
     ("velocity_east", "track", "magnetic_track"),
 )
-
 _SUPERSEDED = {  # a quantity that is not needed beside others
     "indicated_airspeed": ("impact_pressure", "total_pressure"),
     "calibrated_airspeed": ("impact_pressure", "total_pressure", "indicated_airspeed"),

@@ -51,7 +51,6 @@ def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str
 
 
 _INSTANCE = "I"  # the field that numbers sensors of one kind
-
 _MAGIC = b"\xa3\x95"  # begins every message
 
 
@@ -163,9 +162,7 @@ TOPIC_READERS = {
 # Read the variables of a .mat file of version 7.3, which is HDF5. Needs h5py, of the extra pitotbench[hdf5].
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-
 _USER_BLOCK = 512  # bytes of text that MATLAB puts before the HDF5 file
-
 _CHARACTERS = b"char"
 
 
@@ -211,7 +208,6 @@ def _value(item: Any) -> Any:
 # Files of version 7.3 are HDF5; `mat73_format` reads them. Written are files of version 5.
 
 _HEADER = "header"
-
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
 
 

@@ -12,7 +12,6 @@ from pitotbench.records.legs import CardLeg, ReadingSteps
 from pitotbench.units import DEGREE, FOOT, KNOT, Array, to_si
 
 POINT, CONFIGURATION = "point", "configuration"
-
 COLUMNS = (
     POINT,
     CONFIGURATION,
@@ -22,9 +21,7 @@ COLUMNS = (
     "ground_speed_kt",
     "track_deg",
 )
-
 _QUANTITIES = ("indicated_airspeed", "pressure_altitude", "air_temperature", "ground_speed", "track")
-
 # The steps of usual displays, where the numbers of a short card show none [SI].
 _ROUND_STEPS = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
 

@@ -94,7 +94,6 @@ UNIT_WORDS: dict[str, list[str]] = {
     for suffix, more in _SPELLINGS.items()
     for unit in (SUFFIXES[suffix],)
 }
-
 SCALED: dict[str, tuple[str, float]] = {  # units of no suffix: the suffix, and its size in that unit's
     "us": ("s", 1e-6),
     "usec": ("s", 1e-6),
@@ -128,6 +127,5 @@ USUAL_UNITS: dict[str, tuple[str, ...]] = {
     "air_temperature": ("degc", "k", "degf"),
     "mass": ("kg", "lb"),
 }
-
 ANGLES = ("deg", "rad")
 RATES = ("degps", "radps")

@@ -17,5 +17,4 @@ REFERENCE_PRESSURE = 1630.28  # Pa, impact pressure at 100 KCAS, so that x = q_c
 MODELS: Catalog[PressureErrorModel] = Catalog(
     "pressure-error model", {m.name: m for m in (BIAS, LINEAR, QUADRATIC, INVERSE, INVERSE_PLUS, SPLINE)}
 )
-
 PAPER_MODELS = ("inverse+", "quadratic", "linear", "bias")  # Martos et al. 2011, Fig 9

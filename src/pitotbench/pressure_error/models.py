@@ -55,21 +55,14 @@ def _columns(terms: Sequence[Term], x: Array) -> Array:
 
 
 ONE: tuple[Term, Term] = (np.ones_like, np.zeros_like)
-
 X: tuple[Term, Term] = (lambda x: x, np.ones_like)
-
 X_SQUARED: tuple[Term, Term] = (lambda x: x * x, lambda x: 2.0 * x)
-
 ONE_OVER_X: tuple[Term, Term] = (lambda x: 1.0 / x, lambda x: -1.0 / (x * x))
 
 BIAS = TermModel("bias", ("k1",), (ONE,), "k1")
-
 LINEAR = TermModel("linear", ("k1", "k2"), (ONE, X), "k1 + k2 x")
-
 QUADRATIC = TermModel("quadratic", ("k1", "k2", "k3"), (ONE, X, X_SQUARED), "k1 + k2 x + k3 x²")
-
 INVERSE = TermModel("inverse", ("k1", "k2"), (ONE, ONE_OVER_X), "k1 + k2/x")
-
 INVERSE_PLUS = TermModel("inverse+", ("k1", "k2", "k3"), (ONE, X, ONE_OVER_X), "k1 + k2 x + k3/x")
 
 
@@ -181,7 +174,6 @@ SPLINE = spline_between(0.5, 4.0, 5)  # about 70 to 200 KIAS; a calibration repl
 # A pressure-error curve with its parameters: from indicated to true impact pressure and back.
 
 _ITERATIONS = 60
-
 _TOLERANCE = 1e-12
 
 

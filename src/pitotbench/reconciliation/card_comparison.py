@@ -18,22 +18,15 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY, Array, Seconds
 
 SHARE = 0.4  # of the tolerances against flight
-
 # Tolerances of a simulator against flight.
 LIMITS = {"indicated airspeed": 3.0, "pitch": 1.5, "bank": 2.0, "heading": 3.0}  # kt, °
-
 QUIET = 2.0 * DEGREE  # bank below which a segment is not a turn
-
 SMOOTHED = 1.0  # s over which gusts and sensor noise are averaged on both sides
-
 BEGINNING = 20.0  # s at the start of a segment over which its change of airspeed is taken
-
 SHORTEST = 5.0  # s of a segment that is summed up
 
 HAND = ("bank", "pitch", "heading")  # what a pilot's hand moves to and fro
-
 STILL = 0.01  # ° or m/s²; less than this is the noise of a sensor
-
 CURVED = 3  # degree of the polynomial that is taken out of a segment: it is the maneuver, not the hand
 
 Parts = Mapping[str, FlightLog]  # the segments of a log by their labels

@@ -22,15 +22,10 @@ from pitotbench.reconciliation.verdict import is_named, most_probable
 from pitotbench.units import Array
 
 LEAST_PROBABILITY = 0.004  # of an explanation that is a contender: less cannot keep another from 0.9
-
 MOST = 12  # contenders; the rest of a posterior are forms of the same causes
-
 DRAWS = 400  # logs a card: a probability of a half is then known to 0.025
-
 SEED = 20_001  # of the draws, the same for every card, so that cards differ by their geometry alone
-
 SMALLEST = 1e-12  # of the logarithm of a Bayes factor, so that a share of it is defined
-
 ROUNDING = 1e-12  # eigenvalues of inner products below this share of the largest are rounding
 
 

@@ -19,11 +19,8 @@ from pitotbench.units import Array
 # Rasmussen and Williams 2006, §2.7).
 
 BLOCKS = 8  # of time: each is left out once, and holds a phase of a maneuver
-
 SINGULAR = 1e-6  # share of a column that the others must not reproduce for it to be independent
-
 SMALLEST = 1e-300  # sum of squares of an empty column, so that it can be divided by
-
 ROUNDING = 1e-13  # singular values below this share of the largest are rounding
 
 

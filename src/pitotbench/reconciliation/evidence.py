@@ -120,9 +120,7 @@ def _log_evidence(factor: Array, fall: float) -> float:
 # and O'Hagan 2001).
 
 LEAST_SHARE = 0.02  # of the whitened sum of squares that a channel must hold to have a direction of its own
-
 SHIFT = 1.0  # s; the shift in time that counts like a change by the whole size
-
 TINY = 1e-300  # so that an empty column can be scaled
 
 
@@ -287,15 +285,10 @@ def _log_inside(mean: Array, spread: Array, low: Array, high: Array) -> Array:
 # The evidence of one log for sets of effects, with their form error, the wander of null flights, and a rest.
 
 ROOMS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
-
 SMALLEST = 1e-300
-
 SINGULAR = 1e-9  # singular value below which cells and free parameters are the same
-
 LEAST_POWER = 1e-9  # of a direction that the free parameters take up whole
-
 SEEN = 1e-3  # squared significance of a typical size below which free parameters take it up whole
-
 SMOOTH_LEAST = 0.2  # σ; a smooth form error below it changes nothing
 
 

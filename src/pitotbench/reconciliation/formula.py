@@ -32,27 +32,17 @@ from pitotbench.units import Array
 # Stepwise selection of terms by the gain on parts of the log that the coefficients are not fitted to.
 
 TERMS_MOST = 4  # more would be a fit of anything to anything, and no sentence
-
 SEGMENT = 8.0  # s: a part that is left out whole; short, for a turn may come only once
-
 FOLDS = 8  # sets of such parts, each left out once
-
 TRIED = 16  # terms of the largest gain whose held-out gain is computed
-
 FIRST_GAIN = 41.0  # fall of the SS by a first term: 6.4σ, as for what remains beside an effect
-
 FURTHER_GAIN = 25.0  # by a further term: 5σ, for some 400 terms are tried again
-
 FURTHER_SHARE = 0.02  # of all that is explained: less is the error of the form of the terms before
-
 HELD_OUT_LEAST = 0.5  # share of the gain that must be there in the parts left out as well
-
 NUISANCE_LEAVES = (
     0.0025  # share of a term that wind, curve and biases must leave: 5 % of its length, the error of a signature
 )
-
 ALIKE = 0.03  # of all that is explained: a term that explains so little less does as well
-
 ALIKE_GAIN = 9.0  # fall of the SS (3σ) by which two terms are told apart in any case
 
 

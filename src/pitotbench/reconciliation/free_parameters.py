@@ -18,13 +18,9 @@ from pitotbench.units import Array, Booleans
 # class of the usual instrument for a bias.
 
 WIND_DEVIATION = (40.0, 40.0, 1.0)  # m/s toward north, east, down
-
 CURVE = MODELS["inverse+"]  # the error curve that every log may have
-
 CURVE_DEVIATION = 0.2  # of each parameter of Δp/q_c
-
 LARGEST_ERROR = 0.5  # share of the impact pressure; a curve that asks for more comes from a log that is no flight
-
 ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
     "angle_of_attack": 0.005,
     "sideslip": 0.005,
@@ -32,11 +28,8 @@ ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
     "pitch": 0.005,
     "heading": 0.010,
 }
-
 ANGLE_SCALE = {"angle_of_attack": 0.02, "sideslip": 0.02}  # share: upwash that was not calibrated
-
 FOREIGN = 5.0  # times these deviations, for a log whose instruments are not known
-
 OFFSETS = {  # prior deviation of a residual channel [its unit]
     "pressure_height": 500.0,
     "temperature": 30.0,
@@ -45,15 +38,10 @@ OFFSETS = {  # prior deviation of a residual channel [its unit]
     "specific_force_y": 0.02,
     "specific_force_z": 0.02,
 }
-
 REPORTED = {"pressure_height": 3.0, "temperature": 0.3}  # m (0.36 hPa), K: the day's air from a weather report
-
 WITH_HEIGHT = {"pressure_height": 0.05, "temperature": 0.005}  # a meter of height: the day's lapse
-
 EARTH_RATE = 1.5e-4  # rad/s, twice the earth's rate; the latitude decides which share of it acts
-
 ROUNDING_DEVIATION = float(1.0 / np.sqrt(12.0))  # of a number rounded to whole steps, in steps
-
 # Steps for the difference quotients: small beside the priors, large beside rounding.
 BIAS_STEP, SCALE_STEP, CURVE_STEP = 0.002, 0.01, 0.01  # rad, share, share
 
@@ -116,7 +104,6 @@ class _Column:
 
 
 Change = Callable[[Track], Track]
-
 Columns = dict[str, _Column]
 
 
@@ -304,7 +291,6 @@ def _in_channel(scene: Scene, name: str, values: Array) -> Array:
 
 
 SCALINGS = 3  # rounds of scaling the channels against each other; their noise is not known yet
-
 TINY = 1e-12  # added to a scale: a channel without any change must not divide by zero
 
 

@@ -43,7 +43,6 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, Array, Booleans
 # new ones, and rows at the ceiling hold no measurement.
 
 AIR_DATA = numbers_from("air")
-
 LISTED = 3  # outages of the GPS whose times are told
 
 
@@ -198,23 +197,14 @@ def _outages(log: FlightLog, held: Booleans) -> str:
 # variable that contains the gusts, such as the angle of attack, is correlated with the residuals by its noise.
 
 TURN = 12.0 * DEGREE  # bank from which the airplane turns; gusts bank it by less
-
 VERTICAL = 2.0  # m/s of climb or descent
-
 CHANGE = 0.25  # m/s² of airspeed
-
 IDLE = 12.0 * INCH_OF_MERCURY
-
 FEWEST = 12  # instants of a phase that is examined, so 6 s
-
 SPAN = 4.0  # s over which rates are taken, so that gusts do not make a phase
-
 MEAN_HALF_ROWS = 10  # rows on either side over which a value is averaged before its rate is taken
-
 WITH_HEADING = ("airspeed_along", "airspeed_across", "airspeed_down")
-
 LEAST_SPREAD = {"bank": 3.0 * DEGREE, "altitude": 30.0 * FOOT}  # less is the wander of a held state
-
 LEAST_OTHER_SPREAD = 1e-9  # of any other variable: it has to vary at all
 
 
@@ -310,15 +300,10 @@ def cells(track: Track, grid: Grid, base: ChannelResiduals) -> tuple[tuple[Cell,
 # Lay out a log for judgment: its residuals, its free parameters, and the signatures of the effects.
 
 PASCAL_A_METER = 10.0  # of height near the ground, rounded
-
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
-
 DAY = "nonstandard_temperature"  # a gap where the day is told; a free parameter where nobody told it
-
 USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
-
 Curves = tuple[Mapping[str, float], ...]
-
 FEWEST_INSTANTS = 40  # of a log: three times the memory of its noise
 
 

@@ -42,13 +42,9 @@ from pitotbench.units import Array
 # Name the effects on each flight: fit every hypothesis, form the posterior over causes, and read its answer.
 
 RENEWALS = 3  # times the signatures are renewed; they mostly stay as they are after the first
-
 RENEWED = 6  # best single explanations whose signatures are renewed: the others have no part in the answer
-
 SETTLED = 0.02  # change of a size, as a share, from which an effect is taken out of the log anew
-
 LISTED = 10  # candidates in a verdict
-
 SMALLEST_GAIN = 1e-9  # so that the ratio of two gains is defined for an effect without any
 
 
@@ -219,7 +215,6 @@ def _located(renewed: Renewed, null: NullDistribution, given: Sequence[int]) -> 
 # of several in which there are no others.
 
 Key = tuple[str, str]  # an effect and one of its parameters
-
 FARTHEST = 1e-300  # smallest probability that is turned into a distance
 
 

@@ -19,13 +19,9 @@ from pitotbench.reconciliation.track import Grid
 from pitotbench.units import Array
 
 ORDER = 12  # instants, so 6 s at two instants a second
-
 INDEPENDENT = 0.02  # share of each channel's innovations taken as independent, so that no combination has no noise
-
 SMALLEST = 1e-30  # sum of squares of a channel that does not change
-
 UNUSABLE = 1e6  # slack of instants that are not used, in the unit of any channel
-
 UNCHANGED = 1e-6  # share of a deviation that slack may add before the correlation is computed anew
 
 

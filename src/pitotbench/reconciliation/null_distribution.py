@@ -135,9 +135,7 @@ def cell_label(cell: Cell) -> str:
 # A null distribution as text and back; a text that cannot be right is refused.
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-
 Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
-
 # Learning never lets a spread fall below this one.
 Spread = Annotated[float, Field(allow_inf_nan=False, ge=THRESHOLDS.score_deviation_lowest)]
 

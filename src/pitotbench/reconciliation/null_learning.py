@@ -33,7 +33,6 @@ from pitotbench.units import Array
 # length over the airspeed).
 
 CHANNELS = ("airspeed_along", "airspeed_across", "airspeed_down")
-
 NEAR, FAR = 1, 6  # instants (0.5 s and 3 s): at lag 0 sensor noise adds to the gusts
 
 SMALLEST_AUTOCOVARIANCE = 1e-9  # m²/s², of an autocovariance whose logarithm is taken
@@ -219,11 +218,9 @@ def wander_of_scores(scores: ScoreScale) -> dict[str, float]:
 # Learn the null distribution from null flights.
 
 MEAN_SCORE = 0.8  # mean absolute value of a standard normal number, √(2/π)
-
 EULER = 0.5772156649  # the Euler-Mascheroni constant
 
 Item = TypeVar("Item")
-
 Flight = tuple[Layout, NoiseModel]
 
 

@@ -85,17 +85,11 @@ def _sum(columns: Sequence[Array], sizes: Array, like: Array) -> Array:
 # The data of the first picture of a reconciliation, and of its sentence on a calibration.
 
 AVERAGED = 4.0  # s: long enough to average the sensor noise, short enough for the phases of a maneuver
-
 MARKED = 0.75  # quantile of the size of the gap from which a place is marked
-
 RESPONSE = 400  # instants after which an autoregression has forgotten an innovation
-
 FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
-
 SPEEDS = 25  # airspeeds at which the correction is told
-
 TINY = 1e-30  # of a noise, so that it can be divided by
-
 DRAWN = ("airspeed", "bank", "altitude", "power")  # variables over which the gap is drawn
 
 

@@ -15,13 +15,9 @@ from pitotbench.records.verdict import Kind
 from pitotbench.units import Array
 
 LEADING = 14  # sets of each number of effects whose form error is weighed
-
 STEMS = 14  # sets from which larger ones are tried
-
 BEAM = 5  # sets that are extended by a further effect
-
 EXTENDED = 5  # further effects of each of them whose form error is weighed
-
 ROUNDS = 6  # at most, of fitting sizes and the form error that is in proportion to them
 
 SMALLEST_SIGNIFICANCE = 1e-12  # significance of an effect that this log does not show
@@ -287,9 +283,7 @@ def _prior(name: str, logs: Sequence[LogEvidence]) -> Prior:
 # The posterior over causes: how probable each is, what is named, and which set holds the truth.
 
 RESTED = 10  # best sets with which a rest is weighed
-
 SMALLEST = 1e-12  # so that the logarithm of a difference is defined
-
 TINY = 1e-300  # of a probability, so that it has a logarithm
 
 

@@ -41,23 +41,18 @@ from pitotbench.units import Array, Seconds
 # Renew signatures at the size that was fitted, and at the time when the effect happened.
 
 EVENT_TRIALS = 14  # times over the log at which an event is tried first: one every 10 to 30 s
-
 TRIAL_FACTORS = np.array([0.6, 0.8, 1.2, 1.4])  # times the typical value of a shape that is not a time
-
 HALVINGS = 3  # of the steps around the best shape
-
 LINEAR_WITHIN = {
     "sensors": 0.1,
     "air": 0.1,
     "aircraft": 0.6,
 }  # change of a size, as a share, without a new signature
-
 SMALLEST = 0.05  # of the typical size; signatures of smaller sizes would be differences of rounded numbers
 
 UNDOINGS = 2  # rounds of taking effects out of a track: what they add depends on the track without them
 
 Shapes = dict[str, float]
-
 Entries = Mapping[str, Mapping[str, float]]  # effects with their sizes and shapes
 
 
@@ -375,13 +370,9 @@ def without_effects(layout: Layout, entries: Entries) -> Layout:
 # more than every effect does over the whole flight becomes a hypothesis; its times are then refined.
 
 APART = 10.0  # s between the times that are tried; the whitening looks back by 6 s
-
 MOST_TIMES = 30  # of them: pairs grow with the square
-
 WIDEST = 4.0  # typical sizes: the widest prior deviation of a size
-
 PROMISING = 3  # effects that become hypotheses
-
 LEAST_GAIN = 100.0  # fall of the SS; the wander of null flights gives the best of all times up to 60
 
 Indices = NDArray[np.intp]

@@ -38,15 +38,10 @@ from pitotbench.units import SYMBOLS, Array, MetersPerSecond
 # free parameters of the regression.
 
 FORCES, MOMENTS, ENGINES = REACTION_NAMES[:3], REACTION_NAMES[3:6], REACTION_NAMES[6:]
-
 RATES = ("roll_rate", "pitch_rate", "yaw_rate")
-
 TIMING = 0.1  # s, one step of the replay: by so much the model may be early or late
-
 NEAR = 4  # instants on either side over which an error of timing shows
-
 QUICK = 6.0  # times the median rate: gusts and sensor noise stay below
-
 UNITS = {
     **dict.fromkeys(("airspeed_along", "airspeed_across", "airspeed_down"), SYMBOLS["mps"]),
     "pressure_height": SYMBOLS["m"],
@@ -56,29 +51,20 @@ UNITS = {
     **{name: SYMBOLS[CHANNELS[name].unit] for name in ENGINES},
     "throttle_split": "",
 }
-
 FAMILIES = {
     "air data": ("airspeed_along", "airspeed_across", "airspeed_down", "pressure_height", "temperature"),
     "kinematic": ("acceleration_forward", "acceleration_right", "acceleration_down"),
     "force and moment": (*FORCES, *MOMENTS),
     "engine": (*ENGINES, "throttle_split"),
 }
-
 # The channels of a track that each part of the residuals reads.
 _AIR = ("impact_pressure", "static_pressure", "total_temperature", "air_temperature")
-
 _FLOW = ("angle_of_attack", "sideslip")
-
 _ATTITUDE = ("roll", "pitch", "heading")
-
 _GROUND = ("velocity_north", "velocity_east", "velocity_down")
-
 _TRIANGLE_READS = (*_AIR, *_FLOW, *_ATTITUDE, *_GROUND)
-
 _KINEMATIC_READS = (*FORCES, *_ATTITUDE, *_GROUND)
-
 _ANSWER_READS = (*_AIR, *_FLOW)  # the states in `VARIED`
-
 _ENGINES_READ = (*_ANSWER_READS, *ENGINES, "throttle_left", "throttle_right")
 
 
@@ -306,17 +292,12 @@ def _mean_answer(track: Track, grid: Grid, rows: Indices, values: Array) -> Arra
 # pressure is that of ground velocity and wind. All else is smoothed by local parabolas (Savitzky and Golay 1964).
 
 WINDOW = 3.0  # s, of the local parabolas
-
 # s, for a GPS without accelerometers: with 3 s its noise made a latency of 0.30 s come out as 0.24 s.
 GPS_WINDOW = 4.5
-
 # s, of what a slow sensor reads less what quick ones predict: long, for the prediction holds the quick changes.
 SLOW_WINDOW = 20.0
-
 WANDER = 0.2  # deviation of a random walk from its local parabolas, over √window: 0.20 to 0.21 by simulation
-
 VELOCITY = ("velocity_north", "velocity_east", "velocity_down")
-
 UNSMOOTHED = ("throttle_left", "throttle_right", "mass")  # steps of these channels are real
 
 
@@ -413,7 +394,6 @@ def _impact_pressure(track: Track, wind: Array) -> Mapping[str, Array]:
 
 # The force meter: a motion, the overlay to put on the aircraft, and whether the engines run along.
 ReactWith = Callable[[Motion, Overlay, bool], Reaction]
-
 # The changes by unit forces: a motion, the overlay on the aircraft, and the paths of properties to record.
 UnitForcesWith = Callable[[Motion, Overlay, frozenset[str]], UnitForces]
 

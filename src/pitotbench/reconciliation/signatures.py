@@ -41,11 +41,8 @@ from pitotbench.units import Array
 # changes the reaction of the force meter.
 
 OF_THE_AIR = ("fcs/flap", "fcs/gear", "gear/")  # settings of these paths do not change an engine
-
 THROTTLES = frozenset(("throttle_left", "throttle_right"))
-
 THROTTLE_BIAS = {"ap/throttle-bias-left-norm": 1.0, "ap/throttle-bias-right-norm": -1.0}
-
 NO_AIRCRAFT = Baseline("none", (0.0, 0.0, 0.0))  # effects in the air need no data of an aircraft
 
 
@@ -230,19 +227,16 @@ def _in_split(scene: Scene, split: float) -> Array | None:
 
 # Effects on recorded samples (repeats, steps, ceilings) are counted in the log checks and not fitted.
 COUNTED = tuple(name for name, effect in EFFECTS.items() if isinstance(effect, SensorEffect) and effect.after_noise)
-
 # Every effect in all its forms; those for a part of the flight are looked at where the log makes them promising.
 FITTED: Catalog[Effect] = Catalog(
     "effect", {name: form for name, form in FORMS.items() if (form.part_of or name) not in COUNTED}
 )
-
 WHOLE_FLIGHT: Catalog[Effect] = Catalog("effect", {n: form for n, form in FITTED.items() if not form.part_of})
 
 # Told by the level of the gusts, beside the effects that are fitted.
 GUSTS = ("turbulence_level", "turbulence_scale")
 
 VANES = {"angle_of_attack", "sideslip"}  # the channels of the flow vanes
-
 EVENTS = ("at_s", FROM.name)  # the shapes of an effect that is an event: its time in the flight
 
 

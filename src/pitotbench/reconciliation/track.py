@@ -26,13 +26,9 @@ from pitotbench.units import Array, Booleans, Kelvin, Seconds
 # half a sample interval.
 
 GPS_CHANNELS, AIR_CHANNELS = numbers_from("gps"), numbers_from("air")
-
 HALF_WINDOW = 0.2  # s, of the filter
-
 SLOW_GPS = 0.3  # s between fixes from which they are not filtered: the filter would hold one or two of them
-
 SHORTEST = 10.0  # s, of a stretch that is used
-
 FEWEST_FIXES = 4  # of a stretch, for a cubic spline
 
 
@@ -148,7 +144,6 @@ def _rows_of(time: Seconds, wanted: Seconds, period: float) -> Indices:
 
 
 STEP = 0.5  # s between instants; the period of the GPS fixes where it is longer
-
 MARGIN = 1.0  # s at both ends of a stretch that are not used: the filter and the smoothing end there
 
 
@@ -260,14 +255,11 @@ VARIED: Mapping[str, float] = {
     "angle_of_attack": 0.005,
     "sideslip": 0.005,
 }
-
 FINE, COARSE = 0.1, 1.0  # s between states: for the answer, and for its changes, which are slow
-
 NEEDED = (
     *("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "elevator", "aileron", "rudder"),
     *("throttle_left", "throttle_right", "mass", "angle_of_attack", "sideslip", "specific_force_x"),
 )
-
 REACTION_NAMES = tuple(Reaction.__dataclass_fields__)
 
 

@@ -13,9 +13,7 @@ from pitotbench.units import DEGREE, FOOT, KNOT
 # A flight at 40 Hz takes 0.4 of the time of one at 100 Hz. `python -m tests.simulation.rates` measures the change.
 
 USUAL_RATE = 100.0  # Hz
-
 SLOWEST_RATE = 40.0  # Hz: at 20 Hz an autopilot loses a light airplane
-
 LOOKS = 10.0  # Hz: a card looks at its instruments once in a whole number of steps
 
 
@@ -53,11 +51,8 @@ def rate_problem(rate: float, air_rate: float | None = None) -> str | None:
 # and radians; `metadata["suffix"]` names the unit in which a value is written to TOML.
 
 TURBULENCE_SEVERITY = {"none": 0, "light": 1, "moderate": 2}  # Milspec severity index (MIL-F-8785C)
-
 ERROR_LOCATIONS = ("impact", "static", "total")
-
 PILOTS = ("none", "good", "busy")
-
 VERTICAL_VELOCITIES = ("usual", "recorded", "missing")
 
 
@@ -191,7 +186,6 @@ _RULES: tuple[tuple[str, Callable[[Any], bool], str], ...] = (
     (r"ballast", lambda v: abs(v) <= 1000.0, "must be within -1000 and 1000 kg"),
     (r"das\.air_rate", lambda v: v <= 100.0, "must not exceed the simulator's 100 Hz"),
 )
-
 _NAMES = {
     "turbulence": list(TURBULENCE_SEVERITY),
     "pilot": list(PILOTS),

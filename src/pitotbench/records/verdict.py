@@ -7,7 +7,6 @@ from typing import Any, Literal
 from pitotbench.records.calibration import Estimate
 
 Kind = Literal["named", "one_of", "unknown", "no_gap"]
-
 SURE: tuple[Kind, ...] = ("named", "one_of")  # only these kinds explain the gap, so only they give a patch
 
 

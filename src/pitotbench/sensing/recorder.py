@@ -154,7 +154,6 @@ def _run(new: Array, before: float, gap: float, step: float, memory: float) -> A
 # Apply the effects of a case on the sensors: on the probes before sampling, and on the recorded samples.
 
 PROBES = ("static_pressure", "impact_pressure", "total_temperature")
-
 _FELT = "felt_"  # prefix of the channels that hold the values at the probes with the effects in them
 
 
@@ -235,18 +234,14 @@ def _applied(signals: Signals, choices: list[tuple[SensorEffect, Mapping[str, fl
 # Record a flight: pass the truth through every sensor and write the samples on one time base.
 
 TRUTH_FIELDS = ("pressure_error", "wind", "effects")  # of a Case: what the calibrator is to find, so not in a log
-
 # The simulated sensors have noise, resolution and effects, but no constant error beside those: 2σ of each.
 EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}
-
 # What a flight has to hold: for a calibration, and for a log with every column.
 CALIBRATION_CHANNELS = (
     "total_pressure", "static_pressure", "air_temperature", "altitude",
     "velocity_north", "velocity_east", "velocity_down",
 )  # fmt: skip
-
 LOG_CHANNELS = tuple(dict.fromkeys((*CALIBRATION_CHANNELS, *(channel.name for channel in PLAIN))))
-
 _FULL_TURN = 2.0 * np.pi
 
 
@@ -349,7 +344,6 @@ def _version(package: str) -> str:
 # Write the truth of a flight to a file next to its log, and read it. Only on request: a log holds no truth.
 
 _CASE = b"pitotbench case"
-
 _TRUE = "true_"  # prefix of all columns, so that no reader takes a truth file for a log
 
 

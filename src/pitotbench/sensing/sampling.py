@@ -26,7 +26,6 @@ from pitotbench.units import Array, Booleans, Seconds
 INERTIAL_RATE = 10.0  # Hz, from which velocity counts as an integrated IMU/GPS solution
 
 _HIGH_END = DataSystem()
-
 _LOW_END = replace(_HIGH_END, velocity_noise=0.1, velocity_resolution=0.01)
 
 SYSTEMS: Catalog[DataSystem] = Catalog(
@@ -94,7 +93,6 @@ def has_velocity_down(das: DataSystem) -> bool:
 Indices = NDArray[np.intp]
 
 _SLACK = 1e-6  # samples: instants this close to a sample are on it
-
 _CLOCK_DECIMALS = 6  # the log's clock resolves a microsecond
 
 

@@ -171,7 +171,6 @@ _WORDS = {
     "velocity_mps": ("GPS velocity", "m/s"),
     "latency_s": ("GPS latency", "s"),
 }
-
 _SOURCES = {
     "usual": "usual",
     "header": "stated by the log",
@@ -228,11 +227,9 @@ def assumptions_json(result: Calibration) -> dict[str, Any]:
 # The airspeed card: what to add at which indicated airspeed, for a terminal, a sheet and a file.
 
 _STEPS = (5, 10, 20, 50, 100)  # kt
-
 _MOST_ROWS = 13  # of a table that is read at one glance
 
 _COLUMN = {column.key: column for column in CURVE_COLUMNS}
-
 # What a pilot needs of the curve; the bound's digits say how many of the correction's mean something.
 GLANCE_COLUMNS: tuple[Column[CurvePoint], ...] = (
     replace(_COLUMN["indicated_airspeed_kt"], heading="KIAS", unit=""),
@@ -339,7 +336,6 @@ def departure_line(result: Calibration) -> str:
 # A calibration in numbers and sentences, for the terminal and for a page.
 
 _LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
-
 _LOCATIONS = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
 
 

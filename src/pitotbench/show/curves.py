@@ -32,11 +32,8 @@ from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
 # Pictures of an error curve: the correction, its bounds, and the limit of the certification rule.
 
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
-
 _MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
-
 _MOST_DOTS = 900  # of the samples drawn: more make a page slow
-
 _AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"
 
 
@@ -167,7 +164,6 @@ def _knots(result: Calibration) -> tuple[Array, Array, Array]:
 # Pictures of the data behind a curve: samples by airspeed, residuals over time, and their autocorrelation.
 
 _BIN_KT = 2.0
-
 _DENSITY = (
     "All samples that the fit uses, also those in turns: many samples at one airspeed need not mean many legs."
 )
@@ -227,9 +223,7 @@ def residual_autocorrelation(result: Calibration, longest: int = 40) -> tuple[Ar
 
 
 _COLORS = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, GREY)
-
 _SIZE = (7.0, 4.4)  # in
-
 _MOST_POINTS = 20_000  # more cannot be distinguished
 
 

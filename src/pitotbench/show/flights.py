@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 # Pictures of a simulated flight: its ground track, and its channels over time with the card's tolerances.
 
 _NAUTICAL_MILE = 1852.0
-
 _HELD = 8.0  # half-widths: a stretch that spans more is a sweep or a turn, in which the channel is not held
 
 
@@ -140,7 +139,6 @@ def _unwrapped(heading: Array) -> Array:
 # Pictures of a campaign: its maneuvers compared, by data system and by model.
 
 _COLORS = (BLUE, SKY, GREEN, ORANGE, PURPLE, RED, GREY)
-
 _BARS = 0.8  # share of a maneuver's place that bars fill
 
 

@@ -52,7 +52,6 @@ from pitotbench.units import NAUTICAL_MILE, Array, Booleans
 # Instants of a log that the comparison did not use, in words and as shaded stretches of a picture over time.
 
 NOT_USED = "not used"
-
 _SHADE = "#F0E0D0"  # unlike the grey of a noise band
 
 
@@ -81,9 +80,7 @@ def shade_unused(axes: Axes, time: Array, used: Booleans) -> None:
 # Pictures of a gap: its map, the part that each effect explains, the rest, and the card flown again.
 
 SHOWN = 6  # channels over time
-
 VISIBLE = 0.1  # of the remaining gap: a smaller change by the patch cannot be read from a picture
-
 BIN = 4.0  # s: long enough to average the sensor noise, short enough for the phases of a maneuver
 
 
@@ -251,9 +248,7 @@ def _history_panel(name: str, parts: Sequence[History]) -> Panel:
 # The first picture of a reconciliation: the telling channel over time, a variable, and the ground track.
 
 BINS = 12  # of the variable
-
 FEWEST = 4  # instants of a bin that is drawn
-
 BAND = 2.0  # standard deviations of the noise band
 
 

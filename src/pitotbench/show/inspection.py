@@ -30,7 +30,6 @@ CHANNEL_COLUMNS: tuple[Column[HeldChannel], ...] = (
     Column("95 %", lambda c: _five_digits(c.high), "", ",.10g"),
     Column("changes", lambda c: c.rate, "1/s", ".3g", "rate_hz"),
 )
-
 QUESTION_COLUMNS: tuple[Column[Question], ...] = (
     Column("question", lambda q: q.name, key="question"),
     Column("answered", lambda q: q.answered, key="answered"),
@@ -106,7 +105,6 @@ MANEUVER_COLUMNS: tuple[Column[ManeuverCheck], ...] = (
     Column("time", lambda m: m.minutes, "min", ".1f", "minutes"),
     Column("on condition", lambda m: m.on_condition, "%", ".0%", "on_condition"),
 )
-
 STEP_COLUMNS: tuple[Column[StepResponse], ...] = (
     Column("step", lambda s: f"{words(s.quantity)} {s.step:+.0f} {s.unit}", key="step"),
     Column("at", lambda s: s.speed_kt, "KCAS", ".0f", "speed_kt"),

@@ -120,9 +120,7 @@ CARD_POINT_COLUMNS: tuple[Column[CardPoint], ...] = (
     Column("from", lambda p: _scaled(p.wind_from, DEGREE), "°", "03.0f", "wind_from_deg"),
     Column("remark", lambda p: p.remark, key="remark"),
 )
-
 _CurveRow = tuple[float, float, float, float, float, float, float, float]
-
 CURVE_COLUMNS: tuple[Column[_CurveRow], ...] = (
     Column("KIAS", lambda r: r[0], "kt", ".1f", "indicated_airspeed_kt"),
     Column("KCAS", lambda r: r[1], "kt", ".1f", "calibrated_airspeed_kt"),

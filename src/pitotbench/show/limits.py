@@ -12,19 +12,13 @@ from pitotbench.records.calibration import Calibration
 from pitotbench.units import FOOT, KNOT, Array
 
 AUTO, NONE = "auto", "none"
-
 # No airplane certified under part 23 or 25 cruises below this speed: for a small drone the rule means nothing.
 _SLOWEST_KT = 60.0
-
 # At sea level in the standard atmosphere, where the rules apply: 1/(ρ g), with ρ = p/(R T).
 _FEET_A_PASCAL = GAS_CONSTANT * SEA_LEVEL_TEMPERATURE / (SEA_LEVEL_PRESSURE * GRAVITY) / FOOT
-
 _OWN_NAME = "Your limit"
-
 _NUMBER = r"\d+(?:\.\d+)?"
-
 _OWN = re.compile(rf"(?P<percent>{_NUMBER})%,(?P<knots>{_NUMBER})kt(?:,(?P<feet>{_NUMBER})ft)?")
-
 _LEAST_FEET = 30.0  # both rules: the limit need not be less
 
 

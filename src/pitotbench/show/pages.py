@@ -300,17 +300,11 @@ def _draw_bound(axes: Axes, speeds: Array, bound: Array) -> None:
 # Pictures of a plan: the bound against minutes and against airspeed, and the ground tracks.
 
 _BELOW_DOTS = 3.0  # drawing order of names, above lines: the background of a name hides no other card's dot
-
 _COLORS = (BLUE, ORANGE, GREEN, RED, PURPLE, SKY)
-
 _CURVES = 6  # best maneuvers drawn: one color each
-
 _TRACKS = 3
-
 _LINE = 0.043  # height of a line of names, as a share of the axis
-
 _NAME_WIDTH, _CLOSE = 0.4, 0.2  # natural logarithms: the width of a name in minutes, the height of close dots
-
 _LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
 
 

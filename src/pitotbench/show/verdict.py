@@ -30,7 +30,6 @@ KIND_WORDS = {
     "unknown": "a gap with a cause that is not in the table",
     "no_gap": "no significant gap",
 }
-
 NOTICED = 2.0  # standard deviations between two flights of one airplane: only larger differences are shown
 
 PLACE_COLUMNS: tuple[Column[Located], ...] = (

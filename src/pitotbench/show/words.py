@@ -98,7 +98,6 @@ def _in(suffix: str, name: str) -> FieldUnit:
 
 
 _FORCE = POUND * STANDARD_GRAVITY  # N, for a specific force times the mass of the airplane
-
 CHANNELS = {
     "airspeed_along": _in("kt", "speed along the flight"),
     "airspeed_across": _in("kt", "speed across the flight"),

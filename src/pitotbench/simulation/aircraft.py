@@ -110,7 +110,6 @@ def library_aircraft() -> dict[str, Path]:
 # Find aircraft: in the package or its checkout, in the user's folder, at a path, in JSBSim's own library.
 
 PACKAGE = Path(__file__).resolve().parents[1]
-
 OWN = Path("aircraft")  # relative to the working directory: the variants that the user keeps
 
 

@@ -22,15 +22,10 @@ from pitotbench.units import FOOT, POUND, Array
 # and Morelli, Aircraft System Identification, 2006, ch. 5).
 
 TENTH = 0.1  # s
-
 RUN_IN = 12.0  # s, for the engines at the first state and after every gap
-
 FREE = 0.2  # s between states up to which the airplane flies on between them; over longer ones it is held
-
 FULL = ("specific_force_x", "specific_force_y", "specific_force_z")
-
 ENGINE = ("manifold_pressure", "propeller_speed", "fuel_flow")
-
 # Control, the command that moves it, and the position it takes.
 CONTROLS = (
     ("elevator", "fcs/elevator-cmd-norm", "elevator"),
@@ -39,9 +34,7 @@ CONTROLS = (
     ("throttle_left", "throttle_bias_left", "throttle_left"),
     ("throttle_right", "throttle_bias_right", "throttle_right"),
 )
-
 GUIDANCE = "ap/guidance"  # of the bench's own autopilot: whether it computes its modes
-
 PROBE = 0.1  # of a command: the step by which the gain from command to position is measured
 
 
@@ -265,9 +258,7 @@ def _reaction(rows: Array) -> Reaction:
 
 # Not LIFT: functions of drag may read the lift, so that it does not simply add.
 AXES = ("DRAG", "SIDE", "ROLL", "PITCH", "YAW")
-
 LOAD = 100.0  # lb, lb ft: some hundredths of the aircraft's forces, so far above rounding
-
 CALLS = 2  # of JSBSim after a change: the rate of the angle of attack follows the forces of the call before
 
 

@@ -23,7 +23,6 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVI
 
 CORRECTED = 0.7  # share of a noticed deviation that one correction takes out
 PURSUED = 5.0  # thresholds; a larger deviation is a commanded change under way, not an error to correct
-
 # The modes in which the autopilot holds a quantity: the throttle or the nose holds an airspeed.
 HELD_IN_MODE = {
     "airspeed": (("throttle_mode", 1), ("pitch_mode", 2)),
@@ -141,7 +140,6 @@ class BusyPerson(Person):
 PILOTS: Catalog[type[Hands]] = Catalog("pilot", {"none": Hands, "good": Person, "busy": BusyPerson})
 TICK = 0.1  # s between two looks at the instruments
 EYE_TIME = 3.0  # s, over which the eye averages the airspeed needle about the inertial speed
-
 INSTRUMENTS = (
     *("calibrated_airspeed", "true_airspeed", "heading", "roll", "altitude"),
     *("velocity_north", "velocity_east", "mean_wind_north", "mean_wind_east"),

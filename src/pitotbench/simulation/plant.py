@@ -72,35 +72,23 @@ def load_fdm(
 
 
 LATITUDE = 35.4  # deg: Tullahoma, Tennessee, where the paper's aircraft flew
-
 LONGITUDE = -86.2  # deg
-
 STARTER_TIME = 10.0  # s, until both engines must run; 1.3 s is usual
-
 TRIM_SPOOL_TIME = 12.0  # s, in which any engine comes to its power
-
 SPOOL_UP_THROTTLE, SPOOL_UP_TIME = 0.5, 5.0  # s: 2 s bring an engine from idle to its governor's speed
-
 SETTLE_FIRST = 30.0  # s, before the first look whether level flight is held
-
 SETTLE_LOOK = 5.0  # s
-
 TURBULENCE_RUN_IN = 20.0  # s, some three time constants of the slowest gust filter at 100 kt
 
 LOWEST_HEIGHT = 10.0  # ft above ground
-
 LARGEST_FLOW_ANGLE = 30.0 * DEGREE  # well past the stall, far beyond any gust
-
 LARGEST_ROLL = 85.0 * DEGREE
-
 INTEGRATORS = tuple(
     f"simulation/integrator/{what}/{part}"
     for what in ("rate", "position")
     for part in ("translational", "rotational")
 )
-
 RUNNING = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
-
 EFFECT_SIZE = re.compile(rf"{ROOT}(-\d+)?/[^/]+/[^/]+")  # the branch of an overlay, its effect, the parameter
 
 

@@ -17,13 +17,9 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, POUND, PSF, ST
 # is loaded.
 
 RANKINE = 5.0 / 9.0  # K
-
 REVOLUTION_PER_MINUTE = 2.0 * 3.141592653589793 / 60.0  # rad/s
-
 POUND_FORCE = POUND * STANDARD_GRAVITY  # N
-
 SLUG = POUND_FORCE / FOOT  # kg
-
 HORSEPOWER = 550.0 * POUND_FORCE * FOOT  # W
 
 
@@ -152,10 +148,8 @@ def _nearest(path: str, catalog: Mapping[str, str]) -> str:
 # Set the air of a flight: steady wind, temperature above standard, turbulence and its seed.
 
 MILSPEC_TUSTIN = 4  # JSBSim's turb-type: MIL-F-8785C spectra, filters discretized by Tustin's rule
-
 # Wind at 20 ft that MIL-F-8785C ties to light, moderate and severe turbulence; used below 2,000 ft only.
 LOW_WIND = (0.0, 15.0 * KNOT, 30.0 * KNOT, 45.0 * KNOT)
-
 LARGEST_SEED = 2**31 - 1
 
 SEVERITY = Catalog("turbulence", TURBULENCE_SEVERITY)

@@ -25,7 +25,6 @@ from pitotbench.units import KNOT, Array, Booleans
 # Record every channel at the simulator's rate: one packed row a step, converted to SI block by block.
 
 BLOCK = 1000  # rows packed before they are transposed: 0.4 MB, which a processor's cache still holds
-
 _ALWAYS = ("time", "mass")  # the mass divides the forces
 
 
@@ -115,15 +114,10 @@ def _batches(steps: int, batch: int) -> Iterator[int]:
 # Scale a card to the speeds of an aircraft.
 
 CARD_SPEEDS = (100.0, 160.0)  # KCAS: the slowest and the fastest of the cards, which are the paper's
-
 ABOVE_STALL = 1.3  # times the stall speed: room for a bank of 45°
-
 ABOVE_SLOWEST = 1.16  # times the slowest speed at which the autopilot's loops hold: the same room
-
 SHARE = 0.76  # of the way from stall to maximum level speed: where 160 KCAS lies for the bench's own aircraft
-
 READABLE = 280.0  # KCAS: the impact pressure of 285 is the end of the usual data system's range
-
 SPREAD = 1.8  # largest ratio of the two speeds: more takes a jet minutes, and the paper's is 1.6
 
 

@@ -11,7 +11,6 @@ from pitotbench.records import BadInputError
 from pitotbench.simulation.aircraft import parse_xml
 
 ROOT = "effects"  # of the property tree: sizes, functions and outputs of an overlay
-
 NOT_YET = 1e9  # s, its value until recording begins
 
 

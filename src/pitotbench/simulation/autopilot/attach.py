@@ -36,16 +36,11 @@ from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 # or open network connections are left out.
 
 LARGEST_FILE = 4_000_000  # bytes; the largest file of JSBSim's library has 0.5 MB
-
 MOST_FILES = 100
-
 DEEPEST = 60  # elements within one another; JSBSim parses them by recursion
-
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+ -]*")
-
 # Root elements through which JSBSim writes files or opens sockets.
 CLOSED = ("output", "input")
-
 PARTS = {
     "engine": ("Engines", ENGINES),
     "thruster": ("Engines", ENGINES),
@@ -53,7 +48,6 @@ PARTS = {
     "autopilot": (".", SYSTEMS),  # JSBSim looks for these two in the aircraft's folder only
     "flight_control": (".", SYSTEMS),
 }
-
 WHOLE = (
     *("metrics", "mass_balance", "ground_reactions", "propulsion", "aerodynamics", "external_reactions"),
     *("buoyant_forces", "fileheader"),
@@ -214,13 +208,9 @@ def _short(text: str) -> str:
 # Make an aircraft flyable by the bench: copy it, explore it, shape its loops, write its autopilot. Done once.
 
 Shaped = tuple[Envelope, list[Linear], Gains]
-
 ALTITUDE = 6000.0 * FOOT  # for which the loops are shaped: that of the cards
-
 MOST_KEPT = 50  # attached aircraft in the cache
-
 SURFACES = {"elevator": "elevator", "aileron": "left-aileron", "rudder": "rudder"}
-
 ENGINE_KINDS = {
     "piston_engine": "piston",
     "turbine_engine": "jet",

@@ -18,27 +18,16 @@ from pitotbench.units import DEGREE, FOOT, KNOT, STANDARD_GRAVITY, Array
 # it was put, while engines, propellers and flight control system run on until they are steady.
 
 RATE = 100.0  # Hz
-
 SLOP = 0.3  # of a control's travel, from which its position is approached
-
 CONTROL_STEPS = 15  # after which the flight control system follows a new command
-
 START_SPEED = 60.0 * KNOT  # true, at which engines are started
-
 STARTER_TIME = 12.0  # s
-
 IDLE_STEP, MOST_IDLE, IDLE_TIME = 0.05, 0.3, 5.0  # of the lever's travel; s
-
 STEADY, SPOOL_LIMIT = 0.002, 25.0  # share of the thrust a look of 0.5 s; s until an engine is steady
-
 LATITUDE = 35.4  # deg
-
 CONTROLS = ("elevator", "aileron", "rudder")
-
 ENGINE = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
-
 SPOOL = re.compile(r"propulsion/engine(\[\d+\])?/n1")
-
 BEST_POWER = 0.85  # of a rich mixture at the density of the air
 
 
@@ -283,19 +272,12 @@ class HeldAircraft:
 # full power is at least the drag.
 
 SLOWEST, FASTEST = 8.0 * KNOT, 500.0 * KNOT  # true; where a stall speed is looked for
-
 HIGHEST_MACH = 0.7  # above it the drag rise begins, and position errors are another matter
-
 ALPHAS = np.arange(-2.0, 25.0, 1.5) * DEGREE
-
 MOST_ELEVATOR = 0.95  # of its travel: the rest is left for control
-
 LEVERS = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0])
-
 LEAST_THROTTLE = 0.02  # m/s² from idle to full: below it the throttle does nothing
-
 SPEEDS = 7  # trim points
-
 SLOWEST_TRIM, START, IDLE_UP_TO = 1.12, 1.5, 2.0  # times the stall speed
 
 

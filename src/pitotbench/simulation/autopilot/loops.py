@@ -30,9 +30,7 @@ DIFFERENCES = {
     "aileron": 0.1,
     "rudder": 0.1,
 }
-
 STEP_TIME, LARGEST_TIME = 0.1, 8.0  # s
-
 ENGINE_STEP = 0.1  # of the lever
 
 
@@ -95,25 +93,15 @@ def engine_time(aircraft: HeldAircraft, trim: Trim) -> float:
 # Simulation, 2016, ch. 4.)
 
 ACTUATOR = 0.08  # s: lag of actuator, control system and sampling that every loop must bear
-
 PITCH_RATES, PITCH_INTEGRALS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0), (0.5, 1.0, 2.0, 4.0)  # 1/s
-
 MOST_ELEVATOR_GAIN = 3.0  # of the travel a rad/s: more would work the elevator hard in turbulence
-
 DISTURBANCE, UPSET_WEIGHT = 0.05, 20.0  # of the elevator's travel; a radian
-
 LEAST_DAMPING = 0.35  # of any oscillation in a closed loop
-
 FASTEST_BANK, LEAST_ROLL_DAMPING = 1.3, 3.0  # 1/s
-
 YAW_DAMPING, MOST_YAW_GAIN = 0.6, 4.0  # of the Dutch roll; 1/s
-
 CLIMB_GAIN, ALTITUDE_GAIN = 0.7, 0.2  # 1/s
-
 SPEED_GAIN, SPEED_PHASE, SPEED_LAGS = 0.14, 0.4, 1.7  # 1/s; rad and s of lag at the gain: airspeed filter and hand
-
 LEAST_EFFECT = 0.02  # rad/s² for full travel: below it a control does nothing
-
 SLOWER = 0.8
 
 
@@ -274,7 +262,6 @@ def _knots(model: Linear) -> str:
 
 
 INTERVAL = 0.1  # s between samples
-
 BAND = 0.1  # of the step, within which a response has settled
 
 
@@ -342,17 +329,11 @@ def _settled(share: Array) -> float:
 # Write the autopilot of an aircraft from its linear models and gains.
 
 TEMPLATE = Path(__file__).with_name("autopilot.xml")
-
 COLUMNS = 25  # of the table of lever positions
-
 LEAST_LIFT = 0.15  # 1/s, so that an angle of attack for a load factor stays finite
-
 INTEGRAL_SHARE = 0.06  # 1/s, of the altitude gain
-
 SPEED_INTEGRAL_SHARE = 0.3  # of the speed gain
-
 CLIMB_ANGLE = 0.08  # rad at the stall speed: the fastest climb asked for
-
 LEAD = 0.1  # of the speed range: how far the speed command may run ahead
 
 

@@ -57,10 +57,8 @@ _TABLE = (
 )
 
 MANEUVERS = Catalog("maneuver", {maneuver.name: maneuver for maneuver in _TABLE})
-
 PAPER_MANEUVERS = tuple(maneuver.name for maneuver in _TABLE if maneuver.minutes is not None)
 """The five maneuvers of Martos et al. (2011), which are compared with the paper."""
-
 GROUPS: dict[str, tuple[str, ...]] = {"all": PAPER_MANEUVERS, "every": tuple(MANEUVERS)}
 """Words that stand for several maneuvers, the same in every command."""
 

@@ -10,9 +10,7 @@ from pitotbench.simulation.pilot import TICK, Cockpit, Ticks, require_steep_turn
 from pitotbench.units import FOOT, KNOT
 
 JUDGED = ("airspeed", "altitude")
-
 POWER_TIME = 5.0  # s, over which the power of the turn is averaged before it is fixed
-
 # With fixed power, a height too low or too high is flown back by less or more speed, in steps.
 FEET_A_KNOT, SPEED_STEP, MOST_TRADED = 25.0 * FOOT / KNOT, 0.5 * KNOT, 1.5 * KNOT
 

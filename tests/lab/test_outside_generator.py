@@ -25,8 +25,9 @@ from pitotlab.outside.physics import FOOT, KNOT
 
 FOLDER = Path(physics.__file__).parent
 JUDGE_MAY_IMPORT = {
-    "pitotbench.calibration": {"calibrate", "CalibrationOptions"},
-    "pitotbench.logbook": {"read_log"},
+    "pitotbench.calibration": {"calibrate"},
+    "pitotbench.calibration.options": {"CalibrationOptions"},
+    "pitotbench.logbook.reading": {"read_log"},
     "pitotbench.records.calibration": {"Calibration", "ErrorCurve"},
     "pitotbench.units": {"Booleans"},
     "pitotbench.records": {"BadInputError", "NoAnswerError"},

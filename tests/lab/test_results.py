@@ -12,7 +12,6 @@ from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotlab.coverage import SCORINGS, TURBULENCE
 
 RESULTS = Path(pitotlab.__file__).parent / "results"
-AIRCRAFT_PAGE = Path(__file__).parents[2] / "docs" / "aircraft.md"
 SCORED = ("constant wind", "systematic errors")
 
 
@@ -62,14 +61,3 @@ def test_enough_airplanes_flew_every_flight(airplanes):
 def test_no_bound_of_a_foreign_airplane_is_too_small(airplanes):
     short = [r for r in airplanes if float(r["coverage_percent"]) + 2.0 * float(r["coverage_se_percent"]) < 93.0]
     assert short == []
-
-
-def test_the_page_on_aircraft_shows_the_table(airplanes):
-    page = AIRCRAFT_PAGE.read_text(encoding="utf-8")
-    for row in airplanes:
-        # The first table is that of the file; later ones are of other seeds.
-        line = next(line for line in page.splitlines() if line.startswith(f"| `{row['aircraft']}` |"))
-        cells = [cell.strip() for cell in line.split("|")]
-        assert cells[3:5] == [row["flights"], row["failed"]]
-        assert cells[5] == f"{float(row['on_condition_percent']):.1f}"
-        assert cells[7].startswith(f"{float(row['coverage_percent']):.1f} ")

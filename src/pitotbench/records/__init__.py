@@ -4,10 +4,9 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
     from pandas import DataFrame
 
 
@@ -20,9 +19,6 @@ class BadInputError(ValueError):
 
 class NoAnswerError(RuntimeError):
     """The input is valid but does not determine an answer: not observable, or not converged. Exit code 3."""
-
-
-# What all records share: checks of their arrays, and the views that a notebook shows.
 
 
 # How a record shows itself in a notebook: as a line, as HTML, as a picture and as a table.
@@ -64,8 +60,10 @@ class RecordError(BadInputError):
     """The arrays of a record do not fit together. The message names the field and the rule."""
 
 
-def freeze(array: NDArray[np.generic]) -> NDArray[np.generic]:
+def freeze(array: "NDArray[np.generic]") -> "NDArray[np.generic]":
     """Return the array read-only; copy it only where it is a view of memory that others can still write."""
+    import numpy as np  # only here: it takes longer to load than all that `--help` needs
+
     # A read-only view does not protect against a write through the array that it views.
     if array.flags.writeable or array.base is not None:
         array = np.ascontiguousarray(array) if array.base is None else array.copy()
@@ -73,7 +71,7 @@ def freeze(array: NDArray[np.generic]) -> NDArray[np.generic]:
     return array
 
 
-def check_lengths(record: str, fields: Iterable[tuple[str, NDArray[np.generic]]], length: int) -> None:
+def check_lengths(record: str, fields: "Iterable[tuple[str, NDArray[np.generic]]]", length: int) -> None:
     """Raise RecordError where an array is not of shape (length,)."""
     for name, array in fields:
         if array.shape != (length,):

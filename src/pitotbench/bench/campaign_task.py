@@ -96,8 +96,6 @@ def options_of_models(models: Sequence[str], options: CalibrationOptions) -> Cal
     return tuple(("", replace(options, model=model)) for model in models)
 
 
-# One task of a campaign: fly, sense with every data system, calibrate in every way, and score.
-
 CHANNELS = (*LOG_CHANNELS, "position_north", "position_east", "calibrated_airspeed")  # logged and drawn
 
 

@@ -26,7 +26,6 @@ from pitotbench.bench.worker_pool import LostWorkError, WorkerPool
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
 
-# Run many flights: in this process, in spawned processes, through any executor, or on a dask cluster.
 # A task is all the work on one flight. A task that fails is reported in words and the other tasks go on. A task
 # whose process dies is performed once more, alone, and is then put in quarantine.
 

@@ -122,9 +122,6 @@ def _held_out(
     return replace(formula, closure_holdout=closed, refused=why)
 
 
-# Run one reconciliation, from the logs to the content of its report.
-
-
 @dataclass(frozen=True, slots=True)
 class FullReconciliation:
     """The reconciliation of one or several logs, its account for a report, and its patch.

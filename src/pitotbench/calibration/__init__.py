@@ -24,7 +24,7 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
 
     Parameters: log; options (defaults: Inverse+, covering method). The result is in SI units, each number with 2σ.
     Raises BadInputError for a log that cannot be used, NoAnswerError for one that does not determine the answer.
-    Source: Martos, Kiszely and Foster (2011) for the problem; see `gls.covering_fit` and `output_error` for the
+    Source: Martos, Kiszely and Foster (2011) for the problem; see `covering` and `output_error` for the
     methods.
     """
     from pitotbench.calibration.average import calibrate_auto

@@ -76,7 +76,6 @@ def _integrated(knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bo
     return integral(knots), integral(time)
 
 
-# The altitude equation: indicated static pressure against GPS height gives the static source's error directly.
 #     p_i(t) = p_ref + ∫ −ρ g dh + Δp(q_ci)
 # with Δp = q_c − q_ci, which is p_i − p where the total pressure is right. It needs neither the wind nor, to
 # first order, the temperature. Its noise does not grow with the gusts: it is the error of the receiver's height,

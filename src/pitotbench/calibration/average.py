@@ -145,7 +145,6 @@ def _posterior(node: Moments, precision: Array) -> tuple[Array, Array]:
     return answer if node.mean_wind is None else node.mean_wind.of(answer)
 
 
-# `--model auto`: the models weighed by the log, and a bound that includes the doubt about the model.
 # Every model of the table is fitted and judged. The answer is a mixture over the models and over departures from
 # them (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). The mixture is made of curves,
 # because the parameters of different models cannot be compared.

@@ -229,7 +229,6 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
     return np.concatenate([np.log(start), height])
 
 
-# The estimator of the covering 2σ: generalized least squares with correlated noise.
 # The noise (see `linearized_problem`) is white sensor noise plus gusts. Their levels and length are unknown. They
 # are estimated by restricted likelihood, and the answer is averaged over their posterior.
 

@@ -142,7 +142,6 @@ def _inverse(matrix: Array) -> Array:
     return np.asarray(np.linalg.inv(matrix / np.outer(scale, scale)) / np.outer(scale, scale))
 
 
-# Logs that hold one flight or several: one curve for all flights, and a separate wind for each.
 # A log is cut where its recording pauses for more than five minutes. A flight that determines no answer by
 # itself, such as a taxi or a leg on one heading, is left out where two others remain; else the log is reduced as
 # one flight.

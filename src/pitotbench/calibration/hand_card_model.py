@@ -75,8 +75,6 @@ def reading_variance(arrays: LegArrays, along: Array, steps: ReadingSteps, corre
     return np.asarray(_ROUNDING**2 * sum(np.square(share) for share in shares))
 
 
-# One model of a whole card: winds that wander from leg to leg and from point to point, and a smooth curve a
-# configuration.
 # With the equations of the legs linearized, everything is Gaussian: y = u·w + s ΔV + readings + temperature. The
 # wind takes a step from leg to leg and a longer one from point to point; Δp/q_c of a configuration is a constant,
 # a slope in ln V and a smooth departure from both (Rasmussen and Williams, Gaussian Processes for Machine

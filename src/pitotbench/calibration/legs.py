@@ -114,7 +114,6 @@ def _means(time: Seconds, channels: Array, rows_a_block: float, run: NDArray[np.
     return np.vstack([middle[whole], means, run[first][whole]])
 
 
-# Steady legs and turns in a log, grouped by airspeed, for the fixed-speed methods.
 # Where the log marks what was on condition, the marks are used. Else straight legs and turns are found from the
 # ground velocity, which gusts change less than the air data. In both cases a piece must be long enough, straight
 # or a full turn, level, and of constant airspeed.

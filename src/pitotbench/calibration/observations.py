@@ -66,8 +66,6 @@ def range_end(log: FlightLog) -> RangeEnd | None:
     return RangeEnd(end, usable, rows, near | (mean > usable))
 
 
-# The rows and channels of a log that the estimators use; logs that cannot be used are refused here.
-
 _MINIMUM_SAMPLES = 30
 _MINIMUM_AIRSPEED = 20.0 * KNOT  # below it the impact pressure is too small to be of use
 _FEWEST_FIXES = 4  # in a stretch between pauses: four points determine a cubic

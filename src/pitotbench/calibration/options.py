@@ -132,7 +132,7 @@ LONGEST_LATENCY = 10.0  # s: receivers are late by tenths of a second; more is a
 class CalibrationOptions:
     """Choices of a calibration; the defaults suit a low-speed log with turns.
 
-    model: name in the table of pressure-error models, or `auto` (see `averaging`).
+    model: name in the table of pressure-error models, or `auto` (see `average`).
     method: `covering` (generalized least squares with the covering bound) or `paper` (output error with
     white residuals).
     error_location: `impact` (as in the paper: the error is in the impact pressure alone), `total` (the error of the

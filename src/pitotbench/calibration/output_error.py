@@ -11,7 +11,6 @@ from pitotbench.calibration.prediction import PredictionModel
 from pitotbench.records import NoAnswerError
 from pitotbench.units import Array
 
-# Output error as in the paper: maximum likelihood with white residuals whose covariance is re-estimated.
 # Klein and Morelli, Aircraft System Identification, 2006, ch. 6 (Gauss-Newton with the modified Newton-Raphson
 # information matrix); Martos, Kiszely and Foster (2011) used the routine of the same name from their toolbox. Its
 # bound is the Cramér-Rao bound for white residuals. It is far too small in real air, where gusts are correlated.

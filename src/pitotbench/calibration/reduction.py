@@ -174,9 +174,6 @@ def _far(values: Array, healthy: Array, rough: Array) -> Booleans:
     return np.asarray(np.abs(values - center) > np.maximum(_FARTHEST * scale * rough, _LEAST_SPIKE))
 
 
-# The reduction of one log: selection of rows, white fit, screening of faulty rows, noise and answer.
-
-
 # The latency of the GPS velocity against the air data, from planned changes of speed.
 # A latency has an effect where the airplane accelerates over the ground along the airspeed. But the ground speed
 # also responds to gusts, by an airspeed hold or by drag alone. These small accelerations imitate a latency
@@ -233,8 +230,6 @@ def _latency_warning(latency: LatencyFound) -> Caution:
         size=latency.value,
     )
 
-
-# The reduction of one log: selection of rows, white fit, screening of faulty rows, noise and answer.
 
 _ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data

@@ -16,8 +16,6 @@ from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, Re
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import KNOT, Array, MetersPerSecond, Seconds
 
-# The Calibration assembled from a reduction by either method.
-
 _FEWEST_POINTS = 2  # of a curve
 
 

@@ -88,7 +88,6 @@ def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
     )
 
 
-# Whether the wind of a log changed: the evidence for a change beside the constant wind.
 # The answer for a constant wind is not touched. A change of the wind is a sum of known shapes with unknown sizes:
 # a straight line, a wave, slow cosines for a drift, one step for a front. Where each speed is flown once, the
 # airspeed alone often cannot tell a change of the wind from a curve. The heading helps: see `heading_rows`.

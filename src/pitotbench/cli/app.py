@@ -104,8 +104,6 @@ class _ShowVersions(argparse.Action):
         parser.exit(DONE)
 
 
-# Choose the command, run it, and turn any error into one line and an exit code.
-
 LINE_BREAK = "\n"  # a case file may have several problems, one on each line
 _EPILOG = f"""\
 example:
@@ -117,7 +115,7 @@ exit codes: {DONE} done, {BAD_INPUT} bad input, {NO_ANSWER} no answer (not conve
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command and return its exit code (`cli.exit_codes`)."""
+    """Run a command and return its exit code."""
     return guarded(command_line().parse_args(arguments))
 
 

@@ -416,6 +416,4 @@ SENSOR_FORMULAS: Mapping[str, SensorEffect] = {
 }
 
 
-# Formulas: effects whose sizes are coefficients of terms, for causes that the table does not hold.
-
 FORMULAS: Catalog[Effect] = Catalog("formula", {**FORCE_FORMULAS, **SENSOR_FORMULAS})

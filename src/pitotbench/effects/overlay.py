@@ -93,7 +93,7 @@ def _evaluated(node: ET.Element, properties: Mapping[str, Array | float]) -> Arr
     return np.asarray(_OPERATIONS[node.tag](*(_evaluated(term, properties) for term in node)))
 
 
-# The records of an overlay: what effects add to an aircraft, as data. Package `simulate` writes it into a copy.
+# The records of an overlay: what effects add to an aircraft, as data. Package `simulation` writes it into a copy.
 
 Point = tuple[float, float, float]  # inches, structural axes: x aft, y right, z up
 

@@ -102,7 +102,6 @@ def simultaneous_factor(weights: Array, means: Array, covariances: Array, gradie
     return max(1.0, float(largest.ravel()[order][np.searchsorted(held, TWO_SIGMA_SHARE)]))
 
 
-# Linear regression with correlated noise of unknown level and scale: restricted likelihood and its posterior.
 # y = Xβ + e, e ~ N(0, C(φ)). The restricted likelihood (Patterson and Thompson 1971) eliminates the coefficients
 # β and accounts for the degrees of freedom that they take. The noise parameters φ have a prior; their posterior
 # is represented by its mode and a few nodes around it.

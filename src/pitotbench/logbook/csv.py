@@ -135,8 +135,6 @@ def _bits(block: "pa.Array", buffer: int) -> Booleans:
     return bits[block.offset : block.offset + len(block)].view(np.bool_)
 
 
-# Read and write CSV logs: `#` lines with a TOML header, a line of column names, one line a row.
-
 _EMPTY = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"]
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")

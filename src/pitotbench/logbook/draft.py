@@ -23,8 +23,6 @@ from pitotbench.logbook.columns import (
 from pitotbench.records import BadInputError
 from pitotbench.units import Booleans, to_si
 
-# A log while it is read: channels in SI, the columns they came from, the rows kept so far, the warnings.
-
 _NEEDED = ("time", "static_pressure", "velocity_north", "velocity_east")
 _EITHER = ("impact_pressure", "total_pressure")
 _INSTEAD = {

@@ -423,7 +423,6 @@ def _units(draft: Draft, name: str, slope: float) -> list[str]:
     ]
 
 
-# What cannot be true together in a log: a mistake that fits is named with the column to write.
 # The checks run in this order, because each trusts what those before it have looked at: static pressure and
 # temperature give the density with which airspeeds are formed. All arrays are SI, one value for each row.
 

@@ -12,7 +12,6 @@ from pitotbench.reconciliation.residuals import Scene
 from pitotbench.reconciliation.track import Track, mach_number
 from pitotbench.units import Array, Booleans
 
-# The free parameters of every log: wind, error curve, sensor biases and the day's air.
 # They are unknown in every log and must not pass for an effect. Each is a column of the regression with a prior
 # standard deviation: wide for what nobody knows (wind, curve, sea-level pressure and temperature), the accuracy
 # class of the usual instrument for a bias.

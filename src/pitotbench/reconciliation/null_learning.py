@@ -215,8 +215,6 @@ def wander_of_scores(scores: ScoreScale) -> dict[str, float]:
     return {name: max(0.0, float(np.mean(values)) - 1.0) for name, values in squares.items()}
 
 
-# Learn the null distribution from null flights.
-
 MEAN_SCORE = 0.8  # mean absolute value of a standard normal number, √(2/π)
 EULER = 0.5772156649  # the Euler-Mascheroni constant
 

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pitotbench.effects import FORMS, effect_of
 from pitotbench.records.verdict import Candidate
 
-# The patch: the named effects as entries of a case file, each size with its bound and its source.
-
 DIGITS = 5  # significant ones of a size: more than any bound needs
 Shapes = Mapping[str, Mapping[str, float]]  # by effect: the time of an event, and the like
 

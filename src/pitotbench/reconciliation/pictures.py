@@ -17,8 +17,6 @@ from pitotbench.reconciliation.signatures import columns_of
 from pitotbench.records.gap import CalibrationChange, GapMap, Step, TellingChannel, Trace
 from pitotbench.units import Array, Seconds
 
-# The data of the pictures of a reconciliation: the gap by place, over time, and after each effect.
-
 
 def gap_map(naming: Naming, null: NullDistribution) -> GapMap:
     """Return the places of the gap before and after the named effects, in σ beyond null flights."""

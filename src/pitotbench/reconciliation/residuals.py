@@ -32,7 +32,6 @@ from pitotbench.records.aircraft import Motion, Reaction, UnitForces
 from pitotbench.timeline import Indices
 from pitotbench.units import SYMBOLS, Array, MetersPerSecond
 
-# Residual channels: every measured quantity minus its prediction from the others and the aircraft model.
 # Families: air data (wind triangle, height, temperature), kinematic (acceleration against ground velocity), force
 # and moment, engine. Each channel is noise alone where sensors and model are true. Wind and sensor biases are
 # free parameters of the regression.

@@ -35,7 +35,6 @@ from pitotbench.reconciliation.track import (
 )
 from pitotbench.units import Array
 
-# Turn every effect of the table into a hypothesis, with a signature: the change of the residuals by the effect.
 # A signature is the residuals with the effect less those without it, computed by the effect's code itself. An
 # effect on the sensors acts on the clean track, an effect in the air adds its wind, and an effect on the aircraft
 # changes the reaction of the force meter.

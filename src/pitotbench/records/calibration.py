@@ -7,8 +7,6 @@ from pitotbench.records import Shown, check_lengths, freeze
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
 
-# The result of a calibration: what the log says, and how far to trust it.
-
 
 @dataclass(frozen=True, slots=True)
 class Estimate:

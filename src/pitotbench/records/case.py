@@ -46,7 +46,6 @@ def rate_problem(rate: float, air_rate: float | None = None) -> str | None:
     )
 
 
-# The configuration of one synthetic flight and of its sensing.
 # A `Case` holds the truth (wind, pressure error, effects), so the calibrator must not import it. Values are SI
 # and radians; `metadata["suffix"]` names the unit in which a value is written to TOML.
 

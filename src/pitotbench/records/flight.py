@@ -14,7 +14,7 @@ from pitotbench.records import check_lengths, freeze
 from pitotbench.records.case import Case
 from pitotbench.units import Array, Booleans
 
-# The truth of a flight. Package `simulate` makes it; only `sense`, `bench` and `show` may use it.
+# The truth of a flight. Package `simulation` makes it; only `sensing`, `bench` and `show` may use it.
 
 
 @dataclass(frozen=True, slots=True)

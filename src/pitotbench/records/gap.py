@@ -48,9 +48,6 @@ class FoundFormula:
     refused: str = ""
 
 
-# The gap of a reconciliation: its map, the part that each effect explains, the rest, and the card flown again.
-
-
 @dataclass(frozen=True, slots=True)
 class GapMap:
     """Significance [σ] of the gap by channel (rows) and phase of flight or variable (columns).

@@ -36,9 +36,6 @@ class Caution(str):
         return caution
 
 
-# A flight log: what a measured log can hold, without anything that only a simulator knows.
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class FlightLog(Shown, Recorded):
     """A flight log: one row a sample at the air-data rate, in SI and radians; arrays (n,), read-only.

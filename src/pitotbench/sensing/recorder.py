@@ -229,10 +229,6 @@ def _applied(signals: Signals, choices: list[tuple[SensorEffect, Mapping[str, fl
     return signals
 
 
-# Record a flight: pass the truth through every sensor, and write the truth to a file of its own on request.
-
-# Record a flight: pass the truth through every sensor and write the samples on one time base.
-
 TRUTH_FIELDS = ("pressure_error", "wind", "effects")  # of a Case: what the calibrator is to find, so not in a log
 # The simulated sensors have noise, resolution and effects, but no constant error beside those: 2σ of each.
 EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}

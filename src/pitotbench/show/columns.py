@@ -48,8 +48,6 @@ def _written(letter: str) -> str:
     return letter
 
 
-# The columns of a table, described once, and one renderer each for the terminal, HTML, Markdown and JSON.
-
 Row = TypeVar("Row")
 _ABSENT = "–"
 

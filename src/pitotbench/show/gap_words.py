@@ -110,8 +110,6 @@ def _percent(closed: Closure) -> str:
     return f"{100.0 * closed.share:.0f} %"
 
 
-# A verdict in plain sentences: the missing effects, their sizes, the evidence, and the effect of the patch.
-
 UNTOUCHED = 0.05  # kt: no calibration flight shows less
 TOLD_FROM = 0.02  # probability from which a further cause of a set is told: a doubted name may have none
 DOUBTED = 0.1  # probability of causes in no form of the table, from which it is told

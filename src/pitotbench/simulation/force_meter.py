@@ -15,7 +15,6 @@ from pitotbench.simulation.properties import PROPERTIES, Air
 from pitotbench.timeline import gaps
 from pitotbench.units import FOOT, POUND, Array
 
-# Use JSBSim as a force meter: put the aircraft into each measured state and read the forces of the model there.
 # At each state the initial conditions are set anew. The model therefore cannot drift, and no autopilot can hide a
 # force. Between two states the engines, governors and turbochargers run on at the measured throttles, because
 # their power depends on the seconds before. The result is the right-hand side of the equation-error method (Klein

@@ -20,11 +20,9 @@ from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.variant import overlay_text, write_variant
 from pitotbench.units import POUND
 
-# Put the effects of a case into its aircraft and its air, or write them as an aircraft variant.
-
 
 def overlay_of(case: Case) -> Overlay:
-    """Return what the effects of a case add to its aircraft and its air. Package `sense` applies those on sensors.
+    """Return what a case adds to its aircraft and its air by effects. Package `sensing` applies those on sensors.
 
     Raises UnknownNameError for an unknown effect, BadInputError for impossible parameters or for an aircraft that
     lacks the part that an effect changes.

@@ -15,8 +15,6 @@ from pitotbench.simulation.autopilot.envelope import Envelope, HeldAircraft, Sta
 from pitotbench.simulation.plant import Plant, SimulationError
 from pitotbench.units import DEGREE, FOOT, KNOT, STANDARD_GRAVITY, Array
 
-# Shape the loops of the autopilot on linear models of an aircraft, and check them by their step responses.
-
 # Linearize an aircraft about a trim point by finite differences of its accelerations in held flight.
 
 # Half widths of the central differences.

@@ -95,7 +95,7 @@ _LAYER = 1.5
 _LEAST_LAPSE = 1e-6  # K/m: stands for zero, for which the formula of the column would divide by zero
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
 _AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
-_FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of `screening`
+_FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of the screening in `reduction`
 _FLOOR = 1e-8  # m²: keeps the covariance regular for logs without noise
 
 

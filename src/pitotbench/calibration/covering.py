@@ -229,7 +229,7 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
     return np.concatenate([np.log(start), height])
 
 
-# The noise (see `linearized_problem`) is white sensor noise plus gusts. Their levels and length are unknown. They
+# The noise is white sensor noise plus gusts. Their levels and length are unknown. They
 # are estimated by restricted likelihood, and the answer is averaged over their posterior.
 
 _LEAST_PLANNED = 10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do

@@ -1,6 +1,6 @@
 """Noise at points in time: white noise plus first-order recursions, with an exact likelihood in O(n).
 
-The counterpart of `markov_noise` for slow processes, whose change within a block does not matter. A process is
+The counterpart of `MarkovNoise` for slow processes, whose change within a block does not matter. A process is
 x_j = kept_j x_{j−1} + e_j, with the variance of e_j given point by point: an Ornstein-Uhlenbeck process, a random
 walk, and a walk that begins anywhere (infinite variance, so a flat prior) are all of this form. Their precision is
 tridiagonal (Rue and Held, Gaussian Markov Random Fields, 2005, ch. 2). Columns with unknown factors (an offset, a

@@ -76,8 +76,8 @@ class NullDistribution:
     """What flights of a card without an effect show by chance.
 
     `threshold` is for the largest score of the table and `cell_threshold` for the largest score of the cells, both
-    on the scale of `scores`. `gust_levels`, `channel_powers` and `spectral_lines` hold further measures, see the
-    modules of these names (`wander` for the powers, `periodic` for the lines).
+    on the scale of `scores`. `gust_levels`, `channel_powers` and `spectral_lines` hold further measures, see
+    `null_learning`, which measures them.
     """
 
     noise: NoiseModel

@@ -146,7 +146,7 @@ class Case:
     column of the log includes them.
 
     `integration_rate` [Hz] is that of the simulator, which is also the rate of the flight's truth. Another than
-    the usual one is a whole multiple of the data system's air-data rate (`records.integration`).
+    the usual one is a whole multiple of the data system's air-data rate.
 
     `accuracy` states 2σ of constant sensor errors that the residual cannot show, for example
     `{"temperature_k": 1.0}`. It goes to the calibrator with the log and changes nothing in the flight.

@@ -65,11 +65,22 @@ def test_a_constant_wind_is_named_in_few_flights(maneuver):
     assert sum(bool(named(calibrate(flown(maneuver, seed), CHECKED))) for seed in range(20, 26)) <= 1
 
 
-def test_the_answer_is_that_of_a_constant_wind():
-    log = flown("circle", 1)
-    checked, constant = calibrate(log, CHECKED), calibrate(log, CONSTANT)
-    np.testing.assert_array_equal(checked.curve.two_sigma, constant.curve.two_sigma)
-    np.testing.assert_array_equal(checked.curve.correction, constant.curve.correction)
+def test_a_steady_wind_costs_hardly_any_width():
+    for maneuver in ("circle", "step_decrease"):
+        log = flown(maneuver, 1)
+        checked, constant = calibrate(log, CHECKED).curve, calibrate(log, CONSTANT).curve
+        assert np.all(checked.two_sigma > 0.999 * constant.two_sigma)
+        assert np.mean(checked.two_sigma) < 1.15 * np.mean(constant.two_sigma)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_bound_holds_the_curve_that_a_front_moves(seed):
+    steady = calibrate(flown("step_decrease", seed), CONSTANT).curve
+    moved = {name: calibrate(flown("step_decrease", seed, front(150.0, 2.8, 2.8)), CalibrationOptions(wind=name)).curve
+             for name in ("constant", "checked")}  # fmt: skip
+    off = {name: np.abs(curve.correction - steady.correction) / curve.two_sigma for name, curve in moved.items()}
+    assert np.max(off["constant"]) > 1.5
+    assert np.max(off["checked"]) < 1.0
 
 
 def test_a_heading_that_is_off_or_follows_the_speed_is_no_change_of_the_wind():

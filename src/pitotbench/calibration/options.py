@@ -144,7 +144,8 @@ class CalibrationOptions:
     mach_max: rows above it are left out. ground_speed_min [m/s]: rows below it are left out, for a log that begins
     on the ground, where the air data have an unknown zero.
     wind_down: estimate a vertical wind. recovery_factor [-]: that of the temperature probe.
-    wind: `constant`; `checked`, constant with a warning where the log shows a change; `linear` in time, and in
+    wind: `constant`; `checked`, constant or changing, averaged by evidence, with a warning where
+    the log shows a change; `linear` in time, and in
     height where the log climbs; `drifting`, a slow Gauss-Markov process whose size is estimated (method
     `covering`).
     gps_latency [s]: time by which GPS velocity is stamped late; it is subtracted.

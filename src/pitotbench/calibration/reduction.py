@@ -385,16 +385,18 @@ def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
 def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None) -> Reduction:
     """The reduction with the answer of a located fit and what it found beside it."""
     structure, fit, obs = located.structure, located.fit, white.observations
-    checked = white.options.wind == "checked"
+    change, answer = None, located.answer
+    if white.options.wind == "checked":
+        change, answer = check_wind(structure, obs, fit, located.answer)
     return replace(
         white,
         model=structure.model,
-        answer=located.answer,
+        answer=answer,
         nuisances=structure.nuisances,
         diagnostics=replace(
             white.diagnostics,
             latency=latency,
-            wind_change=check_wind(structure, obs, fit, located.answer) if checked else None,
+            wind_change=change,
             gusts=GustsFound(fit.gust_deviation, fit.gust_length, fit.wind_deviation, fit.blocks),
             height_agreement=located.chance,
             static_probability=located.static_probability,
@@ -469,8 +471,7 @@ def _wind_warning(change: WindChange) -> Caution:
     when = "over the log" if np.isnan(change.time) else f"about {change.time:.0f} s after the first row"
     return Caution(
         f"the wind may have changed by about {knots:.1f} kt {when}, which would move the curve by up to "
-        f"{change.moves / KNOT:.1f} kt; the bound assumes a constant wind: compare with --wind "
-        "drifting, or fly each speed on opposite headings",
+        f"{change.moves / KNOT:.1f} kt; the bound holds both winds: to narrow it, fly each speed on opposite headings",
         "wind",
         size=knots,
     )

@@ -1,4 +1,4 @@
-"""Whether the wind of a log changed: the evidence for a change, from the triangle and from straight flight."""
+"""Whether the wind of a log changed: the evidence for a change, and the answer averaged over what it may be."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -88,8 +88,9 @@ def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
     )
 
 
-# The answer for a constant wind is not touched. A change of the wind is a sum of known shapes with unknown sizes:
-# a straight line, a wave, slow cosines for a drift, one step for a front. Where each speed is flown once, the
+# The answer is averaged over a constant wind and over changes of it, each with its probability given the log
+# (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). A change of the wind is a sum of known
+# shapes with unknown sizes: a straight line, a wave, slow cosines for a drift, one step for a front. Where each speed is flown once, the
 # airspeed alone often cannot tell a change of the wind from a curve. The heading helps: see `heading_rows`.
 # Background: Kass and Raftery, "Bayes factors", Journal of the American Statistical Association 90 (1995).
 
@@ -112,6 +113,8 @@ _JUMP_TIMES = 30  # that are tried, evenly over the log
 _SHORTER = (1.0, 0.4, 0.15)
 _DRAWS, _SEED = 1000, 1  # of logs with a constant wind
 _FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
+_CHANGES = 0.5  # probability, before the log is seen, that the wind changed by one of the shapes
+_LEAST_WEIGHT = 1e-3  # of a change in the answer
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,22 +130,26 @@ class _Change:
 
 @dataclass(frozen=True, slots=True)
 class _Shapes:
-    """Changes of one component of the wind, (blocks, s) [-], and what they may be."""
+    """Changes of one component of the wind, (blocks, s) [-], their means over the log (s,), and what they may be."""
 
     of_time: Array
+    means: Array
     changes: tuple[_Change, ...]
 
 
-def check_wind(structure: Structure, every: Observations, fit: CoveringFit, answer: Posterior) -> WindChange | None:
-    """Weigh changes of the wind beside the constant wind of a fit; None for a log too short for a change.
+def check_wind(
+    structure: Structure, every: Observations, fit: CoveringFit, answer: Posterior
+) -> tuple[WindChange | None, Posterior]:
+    """Weigh changes of the wind beside the constant wind of a fit, and average its answer over them.
 
-    `answer` is that of the fit, whose curve and bounds a change would move.
+    Returns what was found, and the mixture over a constant wind and its changes. A log too short for a change has
+    None and the answer as it is.
     """
     obs = every.every(max(round(_ENOUGH / float(np.median(np.diff(every.time)))), 1))
     blocks = divide(obs, 2.0 * block_length(obs))
     shapes = _shapes(blocks)
     if shapes is None:
-        return None
+        return None, answer
     best = max(fit.nodes, key=lambda node: node.weight).noise
     evidence_at = _evidence(structure, obs, blocks, fit.theta[: structure.model.count], shapes.of_time)
     log_prior = log_prior_of(structure, obs)
@@ -163,7 +170,33 @@ def check_wind(structure: Structure, every: Observations, fit: CoveringFit, answ
     by_chance = logsumexp(_gains(found[0], found[0].drawn(_DRAWS, _SEED), shapes), axis=0) >= log_factor
     factor, chance = float(np.exp(min(log_factor, 700.0))), float(np.mean(by_chance))
     time, moves = change.time if change.kind == JUMP else np.nan, _moves(structure.model, every, answer, moved)
-    return WindChange(factor, chance, change.kind, float(np.max(apart)), time, *moves)
+    shares = _CHANGES * np.exp(odds - logsumexp(heights) - max(log_factor, 0.0))
+    steady = (1.0 - _CHANGES) * np.exp(-max(log_factor, 0.0))
+    averaged = _averaged(answer, steady, shares, found, shapes, structure.model.error_count)
+    return WindChange(factor, chance, change.kind, float(np.max(apart)), time, *moves), averaged
+
+
+def _averaged(
+    answer: Posterior, steady: float, shares: Array, found: list[ColumnEvidence], shapes: _Shapes, first: int
+) -> Posterior:
+    """Return the mixture over a constant wind, of weight `steady`, and the changes, of weights (noises, changes).
+
+    The wind, from the place `first` on, is its mean over the log.
+    """
+    mean_wind = np.zeros((len(answer.mean), 2 * len(shapes.means)))
+    mean_wind[first, : len(shapes.means)] = mean_wind[first + 1, len(shapes.means) :] = shapes.means
+    total, count = steady + float(shares.sum()), len(answer.mean)
+    mean, covariance = answer.mean, answer.covariance
+    weights, means, covariances = [answer.weights * (steady / total)], [answer.means], [answer.covariances]
+    for noise, place in np.argwhere(shares > _LEAST_WEIGHT * total):
+        change, evidence = shapes.changes[int(place)], found[int(noise)]
+        moved = evidence.moved[:count, change.places] + mean_wind[:, change.places]
+        weights.append(shares[noise, place, None] / total)
+        means.append((mean + moved @ evidence.estimate(change.places, change.deviations))[None])
+        spread = moved @ evidence.covariance(change.places, change.deviations) @ moved.T
+        covariances.append((covariance + spread)[None])
+    kept = np.concatenate(weights)
+    return Posterior(kept / kept.sum(), np.concatenate(means), np.concatenate(covariances))
 
 
 def _moves(model: PredictionModel, obs: Observations, answer: Posterior, moved: Array) -> tuple[float, float]:
@@ -229,7 +262,7 @@ def _shapes(blocks: Blocks) -> _Shapes | None:
         _Change(JUMP, _both(np.array([count + 1 + i]), shapes), np.full(2, _JUMP_SIZE), share[JUMP], float(middle))
         for i, middle in enumerate(times)
     ]
-    return _Shapes(of_time, tuple(changes))
+    return _Shapes(of_time, blocks.count @ of_time / blocks.count.sum(), tuple(changes))
 
 
 def _spread(number: NDArray[np.intp], duration: float, memory: float) -> Array:

@@ -46,8 +46,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--wind",
-        help="constant, checked (constant, with a warning where it changed), linear (in time and height) or "
-        "drifting (default: checked)",
+        help="constant, checked (constant or changing, averaged by what the log shows), linear (in time and height) "
+        "or drifting (default: checked; drifting for a long flight)",
     )
     parser.add_argument(
         "--latency",

@@ -70,6 +70,10 @@ class ColumnEvidence:
         precision = self._scaled(chosen, deviations)
         return np.asarray(deviations * np.linalg.solve(precision, deviations * self.pull[chosen]))
 
+    def covariance(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
+        """The posterior covariance of the chosen columns' coefficients, (k, k)."""
+        return np.asarray(np.linalg.inv(self._scaled(chosen, deviations)) * np.outer(deviations, deviations))
+
     def _scaled(self, chosen: NDArray[np.intp], deviations: Array) -> Array:
         """Posterior precision of the coefficients in units of their prior deviations."""
         precision = self.precision[np.ix_(chosen, chosen)] * np.outer(deviations, deviations)

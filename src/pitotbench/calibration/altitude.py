@@ -90,8 +90,11 @@ _FEWEST_BLOCKS = 15
 _CORIOLIS = 1e-4  # 1/s, middle latitudes
 _LEAST_WIND = 3.0  # m/s: least wind from which a pressure gradient is computed
 _TENDENCY = 5.0  # Pa in ten minutes (1σ): change of the weather and drift of the transducer
-# K (1σ): effect of moisture and gravity on the weight of the air between two heights, as a temperature
-_LAYER = 1.5
+_LAYER = 1.0  # K (1σ): departure of the air between two heights from a straight line, as a temperature
+# Moist air is lighter, as warmer air is. Its humidity is unknown, from dry to saturated. Half of it is taken for
+# the middle, and the deviation is that of a uniform distribution.
+_HALF, _UNIFORM = 0.5, 1.0 / float(np.sqrt(12.0))
+_LIGHTER = 0.378  # 1 less the ratio of the molar masses of water and dry air
 _LEAST_LAPSE = 1e-6  # K/m: stands for zero, for which the formula of the column would divide by zero
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
 _AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
@@ -126,6 +129,12 @@ class AltitudeRows:
     def __len__(self) -> int:
         return len(self.time)
 
+    def with_probe(self, deviation: float) -> "AltitudeRows":
+        """The same rows with the error of the probe [K] among the unknowns of this equation."""
+        precision = self.unknown.precision.copy()
+        precision[-1] = 1.0 / (1.0 / precision[-1] + deviation**2)
+        return replace(self, unknown=replace(self.unknown, precision=precision))
+
     @property
     def count(self) -> int:
         """Rows of the regression: one per block, and another where the block has a fix that ties the integral."""
@@ -157,20 +166,22 @@ def altitude_regression(
 ) -> Regression:
     """Linearize the rows at θ (p,), in the unknowns of the wind triangle [m].
 
-    There are no unknowns where `model` is None: the error is then not the static source's.
+    An error that is not the static source's leaves the height to tell of the temperature. There are no unknowns
+    where `model` is None.
     """
-    response, regressors = rows.rise, np.zeros((len(rows), 0))
+    response, regressors = rows.rise, np.zeros((len(rows), 0 if model is None else model.count + len(nuisances)))
     if model is not None:
+        for place, nuisance in enumerate(nuisances, start=model.count):
+            if nuisance.name == "temperature_k":
+                regressors[:, place] = rows.warmth
+    if model is not None and model.static_error:
         free = model.error_count
-        regressors = np.zeros((len(rows), model.count + len(nuisances)))
         q = rows.impact_pressure
         basis = model.error.basis(np.maximum(q, 1.0) / model.reference_pressure)
         rest = 1.0 - basis @ theta[:free]
         response = rows.rise - rows.gain * q * (1.0 / rest - 1.0)
         regressors[:, :free] = basis * (rows.gain * q / rest**2)[:, None]
         for place, nuisance in enumerate(nuisances, start=model.count):
-            if nuisance.name == "temperature_k":
-                regressors[:, place] = rows.warmth
             if nuisance.name == ZERO:
                 regressors[:, place] = _by_zero(rows, model, theta[:free], rest)
     if rows.tie is not None:
@@ -188,6 +199,16 @@ def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) 
     q, reference = rows.impact_pressure, model.reference_pressure
     bend = model.error.basis_slope(np.maximum(q, 1.0) / reference) @ k / reference
     return np.where(q > 0.0, -rows.gain * ((1.0 / rest - 1.0) + q * bend / rest**2), 0.0)
+
+
+def saturated_warmth(temperature: float, pressure: float) -> float:
+    """Return by how much saturated air of a temperature [K] and pressure [Pa] is lighter, as a temperature [K].
+
+    Source: Alduchov and Eskridge, Journal of Applied Meteorology 35 (1996), eq. 21, for the vapor pressure.
+    """
+    celsius = temperature - 273.15
+    vapor = 610.94 * float(np.exp(17.625 * celsius / (celsius + 243.04)))
+    return _LIGHTER * vapor / pressure * temperature
 
 
 def _at_rest(log: FlightLog) -> Booleans:
@@ -242,6 +263,8 @@ def _assembled(
     height = blocks.mean(carried.height)
     above = height - float(np.mean(height))
     middle, lapse = _air_temperature(log, obs, blocks, impact, static, above)
+    moist = saturated_warmth(middle, float(np.mean(static)))
+    middle += _HALF * moist
     column = (1.0 + lapse * above / middle) ** (-air.GRAVITY / (air.GAS_CONSTANT * lapse))
     gain = air.GAS_CONSTANT * (middle + lapse * above) / (static * air.GRAVITY)
     tie, fix = _ties(carried, blocks)
@@ -259,7 +282,8 @@ def _assembled(
         spread=1.0,
     )
     velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])
-    unknown = _unknowns(rows, column, velocity, wind, obs.standard_day)
+    layer = float(np.hypot(_LAYER, _UNIFORM * moist))
+    unknown = _unknowns(rows, column, velocity, wind, layer, obs.standard_day)
     measured = rows.rise if tie is None else tie[np.isfinite(fix)]
     return replace(rows, unknown=unknown, spread=float(np.std(measured)))
 
@@ -313,12 +337,12 @@ def _white_variance(values: Array) -> float:
 
 
 def _unknowns(
-    rows: AltitudeRows, column: Array, velocity: Array, wind: Array, standard_day: bool
+    rows: AltitudeRows, column: Array, velocity: Array, wind: Array, layer: float, standard_day: bool
 ) -> UnknownColumns:
     """The unknowns of the altitude equation alone, as columns with their priors.
 
     They are the reference pressure (flat prior), a horizontal pressure gradient (two), a slow change of pressure,
-    and the mean temperature of the layer between the heights.
+    and the mean temperature of the air between the heights, with the deviation `layer` [K].
     """
     step = np.diff(rows.time)
     place = np.concatenate(
@@ -327,7 +351,7 @@ def _unknowns(
     # ρ f V in slope of a pressure level
     gradient = _CORIOLIS * max(float(np.hypot(*wind)), _LEAST_WIND) / air.GRAVITY
     elapsed = (rows.time - float(np.mean(rows.time))) / 600.0
-    layer = np.hypot(_LAYER, 0.5 * WITHOUT_TEMPERATURE if standard_day else 0.0)
+    layer = float(np.hypot(layer, 0.5 * WITHOUT_TEMPERATURE if standard_day else 0.0))
     columns = np.stack(
         [rows.gain * column, *(place - place.mean(axis=1)[:, None]), rows.gain * elapsed, rows.warmth], 1
     )
@@ -343,6 +367,8 @@ SLOW_TIME, SLOW_TIME_FACTOR = 90.0, 3.0  # s, its correlation time: log-normal p
 WALK_SCALE = 0.2  # m/√s, half-normal prior on the integral of the vertical velocity's error: 0.05 at 1 Hz
 WHITE_SCALE = 3.0  # m, half-normal prior on the white height error where there is no vertical velocity
 NOISE_COUNT = 3
+# m and s: the part of the receiver's error that follows ionosphere and orbits, which no hour of a log can show.
+WANDER, WANDER_TIME = 1.0, 1800.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -364,11 +390,15 @@ class AltitudeNoise:
         rows, (deviation, memory, third) = self.rows, np.moveaxis(np.exp(phis), -1, 0)
         if rows.tie is None:
             white = (rows.sensor + third[..., None] ** 2 * rows.fix)[..., None, :]
-            return PointNoise(white, [ornstein_uhlenbeck(rows.time, deviation, memory, (1.0,))], rows.unknown)
+            wander = ornstein_uhlenbeck(rows.time, WANDER, WANDER_TIME, (1.0,))
+            return PointNoise(
+                white, [ornstein_uhlenbeck(rows.time, deviation, memory, (1.0,)), wander], rows.unknown
+            )
         walk = random_walk(rows.time, third, rows.first, (1.0, -1.0))
         slow = ornstein_uhlenbeck(rows.time, deviation, memory, (0.0, 1.0))
+        wander = ornstein_uhlenbeck(rows.time, WANDER, WANDER_TIME, (0.0, 1.0))
         white = np.broadcast_to(np.stack([rows.sensor, rows.fix]), (*phis.shape[:-1], 2, len(rows)))
-        return PointNoise(white, [walk, slow], rows.unknown)
+        return PointNoise(white, [walk, slow, wander], rows.unknown)
 
 
 def altitude_log_prior(rows: AltitudeRows, phi: Array) -> float:

@@ -1,6 +1,7 @@
 """The estimator of the covering 2σ: generalized least squares with the noise estimated from the log."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -15,7 +16,17 @@ from pitotbench.calibration.altitude import (
 )
 from pitotbench.calibration.observations import Blocks, Observations, block_length, divide
 from pitotbench.calibration.output_error import OutputErrorFit
-from pitotbench.calibration.prediction import MeanWind, Nuisance, PredictionModel, kernel_means, mean_wind
+from pitotbench.calibration.prediction import (
+    MeanWind,
+    Nuisance,
+    PredictionModel,
+    WindPath,
+    along_track,
+    correlations,
+    kernel_means,
+    mean_wind,
+    path_of_nuisances,
+)
 from pitotbench.estimation.noise import NORMAL, Intervals, JointNoiseOf, MarkovNoise, MarkovProcess, Noise, NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
     LogPrior,
@@ -28,7 +39,7 @@ from pitotbench.estimation.restricted_likelihood import (
     solve,
 )
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Estimate
+from pitotbench.records.calibration import Estimate, WindowWind
 from pitotbench.units import Array
 
 # The covering estimator's problem at one point: block means, their regressors and the family of their noise.
@@ -81,15 +92,20 @@ class Linearized:
 
 
 def linearize(
-    structure: Structure, obs: Observations, blocks: Blocks, theta: Array, gust_variance: float = 0.0
+    structure: Structure,
+    obs: Observations,
+    blocks: Blocks,
+    theta: Array,
+    gust_variance: float = 0.0,
+    path: WindPath | None = None,
 ) -> Linearized:
-    """Linearize the problem at θ (p,).
+    """Linearize the problem at θ (p,), for a drifting wind along its `path`.
 
     Gusts across the flight path lengthen the airspeed vector by σ²/V on average, with σ² = `gust_variance`
     [(m/s)²]; this is subtracted. Raises NoAnswerError where θ is outside the model's domain.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
-        prediction = structure.model.predict(theta, obs)
+        prediction = structure.model.predict(theta, obs if path is None else path.taken_from(obs))
     if not np.isfinite(np.sum(prediction.jacobian)) or not np.all(prediction.slope != 0.0):
         raise NoAnswerError(
             "the fit leaves the domain of the model (no airspeed explains some rows): "
@@ -101,6 +117,8 @@ def linearize(
     airspeed, slope = blocks.mean(prediction.true_airspeed), blocks.mean(prediction.slope)
     sensor = (_sensor_noise(obs) / slope) ** 2 / blocks.count
     response -= gust_variance / airspeed
+    if path is not None:  # the problem is one of the whole wind, not of its difference from the path
+        response += blocks.mean(np.sum(along_track(prediction) * path.at(obs.time), axis=1))
     precision = [0.0] * structure.model.count + [1.0 / n.deviation**2 for n in structure.nuisances]
     regression = Regression(response, regressors, smoothed(regressors, blocks), np.array(precision))
     # A residual falls by the wind component along its direction: these are the direction cosines.
@@ -234,6 +252,7 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
 
 _LEAST_PLANNED = 10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
 _PASSES, _FAR = 6, 4.0  # passes at most; a step of more standard errors than this is followed by another
+_SAME_PATH = 1.0  # m/s, rms between two paths of the wind: what is left is second order, 1 cm/s at 50 m/s
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,6 +261,7 @@ class CoveringFit:
 
     `theta` (p + m,) is the reference point θ0, zero for the m nuisances; the nodes hold corrections to it. The
     deviations of gust and drifting wind are in m/s, the gust length in m; `blocks` is the number of blocks.
+    `path` is that of a drifting wind, and `winds` its mean in each window; None and empty for another wind.
     """
 
     theta: Array
@@ -252,16 +272,19 @@ class CoveringFit:
     blocks: int
     problem: Regression  # linearized at θ0
     noise_of: NoiseOf
+    path: WindPath | None = None
+    winds: tuple[WindowWind, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """The result of the first pass: θ (p,), the most likely noise φ, and the covariance of θ and the nuisances,
-    (p + m, p + m)."""
+    """The result of the first pass: θ (p,), the most likely noise φ, the covariance of θ and the nuisances,
+    (p + m, p + m), and the path of a drifting wind."""
 
     theta: Array
     noise: Array
     covariance: Array
+    path: WindPath | None = None
 
 
 def fit_covering(structure: Structure, obs: Observations, start: Array) -> CoveringFit:
@@ -279,9 +302,10 @@ def settle(structure: Structure, obs: Observations, approached: Approach) -> Cov
     length, log_prior = block_length(obs), log_prior_of(structure, obs)
     theta, mode = approached.theta, approached.noise
     blocks = divide(obs, length)
-    fine = linearize(structure, obs, blocks, theta, gust_variance=float(np.exp(2.0 * mode[0])))
+    fine = linearize(structure, obs, blocks, theta, float(np.exp(2.0 * mode[0])), approached.path)
     nodes = noise_posterior(fine.regression, fine.noise_of, log_prior, mode)
-    best = max(nodes, key=lambda node: node.weight).noise
+    likely = max(nodes, key=lambda node: node.weight)
+    best = likely.noise
     return CoveringFit(
         theta=np.concatenate([theta, np.zeros(len(structure.nuisances))]),
         nodes=tuple(_node_of_mean_wind(structure, fine, node) for node in nodes),
@@ -291,7 +315,66 @@ def settle(structure: Structure, obs: Observations, approached: Approach) -> Cov
         blocks=len(blocks.count),
         problem=fine.regression,
         noise_of=fine.noise_of,
+        path=approached.path,
+        winds=_window_winds(structure, obs, blocks, fine, likely, theta) if structure.drifting else (),
     )
+
+
+# The wind of a long flight, window by window.
+
+_WINDOW, _SHORTEST_WINDOW, _GAP = 600.0, 60.0, 60.0  # s: longest and shortest window, and a gap that ends one
+
+
+def _windows(blocks: Blocks) -> list[slice]:
+    """Divide the blocks into windows of ten minutes or less, none across a gap of a minute."""
+    middle = blocks.middle()
+    ends = [0, *(np.flatnonzero(np.diff(middle) > _GAP) + 1), len(middle)]
+    found = []
+    for first, end in pairwise(ends):
+        lasting = middle[end - 1] - middle[first]
+        if lasting >= _SHORTEST_WINDOW:
+            edges = np.linspace(middle[first], middle[end - 1], int(np.ceil(lasting / _WINDOW)) + 1)[1:-1]
+            cuts = [first, *np.searchsorted(middle, edges), end]
+            found += [slice(int(a), int(b)) for a, b in pairwise(cuts)]
+    return found
+
+
+def _window_winds(
+    structure: Structure, obs: Observations, blocks: Blocks, problem: Linearized, node: NoiseNode, theta: Array
+) -> tuple[WindowWind, ...]:
+    """The mean wind of each window under the most likely noise."""
+    noise, deviation = problem.noise_of(node.noise), float(np.exp(node.noise[3]))
+    first, data = structure.model.error_count, problem.regression
+    winds, rest = slice(first, first + 2), len(data.response) - len(blocks.count)
+    known = np.zeros((2, len(node.estimate)))
+    known[:, winds] = np.eye(2)
+    changes = np.zeros((len(blocks.count), 2, len(structure.nuisances)))
+    for place, nuisance in enumerate(structure.nuisances):
+        if nuisance.wind is not None:
+            changes[:, nuisance.wind[0], place] = blocks.mean(np.broadcast_to(nuisance.wind[1](obs), len(obs)))
+    height, time, middle = blocks.mean(obs.height()), blocks.mean(obs.time), blocks.middle()
+    windows, found = _windows(blocks), []
+    shares = np.zeros((len(blocks.count), len(windows)))
+    for number, window in enumerate(windows):
+        shares[window, number] = blocks.count[window] / blocks.count[window].sum()
+    kernels = correlations(middle, blocks, WIND_TIME) @ shares
+    for window, weights, kernel in zip(windows, shares.T, kernels.T, strict=True):
+        of_level = known.copy()
+        of_level[:, structure.model.count :] = np.einsum("b,ban->an", weights, changes)
+        crossed = deviation**2 * np.append(kernel, np.zeros(rest))[:, None] * data.regressors[:, winds]
+        weighed = noise.weigh(crossed)
+        value = theta[winds] + of_level @ node.estimate
+        value = value + weighed.T @ (data.response - data.regressors @ node.estimate)
+        of_level -= weighed.T @ data.regressors
+        unknown = deviation**2 * float(weights @ kernel) * np.eye(2) - crossed.T @ weighed
+        covariance = of_level @ node.covariance @ of_level.T + unknown
+        north, east = (
+            Estimate(axis, float(value[i]), 2.0 * float(np.sqrt(max(covariance[i, i], 0.0))))
+            for i, axis in enumerate(("north", "east"))
+        )
+        span = float(time[window][0]), float(time[window][-1])
+        found.append(WindowWind(*span, float(weights @ height), north, east))
+    return tuple(found)
 
 
 def _node_of_mean_wind(structure: Structure, problem: Linearized, node: NoiseNode) -> NoiseNode:
@@ -334,17 +417,40 @@ def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
             f"by its clock the log lasts {obs.time[-1] - obs.time[0]:.3g} s, too short for {unknowns} unknowns: "
             "check the unit of the time, or fly longer"
         )
+    path: WindPath | None = None
     for _ in range(_PASSES):
-        rough = linearize(structure, obs, blocks, theta)
+        rough = linearize(structure, obs, blocks, theta, path=path)
         guess = first_guess(rough, structure) if mode is None else mode
         mode = most_likely_noise(rough.regression, rough.noise_of, log_prior, guess)
         answer = solve(rough.regression, rough.noise_of(mode))
         # The next point has the mean wind: the level of a drifting wind may be far from any wind of the flight.
         step, covariance = _of_mean_wind(structure, rough, mode, answer)
-        theta = theta + step[:count]
-        if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])):
-            return Approach(theta, mode, covariance)
+        theta, last = theta + step[:count], path
+        if structure.drifting:
+            path = _path(structure, obs, blocks, rough, mode, answer[0])
+        if np.all(np.abs(step[:count]) < _FAR * np.sqrt(np.diag(covariance)[:count])) and _settled(last, path):
+            return Approach(theta, mode, covariance, path)
     raise NoAnswerError("the fit does not settle: check the log for gross errors, or choose a simpler model")
+
+
+def _path(
+    structure: Structure, obs: Observations, blocks: Blocks, problem: Linearized, phi: Array, estimate: Array
+) -> WindPath:
+    """The wind less its mean over the rows, as estimated under one noise, block by block."""
+    data, first = problem.regression, structure.model.error_count
+    rest = problem.noise_of(phi).weigh((data.response - data.regressors @ estimate)[:, None])
+    seen = rest * data.regressors[:, first : first + 2]
+    wind = np.exp(2.0 * phi[3]) * (correlations(blocks.middle(), blocks, WIND_TIME) @ seen)
+    wind += blocks.mean(path_of_nuisances(structure.nuisances, estimate[structure.model.count :], obs))
+    return WindPath(blocks.mean(obs.time), wind - np.average(wind, axis=0, weights=blocks.count))
+
+
+def _settled(before: WindPath | None, path: WindPath | None) -> bool:
+    """Whether another path of the wind would hardly change the problem."""
+    if path is None:
+        return True
+    moved = path.wind if before is None else path.wind - before.wind
+    return float(np.sqrt(np.mean(moved**2))) < _SAME_PATH
 
 
 def covariance_given(structure: Structure, obs: Observations, blocks: Blocks, theta: Array, phi: Array) -> Array:
@@ -366,7 +472,7 @@ def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFi
     """
     blocks, structure = divide(obs, 1.0), replace(structure, altitude=None)
     theta = fit.theta[: structure.model.count]
-    plain = linearize(structure, obs, blocks, theta)
+    plain = linearize(structure, obs, blocks, theta, path=fit.path)
     added = blocks.mean(column.column(structure.model.predict(theta, obs), obs))
     smooth = smoothed(added, blocks)
     planned = np.where(np.abs(smooth) > column.deviation, smooth, 0.0)

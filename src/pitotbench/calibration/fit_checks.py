@@ -66,8 +66,8 @@ def heading_spread(obs: Observations) -> float:
 
 
 def require_useful(calibration: Calibration) -> None:
-    """Raise NoAnswerError where 2σ of the curve or the wind is above 10 kt or not finite."""
-    wind = max(calibration.wind.north.two_sigma, calibration.wind.east.two_sigma)
+    """Raise NoAnswerError where 2σ of the curve, or of the best known wind, is above 10 kt or not finite."""
+    wind = min(max(each.north.two_sigma, each.east.two_sigma) for each in calibration.winds)
     curve = float(np.max(calibration.curve.two_sigma))
     if not np.isfinite(wind + curve):
         raise NoAnswerError(

@@ -45,9 +45,10 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
 STATIC, TOTAL, IMPACT = "static", "total", "impact"
+DISAGREE = 0.001  # probability of so much disagreement by chance: below it two equations are not averaged
 SURE = 1e-3  # probability below which the less likely location is left out of the answer
 _CERTAIN = 500.0  # log odds, clipped here to keep the exponential finite
-_LEAST_GAINED = 1e-6  # share of a variance: below it the altitude does not determine a direction
+_LEAST_GAINED = 0.01  # share of a variance: of a direction that gains less, small errors of the model decide
 _FAR_OFF = 40.0  # log odds beyond which a coarse list of noises is enough
 # Factors on (slow error, its correlation time, third parameter): a wrong location makes the heights look noisier.
 _NOISIER = ((1.0, 1.0, 1.0), (2.0, 1.0, 1.0), (2.0, 0.5, 2.0), (4.0, 1.0, 1.0), (4.0, 0.5, 4.0))
@@ -61,7 +62,7 @@ class ErrorPlace:
     `static_probability` is the probability of the static source, None where the location was stated or assumed.
     `answer` is a mixture where two locations are likely. `chance` is the probability that the curves of wind
     triangle and altitude equation differ by so much by chance; it is None without the altitude equation for this
-    location, and without vertical velocity.
+    location.
     """
 
     location: str
@@ -114,27 +115,40 @@ def _with_height(
 ) -> ErrorPlace:
     """Fit the triangle on coarse blocks, add the altitude rows to its answer, and fit the likely locations."""
     near = approach(bare, obs, start)
-    joint, gain, chance = _with_rows(near, bare, rows)
+    probe = next((each.deviation for each in bare.nuisances if each.name == "temperature_k"), 0.0)
+    wide = rows.with_probe(probe)
+    joint, gain, chance = _with_rows(near, bare, wide)
     moved = _at(bare, True, rows)
+    apart = [posterior_of(settle(_at(bare, True), obs, near))] if chance < DISAGREE else []
     if stated is not None:
         fit = settle(moved, obs, joint)
-        return ErrorPlace(stated, None, moved, fit, posterior_of(fit), chance)
-    odds = gain - _evidence_without_curve(rows, joint.noise[-NOISE_COUNT:], gain)
+        return ErrorPlace(stated, None, moved, fit, _both(posterior_of(fit), apart), chance)
+    noise, without = _without_curve(wide, joint.noise[-NOISE_COUNT:], gain)
+    odds = gain - without
     probability = float(1.0 / (1.0 + np.exp(-np.clip(odds, -_CERTAIN, _CERTAIN))))
     elsewhere = IMPACT if assumed == IMPACT else TOTAL
     shares = {STATIC: probability, elsewhere: 1.0 - probability}
-    tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False), near)}
+    beside = replace(near, noise=np.concatenate([near.noise, noise]))
+    tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False, rows), beside)}
     fits = {name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > SURE}
     best = max(fits, key=lambda name: shares[name])
-    answer = mixed([(shares[name], posterior_of(fit)) for name, fit in fits.items()])
+    found = {name: posterior_of(fit) for name, fit in fits.items()}
+    if STATIC in found:
+        found[STATIC] = _both(found[STATIC], apart)
+    answer = mixed([(shares[name], posterior) for name, posterior in found.items()])
     return ErrorPlace(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
 
 
-def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float, float | None]:
+def _both(joint: Posterior, triangle: list[Posterior]) -> Posterior:
+    """The answer of triangle and height together, or where they disagree the mixture with that of the triangle."""
+    return mixed([(1.0, each) for each in (joint, *triangle)])
+
+
+def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float, float]:
     """Update the triangle's answer with the altitude rows.
 
     Returns the new answer, the log evidence of the rows given the triangle, and the probability of so large a
-    change by chance (None without vertical velocity). The triangle's curve is the prior of the rows: k = k0 + L z,
+    change by chance. The triangle's curve is the prior of the rows: k = k0 + L z,
     with LLᵀ its covariance and z standard normal.
     """
     free = bare.model.error_count
@@ -146,11 +160,11 @@ def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[App
     problem = Regression(plain.response, seen, seen, np.ones(free))
     noise, log_evidence = _tried(problem, rows)
     z, left = solve(problem, AltitudeNoise(rows)(noise))
-    # Without vertical velocity the simple noise makes the probability too small, and the warning would be false.
-    chance = None if rows.tie is None else _chance(z, left)
+    chance = _chance(z, left)
     count = bare.model.count
     step = near.covariance[:count, :free] @ np.linalg.solve(root.T, z)
-    return Approach(near.theta + step, np.concatenate([near.noise, noise]), near.covariance), log_evidence, chance
+    joint = replace(near, theta=near.theta + step, noise=np.concatenate([near.noise, noise]))
+    return joint, log_evidence, chance
 
 
 def _chance(z: Array, left: Array) -> float:
@@ -164,18 +178,18 @@ def _chance(z: Array, left: Array) -> float:
     return float(chdtrc(int(moved.sum()), distance))
 
 
-def _evidence_without_curve(rows: AltitudeRows, noise: Array, gain: float) -> float:
-    """Log evidence of the altitude rows where the static pressure has no error: heights and their noise alone.
+def _without_curve(rows: AltitudeRows, noise: Array, gain: float) -> tuple[Array, float]:
+    """The likely noise and the log evidence of the rows where the static pressure has no error.
 
     Where no noise near the given one brings it close to `gain`, the best of those noises is enough: the exact
     number would not change the decision.
     """
     problem = altitude_regression(rows, None, np.zeros(0), ())
     near = [noise + np.log(factors) for factors in _NOISIER]
-    best = max(
-        restricted_log_likelihood(problem, AltitudeNoise(rows)(phi)) + altitude_log_prior(rows, phi) for phi in near
-    )
-    return best if gain - best > _FAR_OFF else _tried(problem, rows)[1]
+    heights = [restricted_log_likelihood(problem, AltitudeNoise(rows)(phi)) + altitude_log_prior(rows, phi)
+               for phi in near]  # fmt: skip
+    best = int(np.argmax(heights))
+    return (near[best], heights[best]) if gain - heights[best] > _FAR_OFF else _tried(problem, rows)
 
 
 def _tried(problem: Regression, rows: AltitudeRows) -> tuple[Array, float]:

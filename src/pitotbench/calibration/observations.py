@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.usable_parts import usable_parts
 from pitotbench.estimation.noise import Intervals, robust_deviation
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.records import BadInputError
@@ -104,6 +105,10 @@ class Observations:
     def __len__(self) -> int:
         return len(self.time)
 
+    def height(self) -> Meters:
+        """The height of each row [m]: by GPS where the log has it, else the pressure altitude."""
+        return air.pressure_altitude(self.static_pressure) if self.altitude is None else self.altitude
+
     def every(self, step: int) -> "Observations":
         """Every `step`-th row."""
         return self.at(slice(None, None, step))
@@ -166,6 +171,15 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
     )
 
 
+_LONG_FLIGHT, _HIGH_CLIMB = 1800.0, 500.0  # s, m: beyond either, one wind does not hold for all rows
+
+
+def wind_drifts(options: CalibrationOptions, obs: Observations) -> bool:
+    """Whether the wind of the rows drifts: where asked for, or where it is checked and the flight is long."""
+    long = obs.time[-1] - obs.time[0] > _LONG_FLIGHT or float(np.ptp(obs.height())) > _HIGH_CLIMB
+    return options.wind == "drifting" or (options.wind == "checked" and bool(long))
+
+
 def observe_again(log: FlightLog, options: CalibrationOptions, before: Observations) -> Observations:
     """Read the rows of `before` again with other options, as far as these options allow them.
 
@@ -177,6 +191,8 @@ def observe_again(log: FlightLog, options: CalibrationOptions, before: Observati
 
 def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
     used = log.impact_pressure > float(air.impact_pressure(_MINIMUM_AIRSPEED))
+    if not options.on_condition:  # the rows on condition are the user's own choice
+        used &= usable_parts(log).rows
     end = range_end(log)
     if end is not None:
         used &= ~end.cut_off
@@ -247,6 +263,7 @@ def _temperature(log: FlightLog, options: CalibrationOptions) -> tuple[Kelvin, f
 _BLOCK = 1.0  # s: short against a gust (8 s at 65 m/s), long against the sensors' sampling
 _SHORT, _SHORT_BLOCK = 120.0, 0.5  # s: blocks of a log with less data
 _LONG, _LONG_BLOCK = 480.0, 2.0  # s: blocks of a log with more data
+_LONGEST, _LONGEST_BLOCK = 3600.0, 4.0  # s: blocks of a flight of hours
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,6 +277,11 @@ class Blocks:
     count: Array
     intervals: Intervals
     length: float
+
+    def middle(self) -> Seconds:
+        """The middle of each block [s], (n,), counted from the first row."""
+        left = self.intervals.left
+        return 0.5 * (self.intervals.edges[left] + self.intervals.edges[left + 1])
 
     def mean(self, data: Array) -> Array:
         """Block means, (n,) or (n, k), of (rows,) or (rows, k) data."""
@@ -276,8 +298,10 @@ class Blocks:
 
 
 def block_length(obs: Observations) -> float:
-    """Length of a block [s]: 1, but 0.5 for less than two minutes of data and 2 for more than eight."""
+    """Length of a block [s]: 0.5, or with data of two minutes or more 1, of eight 2, of an hour 4."""
     duration = len(obs) * float(np.median(np.diff(obs.time)))
+    if duration > _LONGEST:
+        return _LONGEST_BLOCK
     return _SHORT_BLOCK if duration < _SHORT else _LONG_BLOCK if duration > _LONG else _BLOCK
 
 

@@ -1,17 +1,18 @@
 """The predicted air data for a ground velocity, a wind, an error curve and nuisances, with the exact Jacobian."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from pitotbench import air
-from pitotbench.calibration.observations import Blocks, Observations
+from pitotbench.calibration.observations import Blocks, Observations, wind_drifts
 from pitotbench.calibration.options import WITHOUT_TEMPERATURE, CalibrationOptions, accuracies_of
 from pitotbench.estimation.noise import Noise
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.pressure_error.models import PressureErrorModel
-from pitotbench.units import KNOT, Array, Kelvin, Meters, MetersPerSecond, Pascal
+from pitotbench.units import KNOT, Array, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 # The predicted air data for a given ground velocity, wind and error curve, with the exact Jacobian.
 # The noisy channel (indicated impact pressure) is predicted from the clean one (ground velocity). The parameters
@@ -241,20 +242,44 @@ def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
 # W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the estimate of W (Goldberger 1962;
 # Robinson, "That BLUP is a good thing", Statistical Science 6, 1991).
 
+# A wind that drifts far is no small correction to its mean. So the problem is linearized around a path of the wind,
+# and the path is estimated again with each pass.
+
+
+@dataclass(frozen=True, slots=True)
+class WindPath:
+    """The wind less its mean, around which a problem is linearized: times (k,) [s], and (k, 2) [m/s] there."""
+
+    time: Seconds
+    wind: Array
+
+    def at(self, time: Seconds) -> Array:
+        """The wind toward north and east at times (n,), (n, 2) [m/s]."""
+        return np.stack([np.interp(time, self.time, part) for part in self.wind.T], axis=1)
+
+    def taken_from(self, obs: Observations) -> Observations:
+        """The rows with ground velocities less the path, as for a constant wind."""
+        north, east = self.at(obs.time).T
+        return replace(obs, velocity_north=obs.velocity_north - north, velocity_east=obs.velocity_east - east)
+
+
 # Error of treating blocks as points, as a share of the process's variance: 0.7 cm/s at 1 m/s.
 _COARSE = 5e-5
 
 
-def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
-    """Correlation of the process in each block with its mean over all rows, (blocks,) [-].
+def kernel_means(blocks: Blocks, correlation_time: float, weights: Array | None = None) -> Array:
+    """Correlation of the process in each block with its weighted mean over blocks, (blocks,) [-].
 
-    `correlation_time` [s] is that of the process.
+    `correlation_time` [s] is that of the process; `weights` (blocks,) add up to 1, None for a mean over all rows.
     """
-    middle = 0.5 * (
-        blocks.intervals.edges[blocks.intervals.left] + blocks.intervals.edges[blocks.intervals.left + 1]
+    return correlations(blocks.middle(), blocks, correlation_time) @ (
+        blocks.count / blocks.count.sum() if weights is None else weights
     )
-    apart = np.abs(middle[:, None] - middle[None, :])
-    return np.asarray(np.exp(-apart / correlation_time) @ (blocks.count / blocks.count.sum()))
+
+
+def correlations(time: Seconds, blocks: Blocks, correlation_time: float) -> Array:
+    """Correlation of the process at times (k,), as those of the blocks, with that in each block, (k, blocks)."""
+    return np.asarray(np.exp(-np.abs(time[:, None] - blocks.middle()[None, :]) / correlation_time))
 
 
 @dataclass(frozen=True, slots=True)
@@ -310,6 +335,7 @@ def _at_least(matrix: Array, floor: float) -> Array:
 _WIND_CHANGE = 5.0  # m/s
 _WIND_TIME, _WIND_HEIGHT = 600.0, 300.0  # s, m
 _LEAST_CLIMB = 60.0  # m: a smaller difference in height cannot determine a shear
+_LEAST_LAYER, _MOST_LAYERS = 150.0, 8  # m, of the thinnest layer of a drifting wind; and their greatest number
 
 ZERO = "impact_pressure_zero_pa"  # the only nuisance that enters the correction of a reading
 _AXES = ("north", "east")
@@ -323,12 +349,14 @@ class Nuisance:
     """One unknown with a Gaussian prior of mean zero.
 
     `name` ends in the unit and `deviation` is the prior's standard deviation in it. `column` gives the change of
-    the predicted true airspeed per unit, (n,) [m/s].
+    the predicted true airspeed per unit, (n,) [m/s]. `wind` is the axis (0 north, 1 east) of one that changes the
+    wind, and its change from row to row; None for another.
     """
 
     name: str
     deviation: float
     column: Column
+    wind: tuple[int, Change] | None = None
 
 
 def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisance, ...]:
@@ -348,6 +376,8 @@ def nuisances_of(options: CalibrationOptions, obs: Observations) -> tuple[Nuisan
         Nuisance("latency_s", 0.5 * stated.latency_s, by_latency),
     )
     changing = _linear_wind(obs) if options.wind == "linear" else ()
+    if wind_drifts(options, obs):
+        changing = _layers(obs)
     return (*(n for n in known if n.deviation > 0.0), *changing)
 
 
@@ -367,11 +397,39 @@ def _linear_wind(obs: Observations) -> tuple[Nuisance, ...]:
     if obs.altitude is not None and np.ptp(obs.altitude) > _LEAST_CLIMB:
         mean = float(np.mean(obs.altitude))
         changes["per_300_m"] = lambda o: (_altitude(o) - mean) / _WIND_HEIGHT
+    return _both_axes(changes)
+
+
+def _layers(obs: Observations) -> tuple[Nuisance, ...]:
+    """The wind's change with height, a slope a layer, for a log that climbs through more than one of 150 m."""
+    low, high = (float(edge) for edge in np.quantile(obs.height(), [0.01, 0.99]))
+    count = min(int((high - low) / _LEAST_LAYER), _MOST_LAYERS)
+    edges = np.linspace(low, high, count + 1)
+    changes = {f"per_300_m_above_{low:.0f}_m": _slope(low, high) for low, high in pairwise(edges)} if count else {}
+    return _both_axes(changes)
+
+
+def _slope(low: float, high: float) -> Change:
+    """A change by one in 300 m between two heights [m], and none below and above."""
+    return lambda obs: (np.clip(obs.height(), low, high) - 0.5 * (low + high)) / _WIND_HEIGHT
+
+
+def _both_axes(changes: Mapping[str, Change]) -> tuple[Nuisance, ...]:
     return tuple(
-        Nuisance(f"wind_{name}_mps_{unit}", _WIND_CHANGE, _wind(axis, change))
+        Nuisance(f"wind_{name}_mps_{unit}", _WIND_CHANGE, _wind(axis, change), (axis, change))
         for unit, change in changes.items()
         for axis, name in enumerate(_AXES)
     )
+
+
+def path_of_nuisances(nuisances: Sequence[Nuisance], values: Array, obs: Observations) -> Array:
+    """Return the wind that nuisances of given values (m,) add to each row, toward north and east, (n, 2) [m/s]."""
+    added = np.zeros((len(obs), 2))
+    for nuisance, value in zip(nuisances, values, strict=True):
+        if nuisance.wind is not None:
+            axis, change = nuisance.wind
+            added[:, axis] += value * change(obs)
+    return added
 
 
 def _wind(axis: int, change: Change = lambda obs: 1.0) -> Column:

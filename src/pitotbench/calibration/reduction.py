@@ -14,8 +14,8 @@ from pitotbench import air
 from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeRows
 from pitotbench.calibration.covering import CoveringFit, Posterior, Structure, acceleration_effect, posterior_of
 from pitotbench.calibration.fit_checks import outside_prior, require_observable
-from pitotbench.calibration.location import IMPACT, ErrorPlace, fit_located
-from pitotbench.calibration.observations import Observations, divide, observe, observe_again, range_end
+from pitotbench.calibration.location import DISAGREE, IMPACT, ErrorPlace, fit_located
+from pitotbench.calibration.observations import Observations, divide, observe, observe_again, range_end, wind_drifts
 from pitotbench.calibration.options import (
     AUTO,
     USUAL,
@@ -38,6 +38,7 @@ from pitotbench.records.calibration import (
     HeightFound,
     LatencyFound,
     WindChange,
+    WindowWind,
 )
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import KNOT, Array, Booleans
@@ -234,7 +235,6 @@ def _latency_warning(latency: LatencyFound) -> Caution:
 _ILL_CONDITIONED = 1e6  # condition number: above it there is a warning
 _FULL_SCALE_RATIO = 8.0  # q_ci/q_ref: above it the reference pressure is taken from the data
 _LEAST_RANGE = 1.01  # of x between the outer knots of a spline, where the airspeed hardly changes
-_DISAGREE = 0.001  # probability of so much disagreement by chance: below it there is a warning
 # Probability of so much evidence for a change under a constant wind, above which it is not named. A third of the
 # changes that are found by chance would move the curve by enough to be named.
 _CHANGED = 0.15
@@ -261,6 +261,7 @@ class Reduction:
     error_location: str = IMPACT
     altitude: AltitudeRows | None = None
     assumptions: tuple[Assumption, ...] = ()
+    winds: tuple[WindowWind, ...] = ()
 
 
 def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None) -> Reduction:
@@ -378,7 +379,7 @@ def _cover(log: FlightLog, white: Reduction) -> Reduction:
 
 def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
     options, obs = white.options, white.observations
-    structure = Structure(white.model, nuisances_of(options, obs), options.wind == "drifting")
+    structure = Structure(white.model, nuisances_of(options, obs), wind_drifts(options, obs))
     return fit_located(log, options, structure, obs, white.white.theta)
 
 
@@ -386,7 +387,7 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
     """The reduction with the answer of a located fit and what it found beside it."""
     structure, fit, obs = located.structure, located.fit, white.observations
     change, answer = None, located.answer
-    if white.options.wind == "checked":
+    if white.options.wind == "checked" and not structure.drifting:
         change, answer = check_wind(structure, obs, fit, located.answer)
     return replace(
         white,
@@ -405,6 +406,7 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
         warnings=outside_prior(structure, obs, fit, located.answer),
         error_location=located.location,
         altitude=structure.altitude,
+        winds=fit.winds,
     )
 
 
@@ -445,7 +447,7 @@ def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) 
         text = f"{len(left_out)} rows disagree with all others and are left out, at {times}{more} s"
         yield Caution(text, "faulty rows", size=len(left_out))
     agreement = found.height_agreement
-    if agreement is not None and agreement < _DISAGREE:
+    if agreement is not None and agreement < DISAGREE:
         yield Caution(
             "the wind triangle and the height disagree about the curve (by chance in "
             f"{100.0 * agreement:.2g} % of cases): the model may not follow the curve (try --model auto, or a "
@@ -471,7 +473,7 @@ def _wind_warning(change: WindChange) -> Caution:
     when = "over the log" if np.isnan(change.time) else f"about {change.time:.0f} s after the first row"
     return Caution(
         f"the wind may have changed by about {knots:.1f} kt {when}, which would move the curve by up to "
-        f"{change.moves / KNOT:.1f} kt; the bound holds both winds: to narrow it, fly each speed on opposite headings",
+        f"{change.moves / KNOT:.1f} kt; the bound holds both winds; each speed on opposite headings narrows it",
         "wind",
         size=knots,
     )

@@ -12,7 +12,15 @@ from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import ZERO, CurveMap, Nuisance, PredictionModel, curve_airspeeds
 from pitotbench.calibration.reduction import Reduction
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Calibration, ErrorCurve, Estimate, Residuals, Share, WindEstimate
+from pitotbench.records.calibration import (
+    Calibration,
+    ErrorCurve,
+    Estimate,
+    Residuals,
+    Share,
+    WindEstimate,
+    WindowWind,
+)
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import KNOT, Array, MetersPerSecond, Seconds
 
@@ -50,7 +58,15 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         error_location=reduction.error_location,
         assumptions=reduction.assumptions,
         impact_pressure_zero=zero,
+        winds=reduction.winds or _one_window(reduction, _wind(model, answer)),
     )
+
+
+def _one_window(reduction: Reduction, wind: WindEstimate) -> tuple[WindowWind, ...]:
+    """The wind of the whole log as one window."""
+    obs = reduction.observations
+    span = float(obs.time[0]), float(obs.time[-1])
+    return (WindowWind(*span, float(np.mean(obs.height())), wind.north, wind.east),)
 
 
 def found_zero(model: PredictionModel, answer: Posterior, nuisances: Sequence[Nuisance]) -> Estimate | None:

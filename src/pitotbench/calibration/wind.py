@@ -89,9 +89,9 @@ def _heading_noise(time: Seconds, response: MetersPerSecond) -> PointNoise:
 
 
 # The answer is averaged over a constant wind and over changes of it, each with its probability given the log
-# (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). A change of the wind is a sum of known
-# shapes with unknown sizes: a straight line, a wave, slow cosines for a drift, one step for a front. Where each speed is flown once, the
-# airspeed alone often cannot tell a change of the wind from a curve. The heading helps: see `heading_rows`.
+# (Bayesian model averaging: Hoeting et al., Statistical Science 14, 1999). A change is a sum of known shapes with
+# unknown sizes: a straight line, a wave, slow cosines for a drift, one step for a front. Where each speed is flown
+# once, the airspeed alone often cannot tell a change of the wind from a curve. The heading helps (`heading_rows`).
 # Background: Kass and Raftery, "Bayes factors", Journal of the American Statistical Association 90 (1995).
 
 STEADY, WAVE, DRIFT, JUMP = "steady", "wave", "drift", "jump"
@@ -130,7 +130,7 @@ class _Change:
 
 @dataclass(frozen=True, slots=True)
 class _Shapes:
-    """Changes of one component of the wind, (blocks, s) [-], their means over the log (s,), and what they may be."""
+    """Changes of one component of the wind, (blocks, s) [-], their means over the log, and what they may be."""
 
     of_time: Array
     means: Array
@@ -227,8 +227,8 @@ def _shorter(noise: Array, ratio: float) -> Array:
 
 def _shapes(blocks: Blocks) -> _Shapes | None:
     """The changes that are weighed, each kind with the same probability."""
-    edges, left = blocks.intervals.edges, blocks.intervals.left
-    time, duration = 0.5 * (edges[left] + edges[left + 1]) - edges[0], float(edges[-1] - edges[0])
+    edges = blocks.intervals.edges
+    time, duration = blocks.middle() - edges[0], float(edges[-1] - edges[0])
     count = min(int(duration / _SHORTEST), _MOST_COSINES)
     if count < 1:
         return None

@@ -46,8 +46,8 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--wind",
-        help="constant, checked (constant or changing, averaged by what the log shows), linear (in time and height) "
-        "or drifting (default: checked; drifting for a long flight)",
+        help="constant, checked (constant or changing, averaged by evidence; drifting in a long flight), linear "
+        "(in time and height) or drifting (default: checked)",
     )
     parser.add_argument(
         "--latency",

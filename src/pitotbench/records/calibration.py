@@ -37,6 +37,17 @@ class WindEstimate:
 
 
 @dataclass(frozen=True, slots=True)
+class WindowWind:
+    """The mean wind of a part of a log: its first and last time [s], its mean height [m], and the wind [m/s]."""
+
+    begin: float
+    end: float
+    altitude: float
+    north: Estimate
+    east: Estimate
+
+
+@dataclass(frozen=True, slots=True)
 class ErrorCurve:
     """The pressure error as a curve over indicated airspeed; arrays of one length.
 
@@ -249,7 +260,7 @@ class Calibration(Shown):
     is that of the scaled, whitened normal problem. `error_location` is the place of the pressure error, stated,
     assumed or estimated: `static`, `total` or `impact`. `assumptions`: the accuracies on which every bound depends.
     `impact_pressure_zero` [Pa]: the zero offset of the sensor that was found and that `curve.correction` takes out,
-    None where none was looked for.
+    None where none was looked for. `winds`: the wind of each window of a long flight, else of the whole log.
     """
 
     model: str
@@ -270,6 +281,7 @@ class Calibration(Shown):
     error_location: str = "impact"
     assumptions: tuple[Assumption, ...] = ()
     impact_pressure_zero: Estimate | None = None
+    winds: tuple[WindowWind, ...] = ()
 
 
 # One flight of a log with its calibration.

@@ -20,6 +20,7 @@ from pitotbench.records.calibration import (
     Share,
     WeighedModel,
     WindEstimate,
+    WindowWind,
 )
 from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table, print_warnings
 from pitotbench.show.limits import AUTO, Limit, judgments, judgments_json
@@ -454,6 +455,7 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "wind": _wind(result.wind),
         "wind_speed_kt": answer.wind_kt,
         "wind_from_deg": answer.wind_from_deg,
+        "winds": [_window(each) for each in result.winds],
         "curve": json_rows(CURVE_COLUMNS, curve_points(result.curve)),
         "error_location": result.error_location,
         **assumptions_json(result),
@@ -508,6 +510,18 @@ def _wind(wind: WindEstimate) -> dict[str, Any]:
         "north_two_sigma_kt": wind.north.two_sigma / KNOT,
         "east_two_sigma_kt": wind.east.two_sigma / KNOT,
         "down_two_sigma_kt": down.two_sigma / KNOT if down else None,
+    }
+
+
+def _window(window: WindowWind) -> dict[str, float]:
+    return {
+        "from_s": window.begin,
+        "to_s": window.end,
+        "altitude_m": window.altitude,
+        "north_kt": window.north.value / KNOT,
+        "east_kt": window.east.value / KNOT,
+        "north_two_sigma_kt": window.north.two_sigma / KNOT,
+        "east_two_sigma_kt": window.east.two_sigma / KNOT,
     }
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornste
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.records.log import FlightLog
 from pitotbench.timeline import interval, pauses, stretch_numbers
-from pitotbench.units import KNOT, Array, Booleans, Meters, MetersPerSecond, Pascal, Seconds
+from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 _DENSE = 0.5  # share of fresh fixes above which a chord between fixes is exact enough
 _FEWEST_FIXES = 4
@@ -87,6 +88,7 @@ def _integrated(knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bo
 _BLOCK = 2.0  # s: short against the correlation time of a height error
 _LONG, _LONG_BLOCK = 480.0, 4.0  # s: above so much data, so long a block
 _FEWEST_BLOCKS = 15
+_EARTH = 6.357e6  # m, radius of the earth
 _CORIOLIS = 1e-4  # 1/s, middle latitudes
 _LEAST_WIND = 3.0  # m/s: least wind from which a pressure gradient is computed
 _TENDENCY = 5.0  # Pa in ten minutes (1σ): change of the weather and drift of the transducer
@@ -95,7 +97,8 @@ _LAYER = 1.0  # K (1σ): departure of the air between two heights from a straigh
 # the middle, and the deviation is that of a uniform distribution.
 _HALF, _UNIFORM = 0.5, 1.0 / float(np.sqrt(12.0))
 _LIGHTER = 0.378  # 1 less the ratio of the molar masses of water and dry air
-_LEAST_LAPSE = 1e-6  # K/m: stands for zero, for which the formula of the column would divide by zero
+_LAYER_DEPTH, _MOST_LAYERS, _FINE = 1000.0, 20, 50  # m, of a layer of the air; most layers; steps in each
+_SMOOTH = 0.1  # weight of a bend of the temperature's profile beside one reading
 _LEAST_CLIMB = 60.0  # m: with a greater climb the lapse rate is taken from the log
 _AT_REST, _NO_AIRSPEED = 1.0, 10.0 * KNOT  # m/s
 _FARTHEST = 6.8  # standard deviations: a row farther off is a fault; the limit of the screening in `reduction`
@@ -201,6 +204,11 @@ def _by_zero(rows: AltitudeRows, model: PredictionModel, k: Array, rest: Array) 
     return np.where(q > 0.0, -rows.gain * ((1.0 / rest - 1.0) + q * bend / rest**2), 0.0)
 
 
+def _geopotential(height: Meters) -> Meters:
+    """The geopotential height of heights (n,) [m]: gravity falls with height."""
+    return height / (1.0 + height / _EARTH)
+
+
 def saturated_warmth(temperature: float, pressure: float) -> float:
     """Return by how much saturated air of a temperature [K] and pressure [Pa] is lighter, as a temperature [K].
 
@@ -260,13 +268,13 @@ def _assembled(
     wind: Array,
 ) -> AltitudeRows:
     static, impact = blocks.mean(log.static_pressure), blocks.mean(impact_pressure)
-    height = blocks.mean(carried.height)
-    above = height - float(np.mean(height))
-    middle, lapse = _air_temperature(log, obs, blocks, impact, static, above)
-    moist = saturated_warmth(middle, float(np.mean(static)))
-    middle += _HALF * moist
-    column = (1.0 + lapse * above / middle) ** (-air.GRAVITY / (air.GAS_CONSTANT * lapse))
-    gain = air.GAS_CONSTANT * (middle + lapse * above) / (static * air.GRAVITY)
+    height = _geopotential(blocks.mean(carried.height))
+    profile = _air_temperature(log, obs, blocks, impact, static, height)
+    moist = saturated_warmth(*profile.warmest(static))
+    profile = profile.warmed(_HALF * moist)
+    column = np.exp(-air.GRAVITY / air.GAS_CONSTANT * profile.thinness(height))
+    local = profile.at(height)
+    gain = air.GAS_CONSTANT * local / (static * air.GRAVITY)
     tie, fix = _ties(carried, blocks)
     rows = AltitudeRows(
         time=blocks.mean(log.time),
@@ -277,33 +285,88 @@ def _assembled(
         sensor=(gain * noise) ** 2 / blocks.count + _FLOOR,
         fix=fix,
         first=np.diff(blocks.mean(carried.part.astype(np.float64)), prepend=-1.0) != 0.0,
-        warmth=above / middle,
+        warmth=profile.warmth(height),
         unknown=UnknownColumns(np.zeros((0, 0)), np.zeros(0)),
         spread=1.0,
     )
     velocity = np.stack([blocks.mean(log.velocity_north), blocks.mean(log.velocity_east)])
     layer = float(np.hypot(_LAYER, _UNIFORM * moist))
-    unknown = _unknowns(rows, column, velocity, wind, layer, obs.standard_day)
+    layers = profile.layers(height)
+    unknown = _unknowns(rows, column, velocity, wind, layers, layer, obs.standard_day)
     measured = rows.rise if tie is None else tie[np.isfinite(fix)]
     return replace(rows, unknown=unknown, spread=float(np.std(measured)))
 
 
 def _air_temperature(
-    log: FlightLog, obs: Observations, blocks: _Blocks, impact: Pascal, static: Pascal, above: Meters
-) -> tuple[float, float]:
-    """Air temperature [K] at the mean height, and its change with height [K/m].
+    log: FlightLog, obs: Observations, blocks: _Blocks, impact: Pascal, static: Pascal, height: Meters
+) -> "_Profile":
+    """The temperature of the air over height, from the blocks' (n,) readings.
 
-    The change is fitted to a log that climbs and standard for another.
+    Its slope is fitted to a log that climbs, layer by layer where it climbs far, and standard for another.
     """
     probe = log.total_temperature if log.total_temperature is not None else log.air_temperature
     if probe is None:
         probe = air.standard_temperature(air.pressure_altitude(log.static_pressure))
     mach = air.mach_from_impact_pressure(np.maximum(impact, 0.0), static)
     temperature = blocks.mean(probe) / (1.0 + obs.probe_heating * mach**2)
-    if float(np.ptp(above)) > _LEAST_CLIMB:
-        lapse, middle = (float(part) for part in np.polyfit(above, temperature, 1))
-        return middle, lapse if abs(lapse) > _LEAST_LAPSE else _LEAST_LAPSE
-    return float(np.mean(temperature)), -air.LAPSE_RATE
+    low, high = float(np.min(height)), float(np.max(height))
+    if high - low <= _LEAST_CLIMB:
+        middle = float(np.mean(temperature))
+        edges = np.array([low - 1.0, high + 1.0])
+        return _Profile(edges, middle - air.LAPSE_RATE * (edges - float(np.mean(height))))
+    edges = np.linspace(low, high, 1 + min(max(1, round((high - low) / _LAYER_DEPTH)), _MOST_LAYERS))
+    hats = np.stack([np.interp(height, edges, unit) for unit in np.eye(len(edges))], axis=1)
+    # A layer without data goes on as its neighbors do: the second differences are held small.
+    smooth = _SMOOTH * np.diff(np.eye(len(edges)), 2, axis=0)
+    known = np.concatenate([temperature, np.zeros(len(smooth))])
+    return _Profile(edges, np.linalg.lstsq(np.concatenate([hats, smooth]), known)[0])
+
+
+@dataclass(frozen=True, slots=True)
+class _Profile:
+    """The temperature of the air over height: straight lines between `edges` (k,) [m] of `temperature` (k,) [K]."""
+
+    edges: Meters
+    temperature: Kelvin
+
+    def at(self, height: Meters) -> Kelvin:
+        """The temperature at heights (n,) [K]."""
+        return np.interp(height, self.edges, self.temperature)
+
+    def warmed(self, kelvin: float) -> "_Profile":
+        """The profile of air that is warmer by so much."""
+        return replace(self, temperature=self.temperature + kelvin)
+
+    def warmest(self, static: Pascal) -> tuple[float, float]:
+        """The mean temperature [K] and pressure [Pa] of the warmer half of the air, where moisture weighs."""
+        return float(np.quantile(self.temperature, 0.5)), float(np.quantile(static, 0.5))
+
+    def thinness(self, height: Meters) -> Array:
+        """The integral of dh/T from the mean height to heights (n,) [m/K]: g/R times it is ln of the pressures."""
+        return self._integral(height, 1.0 / self._fine()[1])
+
+    def warmth(self, height: Meters) -> Array:
+        """Change of the height of the column per kelvin, at heights (n,) [m/K]."""
+        return self.at(height) * self._integral(height, self._fine()[1] ** -2.0)
+
+    def layers(self, height: Meters) -> Array:
+        """The same for each layer that is warmer by itself, (n, layers) [m/K]; none where there is only one."""
+        if len(self.edges) == 2:
+            return np.zeros((len(height), 0))
+        fine, temperature = self._fine()
+        inside = [(fine >= low) & (fine < high) for low, high in pairwise(self.edges)]
+        return np.stack([self.at(height) * self._integral(height, rows * temperature**-2.0) for rows in inside], 1)
+
+    def _fine(self) -> tuple[Meters, Kelvin]:
+        fine = np.linspace(self.edges[0], self.edges[-1], _FINE * (len(self.edges) - 1) + 1)
+        return fine, self.at(fine)
+
+    def _integral(self, height: Meters, values: Array) -> Array:
+        """The integral of values on the fine heights from the mean height to each height."""
+        fine = self._fine()[0]
+        steps = 0.5 * (values[1:] + values[:-1]) * np.diff(fine)
+        sums = np.interp(height, fine, np.concatenate([[0.0], np.cumsum(steps)]))
+        return np.asarray(sums - np.interp(float(np.mean(height)), fine, np.concatenate([[0.0], np.cumsum(steps)])))
 
 
 def _ties(carried: CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:
@@ -337,12 +400,12 @@ def _white_variance(values: Array) -> float:
 
 
 def _unknowns(
-    rows: AltitudeRows, column: Array, velocity: Array, wind: Array, layer: float, standard_day: bool
+    rows: AltitudeRows, column: Array, velocity: Array, wind: Array, layers: Array, layer: float, standard_day: bool
 ) -> UnknownColumns:
     """The unknowns of the altitude equation alone, as columns with their priors.
 
     They are the reference pressure (flat prior), a horizontal pressure gradient (two), a slow change of pressure,
-    and the mean temperature of the air between the heights, with the deviation `layer` [K].
+    the temperature of the air in each layer between the heights, with the deviation `layer` [K], and in all of it.
     """
     step = np.diff(rows.time)
     place = np.concatenate(
@@ -351,11 +414,12 @@ def _unknowns(
     # ρ f V in slope of a pressure level
     gradient = _CORIOLIS * max(float(np.hypot(*wind)), _LEAST_WIND) / air.GRAVITY
     elapsed = (rows.time - float(np.mean(rows.time))) / 600.0
-    layer = float(np.hypot(layer, 0.5 * WITHOUT_TEMPERATURE if standard_day else 0.0))
+    common = 0.5 * WITHOUT_TEMPERATURE if standard_day else layer
     columns = np.stack(
-        [rows.gain * column, *(place - place.mean(axis=1)[:, None]), rows.gain * elapsed, rows.warmth], 1
+        [rows.gain * column, *(place - place.mean(axis=1)[:, None]), rows.gain * elapsed, *layers.T, rows.warmth], 1
     )
-    deviation = np.array([np.inf, gradient, gradient, _TENDENCY, layer])
+    each = [layer] * layers.shape[1]
+    deviation = np.array([np.inf, gradient, gradient, _TENDENCY, *each, common])
     ties = rows.count - len(rows)
     return UnknownColumns(np.concatenate([columns, np.zeros((ties, columns.shape[1]))]), 1.0 / deviation**2)
 

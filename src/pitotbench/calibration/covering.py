@@ -22,7 +22,7 @@ from pitotbench.calibration.prediction import (
     PredictionModel,
     WindPath,
     along_track,
-    correlations,
+    correlated,
     kernel_means,
     mean_wind,
     path_of_nuisances,
@@ -53,7 +53,7 @@ GUST_LENGTH_FACTOR = 2.5  # one standard deviation of the prior on it, as a fact
 HIGH_LENGTH_FACTOR = 4.0  # above 10,000 ft, where the slow wind aloft has no outer scale near that length
 GUST_SCALE = 2.0  # m/s, half-normal prior on the gust's standard deviation
 WHITE_SCALE = 0.5  # m/s, half-normal prior on the white part that is not the pressure sensor's
-WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation
+WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviation, for half an hour
 WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
 _HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
 _LEAST_WHITE = 0.02  # m/s, least start of the search for the white level
@@ -195,8 +195,18 @@ class WindNoise:
         return MarkovNoise(self.intervals, variance[..., None, :], winds)
 
 
-def length_factor(obs: Observations) -> float:
-    """One standard deviation of the prior of the gusts' length, as a factor: greater for a log above 10,000 ft."""
+def wind_scale(obs: Observations) -> float:
+    """The prior of a drifting wind's standard deviation [m/s]: it grows with the root of the time beyond 30 min."""
+    return WIND_SCALE * max(1.0, float(np.sqrt((obs.time[-1] - obs.time[0]) / WIND_TIME)))
+
+
+def length_factor(structure: Structure, obs: Observations) -> float:
+    """One standard deviation of the prior of the gusts' length, as a factor.
+
+    It is greater for a log above 10,000 ft, unless a drifting wind stands for the slow part.
+    """
+    if structure.drifting:
+        return GUST_LENGTH_FACTOR
     high = float(np.median(obs.static_pressure)) < _HIGH
     return HIGH_LENGTH_FACTOR if high else GUST_LENGTH_FACTOR
 
@@ -211,8 +221,8 @@ def log_prior_of(structure: Structure, obs: Observations) -> LogPrior:
     rows = structure.altitude
     levels = {0: (GUST_SCALE, 0.0), 2: (WHITE_SCALE, 1.0)}
     if structure.drifting:
-        levels[3] = (WIND_SCALE, 1.0)
-    factor = length_factor(obs)
+        levels[3] = (wind_scale(obs), 1.0)
+    factor = length_factor(structure, obs)
 
     def log_prior(phi: Array) -> float:
         half_normal = sum(
@@ -243,6 +253,8 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
     gust = min(once**2 / twice, total)  # an exponential correlation, carried back to lag zero
     white = max(total - gust - float(np.mean(problem.sensor)), _LEAST_WHITE**2)
     start = [np.sqrt(gust), GUST_LENGTH, np.sqrt(white), *[0.3 * WIND_SCALE] * structure.drifting]
+    if structure.drifting and gust > GUST_SCALE**2:  # what is too much for gusts is more likely the wind's drift
+        start = [0.5 * GUST_SCALE, GUST_LENGTH, np.sqrt(white), np.sqrt(gust)]
     height = np.zeros(0) if structure.altitude is None else altitude_guess(structure.altitude)
     return np.concatenate([np.log(start), height])
 
@@ -251,8 +263,9 @@ def first_guess(problem: Linearized, structure: Structure) -> Array:
 # are estimated by restricted likelihood, and the answer is averaged over their posterior.
 
 _LEAST_PLANNED = 10.0  # (m/s²)² s: a second of latency must have moved the airspeed by more than gusts do
-_PASSES, _FAR = 6, 4.0  # passes at most; a step of more standard errors than this is followed by another
-_SAME_PATH = 1.0  # m/s, rms between two paths of the wind: what is left is second order, 1 cm/s at 50 m/s
+_PASSES, _FAR = 10, 4.0  # passes at most; a step of more standard errors than this is followed by another
+_SMOOTH_PATH = 300.0  # s: a path that follows each gust would bend the problem along its own noise
+_SAME_PATH = 2.0  # m/s, rms between two paths of the wind: what is left is second order, 4 cm/s at 50 m/s
 
 
 @dataclass(frozen=True, slots=True)
@@ -287,14 +300,18 @@ class Approach:
     path: WindPath | None = None
 
 
-def fit_covering(structure: Structure, obs: Observations, start: Array) -> CoveringFit:
-    """Fit from a nearby start θ (p,). Every node's estimate is a correction to the returned θ.
+def fit_covering(
+    structure: Structure, obs: Observations, start: Array, path: WindPath | None = None
+) -> CoveringFit:
+    """Fit from a nearby start θ (p,), and of a drifting wind its path.
+
+    Every node's estimate is a correction to the returned θ.
 
     The first pass, on blocks twice as long, moves θ to the estimate under the most likely noise. The last pass
     linearizes there and gives the bound.
     Raises NoAnswerError where the log is too short, the fit leaves the model's domain or the steps do not settle.
     """
-    return settle(structure, obs, approach(structure, obs, start))
+    return settle(structure, obs, approach(structure, obs, start, path))
 
 
 def settle(structure: Structure, obs: Observations, approached: Approach) -> CoveringFit:
@@ -352,12 +369,12 @@ def _window_winds(
     for place, nuisance in enumerate(structure.nuisances):
         if nuisance.wind is not None:
             changes[:, nuisance.wind[0], place] = blocks.mean(np.broadcast_to(nuisance.wind[1](obs), len(obs)))
-    height, time, middle = blocks.mean(obs.height()), blocks.mean(obs.time), blocks.middle()
+    height, time = blocks.mean(obs.height()), blocks.mean(obs.time)
     windows, found = _windows(blocks), []
     shares = np.zeros((len(blocks.count), len(windows)))
     for number, window in enumerate(windows):
         shares[window, number] = blocks.count[window] / blocks.count[window].sum()
-    kernels = correlations(middle, blocks, WIND_TIME) @ shares
+    kernels = correlated(blocks, WIND_TIME, shares)
     for window, weights, kernel in zip(windows, shares.T, kernels.T, strict=True):
         of_level = known.copy()
         of_level[:, structure.model.count :] = np.einsum("b,ban->an", weights, changes)
@@ -404,8 +421,8 @@ def linearized(structure: Structure, obs: Observations, theta: Array, gust_devia
     return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2)
 
 
-def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
-    """Run the first pass of `fit_covering`, repeated from a start (p,) that is far away.
+def approach(structure: Structure, obs: Observations, start: Array, path: WindPath | None = None) -> Approach:
+    """Run the first pass of `fit_covering`, repeated from a start (p,) or a path that is far away.
 
     Raises NoAnswerError where the log is too short for its unknowns or the steps do not settle.
     """
@@ -417,7 +434,6 @@ def approach(structure: Structure, obs: Observations, start: Array) -> Approach:
             f"by its clock the log lasts {obs.time[-1] - obs.time[0]:.3g} s, too short for {unknowns} unknowns: "
             "check the unit of the time, or fly longer"
         )
-    path: WindPath | None = None
     for _ in range(_PASSES):
         rough = linearize(structure, obs, blocks, theta, path=path)
         guess = first_guess(rough, structure) if mode is None else mode
@@ -440,8 +456,9 @@ def _path(
     data, first = problem.regression, structure.model.error_count
     rest = problem.noise_of(phi).weigh((data.response - data.regressors @ estimate)[:, None])
     seen = rest * data.regressors[:, first : first + 2]
-    wind = np.exp(2.0 * phi[3]) * (correlations(blocks.middle(), blocks, WIND_TIME) @ seen)
+    wind = np.exp(2.0 * phi[3]) * correlated(blocks, WIND_TIME, seen)
     wind += blocks.mean(path_of_nuisances(structure.nuisances, estimate[structure.model.count :], obs))
+    wind = gaussian_filter1d(wind, _SMOOTH_PATH / blocks.length, axis=0, mode="nearest")
     return WindPath(blocks.mean(obs.time), wind - np.average(wind, axis=0, weights=blocks.count))
 
 
@@ -470,7 +487,7 @@ def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFi
     `column.deviation`: such accelerations are planned and not a response to gusts. 2σ is infinite where there are
     too few of them.
     """
-    blocks, structure = divide(obs, 1.0), replace(structure, altitude=None)
+    blocks, structure = divide(obs, max(1.0, 0.5 * block_length(obs))), replace(structure, altitude=None)
     theta = fit.theta[: structure.model.count]
     plain = linearize(structure, obs, blocks, theta, path=fit.path)
     added = blocks.mean(column.column(structure.model.predict(theta, obs), obs))
@@ -485,8 +502,9 @@ def acceleration_effect(structure: Structure, obs: Observations, fit: CoveringFi
         np.append(plain.regression.prior_precision, 0.0),
     )
     best = max(fit.nodes, key=lambda node: node.weight).noise
-    start = best[: noise_count(structure)]
-    mode = most_likely_noise(wider, plain.noise_of, log_prior_of(structure, obs), start)
+    mode = best[: noise_count(structure)]
+    if not structure.drifting:  # of a long flight one latency changes the likely noise little
+        mode = most_likely_noise(wider, plain.noise_of, log_prior_of(structure, obs), mode)
     estimate, covariance = solve(wider, plain.noise_of(mode))
     return Estimate(column.name, float(estimate[-1]), 2.0 * float(np.sqrt(covariance[-1, -1])))
 

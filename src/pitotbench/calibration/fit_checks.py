@@ -11,11 +11,11 @@ from pitotbench.calibration.covering import (
     GUST_LENGTH,
     GUST_SCALE,
     WHITE_SCALE,
-    WIND_SCALE,
     CoveringFit,
     Posterior,
     Structure,
     length_factor,
+    wind_scale,
 )
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import Nuisance, PredictionModel
@@ -66,10 +66,10 @@ def heading_spread(obs: Observations) -> float:
 
 
 def require_useful(calibration: Calibration) -> None:
-    """Raise NoAnswerError where 2σ of the curve, or of the best known wind, is above 10 kt or not finite."""
+    """Raise NoAnswerError where 2σ of half the curve, or of the best known wind, is above 10 kt or not finite."""
     wind = min(max(each.north.two_sigma, each.east.two_sigma) for each in calibration.winds)
-    curve = float(np.max(calibration.curve.two_sigma))
-    if not np.isfinite(wind + curve):
+    curve = float(np.median(calibration.curve.two_sigma))
+    if not np.all(np.isfinite(calibration.curve.two_sigma + wind)):
         raise NoAnswerError(
             "the log does not determine the answer: no bound can be given; check the clock, the units and the "
             "columns, or fly longer, on reciprocal headings"
@@ -238,7 +238,7 @@ def _sized(number: str, unit: str) -> str:
 def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) -> list[Caution]:
     likely = np.exp(max(fit.nodes, key=lambda node: node.weight).noise)
     found = []
-    for prior, value in zip(_noise_priors(structure, length_factor(obs)), likely, strict=True):
+    for prior, value in zip(_noise_priors(structure, obs), likely, strict=True):
         departure = prior.departure(float(value))
         if departure > _FAR:
             text = (
@@ -250,15 +250,15 @@ def _noise_outside(structure: Structure, obs: Observations, fit: CoveringFit) ->
     return found
 
 
-def _noise_priors(structure: Structure, factor: float) -> list[_Level | _Extent]:
-    """The priors of the noise parameters in their order; `factor` is that of the gusts' length."""
+def _noise_priors(structure: Structure, obs: Observations) -> list[_Level | _Extent]:
+    """The priors of the noise parameters in their order."""
     priors: list[_Level | _Extent] = [
         _Level("gusts' standard deviation", "m/s", GUST_SCALE),
-        _Extent("gusts' length", "m", GUST_LENGTH, factor),
+        _Extent("gusts' length", "m", GUST_LENGTH, length_factor(structure, obs)),
         _Level("white noise of the airspeed", "m/s", WHITE_SCALE),
     ]
     if structure.drifting:
-        priors.append(_Level("standard deviation of the drifting wind", "m/s", WIND_SCALE))
+        priors.append(_Level("standard deviation of the drifting wind", "m/s", wind_scale(obs)))
     if structure.altitude is not None:
         third = (
             _Level("white noise of the height", "m", HEIGHT_SCALE)

@@ -33,6 +33,7 @@ from pitotbench.calibration.covering import (
 )
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.options import AUTO, CalibrationOptions
+from pitotbench.calibration.prediction import WindPath
 from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
     LogPrior,
@@ -82,11 +83,17 @@ def assumed_location(header: Mapping[str, object]) -> str:
 
 
 def fit_located(
-    log: FlightLog, options: CalibrationOptions, structure: Structure, obs: Observations, start: Array
+    log: FlightLog,
+    options: CalibrationOptions,
+    structure: Structure,
+    obs: Observations,
+    start: Array,
+    path: WindPath | None = None,
 ) -> ErrorPlace:
     """Fit with the error at the location that the options state, or at the one that the log supports (`auto`).
 
-    Parameters: log; options; structure, without altitude rows; obs; start, θ (p,). Raises as `fit_covering` does.
+    Parameters: log; options; structure, without altitude rows; obs; start, θ (p,); path of a drifting wind. Raises
+    as `fit_covering` does.
     """
     stated = None if options.error_location == AUTO else options.error_location
     assumed = stated or assumed_location(log.header)
@@ -96,12 +103,12 @@ def fit_located(
         count = structure.model.error_count
         rows = altitude_rows(log, obs, options.gps_latency, start[count : count + 2])
     if rows is not None:
-        return _with_height(stated, assumed, bare, rows, obs, start)
-    fit = fit_covering(bare, obs, start)
+        return _with_height(stated, assumed, rows, obs, bare, approach(bare, obs, start, path))
+    fit = fit_covering(bare, obs, start, path)
     answer = posterior_of(fit)
     if stated is None and assumed == STATIC:
         answer = widened_by(
-            answer, posterior_of(fit_covering(_at(structure, False), obs, start)).mean - answer.mean
+            answer, posterior_of(fit_covering(_at(structure, False), obs, start, path)).mean - answer.mean
         )
     return ErrorPlace(assumed, None, bare, fit, answer)
 
@@ -111,10 +118,9 @@ def _at(structure: Structure, static: bool, rows: AltitudeRows | None = None) ->
 
 
 def _with_height(
-    stated: str | None, assumed: str, bare: Structure, rows: AltitudeRows, obs: Observations, start: Array
+    stated: str | None, assumed: str, rows: AltitudeRows, obs: Observations, bare: Structure, near: Approach
 ) -> ErrorPlace:
-    """Fit the triangle on coarse blocks, add the altitude rows to its answer, and fit the likely locations."""
-    near = approach(bare, obs, start)
+    """Add the altitude rows to the answer of the triangle on coarse blocks, and fit the likely locations."""
     probe = next((each.deviation for each in bare.nuisances if each.name == "temperature_k"), 0.0)
     wide = rows.with_probe(probe)
     joint, gain, chance = _with_rows(near, bare, wide)

@@ -167,13 +167,14 @@ def _normal_equations(residuals: Array, jacobian: Array, noise: Array) -> tuple[
 _COARSE_ROWS = 2000  # rows of the first fit of a long log, which starts the full fit near its minimum
 
 
-def fit_scalar(model: PredictionModel, obs: Observations) -> OutputErrorFit:
+def fit_scalar(model: PredictionModel, obs: Observations, start: Array | None = None) -> OutputErrorFit:
     """Fit one output: indicated airspeed [m/s], predicted from the held velocity and the wind.
 
+    `start` is a first guess of θ (p,), None for no error and no wind.
     Raises NoAnswerError as `fit_output_error` does.
     """
     held = obs.as_held()
-    start = np.zeros(model.count)
+    start = np.zeros(model.count) if start is None else start
     if len(held) > _COARSE_ROWS * 4:
         coarse = held.every(len(held) // _COARSE_ROWS)
         start = fit_output_error(airspeed_outputs(model, coarse), start).theta

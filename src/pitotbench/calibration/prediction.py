@@ -242,6 +242,21 @@ def curve_airspeeds(indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
 # W. With G = Cov(mean of w, data), the best prediction adds G C⁻¹(y − Xβ) to the estimate of W (Goldberger 1962;
 # Robinson, "That BLUP is a good thing", Statistical Science 6, 1991).
 
+
+def wind_by_circle(obs: Observations) -> Array:
+    """Return the constant wind toward north and east that fits best without an error of the airspeed, (2,) [m/s].
+
+    The ground velocities lie on a circle of the airspeed around the wind: |g|² − V² = 2 g·W − |W|², linear in W and
+    |W|² (Kåsa, IEEE Transactions on Instrumentation and Measurement 25, 1976).
+    """
+    mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
+    temperature = obs.probe_temperature / (1.0 + obs.probe_heating * mach**2)
+    ground = np.stack([obs.velocity_north, obs.velocity_east, np.full(len(obs), -0.5)], axis=1)
+    airspeed_squared = mach**2 * air.HEAT_RATIO * air.GAS_CONSTANT * temperature
+    response = np.sum(ground[:, :2] ** 2, axis=1) - airspeed_squared
+    return np.asarray(np.linalg.lstsq(2.0 * ground, response)[0][:2])
+
+
 # A wind that drifts far is no small correction to its mean. So the problem is linearized around a path of the wind,
 # and the path is estimated again with each pass.
 
@@ -260,26 +275,39 @@ class WindPath:
     def taken_from(self, obs: Observations) -> Observations:
         """The rows with ground velocities less the path, as for a constant wind."""
         north, east = self.at(obs.time).T
-        return replace(obs, velocity_north=obs.velocity_north - north, velocity_east=obs.velocity_east - east)
+        return replace(
+            obs,
+            velocity_north=obs.velocity_north - north,
+            velocity_east=obs.velocity_east - east,
+            held_north=obs.held_north - north,
+            held_east=obs.held_east - east,
+        )
 
 
 # Error of treating blocks as points, as a share of the process's variance: 0.7 cm/s at 1 m/s.
 _COARSE = 5e-5
 
 
-def kernel_means(blocks: Blocks, correlation_time: float, weights: Array | None = None) -> Array:
-    """Correlation of the process in each block with its weighted mean over blocks, (blocks,) [-].
+def kernel_means(blocks: Blocks, correlation_time: float) -> Array:
+    """Correlation of the process in each block with its mean over all rows, (blocks,) [-].
 
-    `correlation_time` [s] is that of the process; `weights` (blocks,) add up to 1, None for a mean over all rows.
+    `correlation_time` [s] is that of the process.
     """
-    return correlations(blocks.middle(), blocks, correlation_time) @ (
-        blocks.count / blocks.count.sum() if weights is None else weights
-    )
+    return correlated(blocks, correlation_time, (blocks.count / blocks.count.sum())[:, None])[:, 0]
 
 
-def correlations(time: Seconds, blocks: Blocks, correlation_time: float) -> Array:
-    """Correlation of the process at times (k,), as those of the blocks, with that in each block, (k, blocks)."""
-    return np.asarray(np.exp(-np.abs(time[:, None] - blocks.middle()[None, :]) / correlation_time))
+def correlated(blocks: Blocks, correlation_time: float, values: Array) -> Array:
+    """Multiply values of the blocks, (blocks, m), by the matrix of the process's correlations, (blocks, blocks).
+
+    A pass forward and one backward take the place of the matrix, which for a long flight would be large.
+    """
+    decay = np.exp(-np.diff(blocks.middle()) / correlation_time)
+    forward, backward = values.copy(), values.copy()
+    for row, share in enumerate(decay, start=1):
+        forward[row] += share * forward[row - 1]
+    for row in range(len(values) - 2, -1, -1):
+        backward[row] += decay[row] * backward[row + 1]
+    return np.asarray(forward + backward - values)
 
 
 @dataclass(frozen=True, slots=True)
@@ -406,7 +434,9 @@ def _layers(obs: Observations) -> tuple[Nuisance, ...]:
     count = min(int((high - low) / _LEAST_LAYER), _MOST_LAYERS)
     edges = np.linspace(low, high, count + 1)
     changes = {f"per_300_m_above_{low:.0f}_m": _slope(low, high) for low, high in pairwise(edges)} if count else {}
-    return _both_axes(changes)
+    # Over many heights the changes of a wind add up as those of a random walk do.
+    thickness = max((high - low) / max(count, 1), _WIND_HEIGHT)
+    return _both_axes(changes, _WIND_CHANGE * float(np.sqrt(_WIND_HEIGHT / thickness)))
 
 
 def _slope(low: float, high: float) -> Change:
@@ -414,9 +444,9 @@ def _slope(low: float, high: float) -> Change:
     return lambda obs: (np.clip(obs.height(), low, high) - 0.5 * (low + high)) / _WIND_HEIGHT
 
 
-def _both_axes(changes: Mapping[str, Change]) -> tuple[Nuisance, ...]:
+def _both_axes(changes: Mapping[str, Change], deviation: float = _WIND_CHANGE) -> tuple[Nuisance, ...]:
     return tuple(
-        Nuisance(f"wind_{name}_mps_{unit}", _WIND_CHANGE, _wind(axis, change), (axis, change))
+        Nuisance(f"wind_{name}_mps_{unit}", deviation, _wind(axis, change), (axis, change))
         for unit, change in changes.items()
         for axis, name in enumerate(_AXES)
     )

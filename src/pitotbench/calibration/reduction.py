@@ -12,7 +12,15 @@ from scipy.ndimage import median_filter
 
 from pitotbench import air
 from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeRows
-from pitotbench.calibration.covering import CoveringFit, Posterior, Structure, acceleration_effect, posterior_of
+from pitotbench.calibration.covering import (
+    Approach,
+    CoveringFit,
+    Posterior,
+    Structure,
+    acceleration_effect,
+    approach,
+    posterior_of,
+)
 from pitotbench.calibration.fit_checks import outside_prior, require_observable
 from pitotbench.calibration.location import DISAGREE, IMPACT, ErrorPlace, fit_located
 from pitotbench.calibration.observations import Observations, divide, observe, observe_again, range_end, wind_drifts
@@ -25,7 +33,14 @@ from pitotbench.calibration.options import (
     assumptions_of,
 )
 from pitotbench.calibration.output_error import OutputErrorFit, airspeed_outputs, fit_output_error, fit_scalar
-from pitotbench.calibration.prediction import Nuisance, PredictionModel, by_latency, nuisances_of
+from pitotbench.calibration.prediction import (
+    Nuisance,
+    PredictionModel,
+    WindPath,
+    by_latency,
+    nuisances_of,
+    wind_by_circle,
+)
 from pitotbench.calibration.wind import ASKS, check_wind
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
@@ -262,6 +277,7 @@ class Reduction:
     altitude: AltitudeRows | None = None
     assumptions: tuple[Assumption, ...] = ()
     winds: tuple[WindowWind, ...] = ()
+    path: WindPath | None = None
 
 
 def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None) -> Reduction:
@@ -275,11 +291,13 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     reference = reference_pressure or reference_of([read])
     model = PredictionModel(MODELS[used.model], reference, used.error_location == "static", used.wind_down)
     _require_observable(model, read, log)
-    obs, white, left_out = _screened(model, read, used.robust)
+    near = _along_path(model, used, read)
+    obs, white, left_out = _screened(model, read, used.robust, near)
     found = Diagnostics(white.iterations, tuple(int(row) for row in left_out[:_MOST_LISTED]))
     # Without evidence from the log the place of the error is that of the published method unless stated.
     location = IMPACT if used.error_location == AUTO else used.error_location
     reduction = Reduction(used, model, obs, white, posterior_of(white), found, error_location=location)
+    reduction = reduction if near is None else replace(reduction, path=near.path)
     if used.method == "covering":
         reduction = _cover(log, reduction)
     assumed = assumptions_of(options.accuracies, log.header)
@@ -340,23 +358,42 @@ def reference_of(observed: Sequence[Observations]) -> float:
 
 
 def _screened(
-    model: PredictionModel, obs: Observations, robust: bool
+    model: PredictionModel, obs: Observations, robust: bool, near: Approach | None
 ) -> tuple[Observations, OutputErrorFit, NDArray[np.intp]]:
-    """The good rows, the white fit to them, and the numbers of the rows left out, (k,)."""
-    fit = _white_fit(model, obs)
+    """The good rows, the white fit to them, and the numbers of the rows left out, (k,).
+
+    Of a drifting wind the path found `near` the answer is taken from the rows that are fitted and screened.
+    """
+    flown, start = obs, None
+    if near is not None and near.path is not None:
+        flown, start = near.path.taken_from(obs), np.zeros(model.count)
+        start[model.error_count : model.error_count + 2] = near.theta[1:3]
+    fit = _white_fit(model, flown, start)
     none = np.zeros(0, dtype=np.intp)
     if robust:
-        screened = screen(model, obs, None if fit is None else fit.theta)
+        screened = screen(model, flown, None if fit is None else fit.theta)
         if len(screened.left_out):
-            obs, none, fit = screened.observations, screened.left_out, None
+            good = screened.observations.used[obs.used]
+            obs, flown, none, fit = obs.select(good), screened.observations, screened.left_out, None
     # The fit is repeated without the faulty rows. Where there are none, it raises the error of the first fit again.
-    return obs, fit or fit_scalar(model, obs), none
+    return obs, fit or fit_scalar(model, flown, start), none
 
 
-def _white_fit(model: PredictionModel, obs: Observations) -> OutputErrorFit | None:
+def _along_path(model: PredictionModel, options: CalibrationOptions, obs: Observations) -> Approach | None:
+    """The first pass with a drifting wind, from the constant one that fits best; None for another wind."""
+    if options.method != "covering" or not wind_drifts(options, obs):
+        return None
+    # A curve of several terms and a wind that drifts far are easily confounded: the path comes from a level alone.
+    level = replace(model, error=MODELS["bias"])
+    start = np.zeros(level.count)
+    start[1:3] = wind_by_circle(obs)
+    return approach(Structure(level, nuisances_of(options, obs), drifting=True), obs, start)
+
+
+def _white_fit(model: PredictionModel, obs: Observations, start: Array | None) -> OutputErrorFit | None:
     """The published fit; None where faulty rows may keep it from converging."""
     try:
-        return fit_scalar(model, obs)
+        return fit_scalar(model, obs, start)
     except NoAnswerError:
         return None
 
@@ -380,7 +417,7 @@ def _cover(log: FlightLog, white: Reduction) -> Reduction:
 def _located(log: FlightLog, white: Reduction) -> ErrorPlace:
     options, obs = white.options, white.observations
     structure = Structure(white.model, nuisances_of(options, obs), wind_drifts(options, obs))
-    return fit_located(log, options, structure, obs, white.white.theta)
+    return fit_located(log, options, structure, obs, white.white.theta, white.path)
 
 
 def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None) -> Reduction:
@@ -407,6 +444,7 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
         error_location=located.location,
         altitude=structure.altitude,
         winds=fit.winds,
+        path=fit.path,
     )
 
 

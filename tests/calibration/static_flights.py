@@ -18,6 +18,7 @@ HEIGHT = 1829.0  # m, 6,000 ft
 WIND = (5.0, -6.0)  # m/s toward north, east
 CURVE = (-0.060, 0.006, 0.060)  # Inverse+, q_ref 1630.28 Pa
 REFERENCE = 1630.28
+EARTH = 6.357e6  # m: the atmosphere's height is geopotential, the receiver's is not
 EXACT = {"temperature_k": 0.0, "recovery_factor": 0.0, "static_pressure_pa": 0.0, "velocity_mps": 0.0}
 
 
@@ -127,7 +128,7 @@ def fly(
     fix = (np.arange(n) // (RATE // gps.rate)) * (RATE // gps.rate)
     keep = float(np.exp(-1.0 / RATE / gps.memory))
     slow = lfilter([np.sqrt(1 - keep**2)], [1, -keep], rng.standard_normal(n + 500 * RATE))[500 * RATE :]
-    altitude = height + gps.slow * slow + gps.white * rng.standard_normal(n)
+    altitude = height / (1.0 - height / EARTH) + gps.slow * slow + gps.white * rng.standard_normal(n)
     sensed = velocity + gps.velocity * rng.standard_normal((3, n))
     return FlightLog(
         time=time,

@@ -213,6 +213,7 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
             common,
             choice.answer,
             rows.observations,
+            calibration.place_assumed,
         ),
         wind=_wind(choice),
         impact_pressure_zero=zero,

@@ -21,7 +21,7 @@ from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import Nuisance, PredictionModel
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError
-from pitotbench.records.calibration import Calibration
+from pitotbench.records.calibration import Calibration, Disagreement, ErrorCurve, Residuals
 from pitotbench.records.log import Caution
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
 
@@ -131,6 +131,63 @@ def _verdict(
         f"{reason}"
     )
     return CurveVerdict(kind, float(error[at]), float(speed[at]), words)
+
+
+# Findings of one log that contradict each other.
+# Samples without the wind scatter about the curve. Where their mean near an airspeed lies off the curve by more
+# than its bound and their own scatter allow, the model of the curve or of the wind does not describe the log.
+
+_BIN, _MEAN_OVER = 10.0 * KNOT, 30.0  # m/s and s: samples are taken together near an airspeed, and over so long
+_FEWEST_MEANS = 4
+DISAGREE = 0.001  # probability of so much disagreement by chance: below it two equations are not averaged
+_CLEAR, _BOUNDS, _LEAST_OFF = (
+    3.0,
+    1.5,
+    0.5 * KNOT,
+)  # standard errors, times 2σ, and m/s beyond which samples disagree
+
+
+def disagreements(agreement: float | None, residuals: Residuals, curve: ErrorCurve) -> tuple[Disagreement, ...]:
+    """Return where the wind triangle and the height disagree, and where the samples lie off the curve.
+
+    `agreement` is the probability that triangle and height differ by so much by chance, None where only one spoke.
+    """
+    found = []
+    if agreement is not None and agreement < DISAGREE:
+        words = (
+            f"the wind triangle and the height disagree about the curve (by chance in {100.0 * agreement:.2g} % of "
+            "logs). The bound holds both. The temperature or the height may be off by more than stated, or the "
+            "wind may follow the speeds flown: fly each speed on several headings at one height"
+        )
+        found.append(Disagreement("height", words, float(np.max(curve.two_sigma)), fatal=False))
+    off, at = _samples_off(residuals, curve)
+    if off > 0.0:
+        words = (
+            f"the samples near {at / KNOT:.0f} KIAS lie {off / KNOT:.1f} kt off the curve, more than its bound and "
+            "their scatter allow. Do not use this answer: take a part of the flight (--from, --to), or another "
+            "--model"
+        )
+        found.append(Disagreement("samples", words, off, fatal=True))
+    return tuple(found)
+
+
+def _samples_off(residuals: Residuals, curve: ErrorCurve) -> tuple[float, float]:
+    """The largest clear distance of the samples' mean from the curve, and its airspeed [m/s]; 0 for none."""
+    group = np.floor((residuals.time - residuals.time[0]) / _MEAN_OVER).astype(np.intp)
+    place = np.floor(residuals.indicated_airspeed / _BIN).astype(np.intp)
+    worst = (0.0, 0.0)
+    for number in np.unique(place):
+        rows = place == number
+        means = np.bincount(group[rows], residuals.airspeed[rows])[np.unique(group[rows])]
+        means = means / np.bincount(group[rows])[np.unique(group[rows])]
+        if len(means) < _FEWEST_MEANS:
+            continue
+        mean, error = float(np.mean(means)), float(np.std(means, ddof=1) / np.sqrt(len(means)))
+        at = float(np.mean(residuals.indicated_airspeed[rows]))
+        bound = float(np.interp(at, curve.indicated_airspeed, curve.two_sigma))
+        if abs(mean) - _CLEAR * error > max(_BOUNDS * bound, _LEAST_OFF) and abs(mean) > worst[0]:
+            worst = (abs(mean), at)
+    return worst
 
 
 # Warnings for nuisances and noise parameters that the log puts far outside their priors.

@@ -31,6 +31,7 @@ from pitotbench.calibration.covering import (
     posterior_of,
     settle,
 )
+from pitotbench.calibration.fit_checks import DISAGREE
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.calibration.prediction import WindPath
@@ -46,7 +47,6 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 
 STATIC, TOTAL, IMPACT = "static", "total", "impact"
-DISAGREE = 0.001  # probability of so much disagreement by chance: below it two equations are not averaged
 SURE = 1e-3  # probability below which the less likely location is left out of the answer
 _CERTAIN = 500.0  # log odds, clipped here to keep the exponential finite
 _LEAST_GAINED = 0.01  # share of a variance: of a direction that gains less, small errors of the model decide
@@ -161,7 +161,7 @@ def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[App
     known = near.covariance[:free, :free]
     scale = np.sqrt(np.diag(known))
     root = scale[:, None] * np.linalg.cholesky(known / np.outer(scale, scale))
-    plain = altitude_regression(rows, bare.model, near.theta, ())
+    plain = altitude_regression(rows, replace(bare.model, static_error=True), near.theta, ())
     seen = plain.regressors[:, :free] @ root
     problem = Regression(plain.response, seen, seen, np.ones(free))
     noise, log_evidence = _tried(problem, rows)
@@ -180,6 +180,8 @@ def _chance(z: Array, left: Array) -> float:
     """
     gained, axes = np.linalg.eigh(np.eye(len(z)) - left)
     moved = gained > _LEAST_GAINED
+    if not moved.any():
+        return 1.0
     distance = float(np.sum((axes.T @ z)[moved] ** 2 / gained[moved]))
     return float(chdtrc(int(moved.sum()), distance))
 

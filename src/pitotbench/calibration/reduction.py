@@ -22,7 +22,7 @@ from pitotbench.calibration.covering import (
     posterior_of,
 )
 from pitotbench.calibration.fit_checks import outside_prior, require_observable
-from pitotbench.calibration.location import DISAGREE, IMPACT, ErrorPlace, fit_located
+from pitotbench.calibration.location import IMPACT, ErrorPlace, fit_located
 from pitotbench.calibration.observations import Observations, divide, observe, observe_again, range_end, wind_drifts
 from pitotbench.calibration.options import (
     AUTO,
@@ -41,6 +41,7 @@ from pitotbench.calibration.prediction import (
     nuisances_of,
     wind_by_circle,
 )
+from pitotbench.calibration.usable_parts import spans, usable_parts
 from pitotbench.calibration.wind import ASKS, check_wind
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
@@ -278,6 +279,9 @@ class Reduction:
     assumptions: tuple[Assumption, ...] = ()
     winds: tuple[WindowWind, ...] = ()
     path: WindPath | None = None
+    parts: tuple[tuple[float, float], ...] = ()
+    log_start: float = 0.0
+    left_out: tuple[str, ...] = ()
 
 
 def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: float | None = None) -> Reduction:
@@ -301,8 +305,12 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     if used.method == "covering":
         reduction = _cover(log, reduction)
     assumed = assumptions_of(options.accuracies, log.header)
+    parts = usable_parts(log)
     return replace(
         reduction,
+        parts=((float(log.time[0]), float(log.time[-1])),) if used.on_condition else spans(log.time, parts.rows),
+        log_start=float(log.time[0]),
+        left_out=() if used.on_condition else parts.reasons,
         warnings=(*_warnings(log, reduction, left_out), *reduction.warnings),
         assumptions=_that_matter(assumed, used, reduction.observations),
     )
@@ -484,16 +492,6 @@ def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) 
         more = f" and {len(left_out) - _MOST_NAMED} more" if len(left_out) > _MOST_NAMED else ""
         text = f"{len(left_out)} rows disagree with all others and are left out, at {times}{more} s"
         yield Caution(text, "faulty rows", size=len(left_out))
-    agreement = found.height_agreement
-    if agreement is not None and agreement < DISAGREE:
-        yield Caution(
-            "the wind triangle and the height disagree about the curve (by chance in "
-            f"{100.0 * agreement:.2g} % of cases): the model may not follow the curve (try --model auto, or a "
-            "narrower range of speeds), or temperature or height may be off by more than stated",
-            "height",
-            "altitude",
-            agreement,
-        )
     if found.wind_change is not None and _is_named(found.wind_change):
         yield _wind_warning(found.wind_change)
     # The 2σ is infinite where the log does not determine the latency.

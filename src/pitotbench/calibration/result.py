@@ -7,7 +7,10 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibration.covering import Posterior
+from pitotbench.calibration.fit_checks import disagreements
+from pitotbench.calibration.location import STATIC
 from pitotbench.calibration.observations import Observations
+from pitotbench.calibration.options import AUTO
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import ZERO, CurveMap, Nuisance, PredictionModel, curve_airspeeds
 from pitotbench.calibration.reduction import Reduction
@@ -38,14 +41,17 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
     if airspeeds is None:
         airspeeds = curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure))
     curve = CurveMap(model, _above_zero(airspeeds, zero), 0.0 if zero is None else zero.value)
-    residuals = _residuals(model, obs, answer.mean[: model.count])
+    flown = obs if reduction.path is None else reduction.path.taken_from(obs)
+    residuals = _residuals(model, flown, answer.mean[: model.count])
+    assumed = reduction.error_location == STATIC and _place_assumed(reduction)
+    drawn = _curve(curve, white, answer, reduction.nuisances)
     return Calibration(
         model=reduction.options.model,
         method=reduction.options.method,
         parameters=_parameters(model, answer),
         reference_pressure=model.reference_pressure,
         wind=_wind(model, answer),
-        curve=with_altitude(_curve(curve, white, answer, reduction.nuisances), curve, answer, obs),
+        curve=with_altitude(drawn, curve, answer, obs, assumed),
         residual_two_sigma=2.0 * float(np.std(white.residuals[0])),
         samples=len(obs),
         converged=True,
@@ -59,7 +65,18 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         assumptions=reduction.assumptions,
         impact_pressure_zero=zero,
         winds=reduction.winds or _one_window(reduction, _wind(model, answer)),
+        parts=reduction.parts,
+        log_start=reduction.log_start,
+        left_out=reduction.left_out,
+        disagreements=disagreements(reduction.diagnostics.height_agreement, residuals, drawn),
+        place_assumed=assumed,
+        mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
     )
+
+
+def _place_assumed(reduction: Reduction) -> bool:
+    """Whether the place of the error was neither stated nor seen in the height."""
+    return reduction.options.error_location == AUTO and reduction.diagnostics.static_probability is None
 
 
 def _one_window(reduction: Reduction, wind: WindEstimate) -> tuple[WindowWind, ...]:
@@ -132,19 +149,23 @@ def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances:
     )
 
 
-def with_altitude(curve: ErrorCurve, of: CurveMap, answer: Posterior, obs: Observations) -> ErrorCurve:
+def with_altitude(
+    curve: ErrorCurve, of: CurveMap, answer: Posterior, obs: Observations, assumed: bool = False
+) -> ErrorCurve:
     """Add the altitude correction [m] and its 2σ to the curve where the error is the static source's.
 
-    They are computed at the median of the log's static pressures.
+    They are computed at the median of the log's static pressures. Where the place of the error is `assumed`, there
+    may be no error of the altitude at all, and the 2σ holds 0.
     """
     if not of.model.static_error:
         return curve
     pressure = float(np.median(obs.static_pressure))
     k = answer.mean[: of.model.error_count]
     gradient = widened(of.altitude_gradient(k, pressure), answer)
-    return replace(
-        curve, altitude_correction=of.altitude(k, pressure), altitude_two_sigma=answer.two_sigma(gradient)
-    )
+    correction, bound = of.altitude(k, pressure), answer.two_sigma(gradient)
+    if assumed:
+        bound = np.hypot(bound, correction)
+    return replace(curve, altitude_correction=correction, altitude_two_sigma=bound)
 
 
 def correction_gradient(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -> Array:

@@ -31,6 +31,11 @@ class UsableParts:
     rows: Booleans
     left_out: tuple[tuple[str, Booleans], ...]
 
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Why rows are left out."""
+        return tuple(why for why, rows in self.left_out if rows.any())
+
 
 def usable_parts(log: FlightLog) -> UsableParts:
     """Return the parts of a log that serve a calibration."""
@@ -56,7 +61,10 @@ def usable_parts(log: FlightLog) -> UsableParts:
 def path_angle(log: FlightLog) -> Array:
     """Return the angle of the path through the air above the horizon, over 20 s about each row, (n,) [rad]."""
     pressure = np.maximum(log.static_pressure, 1.0)
-    height = air.pressure_altitude(pressure)
+    second = np.floor(log.time - log.time[0])
+    edges = np.flatnonzero(np.diff(second, prepend=-1.0))
+    middles = np.array([np.median(part) for part in np.split(pressure, edges[1:])])  # no spike is a climb
+    height = air.pressure_altitude(np.interp(log.time, log.time[edges], middles))
     before, after = (np.clip(log.time + half, log.time[0], log.time[-1]) for half in (-0.5 * _OVER, 0.5 * _OVER))
     climb = (np.interp(after, log.time, height) - np.interp(before, log.time, height)) / (after - before)
     mach = air.mach_from_impact_pressure(np.maximum(log.impact_pressure, 0.0), pressure)

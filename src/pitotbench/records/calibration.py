@@ -48,6 +48,19 @@ class WindowWind:
 
 
 @dataclass(frozen=True, slots=True)
+class Disagreement:
+    """Two findings of one log that contradict each other: which (`height`, `samples`), in words, and by how much.
+
+    `size` is the largest difference [m/s]. One that is `fatal` is not held by the bound.
+    """
+
+    kind: str
+    words: str
+    size: float
+    fatal: bool
+
+
+@dataclass(frozen=True, slots=True)
 class ErrorCurve:
     """The pressure error as a curve over indicated airspeed; arrays of one length.
 
@@ -261,6 +274,9 @@ class Calibration(Shown):
     assumed or estimated: `static`, `total` or `impact`. `assumptions`: the accuracies on which every bound depends.
     `impact_pressure_zero` [Pa]: the zero offset of the sensor that was found and that `curve.correction` takes out,
     None where none was looked for. `winds`: the wind of each window of a long flight, else of the whole log.
+    `parts`: first and last time [s] of each part of the log that was used, and `left_out`: why others were not.
+    `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach number used.
+    `log_start`: time of the first row [s].
     """
 
     model: str
@@ -282,6 +298,17 @@ class Calibration(Shown):
     assumptions: tuple[Assumption, ...] = ()
     impact_pressure_zero: Estimate | None = None
     winds: tuple[WindowWind, ...] = ()
+    parts: tuple[tuple[float, float], ...] = ()
+    left_out: tuple[str, ...] = ()
+    disagreements: tuple[Disagreement, ...] = ()
+    place_assumed: bool = False
+    mach: float = 0.0
+    log_start: float = 0.0
+
+    @property
+    def usable(self) -> bool:
+        """Whether the answer may be used: its samples do not contradict it."""
+        return not any(each.fatal for each in self.disagreements)
 
 
 # One flight of a log with its calibration.

@@ -336,6 +336,7 @@ def departure_line(result: Calibration) -> str:
 
 # A calibration in numbers and sentences, for the terminal and for a page.
 
+_MOST_PARTS = 6  # of the log that are named
 _LEAST_SHARE = 0.005  # kt, below which a share would be printed as zero
 _LOCATIONS = {"static": "the static source", "total": "the total source", "impact": "the impact pressure"}
 
@@ -359,7 +360,12 @@ def print_calibration(
     `limit` as for `judgments`. With `details` also every point of the curve, the models weighed and the fit.
     """
     answer = short_answer_of(result, "")
-    sentences = [answer.correction_sentence, answer.wind_sentence, *(j.sentence for j in judgments(result, limit))]
+    sentences = [
+        *headline(result),
+        answer.correction_sentence,
+        answer.wind_sentence,
+        *(j.sentence for j in judgments(result, limit)),
+    ]
     for line in sentences:
         console.print(outside(line))
     print_warnings(result.warnings, console)
@@ -367,14 +373,20 @@ def print_calibration(
     if not details:
         print_table(GLANCE_COLUMNS, glance_points(result.curve), console)
         console.print()
-        for line in [*location_lines(result), *assumption_lines(result)]:
+        for line in [*part_lines(result), *location_lines(result), *assumption_lines(result)]:
             console.print(outside(line))
         return
     title = f"error curve, model {result.model}, method {result.method}"
     print_table(CURVE_COLUMNS, curve_points(result.curve), console, title)
     console.print()
     print_choice(result, console)
-    fit = [*parameter_lines(result), *location_lines(result), *wind_lines(result), *assumption_lines(result)]
+    fit = [
+        *part_lines(result),
+        *parameter_lines(result),
+        *location_lines(result),
+        *wind_lines(result),
+        *assumption_lines(result),
+    ]
     for line in [*fit, *share_lines(result), *fit_lines(result)]:
         console.print(outside(line))
 
@@ -393,7 +405,7 @@ def calibration_html(result: Calibration) -> str:
 def condition_lines(result: Calibration) -> list[str]:
     """What the answer holds for: the model, the place of the error and the accuracies assumed."""
     model = f"model of the curve: {result.model}; samples: {result.samples:,}"
-    return [model, *location_lines(result), *assumption_lines(result)]
+    return [model, *part_lines(result), *location_lines(result), *assumption_lines(result)]
 
 
 def parameter_lines(result: Calibration) -> list[str]:
@@ -402,9 +414,31 @@ def parameter_lines(result: Calibration) -> list[str]:
     return [f"parameters (± is 2σ): {values}; x = q_ci / {result.reference_pressure:.2f} Pa"]
 
 
+def headline(result: Calibration) -> list[str]:
+    """What stands above an answer whose log contradicts itself."""
+    lead = "Two findings of this log disagree" if result.usable else "Do not use this answer"
+    return [f"{lead}: {each.words}." for each in result.disagreements]
+
+
+def part_lines(result: Calibration) -> list[str]:
+    """Which parts of the log were used, in minutes of the log, and what was left out; empty where all was used."""
+    if not result.left_out:
+        return []
+    start = result.log_start
+    told = [f"{clock(begin - start)} to {clock(end - start)}" for begin, end in result.parts[:_MOST_PARTS]]
+    more = f" and {len(result.parts) - _MOST_PARTS} more parts" if len(result.parts) > _MOST_PARTS else ""
+    return [f"used: {', '.join(told)}{more} (min:s of the log's clock); left out: {', '.join(result.left_out)}"]
+
+
+def clock(seconds: float) -> str:
+    """A time as minutes and seconds, such as 12:30."""
+    return f"{int(seconds // 60):d}:{int(seconds % 60):02d}"
+
+
 def location_lines(result: Calibration) -> list[str]:
     """The place of the pressure error, which decides what it does to the altitude."""
-    return [f"place of the error: {_LOCATIONS[result.error_location]}"]
+    assumed = ", assumed (without a height by GPS the log does not show it)" if result.place_assumed else ""
+    return [f"place of the error: {_LOCATIONS[result.error_location]}{assumed}"]
 
 
 def wind_lines(result: Calibration) -> list[str]:
@@ -458,6 +492,13 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         "winds": [_window(each) for each in result.winds],
         "curve": json_rows(CURVE_COLUMNS, curve_points(result.curve)),
         "error_location": result.error_location,
+        "error_location_assumed": result.place_assumed,
+        "usable": result.usable,
+        "disagreements": [
+            {"kind": each.kind, "words": each.words, "size_kt": each.size / KNOT} for each in result.disagreements
+        ],
+        "parts": [{"from_s": begin, "to_s": end} for begin, end in result.parts],
+        "left_out": list(result.left_out),
         **assumptions_json(result),
         "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
         "samples": result.samples,

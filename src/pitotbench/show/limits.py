@@ -1,7 +1,7 @@
 """An error curve against a limit of airspeed and altitude errors, in numbers and in sentences."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from pitotbench.records.calibration import Calibration
 from pitotbench.units import FOOT, KNOT, Array
 
 AUTO, NONE = "auto", "none"
+_TRANSPORT = 0.6  # Mach number from which on the rule of transport airplanes judges
 # No airplane certified under part 23 or 25 cruises below this speed: for a small drone the rule means nothing.
 _SLOWEST_KT = 60.0
 # At sea level in the standard atmosphere, where the rules apply: 1/(ρ g), with ρ = p/(R T).
@@ -35,6 +36,7 @@ class Limit:
     knots: float
     altitude_name: str = ""
     feet: float | None = None
+    why: str = ""
 
     @property
     def label(self) -> str:
@@ -119,14 +121,19 @@ def limit_named(text: str) -> Limit | str | None:
 
 
 def limit_for(result: Calibration, limit: Limit | str | None = AUTO) -> Limit | None:
-    """The limit that judges a curve: the one given, or FAR 25 where the curve reaches an airplane's speeds."""
+    """The limit that judges a curve: the one given, or by the Mach number FAR 23 or 25 for an airplane's speeds."""
     if not isinstance(limit, str):
         return limit
-    return _RULES["far25"] if result.curve.indicated_airspeed[-1] >= _SLOWEST_KT * KNOT else None
+    if result.curve.indicated_airspeed[-1] < _SLOWEST_KT * KNOT:
+        return None
+    fast = result.mach >= _TRANSPORT
+    return replace(
+        _RULES["far25" if fast else "far23"], why=f" (the log {'reaches' if fast else 'stays below'} Mach 0.6)"
+    )
 
 
 def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[LimitJudgment]:
-    """The curve against the limit of airspeed, and against that of altitude where the static source errs."""
+    """The curve against the limit of airspeed, and that of altitude where the static source is seen to err."""
     chosen = limit_for(result, limit)
     if chosen is None:
         return []
@@ -135,14 +142,14 @@ def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[Lim
     found = [
         _judged(
             chosen.name,
-            f"the larger of {100.0 * chosen.share:g} % and {chosen.knots:g} kt",
+            f"the larger of {100.0 * chosen.share:g} % and {chosen.knots:g} kt{chosen.why}",
             (speed, chosen.airspeed(speed)),
             (np.abs(curve.correction) / KNOT, curve.two_sigma / KNOT),
             "kt",
         )
     ]
     allowed = chosen.altitude(speed)
-    if allowed is not None and curve.altitude_correction is not None:
+    if allowed is not None and curve.altitude_correction is not None and not result.place_assumed:
         # The rules hold at sea level, where a pressure error is fewer feet than at altitude.
         scale = _FEET_A_PASCAL * impact_pressure(curve.indicated_airspeed + curve.correction)
         size = np.abs(curve.normalized_pressure_error) * scale, curve.normalized_two_sigma * scale

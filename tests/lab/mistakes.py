@@ -1,6 +1,6 @@
 """The mistakes of units and columns that people make in flight logs, each as a change to one good log.
 
-    python -m tests.logbook.mistakes [--each]
+    python -m tests.lab.mistakes [--each]
 
 spoils the log of a simulated flight (maneuver `circle`, air data at 20 Hz, GPS at 1 Hz) in every way of `MISTAKES`,
 calibrates what can be read, holds the answer against the truth and prints how many mistakes are refused, warned
@@ -449,7 +449,7 @@ def _kind(mistake: Mistake, says: str, error_kt: float, ratio: float, wind: floa
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns exit code 0 where nothing is accepted wrong in silence or hidden below a warning."""
-    parser = argparse.ArgumentParser(prog="python -m tests.logbook.mistakes", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m tests.lab.mistakes", description=__doc__.split("\n")[0])
     parser.add_argument("--each", action="store_true", help="one line a mistake")
     choice = parser.parse_args(arguments)
     found = []

@@ -1,6 +1,6 @@
 """Causes outside the table: what is told of them, and how much of a held-out flight the formula closes.
 
-python -m tests.reconciliation.outsiders [--only NAME] [--alone]
+python -m tests.lab.outsiders [--only NAME] [--alone]
 With --alone the formula is looked for at once, without the table and without null flights: ten times as fast.
 Every cause is flown twice on different days: one log is explained, the other is held out. Null flights follow.
 """

@@ -10,6 +10,7 @@ import pytest
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import check_log, lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.renewal import NO_EFFECTS
 from pitotbench.reconciliation.track import AIR_CHANNELS, GPS_CHANNELS, track_of
 from pitotbench.reconciliation.verdict import judge
 from pitotbench.records import BadInputError
@@ -112,8 +113,8 @@ def test_a_held_fix_is_not_used_and_names_nothing(sensed) -> None:
 def test_a_log_with_an_outage_is_that_with_a_pause(sensed) -> None:
     log = sensed(das="20/20")
     cut = replace(log, gps_fresh=None).select(~_between(log, *HELD))
-    residuals = [lay_out(each, None, AnalysisSetting()).residuals.values for each in (held(log, *HELD), cut)]
-    np.testing.assert_allclose(residuals[0], residuals[1], atol=1e-9)
+    layouts = [lay_out(each, None, AnalysisSetting(), NO_EFFECTS) for each in (held(log, *HELD), cut)]
+    np.testing.assert_allclose(*(each.residuals.values for each in layouts), atol=1e-9)
 
 
 def test_a_log_that_is_mostly_outage_is_refused(sensed) -> None:
@@ -128,4 +129,5 @@ def test_a_piece_that_is_too_short_is_refused_with_the_length_that_would_do(sens
     log = sensed(das="20/1")
     with pytest.raises(BadInputError, match=r"instants to compare, and 40 are needed: give at least 44 s"):
         lay_out(log.select(log.time - log.time[0] < seconds), None, AnalysisSetting())
-    assert len(lay_out(log.select(log.time - log.time[0] < 44.0), None, AnalysisSetting()).grid) >= 40
+    long_enough = log.select(log.time - log.time[0] < 44.0)
+    assert len(lay_out(long_enough, None, AnalysisSetting(), NO_EFFECTS).grid) >= 40

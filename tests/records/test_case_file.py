@@ -3,7 +3,6 @@
 import tomllib
 
 import pytest
-import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -174,21 +173,3 @@ def test_truth_can_be_left_out():
     table = case_table(Case(), omit=("pressure_error", "wind", "effects"))
     assert not {"pressure_error", "wind", "effects"} & set(table)
     assert table["das"]["gps_rate_hz"] == 50.0
-
-
-toml_values = st.recursive(
-    st.booleans() | st.integers(-(2**62), 2**62) | st.floats(allow_nan=False) | st.text(max_size=8),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
-    max_leaves=8,
-)
-
-
-@settings(max_examples=150)
-@given(st.dictionaries(st.text(max_size=6), toml_values, max_size=4))
-def test_toml_reads_back(table):
-    assert tomllib.loads(tomli_w.dumps(table)) == table
-
-
-def test_toml_refuses_what_it_cannot_hold():
-    with pytest.raises(TypeError, match="NoneType"):
-        tomli_w.dumps({"a": None})

@@ -139,13 +139,13 @@ def day(number: int, maneuver: str = "diagnostic", aircraft: str = "navajo") -> 
     )
 
 
-def flown(outsider: Outsider | None, number: int, folder: Path, maneuver: str = "diagnostic") -> FlightLog:
+def flown(outsider: Outsider | None, number: int, folder: Path, das: str = "50/50") -> FlightLog:
     """The log of a flight with a hidden cause, on a day of its own; `folder` takes the edited airplane."""
     if outsider is None or outsider.sensor is not None:
-        log = sense(fly(day(number, maneuver)), "50/50")
+        log = sense(fly(day(number)), das)
         return log if outsider is None or outsider.sensor is None else outsider.sensor(log)
     with edited(outsider, folder) as name:
-        log = sense(fly(day(number, maneuver, name)), "50/50")
+        log = sense(fly(day(number, aircraft=name)), das)
     return replace(log, header=_without_aircraft(log.header))
 
 

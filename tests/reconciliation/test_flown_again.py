@@ -186,9 +186,8 @@ def test_the_hand_is_told_by_what_moves_to_and_fro():
 @pytest.mark.parametrize(
     ("air", "pilot", "found"), [("light", "none", ""), ("light", "busy", "busy"), ("moderate", "none", "")]
 )
-def test_the_card_is_flown_by_the_hand_that_the_log_shows(monkeypatch, air: str, pilot: str, found: str):
+def test_the_card_is_flown_by_the_hand_that_the_log_shows(air: str, pilot: str, found: str):
     """The header tells of no pilot, and the log was flown by one; other gusts are no other hand."""
-    monkeypatch.setattr("os.cpu_count", lambda: 1)
     card = Case(
         maneuver="circle", turbulence="light", das=DataSystem(20.0, 20.0), card={"speeds_kt": [150.0, 120.0]}
     )

@@ -247,8 +247,9 @@ def test_clock_times_are_read(name, log, tmp_path):
 
 @pytest.mark.parametrize("name", list(BAD_LOGS))
 def test_a_bad_log_is_refused_in_one_line(name, tmp_path, capsys):
-    make, says = BAD_LOGS[name]
-    assert re.search(says, refused(["calibrate", make(tmp_path)], capsys))
+    (make, says), page = BAD_LOGS[name], tmp_path / "page.html"
+    assert re.search(says, refused(["calibrate", make(tmp_path), "--json", "--report", page], capsys))
+    assert not page.exists()
 
 
 @pytest.mark.parametrize(

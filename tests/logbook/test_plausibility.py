@@ -5,7 +5,6 @@ import pytest
 from tests.logbook import sample_log as sample
 from tests.logbook.bad_logs import GOOD, NEEDED, TIME
 
-from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.logbook.reading import read_log
 
 
@@ -45,9 +44,3 @@ def test_a_change_of_the_pitot_gain_in_flight_is_warned_of(tmp_path):
 
 def test_a_good_log_without_height_heading_or_temperature_has_no_warning(tmp_path):
     assert said(tmp_path, {name: GOOD["a circle"][name] for name in NEEDED}) == []
-
-
-def test_the_limits_keep_their_order():
-    assert LIMITS.curve_doubted < LIMITS.curve_refused
-    assert LIMITS.temperature_doubted < LIMITS.temperature_refused
-    assert LIMITS.misfit_doubted < LIMITS.misfit_refused

@@ -102,42 +102,11 @@ def test_a_turn_has_bank_beyond_that_of_its_turn_rate():
     assert found["bank beyond that of the turn rate", "°"] == pytest.approx(1.0, abs=0.01)
 
 
-def fitted(**sizes: float) -> Any:
-    """A naming of which only the sizes of the free parameters matter."""
-    names = tuple(name.replace("_", " ", 1) if name.startswith("temperature") else name for name in sizes)
-    names = tuple("nonstandard_temperature warmer_k" if name == "warmer" else name for name in names)
-    clean = {"impact_pressure": np.array([1000.0, 2000.0]), "static_pressure": np.full(2, 101_325.0)}
-    layout = SimpleNamespace(
-        free=SimpleNamespace(names=names),
-        scene=SimpleNamespace(clean=clean),
-        measured=np.array([True, True]),
-        setting=AnalysisSetting(),
-        curves=(),
-    )
-    return naming_of(layout, np.array(list(sizes.values())))
-
-
 def naming_of(layout: Any, sizes: Array) -> Any:
     """A naming without effects: a layout and the sizes of its free parameters."""
     return SimpleNamespace(
         layout=layout, fit=SimpleNamespace(columns=()), equations=SimpleNamespace(free_sizes=lambda columns: sizes)
     )
-
-
-def as_shown(card: Case | None, naming: Any) -> Case | None:
-    """The card as a log shows it, with the error curve of the file."""
-    shown = as_the_log_shows(card, naming)
-    return None if shown is None else replace(shown, pressure_error=PressureErrorSpec())
-
-
-def test_a_card_is_flown_on_the_day_that_the_log_shows():
-    card = Case(maneuver="circle", temperature_offset=2.0)
-    untold = fitted(wind=3.0, temperature_offset=-9.0, warmer=4.0)
-    assert as_shown(card, untold) == Case(maneuver="circle", temperature_offset=-3.0)
-    # Where the header tells the day, an offset is one of the thermometer.
-    assert as_shown(card, fitted(temperature_offset=-9.0)) == card
-    assert as_shown(None, untold) is None
-    assert as_shown(card, fitted(warmer=4.0)) == Case(maneuver="circle", temperature_offset=6.0)  # no thermometer
 
 
 @pytest.mark.parametrize("parameters", [(-0.060, 0.006, 0.060), (0.10, -0.02, -0.08)])

@@ -17,7 +17,7 @@ from pitotbench.records.case import (
     Wind,
 )
 from pitotbench.records.case_file import case_table, read_case, write_case
-from pitotbench.units import DEGREE, FOOT, KNOT
+from pitotbench.units import FOOT
 
 positive = st.floats(1e-6, 1e6)
 some = st.floats(0.0, 1e6)
@@ -104,11 +104,6 @@ def test_any_suffix_of_the_dimension_is_read():
 def test_temperatures_of_a_case_are_differences():
     """10 °C warmer than standard is 10 K warmer, not 283.15 K warmer."""
     assert read_case("temperature_offset_degc = 10").temperature_offset == 10.0
-
-
-def test_units_are_converted():
-    case = read_case("altitude_ft = 6000\n[wind]\nspeed_kt = 20\nfrom_direction_deg = 90\n")
-    assert (case.altitude, case.wind.speed, case.wind.from_direction) == (6000 * FOOT, 20 * KNOT, 90 * DEGREE)
 
 
 BAD = {

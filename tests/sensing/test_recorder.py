@@ -1,7 +1,6 @@
 """From truth to log: what a perfect system records, what each imperfection does, and what the log must not tell."""
 
 from dataclasses import fields, replace
-from time import process_time
 
 import numpy as np
 import pytest
@@ -9,8 +8,7 @@ from tests.sensing import synthetic_flight as fixture
 
 from pitotbench import air
 from pitotbench.calibration.options import USUAL
-from pitotbench.records import BadInputError
-from pitotbench.records.case import Case, DataSystem, EffectSpec, Wind
+from pitotbench.records.case import Case, EffectSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import PLAIN, header, known_curve, record, resolution
 from pitotbench.sensing.sampling import SYSTEMS, data_system
@@ -174,11 +172,6 @@ def test_another_seed_or_rate_is_another_draw():
     assert abs(np.corrcoef(first[: len(slow)], slow)[0, 1]) < 0.12  # same place in the stream
 
 
-def test_rates_beyond_the_flight_are_refused():
-    with pytest.raises(BadInputError, match="must not exceed the 100 Hz"):
-        record(fixture.flight(), DataSystem(air_rate=120.0), 1)
-
-
 def test_the_header_tells_the_case_and_no_truth():
     case = Case(wind=Wind(speed=21.7 * KNOT), effects=(EffectSpec("belly_pod", {"drag_area_m2": 0.31}),))
     header = record(fixture.flight(case=case), SYSTEMS["20/1"], 9).header
@@ -197,14 +190,6 @@ def test_the_digest_tells_cases_apart():
 
     assert digest(Case()) == digest(Case())
     assert digest(Case()) != digest(Case(wind=Wind(speed=1.0)))
-
-
-def test_a_long_flight_is_sensed_quickly():
-    """21 minutes at 100 Hz: measured 0.06 s; the bound leaves room for a slow machine."""
-    flight = fixture.flight(seconds=1260.0)
-    begin = process_time()
-    record(flight, SYSTEMS["100/100"], 1)
-    assert process_time() - begin < 0.5
 
 
 def test_a_log_of_the_bench_states_every_accuracy_that_would_else_be_the_usual_one():

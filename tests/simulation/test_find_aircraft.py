@@ -2,9 +2,6 @@
 
 from pathlib import Path
 
-import pytest
-
-from pitotbench.catalog import UnknownNameError
 from pitotbench.simulation.aircraft import find_aircraft, known_aircraft
 
 
@@ -21,12 +18,3 @@ def test_the_first_shelf_wins_and_both_are_known(tmp_path):
     assert find_aircraft("navajo", (wheel, checkout)) == wheel / "navajo"
     assert find_aircraft("other", (wheel, checkout)) == checkout / "other"
     assert set(known_aircraft((wheel, checkout))) == {"navajo", "other"}
-
-
-def test_an_unknown_aircraft_names_the_nearest(tmp_path):
-    with pytest.raises(UnknownNameError, match=r"Did you mean 'navajo'\? Known: navajo"):
-        find_aircraft("navaho", (shelf(tmp_path, "navajo"), tmp_path / "nowhere"))
-
-
-def test_the_benchs_own_aircraft_is_found():
-    assert (find_aircraft("navajo") / "navajo.xml").is_file()

@@ -15,7 +15,7 @@ from pitotbench.logbook.reading import read_log, read_table
 FLOWN = foreign.flight()
 
 
-@pytest.mark.parametrize("name", list(headers.HEADERS))
+@pytest.mark.parametrize("name", list(headers.headers(FLOWN)))
 def test_a_foreign_header_is_drafted_right(tmp_path, name):
     """As it stands, also where a question is asked: airspeed, height, temperature and velocity are the flight's."""
     path, mapping = headers.write_header(tmp_path / "log.csv", name, FLOWN), tmp_path / "m.toml"

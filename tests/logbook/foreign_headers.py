@@ -63,8 +63,8 @@ def headers(flown: dict[str, Array]) -> dict[str, dict[str, Column]]:
         "pcm": {
             "IRIG_TIME": [f"{clock(i):%j:%H:%M:%S}.000" for i in range(ROWS)], "QCI_INHG": q / INCH_OF_MERCURY,
             "PSI_INHG": p / INCH_OF_MERCURY, "TTI_DEGK": total, "GPS_VN_FPS": north / FOOT,
-            "GPS_VE_FPS": east / FOOT, "GPS_VD_FPS": down / FOOT, "HDG_TRUE_DEG": heading, "ALPHA_DEG": 3.0 + 0.2 * noise,
-            "FUEL_TOTAL_LB": 900.0 - 0.2 * time, "EVENT": np.floor(time / 60.0),
+            "GPS_VE_FPS": east / FOOT, "GPS_VD_FPS": down / FOOT, "HDG_TRUE_DEG": heading,
+            "ALPHA_DEG": 3.0 + 0.2 * noise, "FUEL_TOTAL_LB": 900.0 - 0.2 * time, "EVENT": np.floor(time / 60.0),
         },
         # A cockpit display: clock, date, units in brackets, blanks in the names.
         "glass": {

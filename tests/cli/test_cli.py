@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
-from pitotbench.cli.app import main
+from pitotbench.bench.campaign_plan import plan_tasks as campaign_plan
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.cli.app import command_line, main
+from pitotbench.cli.plan import request_of as plan_request
 from pitotbench.logbook.formats import write_log
-from pitotbench.simulation.maneuvers import MANEUVERS
+from pitotbench.records import BadInputError
+from pitotbench.records.case import Case
+from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS, maneuvers_named
 
 CURVE_KEYS = {
     "indicated_airspeed_kt", "correction_kt", "two_sigma_kt", "white_two_sigma_kt", "normalized_pressure_error",
@@ -115,6 +120,12 @@ def test_fly_writes_a_log_without_truth(tmp_path, capsys):
         (["--maneuver", "circle", "--das", "20/1", "--aircraft", "navaho"], "navajo"),
         (["--maneuver", "circle", "--das", "20/1", "--seeds", "0"], "--seeds"),
         (["--maneuver", "circle", "--das", "20/1", "--wind-kt", "-5"], "--wind-kt"),
+        (["--maneuver", "circle", "--das", "20/1", "--wind-kt", "nan"], "--wind-kt"),
+        (["--maneuver", "circle", "--das", "20/1", "--wind-from-deg", "nan"], "--wind-from-deg"),
+        (["--maneuver", "circle", "--das", "20/1", "--shard", "3/2"], "shard"),
+        (["--maneuver", "circle", "--das", "20/1", "--shard", "x"], "shard"),
+        (["--maneuver", "circle", "--das", "20/1", "--keep-logs", "some"], "none, failed, all"),
+        (["--maneuver", "circle", "--das", "20/1", "--time-limit", "0"], "limit"),
     ],
 )
 def test_campaign_refuses_wrong_names_and_leaves_nothing(flags, says, tmp_path, capsys):
@@ -167,3 +178,17 @@ def test_a_mapping_with_a_wrong_choice_is_refused(log, tmp_path, capsys):
     mapping.write_text('[columns]\ntime_s = "time_s"\n[calibrate]\nmodle = "linear"\n')
     assert main(["calibrate", str(log), "--mapping", str(mapping)]) == 2
     assert "Did you mean 'model'" in capsys.readouterr().err
+
+
+def test_a_word_for_several_maneuvers_means_the_same_everywhere():
+    """`all` is the paper's five, `every` the whole table, for campaigns and plans alike."""
+    parse = command_line().parse_args
+    for word, flown in (("all", PAPER_MANEUVERS), ("every", tuple(MANEUVERS)), ("circle,circle", ("circle",))):
+        assert maneuvers_named(word) == flown
+        assert plan_request(parse(["plan", "--maneuver", word])).maneuvers == flown
+        tasks = campaign_plan(Case(), word, "20/1", "bias", 1, CalibrationOptions())
+        assert tuple(task.case.maneuver for task in tasks) == flown
+    assert maneuvers_named("all,cloverleaf") == (*PAPER_MANEUVERS, "cloverleaf")
+    for wrong in ("", " , "):
+        with pytest.raises(BadInputError, match="no maneuver is named"):
+            maneuvers_named(wrong)

@@ -18,7 +18,7 @@ COLUMNS = [
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     out = tmp_path_factory.mktemp("campaign") / "one"
-    request = CampaignRequest("rapid_decel", "20/1,50/50", "inverse+,bias", seeds=2, out=out, jobs=1)
+    request = CampaignRequest("rapid_decel", "20/1,20/5", "inverse+,bias", seeds=2, out=out, jobs=1)
     return request, run_campaign(request)
 
 

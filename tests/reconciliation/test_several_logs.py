@@ -98,7 +98,7 @@ def test_uncertain_sizes_leave_as_much_as_draws_of_them_do() -> None:
     covariance = np.array([[0.04, 0.01], [0.01, 0.02]])
     sizes = np.array([0.7, -0.3])
     expected = closure_of(equations, (0, 1), sizes.tolist(), (), covariance)
-    draws = random.multivariate_normal(sizes, covariance, size=20_000)
+    draws = random.multivariate_normal(sizes, covariance, size=5_000)
     left = np.array([closure_of(equations, (0, 1), drawn.tolist(), ()).after for drawn in draws])
     error = np.std(left) / np.sqrt(len(left))
     assert np.mean(left) - expected.after == pytest.approx(expected.chance, abs=4.0 * error)

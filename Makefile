@@ -10,11 +10,11 @@ demo: $(STAMP)
 	$(BIN)/python scripts/run_campaign.py --maneuver step_decrease --das 20/1
 
 test: lint
-	$(BIN)/python -m pytest -n 2 --ignore tests/lab
+	$(BIN)/python -m pytest -n 2 --dist loadfile --ignore tests/lab
 
 # The laboratory's own tests: it proves the product, and no user runs it.
 test-lab: $(STAMP)
-	$(BIN)/python -m pytest -n 2 tests/lab
+	$(BIN)/python -m pytest -n 2 --dist loadfile tests/lab
 
 # The numeric tests with the BLAS kernels of an old processor, and without the vector code of NumPy above SSE4.2.
 # NumPy passes over names that it does not know: of 2.4 the levels, before it the single features.

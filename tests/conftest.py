@@ -21,6 +21,15 @@ def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] 
     return None
 
 
+@pytest.fixture(scope="session", autouse=True)
+def one_process() -> Iterator[None]:
+    """What takes a process for each processor takes one: a process costs seconds to start."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("os.cpu_count", lambda: 1)
+        patch.setattr("os.sched_getaffinity", lambda process: {0}, raising=False)
+        yield
+
+
 class Flights(Mapping[str, Flight]):
     """Maneuver name to its flight in one turbulence, flown on first use."""
 

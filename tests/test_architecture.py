@@ -52,9 +52,11 @@ QUICK = [[], *([each.name] for each in COMMANDS if each.name != "campaign")]
     "code", ["import pitotbench", command("--version"), *(command(*quick, "--help") for quick in QUICK)]
 )
 def test_import_help_and_version_load_no_slow_package(code):
+    """Nor does a command load the module of another."""
     loaded = loaded_after(code)
     assert "pitotbench" in loaded
     assert SLOW & loaded == set()
+    assert [each.name for each in COMMANDS if each.module in loaded and f"'{each.name}'" not in code] == []
 
 
 def test_the_help_of_a_campaign_loads_no_slow_package_but_numpy():
@@ -67,12 +69,6 @@ def test_who_flies_a_card_again_loads_nothing_of_the_reconciler():
     loaded = loaded_after(f"import {flown.__module__}")
     assert flown.__module__ in loaded
     assert [name for name in loaded if name.startswith("pitotbench.reconciliation")] == []
-
-
-def test_a_command_loads_no_module_of_another():
-    modules = {command.module for command in COMMANDS}
-    for each in COMMANDS:
-        assert modules & loaded_after(command(each.name, "--help")) == {each.module}
 
 
 @pytest.mark.parametrize("name", pitotbench.__all__)

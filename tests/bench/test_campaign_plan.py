@@ -194,14 +194,6 @@ def test_a_dry_run_prints_counts_minutes_and_bytes_and_makes_nothing(tmp_path, c
     assert "flights: 72" in next(twice)
 
 
-@pytest.mark.parametrize(
-    "flags", [["--shard", "3/2"], ["--shard", "x"], ["--keep-logs", "some"], ["--time-limit", "0"]]
-)
-def test_wrong_flags_are_refused(flags, capsys):
-    assert main(["campaign", "--maneuver", "circle", "--das", "20/1", *flags]) == 2
-    assert "Traceback" not in capsys.readouterr().err
-
-
 def test_the_plan_of_the_page_on_scale_is_one(tmp_path):
     page = (Path(__file__).parents[2] / "docs" / "scale.md").read_text(encoding="utf-8")
     text = page.partition("## The plan")[2].partition("```toml\n")[2].partition("```")[0]

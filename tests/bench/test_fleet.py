@@ -1,15 +1,25 @@
-"""The fleet: results in the order of the tasks, failures in words, one thread a process."""
+"""The fleet: results in the order of the tasks, failures in words; a worker that differs is refused by name."""
 
 import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from pitotbench.bench import fleet
-from pitotbench.bench.fleet import Failure, open_fleet, require_all, run_tasks
+from pitotbench.bench.fleet import (
+    Failure,
+    Host,
+    Limits,
+    check_hosts,
+    open_cluster,
+    open_fleet,
+    require_all,
+    run_tasks,
+)
 from pitotbench.records import BadInputError, NoAnswerError
 
 
@@ -139,3 +149,39 @@ def test_a_script_with_a_guard_runs(tmp_path):
     guarded = UNGUARDED.replace("print", "if __name__ == '__main__':\n    print")
     script.write_text(guarded, encoding="utf-8")
     assert subprocess.check_output([sys.executable, script], text=True, timeout=60) == "[1, 2, 3]\n"
+
+
+HERE = Host({"python": "3.11.7", "jsbsim": "1.3.3"}, "c0de")
+
+
+def test_workers_that_are_like_the_driver_pass():
+    check_hosts(HERE, {"a": HERE, "b": replace(HERE)})
+
+
+@pytest.mark.parametrize(
+    ("worker", "says"),
+    [
+        (replace(HERE, versions={"python": "3.11.7", "jsbsim": "1.2.0"}), "jsbsim 1.2.0, the driver has 1.3.3"),
+        (replace(HERE, code="other"), "worker b has other code"),
+        (ModuleNotFoundError("No module named 'pitotbench'"), "worker b cannot fly: ModuleNotFoundError"),
+    ],
+)  # fmt: skip
+def test_a_worker_that_differs_is_refused_by_name(worker, says):
+    with pytest.raises(BadInputError, match=says):
+        check_hosts(HERE, {"a": HERE, "b": worker})
+
+
+def test_a_scheduler_with_certificates_asks_for_the_security_file():
+    pytest.importorskip("distributed", reason="dask.distributed is an extra")
+    says = "asks for certificates: give --security FILE"
+    with pytest.raises(BadInputError, match=says), open_cluster("tls://127.0.0.1:1", Limits()):
+        pass
+
+
+def test_a_wrong_security_file_is_refused_by_name(tmp_path):
+    pytest.importorskip("distributed", reason="dask.distributed is an extra")
+    file = tmp_path / "tls.toml"
+    for text, says in (("ca = 1", "paths ca, cert and key"), ('ca = "a"\ncert = "b"\nkey = "c"', "No such file")):
+        file.write_text(text)
+        with pytest.raises(BadInputError, match=says), open_cluster("tls://127.0.0.1:1", Limits(), file):
+            pass

@@ -14,7 +14,7 @@ from tests.bench.hard_tasks import Stub, act
 from pitotbench.bench import fleet as fleet_module
 from pitotbench.bench.fleet import Fleet, FleetLostError, Limits, open_fleet
 
-LIMITS = Limits(seconds=2.0, memory=1_000_000_000)
+LIMITS = Limits(seconds=1.0, memory=1_000_000_000)
 
 
 def keys(count):
@@ -48,7 +48,7 @@ def test_a_task_that_crashes_its_process_is_in_quarantine_with_its_log(performed
 def test_a_task_that_hangs_is_in_quarantine_with_the_place_where_it_hung(performed):
     failure = performed["hang"]
     assert failure.quarantined
-    assert failure.reason == "it took longer than its limit of 2 s, twice"
+    assert failure.reason == "it took longer than its limit of 1 s, twice"
     assert "in act" in failure.trace
 
 
@@ -83,7 +83,7 @@ def test_a_cluster_that_does_not_tell_why_a_worker_died_is_asked_again_apart():
     assert crashed.reason == "its process ended (signal 6), twice"
     assert "the simulator fell over" in crashed.trace
     assert hung.quarantined
-    assert hung.reason == "it took longer than its limit of 2 s, twice"
+    assert hung.reason == "it took longer than its limit of 1 s, twice"
     assert "in act" in hung.trace
 
 

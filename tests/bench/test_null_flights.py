@@ -15,7 +15,7 @@ from pitotbench import Case, FlightLog
 from pitotbench.bench import flight_store, null_flights, rounds, workflow
 from pitotbench.bench.fleet import open_fleet
 from pitotbench.bench.flight_store import NOT_DECIDING
-from pitotbench.bench.null_flights import MOST_KEPT, _last_used, null_distribution_of
+from pitotbench.bench.null_flights import MOST_KEPT, null_distribution_of
 from pitotbench.bench.rounds import reconcile_log
 from pitotbench.cli.app import main
 from pitotbench.logbook import reading
@@ -275,10 +275,6 @@ def test_without_an_aircraft_model_the_mass_of_the_log_does_not_matter(monkeypat
     with pytest.raises(BadInputError, match="far enough"):
         reconcile_log(jet, "none", card=CARD)
     assert asked == [CARD]
-
-
-def test_a_file_that_another_run_removed_counts_as_the_oldest(tmp_path):
-    assert _last_used(tmp_path / "null-gone.json") == 0.0
 
 
 def test_a_reconciliation_hands_on_setting_and_keeping(monkeypatch):

@@ -61,6 +61,8 @@ def test_a_plan_in_a_pipe_says_how_far_it_is(monkeypatch, capsys):
         (["--speeds-kt", "100"], "LOW,HIGH"),
         (["--maneuver", "looping"], "unknown maneuver"),
         (["--wind-kt", "-3"], "0 to 100 kt"),
+        (["--wind-kt", "nan"], "--wind-kt"),
+        (["--wind-from-deg", "nan"], "--wind-from-deg"),
         (["--turbulence", "severe"], "turbulence"),
         (["--error-location", "wing"], "--error-location"),
         (["--receiver-height-m", "0.3"], "WHITE,SLOW"),

@@ -4,33 +4,52 @@ from dataclasses import replace
 
 import pytest
 
-from pitotbench import Case, fly, sense
+from pitotbench import Case, fly, reconcile, sense
 from pitotbench.bench.reflight import wind_of_log
 from pitotbench.bench.rounds import (
-    NamedLog,
     closure_checked,
     iterate,
     patch_of,
     reconcile_log,
     with_calibrated_probabilities,
 )
-from pitotbench.bench.workflow import reconcile_fully
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
 from pitotbench.units import DEGREE, KNOT
 
 
-@pytest.fixture(scope="module")
-def late():
+def flight(seed):
     """A flight whose GPS is late."""
-    case = Case(maneuver="rapid_decel", truth_seed=31, effects=(EffectSpec("gps_latency", {"latency_s": 0.3}),))
+    case = Case(maneuver="rapid_decel", truth_seed=seed, effects=(EffectSpec("gps_latency", {"latency_s": 0.3}),))
     return sense(fly(case), "20/20")
 
 
+@pytest.fixture(scope="module")
+def late():
+    return flight(31)
+
+
+@pytest.fixture(scope="module")
+def found(late):
+    return reconcile_log(late, "none")
+
+
+@pytest.fixture(scope="module")
+def looks(found):
+    return iterate("none", found)
+
+
 def test_a_second_look_with_the_latency_in_the_model_is_quiet(late):
-    outcome = reconcile_fully(NamedLog("late.csv", late), "none", refly=False)
+    """Asked from Python, with another flight held out."""
+    said = []
+    outcome = reconcile(late, aircraft="none", holdout=flight(32), refly=False, progress=said.append)
     rounds = outcome.account.rounds
+    assert said
+    assert outcome.account.holdout
+    verdict = outcome.reconciliation.verdict
+    assert verdict.effects[0].sizes[0].value == pytest.approx(0.3, abs=0.05)
+    assert verdict.closure_holdout.after < verdict.closure_holdout.before
     assert [r.verdict.kind for r in rounds] == ["named", "no_gap"]
     assert rounds[0].added == ("gps_latency",)
     margin = THRESHOLDS.noise_without_null_flights
@@ -41,8 +60,7 @@ def test_a_second_look_with_the_latency_in_the_model_is_quiet(late):
     assert outcome.account.flown.skipped
 
 
-def test_a_wrong_patch_is_not_quiet(late):
-    found = reconcile_log(late, "none")
+def test_a_wrong_patch_is_not_quiet(found):
     size = found.verdict.effects[0].sizes[0]
     wrong = replace(found.verdict.effects[0], sizes=(replace(size, value=-size.value),))
     checks = replace(found.checks, found=replace(found.checks.found, effects=(wrong,)))
@@ -52,10 +70,8 @@ def test_a_wrong_patch_is_not_quiet(late):
 
 
 @pytest.mark.parametrize(("left", "kind"), [(0.3, "unknown"), (0.18, "one_of"), (0.1, "named")])
-def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(late, left, kind):
+def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(found, looks, left, kind):
     """The second look is changed so that it finds a share of the first gap again."""
-    found = reconcile_log(late, "none")
-    looks = iterate("none", found)
     assert looks.closure.share > THRESHOLDS.closure_lowest
     closed, last = found.verdict.closure, looks.later[-1]
     again = replace(last.found.closure, before=last.found.closure.noise + left * (closed.before - closed.noise))
@@ -86,14 +102,12 @@ def test_the_wind_of_a_log_is_that_of_the_case(late):
     assert wind.from_direction / DEGREE == pytest.approx(300.0, abs=6.0)
 
 
-def test_a_correction_of_one_size_keeps_the_others(late):
+def test_a_correction_of_one_size_keeps_the_others(looks):
     """A later look that corrects the drag of a pod once deleted its arm from the patch."""
-    verdict = reconcile_log(late, "none").verdict
-    effect = verdict.effects[0]
+    effect = looks.first.verdict.effects[0]
     size = effect.sizes[0]
     two = replace(effect, sizes=(size, Estimate("further_s", 2.0, 0.5)), score=40.0)
     correction = replace(effect, sizes=(replace(size, value=0.01),), score=3.0)
-    looks = iterate("none", reconcile_log(late, "none"))
     checks = looks.first.checks
     begun = replace(looks.first, checks=replace(checks, found=replace(checks.found, effects=(two,))))
     (joined,) = replace(looks, first=begun, added=(correction,)).effects

@@ -14,11 +14,11 @@ from pitotbench.cli.app import main
 from pitotbench.logbook.formats import write_log
 from pitotbench.pressure_error import MODELS
 from pitotbench.pressure_error.models import TableCurve
-from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records import BadInputError
 from pitotbench.units import KNOT
 
 AUTO = CalibrationOptions(model="auto")
-SEEDS = range(540, 552)
+SEEDS = range(540, 547)
 
 
 def bumped(seed):
@@ -101,11 +101,6 @@ def test_one_speed_leaves_the_constant():
     assert result.model == "auto (bias)"
     assert inside(result, fixture.TRUTH).all()
     assert result.curve.two_sigma.max() < 2.0 * KNOT
-
-
-def test_one_heading_is_still_no_answer():
-    with pytest.raises(NoAnswerError, match="headings lie within"):
-        calibrate(fixture.fly(fixture.straight(10), 10, 10, fixture.Air()), AUTO)
 
 
 def test_paper_method_weighs_no_models():

@@ -8,7 +8,7 @@ from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.units import KNOT
 
-SEEDS = range(500, 530)
+SEEDS = range(500, 512)
 
 
 @pytest.mark.parametrize(("rate", "gps_rate", "gps_noise"), [(20, 1, 0.1), (20, 20, 0.05)])

@@ -1,16 +1,19 @@
 """The command line's contract: what it prints, its exit codes, one clear error, nothing half-written."""
 
 import json
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from tests.calibration import trajectories as fixture
 
-from pitotbench.cli.app import main
+from pitotbench.bench.campaign_plan import plan_tasks as campaign_plan
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.cli.app import command_line, main
+from pitotbench.cli.plan import request_of as plan_request
 from pitotbench.logbook.formats import write_log
-from pitotbench.simulation.maneuvers import MANEUVERS
+from pitotbench.records import BadInputError
+from pitotbench.records.case import Case
+from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS, maneuvers_named
 
 CURVE_KEYS = {
     "indicated_airspeed_kt", "correction_kt", "two_sigma_kt", "white_two_sigma_kt", "normalized_pressure_error",
@@ -117,6 +120,12 @@ def test_fly_writes_a_log_without_truth(tmp_path, capsys):
         (["--maneuver", "circle", "--das", "20/1", "--aircraft", "navaho"], "navajo"),
         (["--maneuver", "circle", "--das", "20/1", "--seeds", "0"], "--seeds"),
         (["--maneuver", "circle", "--das", "20/1", "--wind-kt", "-5"], "--wind-kt"),
+        (["--maneuver", "circle", "--das", "20/1", "--wind-kt", "nan"], "--wind-kt"),
+        (["--maneuver", "circle", "--das", "20/1", "--wind-from-deg", "nan"], "--wind-from-deg"),
+        (["--maneuver", "circle", "--das", "20/1", "--shard", "3/2"], "shard"),
+        (["--maneuver", "circle", "--das", "20/1", "--shard", "x"], "shard"),
+        (["--maneuver", "circle", "--das", "20/1", "--keep-logs", "some"], "none, failed, all"),
+        (["--maneuver", "circle", "--das", "20/1", "--time-limit", "0"], "limit"),
     ],
 )
 def test_campaign_refuses_wrong_names_and_leaves_nothing(flags, says, tmp_path, capsys):
@@ -135,41 +144,6 @@ def test_campaign_does_not_replace_a_stranger_folder(tmp_path, capsys):
     assert main(["campaign", *flags]) == 2
     assert (tmp_path / "thesis.txt").read_text() == "mine"
     assert "choose another --out" in capsys.readouterr().err
-
-
-def bad_logs(folder: Path):
-    frame = pd.DataFrame({
-        "time_s": np.arange(50.0), "impact_pressure_pa": 2000.0 + np.arange(50.0), "static_pressure_pa": 80000.0,
-        "velocity_north_mps": 60.0 + np.arange(50.0) / 10, "velocity_east_mps": 1.0 + np.arange(50.0) / 100,
-    })  # fmt: skip
-    cases = {
-        "empty": (frame.iloc[:0], 2, "empty"),
-        "unit": (frame.rename(columns={"impact_pressure_pa": "impact_pressure_bar"}), 2, "bar"),
-        "column": (frame.drop(columns="static_pressure_pa"), 2, "static_pressure"),
-        "heading": (frame, 3, "heading"),
-        "nan": (frame.assign(impact_pressure_pa=np.nan), 2, "impact_pressure"),
-        "time": (frame.assign(time_s=frame.time_s.to_numpy()[::-1]), 2, "time"),
-    }
-    for name, (table, code, says) in cases.items():
-        path = folder / f"{name}.csv"
-        table.to_csv(path, index=False)
-        yield path, code, says
-
-
-def test_bad_logs_get_one_clear_error_and_no_page(tmp_path, capsys):
-    for path, code, says in bad_logs(tmp_path):
-        page = tmp_path / "page.html"
-        assert main(["calibrate", str(path), "--json", "--report", str(page)]) == code, path
-        captured = capsys.readouterr()
-        assert says in captured.err, path
-        assert captured.out == ""
-        assert "Traceback" not in captured.err
-        assert not page.exists()
-
-
-def test_missing_file_is_bad_input(capsys):
-    assert main(["calibrate", "no-such-log.csv"]) == 2
-    assert "no-such-log.csv" in capsys.readouterr().err
 
 
 def test_help_lists_every_maneuver(capsys):
@@ -204,3 +178,17 @@ def test_a_mapping_with_a_wrong_choice_is_refused(log, tmp_path, capsys):
     mapping.write_text('[columns]\ntime_s = "time_s"\n[calibrate]\nmodle = "linear"\n')
     assert main(["calibrate", str(log), "--mapping", str(mapping)]) == 2
     assert "Did you mean 'model'" in capsys.readouterr().err
+
+
+def test_a_word_for_several_maneuvers_means_the_same_everywhere():
+    """`all` is the paper's five, `every` the whole table, for campaigns and plans alike."""
+    parse = command_line().parse_args
+    for word, flown in (("all", PAPER_MANEUVERS), ("every", tuple(MANEUVERS)), ("circle,circle", ("circle",))):
+        assert maneuvers_named(word) == flown
+        assert plan_request(parse(["plan", "--maneuver", word])).maneuvers == flown
+        tasks = campaign_plan(Case(), word, "20/1", "bias", 1, CalibrationOptions())
+        assert tuple(task.case.maneuver for task in tasks) == flown
+    assert maneuvers_named("all,cloverleaf") == (*PAPER_MANEUVERS, "cloverleaf")
+    for wrong in ("", " , "):
+        with pytest.raises(BadInputError, match="no maneuver is named"):
+            maneuvers_named(wrong)

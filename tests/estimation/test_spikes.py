@@ -1,9 +1,9 @@
-"""The scale of noise from the sizes of differences, and the samples that stand out from both neighbors."""
+"""The scale of noise, samples that stand out from both neighbors, and the Yule-Walker equations."""
 
 import numpy as np
 import pytest
 
-from pitotbench.estimation.noise import deviation_of_sizes, spikes_among
+from pitotbench.estimation.noise import RIDGE, deviation_of_sizes, robust_deviation, spikes_among, yule_walker
 
 
 def test_the_scale_is_that_of_normal_noise_whatever_a_few_outliers_do():
@@ -24,3 +24,35 @@ def test_of_a_spike_and_its_neighbors_only_the_spike_is_found():
     second = np.abs(np.diff(values, 2))
     assert list(np.flatnonzero(spikes_among(second, 1.0))) == [7]
     assert not spikes_among(second, np.inf).any()
+
+
+NOISE = np.random.default_rng(5).normal(7.0, 2.0, (20_000, 2))
+
+
+def test_it_is_the_standard_deviation_of_normal_noise() -> None:
+    assert robust_deviation(NOISE) == pytest.approx([2.0, 2.0], rel=0.03)
+
+
+def test_outliers_do_not_enlarge_it_without_bound() -> None:
+    spoiled = NOISE.copy()
+    spoiled[: len(spoiled) // 10] = 1e9
+    assert np.all(robust_deviation(spoiled) < 1.25 * robust_deviation(NOISE))
+
+
+def test_a_process_of_second_order_is_found_from_its_autocovariance() -> None:
+    """x[i] = a x[i-1] + b x[i-2] + e with e of deviation s: its autocovariance follows in closed form."""
+    a, b, s = 0.9, -0.4, 0.5
+    first = a / (1.0 - b)
+    variance = s**2 / (1.0 - a * first - b * (a * first + b))
+    correlation = [1.0, first]
+    for _ in range(4):
+        correlation.append(a * correlation[-1] + b * correlation[-2])
+    coefficients, deviation = yule_walker(variance * np.array(correlation))
+    assert coefficients == pytest.approx([a, b, 0.0, 0.0, 0.0], abs=10.0 * RIDGE)
+    assert deviation == pytest.approx(s, rel=10.0 * RIDGE)
+
+
+def test_a_channel_that_does_not_change_has_a_deviation_above_zero() -> None:
+    coefficients, deviation = yule_walker(np.zeros(4))
+    assert np.all(np.isfinite(coefficients))
+    assert deviation > 0.0

@@ -276,7 +276,16 @@ BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "no file": (lambda folder: folder / "none.csv", "cannot be read"),
     "a folder": (lambda folder: folder, "a folder"),
     "no ending of a log": (lambda folder: folder / "x.doc", "ends in"),
-    "a broken ULog": (lambda folder: _file(folder, "flight.ulg", b"ULog"), r"ULog|needs py"),
-    "a broken DataFlash log": (lambda folder: _file(folder, "flight.BIN", b"ULog"), r"DataFlash log|needs py"),
+    **{
+        f"{content[:8]!r} as {name}": (
+            lambda folder, name=name, content=content: _file(folder, name, content),
+            rf"{name}: |needs py",
+        )
+        for name, contents in {
+            "flight.ulg": (b"", b"ULog", b"not a ulog at all, but long enough to have a header"),
+            "flight.BIN": (b"", b"\xa3\x95", b"no log at all", b"\xa3\x95\x80" + bytes(300)),
+        }.items()
+        for content in contents
+    },
     "unequal lengths": (_unequal, r"differ in length .*time_s 5"),
 }

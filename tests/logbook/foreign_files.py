@@ -66,27 +66,28 @@ def write_rows(path: Path, above: list[str], names: list[str], rows: list[list[s
     return path
 
 
+def rows_of(*columns: tuple[Array | list[str], str]) -> list[list[str]]:
+    """The cells of columns, each in its format."""
+    formats = [form for _, form in columns]
+    return [
+        [format(cell, form) for cell, form in zip(row, formats, strict=True)]
+        for row in zip(*(values for values, _ in columns), strict=True)
+    ]
+
+
 def kias(path: Path, flown: dict[str, Array]) -> Path:
     """Whole knots, degrees and tens of feet, read from displays."""
     d = displayed(flown)
     names = ["time_s", "indicated_airspeed_kt", "pressure_altitude_ft", "air_temperature_degc", "ground_speed_kt"]
-    rows = [
-        [
-            f"{flown['time'][i]:.0f}",
-            f"{d['ias'][i]:.0f}",
-            f"{10 * round(d['pressure_altitude'][i] / 10)}",
-            f"{d['oat'][i]:.0f}",
-            f"{d['ground_speed'][i]:.0f}",
-            f"{d['track'][i]:.0f}",
-        ]
-        for i in every_row(flown)
-    ]
+    shown = (flown["time"], d["ias"], 10.0 * np.round(d["pressure_altitude"] / 10.0), d["oat"], d["ground_speed"])
+    rows = rows_of(*((values, ".0f") for values in (*shown, d["track"])))
     return write_rows(path, [], [*names, "track_deg"], rows)
 
 
 def g1000(path: Path, flown: dict[str, Array]) -> Path:
     """Garmin G1000: a line about the airframe, one of units, padded names and cells, blanks while it starts."""
-    d = displayed(flown)
+    d, n = displayed(flown), len(flown["time"])
+    count = np.arange(n)
     names = (
         "  Lcl Date, Lcl Time, UTCOfst, AtvWpt,    AltB, BaroA,  AltMSL,   OAT,    IAS, GndSpd,    VSpd,  Pitch,"
     )
@@ -95,71 +96,40 @@ def g1000(path: Path, flown: dict[str, Array]) -> Path:
         "#yyy-mm-dd, hh:mm:ss,   hh:mm,  ident, ft Baro,  inch,  ft msl, deg C,     kt,     kt,     fpm,    deg,"
     )
     units += "    deg,   deg,   deg, volts,    rpm,    deg"
-    rows = []
-    for i in every_row(flown):
-        local = clock(flown["time"][i])
-        cells = [
-            f"{local:%Y-%m-%d}",
-            f"{local:%H:%M:%S}",
-            "  -07:00",
-            "       ",
-            f"{d['indicated_altitude'][i]:8.1f}",
-            f"{SETTING:6.2f}",
-            f"{d['height'][i]:8.1f}",
-            f"{d['oat'][i]:6.1f}",
-            f"{d['ias'][i]:7.2f}",
-            f"{d['ground_speed'][i]:7.2f}",
-            "    0.10",
-            f"{2.0 + 0.01 * (i % 7):7.2f}",
-            f"{15.0 + 0.01 * (i % 5):7.2f}",
-            f"{(d['heading'][i] - VARIATION) % 360.0:6.1f}",
-            f"{(d['track'][i] - VARIATION) % 360.0:6.1f}",
-            "  28.1",
-            f"{2400 + i % 3:7.1f}",
-            f"{VARIATION:7.1f}",
-        ]
-        rows.append([*cells[:7], *["       "] * 11] if i < 3 else cells)
-    return write_rows(
-        path, ['#airframe_info, log_version="1.00", airframe_name="C172"', units], names.split(","), rows
-    )
+    local = [clock(seconds) for seconds in flown["time"]]
+    magnetic = [(d[name] - VARIATION) % 360.0 for name in ("heading", "track")]
+    rows = rows_of(
+        ([f"{t:%Y-%m-%d}" for t in local], ""), ([f"{t:%H:%M:%S}" for t in local], ""), (["  -07:00"] * n, ""),
+        (["       "] * n, ""), (d["indicated_altitude"], "8.1f"), (np.full(n, SETTING), "6.2f"),
+        (d["height"], "8.1f"), (d["oat"], "6.1f"), (d["ias"], "7.2f"), (d["ground_speed"], "7.2f"),
+        (["    0.10"] * n, ""), (2.0 + 0.01 * (count % 7), "7.2f"), (15.0 + 0.01 * (count % 5), "7.2f"),
+        (magnetic[0], "6.1f"), (magnetic[1], "6.1f"), (["  28.1"] * n, ""), (2400.0 + count % 3, "7.1f"),
+        (np.full(n, VARIATION), "7.1f"),
+    )  # fmt: skip
+    rows[:3] = [[*cells[:7], *["       "] * 11] for cells in rows[:3]]
+    above = ['#airframe_info, log_version="1.00", airframe_name="C172"', units]
+    return write_rows(path, above, names.split(","), rows)
 
 
 def g3x(path: Path, flown: dict[str, Array], product: str = "GDU 460") -> Path:
     """Garmin G3X Touch: long names, then short names, then rows."""
-    d = displayed(flown)
-    names = [
-        "Date (yyyy-mm-dd)",
-        "Time (hh:mm:ss)",
-        "GPS Altitude (ft)",
-        "GPS Ground Speed (kt)",
-        "GPS Ground Track (deg)",
-        "GPS Velocity E (m/sec)",
-        "GPS Velocity N (m/sec)",
-        "GPS Velocity U (m/sec)",
-        "Magnetic Heading (deg)",
-        "Pressure Altitude (ft)",
-        "Indicated Airspeed (kt)",
-        "Outside Air Temp (deg C)",
-    ]
-    short = ["Lcl Date", "Lcl Time", "AltGPS", "GndSpd", "TRK", "VelE", "VelN", "VelU", "HDG", "AltP", "IAS", "OAT"]
-    rows = [
-        [
-            f"{clock(flown['time'][i]):%Y-%m-%d}",
-            f"{clock(flown['time'][i]):%H:%M:%S}",
-            f"{d['height'][i]:.0f}",
-            f"{d['ground_speed'][i]:.1f}",
-            f"{d['track'][i]:.0f}",
-            f"{flown['velocity_east'][i]:.2f}",
-            f"{flown['velocity_north'][i]:.2f}",
-            f"{-flown['velocity_down'][i]:.2f}",
-            f"{d['heading'][i]:.0f}",
-            f"{d['pressure_altitude'][i]:.0f}",
-            f"{d['ias'][i]:.1f}",
-            f"{d['oat'][i]:.1f}",
-        ]
-        for i in every_row(flown)
-    ]
-    return write_rows(path, [f'#airframe_info,log_version="1.00",product="{product}"'], names, [short, *rows])
+    d, local = displayed(flown), [clock(seconds) for seconds in flown["time"]]
+    columns = {
+        "Date (yyyy-mm-dd)": ("Lcl Date", [f"{t:%Y-%m-%d}" for t in local], ""),
+        "Time (hh:mm:ss)": ("Lcl Time", [f"{t:%H:%M:%S}" for t in local], ""),
+        "GPS Altitude (ft)": ("AltGPS", d["height"], ".0f"),
+        "GPS Ground Speed (kt)": ("GndSpd", d["ground_speed"], ".1f"),
+        "GPS Ground Track (deg)": ("TRK", d["track"], ".0f"),
+        "GPS Velocity E (m/sec)": ("VelE", flown["velocity_east"], ".2f"),
+        "GPS Velocity N (m/sec)": ("VelN", flown["velocity_north"], ".2f"),
+        "GPS Velocity U (m/sec)": ("VelU", -flown["velocity_down"], ".2f"),
+        "Magnetic Heading (deg)": ("HDG", d["heading"], ".0f"),
+        "Pressure Altitude (ft)": ("AltP", d["pressure_altitude"], ".0f"),
+        "Indicated Airspeed (kt)": ("IAS", d["ias"], ".1f"),
+        "Outside Air Temp (deg C)": ("OAT", d["oat"], ".1f"),
+    }
+    rows = [[short for short, *_ in columns.values()], *rows_of(*(rest for _, *rest in columns.values()))]
+    return write_rows(path, [f'#airframe_info,log_version="1.00",product="{product}"'], list(columns), rows)
 
 
 def gi275(path: Path, flown: dict[str, Array]) -> Path:
@@ -174,55 +144,33 @@ def gi275(path: Path, flown: dict[str, Array]) -> Path:
 
 def dynon(path: Path, flown: dict[str, Array]) -> Path:
     """Dynon SkyView: seconds of the session, units in the names."""
-    d = displayed(flown)
-    names = [
-        "Session Time",
-        "GPS Fix Quality",
-        "GPS Altitude (feet)",
-        "Ground Speed (knots)",
-        "Ground Track (deg)",
-        "Mag Var (deg)",
-        "Indicated Airspeed (knots)",
-        "Pressure Altitude (ft)",
-        "OAT (deg C)",
-    ]
-    rows = [
-        [
-            f"{3600.0 + flown['time'][i]:.2f}",
-            "2",
-            f"{d['height'][i]:.0f}",
-            f"{d['ground_speed'][i]:.1f}",
-            f"{d['track'][i]:.1f}",
-            f"{VARIATION}",
-            f"{d['ias'][i]:.1f}",
-            f"{d['pressure_altitude'][i]:.0f}",
-            f"{d['oat'][i]:.0f}",
-        ]
-        for i in every_row(flown)
-    ]
-    return write_rows(path, [], names, rows)
+    d, n = displayed(flown), len(flown["time"])
+    columns = {
+        "Session Time": (3600.0 + flown["time"], ".2f"),
+        "GPS Fix Quality": (["2"] * n, ""),
+        "GPS Altitude (feet)": (d["height"], ".0f"),
+        "Ground Speed (knots)": (d["ground_speed"], ".1f"),
+        "Ground Track (deg)": (d["track"], ".1f"),
+        "Mag Var (deg)": (np.full(n, VARIATION), ""),
+        "Indicated Airspeed (knots)": (d["ias"], ".1f"),
+        "Pressure Altitude (ft)": (d["pressure_altitude"], ".0f"),
+        "OAT (deg C)": (d["oat"], ".0f"),
+    }
+    return write_rows(path, [], list(columns), rows_of(*columns.values()))
 
 
 def german(path: Path, flown: dict[str, Array]) -> Path:
     """Semicolons and decimal commas, in UTF-16, as a spreadsheet exports Unicode text."""
-    names = [
-        "time_s",
-        "impact_pressure_pa",
-        "static_pressure_hpa",
-        "air_temperature_degc",
-        "velocity_north_kmh",
-        "velocity_east_kmh",
-    ]
-    columns = [
-        flown["time"],
-        flown["impact_pressure"],
-        flown["static_pressure"] / 100.0,
-        flown["air_temperature"] - 273.15,
-        flown["velocity_north"] * 3.6,
-        flown["velocity_east"] * 3.6,
-    ]
-    rows = [[f"{value:.5f}".replace(".", ",") for value in row] for row in zip(*columns, strict=True)]
-    write_rows(path, [], names, rows, ";")
+    columns = {
+        "time_s": flown["time"],
+        "impact_pressure_pa": flown["impact_pressure"],
+        "static_pressure_hpa": flown["static_pressure"] / 100.0,
+        "air_temperature_degc": flown["air_temperature"] - 273.15,
+        "velocity_north_kmh": flown["velocity_north"] * 3.6,
+        "velocity_east_kmh": flown["velocity_east"] * 3.6,
+    }
+    rows = rows_of(*((values, ".5f") for values in columns.values()))
+    write_rows(path, [], list(columns), [[cell.replace(".", ",") for cell in row] for row in rows], ";")
     path.write_text(path.read_text("utf-8"), "utf-16")
     return path
 
@@ -312,18 +260,8 @@ def dataflash(path: Path, flown: dict[str, Array]) -> Path:
         for sensor in (0, 1):
             parts.append(_message("ARSP", [us, sensor, 60.0, q / (1 + sensor), 31.0, q, 0.0, 1, 1, 0]))
         parts.append(_message("BARO", [us, 0, 0.0, p, 31.0, 0.0]))
-        fix = [
-            3,
-            1000 * i,
-            2300,
-            14,
-            0.7,
-            47.1,
-            8.5,
-            float(flown["altitude"][i]),
-            float(speed[i]),
-            float(course[i]),
-        ]
+        at = [float(values[i]) for values in (flown["altitude"], speed, course)]
+        fix = [3, 1000 * i, 2300, 14, 0.7, 47.1, 8.5, *at]
         parts.append(_message("GPS", [us, 0, *fix, float(flown["velocity_down"][i]), 0.0, 1]))
         parts.append(_message("ATT", [us, 0.0, 15.0, 0.0, 2.0, 0.0, float(flown["heading"][i] / DEGREE)]))
     path.write_bytes(b"".join(parts))

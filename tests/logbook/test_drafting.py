@@ -4,21 +4,28 @@ import numpy as np
 import pytest
 from tests.logbook import foreign_files as foreign
 from tests.logbook import foreign_headers as headers
-from tests.logbook.drafted_headers import draft
+from tests.logbook.test_foreign_files import assert_same_flight
 
+from pitotbench import air
 from pitotbench.cli.app import main
 from pitotbench.logbook.columns import Table
 from pitotbench.logbook.drafting import draft_mapping, guesses, mapping_text
-from pitotbench.logbook.reading import read_log
+from pitotbench.logbook.reading import read_log, read_table
 
 FLOWN = foreign.flight()
 
 
-@pytest.mark.parametrize("name", list(headers.HEADERS))
+@pytest.mark.parametrize("name", list(headers.headers(FLOWN)))
 def test_a_foreign_header_is_drafted_right(tmp_path, name):
     """As it stands, also where a question is asked: airspeed, height, temperature and velocity are the flight's."""
-    drafted = draft(name, tmp_path)
-    assert drafted.right, drafted.questions
+    path, mapping = headers.write_header(tmp_path / "log.csv", name, FLOWN), tmp_path / "m.toml"
+    mapping.write_text(mapping_text(draft_mapping(read_table(path)), path.name), encoding="utf-8")
+    log = read_log(path, mapping)
+    assert_same_flight(log, 0.01, 0.1, 0.02)  # a wrong column or unit is off by far more
+    if log.total_temperature is not None:
+        mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
+        found = air.air_temperature(log.total_temperature, mach)
+        np.testing.assert_allclose(found, FLOWN["air_temperature"], atol=0.01)
 
 
 def test_a_last_word_that_looks_like_a_unit_may_be_none():

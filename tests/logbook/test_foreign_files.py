@@ -74,6 +74,37 @@ def test_px4_ulog(tmp_path, renewed):
         assert log.header["mapping"] == "px4"
 
 
+def topics() -> dict[str, tuple[str, np.ndarray]]:
+    """Topics of a log of the seaway project, each with a clock of its own: pressures, and fixes a quarter later."""
+    rng, clock = np.random.default_rng(2), 100.0 + np.arange(90.0)
+    velocity = [10.0 * np.cos(clock / 20), 10.0 * np.sin(clock / 20), np.zeros(90), 90e3 + clock]
+    pressures = 120.0 + rng.standard_normal(90), 99000.0 + rng.standard_normal(90)
+    return {
+        "differential_pressure": ("float differential_pressure_pa;", np.column_stack([clock, pressures[0]])),
+        "vehicle_air_data": ("float baro_pressure_pa;", np.column_stack([clock - 0.5, pressures[1]])),
+        "sensor_gps": (
+            "float vel_n_m_s;float vel_e_m_s;float vel_d_m_s;float alt;",
+            np.column_stack([clock + 0.25, *velocity]),
+        ),
+    }
+
+
+def test_topics_of_a_ulog_are_joined_and_a_missing_one_is_named(tmp_path):
+    pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
+    held, path = topics(), tmp_path / "log.ulg"
+    path.write_bytes(foreign.ulog_bytes(held))
+    log, gps = read_log(path, mapping="seaway"), held["sensor_gps"][1]
+    assert (log.time[0], log.time[-1]) == pytest.approx((101.0, 188.0))
+    np.testing.assert_allclose(log.impact_pressure, held["differential_pressure"][1][1:89, 1], rtol=1e-6)
+    np.testing.assert_allclose(log.velocity_north, np.interp(log.time, gps[:, 0], gps[:, 1]), atol=1e-5)
+    np.testing.assert_allclose(log.altitude, np.interp(log.time, gps[:, 0], gps[:, 4]) * 1e-3, rtol=1e-6)
+    del held["sensor_gps"]
+    path.write_bytes(foreign.ulog_bytes(held))
+    says = r"no topic sensor_gps_0; it holds differential_pressure_0, vehicle_air"
+    with pytest.raises(BadInputError, match=says):
+        read_log(path, mapping="seaway")
+
+
 def test_mat_files_of_version_7_3(tmp_path):
     pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
     for place, name in (("", "flat"), ("fdata/", "struct")):
@@ -150,14 +181,6 @@ def test_an_absent_library_is_named_with_its_extra(tmp_path, monkeypatch, module
     monkeypatch.setitem(__import__("sys").modules, module, None)
     with pytest.raises(BadInputError, match=rf"pip install 'pitotbench\[{extra}\]'"):
         read_log(path)
-
-
-@pytest.mark.parametrize("content", [b"", b"\xa3\x95", b"no log at all", b"\xa3\x95\x80" + bytes(300)])
-def test_no_dataflash_at_all(tmp_path, content):
-    pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
-    (tmp_path / "log.bin").write_bytes(content)
-    with pytest.raises(BadInputError, match=r"log\.bin: "):
-        read_log(tmp_path / "log.bin")
 
 
 def test_a_clock_passes_midnight():

@@ -8,9 +8,7 @@ from tests.logbook import sample_log as sample
 
 from pitotbench.logbook import csv as csv_blocks
 from pitotbench.logbook import csv as csv_format
-from pitotbench.logbook.columns import Table, texts
 from pitotbench.logbook.csv import read_csv
-from pitotbench.logbook.draft import draft_of
 from pitotbench.logbook.formats import read_parquet, write_parquet
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError
@@ -110,21 +108,6 @@ def test_a_minus_zero_is_zero(tmp_path, monkeypatch):
     write_parquet(tmp_path / "log.parquet", {"minus": np.full(5, -0.0)}, {})
     for table in (by_blocks(path, monkeypatch), whole(path, monkeypatch), read_parquet(tmp_path / "log.parquet")):
         assert not np.signbit(table.column("minus")).any()
-
-
-def test_texts_are_those_of_each_cell_and_empty_where_a_cell_is():
-    column = np.array(["a", "a", None, None, "", "b", 3, 3.5, "a", float("nan")], dtype=object)
-    assert texts(column).tolist() == ["a", "a", "", "", "", "b", "3", "3.5", "a", "nan"]
-    assert texts(column[:0]).tolist() == []
-
-
-def test_columns_in_si_and_rows_that_are_all_kept_are_not_copied():
-    columns = {name: np.asarray(values) for name, values in sample.columns().items()}
-    draft = draft_of(Table(tuple(columns), tuple(columns.values())))
-    draft.keep(np.ones(len(draft.rows), dtype=np.bool_))
-    assert draft.channels["static_pressure"] is columns["static_pressure_pa"]
-    draft.keep(np.arange(len(draft.rows)) > 0)
-    assert len(draft.channels["static_pressure"]) == len(columns["static_pressure_pa"]) - 1
 
 
 def memory_of(path, minutes):

@@ -1,10 +1,8 @@
 """Whatever is written reads back equal, in every format; nothing is ever half written."""
 
 from dataclasses import replace
-from time import process_time
 
 import numpy as np
-import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -94,31 +92,3 @@ def test_a_folder_that_is_not_there(tmp_path):
 def test_unknown_formats_name_the_known(tmp_path, name):
     with pytest.raises(BadInputError, match=r"\.csv, \.parquet, \.mat"):
         write_log(sample.log(), tmp_path / name)
-
-
-def test_a_long_log_takes_a_few_times_as_long_as_its_numbers_alone(tmp_path):
-    """120,000 rows of 34 columns, in processor time of the same run, against the reader of pandas alone."""
-    log = sample.log()
-    many = {name: np.tile(values, 200) for name, values in log.channels().items() if name != "time"}
-    extra = {
-        name: many["altitude"] * 0.0 + np.random.default_rng(1).standard_normal(120_000).round(4) * 0.1
-        for name in (
-            "roll",
-            "pitch",
-            "heading",
-            "sideslip",
-            "elevator",
-            "aileron",
-            "rudder",
-            "roll_rate",
-            "yaw_rate",
-        )
-    }
-    path = write_log(FlightLog(time=np.arange(120_000) / 100.0, **{**many, **extra}), tmp_path / "log.csv")
-    begin = process_time()
-    assert len(pd.read_csv(path, comment="#")) == 120_000
-    middle = process_time()
-    assert len(read_log(path)) == 120_000
-    ratio = (process_time() - middle) / (middle - begin)
-    print(f"read_log over pandas: {ratio:.2f}")
-    assert ratio < 6.0

@@ -9,6 +9,7 @@ from pitotbench.reconciliation.equations import noise_of_log, noise_residuals
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out, mean_wind_of
 from pitotbench.reconciliation.noise import autocovariance
+from pitotbench.reconciliation.renewal import NO_EFFECTS
 
 CHANNELS = ("airspeed_along", "airspeed_across")
 
@@ -17,7 +18,7 @@ CHANNELS = ("airspeed_along", "airspeed_across")
 def pair(sensed) -> tuple[Layout, Layout]:
     """One flight on the instants below 146 kt, of 160: with a sensor that ends there, and one with more range."""
     logs = sensed(), sensed("saturation")
-    plain, capped = (lay_out(log, None, AnalysisSetting(day_known=True)) for log in logs)
+    plain, capped = (lay_out(log, None, AnalysisSetting(day_known=True), NO_EFFECTS) for log in logs)
     assert np.mean(~capped.measured) > 0.2
     same_instants = replace(plain.residuals, slack=capped.residuals.slack)
     return replace(plain, residuals=same_instants), capped

@@ -12,7 +12,6 @@ from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.patches import flights_to_fly
 from pitotbench.reconciliation.signatures import FITTED, columns_of
 from pitotbench.records.case import EffectSpec
-from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.units import INCH_OF_MERCURY
 
 LAG = (EffectSpec("pitot_lag", {"lag_s": 0.3}),)
@@ -44,11 +43,6 @@ def test_it_is_advised_where_causes_of_two_kinds_cannot_be_separated():
 def test_every_effect_is_sharpened_by_a_maneuver_that_shows_it(name):
     (sentence,) = flights_to_fly("named", [(name,)])
     assert any(maneuver in sentence for maneuver in EFFECTS[name].shows_in.maneuvers)
-
-
-def test_it_is_no_maneuver_of_the_paper():
-    assert "diagnostic" in MANEUVERS
-    assert "diagnostic" not in PAPER_MANEUVERS
 
 
 def test_it_climbs_slips_to_both_sides_and_idles(smooth_flights):

@@ -39,7 +39,7 @@ def test_a_hidden_effect_of_another_twin_is_named(effect, parameter, true):
     case = Case(
         aircraft="c310", maneuver="rapid_decel", truth_seed=21, effects=(EffectSpec(effect, {parameter: true}),)
     )
-    layout = lay_out(sense(fly(case), "50/50"), aircraft_model("c310"), AnalysisSetting(day_known=True), FEW)
+    layout = lay_out(sense(fly(case), "20/20"), aircraft_model("c310"), AnalysisSetting(day_known=True), FEW)
     assert not LACKING & {signature.effect for signature in layout.signatures}
     verdict = judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
     assert [each.name for each in verdict.effects] == [effect]

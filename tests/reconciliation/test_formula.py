@@ -50,8 +50,8 @@ def null_of(layout: Layout) -> NullDistribution:
 @pytest.fixture(scope="module")
 def slipping(tmp_path_factory: pytest.TempPathFactory) -> tuple[FlightLog, FlightLog]:
     """Two flights of an airplane whose file was edited: 3 sin²β more drag."""
-    folder = tmp_path_factory.mktemp("shelf")
-    return flown(OUTSIDERS["drag in sideslip"], 41, folder), flown(OUTSIDERS["drag in sideslip"], 42, folder)
+    folder, hidden = tmp_path_factory.mktemp("shelf"), OUTSIDERS["drag in sideslip"]
+    return flown(hidden, 41, folder, "20/20"), flown(hidden, 42, folder, "20/20")
 
 
 @pytest.fixture(scope="module")
@@ -84,17 +84,13 @@ def test_the_sentence_says_the_formula(found):
     assert re.match(said, first)
 
 
-def test_a_flight_without_a_gap_has_no_formula(tmp_path):
-    log = laid_out(flown(None, 43, tmp_path))
-    assert find_formula(log, null_of(log)) is None
-
-
-def test_beside_its_formula_a_gap_does_not_bend_the_error_curve(tmp_path):
+def test_a_flight_without_a_gap_has_no_formula_and_beside_one_a_gap_does_not_bend_the_error_curve(tmp_path):
     """The left fuel flow reads 8 % low, no matter of the error curve. Without the formula it seems to be."""
-    plain = flown(None, 43, tmp_path)
+    plain = flown(None, 43, tmp_path, "20/20")
     assert plain.fuel_flow_left is not None
     sound, low = laid_out(plain), laid_out(replace(plain, fuel_flow_left=0.92 * plain.fuel_flow_left))
     null = null_of(sound)
+    assert find_formula(sound, null) is None
     formula = find_formula(low, null)
     assert formula is not None
     true, bent = (

@@ -24,7 +24,7 @@ LATE = Catalog("effect", {"gps_latency": EFFECTS["gps_latency"]})
 @pytest.mark.parametrize("missing", [(), ("velocity_down", "altitude")])
 def test_a_held_out_log_may_lack_channels(sensed, missing: tuple[str, ...]) -> None:
     """A log without the vertical velocity and the height ended with an error."""
-    log = sensed("gps_latency", das="50/50")
+    log = sensed("gps_latency", das="20/20")
     layout = lay_out(log, None, AnalysisSetting(), LATE)
     null = theoretical_distribution(layout)
     (naming,) = name_effects([layout], [null]).namings
@@ -44,7 +44,7 @@ def test_a_held_out_log_is_closed_by_the_shape_that_was_fitted() -> None:
     bump = Catalog("effect", {"local_static_bump": EFFECTS["local_static_bump"]})
     hidden = EffectSpec("local_static_bump", {"coefficient": 0.05, "center_mps": 55.0, "width_mps": 4.0})
     logs = [
-        sense(fly(Case(maneuver="rapid_decel", truth_seed=seed, sensor_seed=seed, effects=(hidden,))), "50/50")
+        sense(fly(Case(maneuver="rapid_decel", truth_seed=seed, sensor_seed=seed, effects=(hidden,))), "20/20")
         for seed in (33_001, 33_002)
     ]
     layout = lay_out(logs[0], None, AnalysisSetting(), bump)

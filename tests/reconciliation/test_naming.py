@@ -27,23 +27,31 @@ def pod():
     few = Catalog(
         "effect", {n: EFFECTS[n] for n in ("belly_pod", "power_deficit", "mass", "pitot_lag", "gps_latency")}
     )
-    layout = lay_out(sense(fly(case), "50/50"), aircraft_model("navajo"), AnalysisSetting(day_known=True), few)
+    layout = lay_out(sense(fly(case), "20/20"), aircraft_model("navajo"), AnalysisSetting(day_known=True), few)
     return judge(["flight"], [layout], [theoretical_distribution(layout)]).verdict
 
 
 def test_sensors_alone_without_an_effect_name_nothing(sensed) -> None:
-    verdict = reconcile_log(sensed(das="50/50"), "none").verdict
+    verdict = reconcile_log(sensed(das="20/20"), "none").verdict
     assert verdict.kind == "no_gap"
     assert verdict.effects == ()
     assert verdict.smallest_detectable
 
 
 def test_gps_latency_is_named_by_the_sensors_alone(sensed) -> None:
-    verdict = reconcile_log(sensed("gps_latency", das="50/50"), "none").verdict
+    verdict = reconcile_log(sensed("gps_latency", das="20/20"), "none").verdict
     assert verdict.kind == "named"
     assert [effect.name for effect in verdict.effects] == ["gps_latency"]
     size = verdict.effects[0].sizes[0]
     assert abs(size.value - 0.3) < size.two_sigma
+
+
+def test_a_large_error_shows_in_two_minutes_without_null_flights(flight) -> None:
+    """The gap once counted as the noise of so short a log."""
+    late = (EffectSpec("gps_latency", {"latency_s": EFFECTS["gps_latency"].parameters[0].high}),)
+    log = sense(replace(flight, case=replace(flight.case, effects=late)), "50/50")
+    short = replace(log.select(log.time - log.time[0] < 120.0), header={})
+    assert reconcile_log(short, "none").verdict.kind == "named"
 
 
 def test_the_belly_pod_is_named_with_its_size_and_closes_the_gap(pod) -> None:
@@ -87,7 +95,7 @@ def test_a_log_without_attitude_is_refused_with_a_way_out(sensed) -> None:
 
 def test_another_form_of_a_cause_counts_as_that_cause(sensed) -> None:
     """A receiver that smooths is late; the plain latency and its other form are no alternatives of each other."""
-    verdict = reconcile_log(sensed("gps_smoothing", das="50/50"), "none").verdict
+    verdict = reconcile_log(sensed("gps_smoothing", das="20/20"), "none").verdict
     assert verdict.kind in ("named", "one_of")
     assert {cause_of(effect.name) for effect in verdict.effects} == {"gps_latency"}
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):

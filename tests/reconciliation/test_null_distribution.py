@@ -23,7 +23,7 @@ SETTING = AnalysisSetting(day_known=True)
 
 
 def sensed_anew(flight: Flight, seed: int) -> FlightLog:
-    return record(flight, data_system("50/50"), seed)
+    return record(flight, data_system("20/20"), seed)
 
 
 def judge_one(layout: Layout, null: NullDistribution) -> Verdict:

@@ -1,4 +1,4 @@
-"""An outage of the GPS or of the air data inside a log: what is held is no measurement."""
+"""Recording faults are counted, not fitted; what is held in an outage of GPS or air data is no measurement."""
 
 from collections.abc import Collection
 from dataclasses import replace
@@ -10,6 +10,7 @@ import pytest
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import check_log, lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
+from pitotbench.reconciliation.renewal import NO_EFFECTS
 from pitotbench.reconciliation.track import AIR_CHANNELS, GPS_CHANNELS, track_of
 from pitotbench.reconciliation.verdict import judge
 from pitotbench.records import BadInputError
@@ -112,8 +113,8 @@ def test_a_held_fix_is_not_used_and_names_nothing(sensed) -> None:
 def test_a_log_with_an_outage_is_that_with_a_pause(sensed) -> None:
     log = sensed(das="20/20")
     cut = replace(log, gps_fresh=None).select(~_between(log, *HELD))
-    residuals = [lay_out(each, None, AnalysisSetting()).residuals.values for each in (held(log, *HELD), cut)]
-    np.testing.assert_allclose(residuals[0], residuals[1], atol=1e-9)
+    layouts = [lay_out(each, None, AnalysisSetting(), NO_EFFECTS) for each in (held(log, *HELD), cut)]
+    np.testing.assert_allclose(*(each.residuals.values for each in layouts), atol=1e-9)
 
 
 def test_a_log_that_is_mostly_outage_is_refused(sensed) -> None:
@@ -128,4 +129,32 @@ def test_a_piece_that_is_too_short_is_refused_with_the_length_that_would_do(sens
     log = sensed(das="20/1")
     with pytest.raises(BadInputError, match=r"instants to compare, and 40 are needed: give at least 44 s"):
         lay_out(log.select(log.time - log.time[0] < seconds), None, AnalysisSetting())
-    assert len(lay_out(log.select(log.time - log.time[0] < 44.0), None, AnalysisSetting()).grid) >= 40
+    long_enough = log.select(log.time - log.time[0] < 44.0)
+    assert len(lay_out(long_enough, None, AnalysisSetting(), NO_EFFECTS).grid) >= 40
+
+
+FAULTS = {"sample_and_hold": "period_s", "dropped_samples": "fraction", "quantization": "step_pa"}
+TYPICAL = {"sample_and_hold": 0.25, "dropped_samples": 0.05, "quantization": 40.0, "saturation": 3500.0}
+
+
+@pytest.mark.parametrize("das", ["20/1", "50/50"])
+def test_a_sound_log_passes(sensed, das: str) -> None:
+    found = check_log(sensed(das=das))
+    assert found.effects == ()
+    assert {c.status for c in found.checks} == {"passed"}
+
+
+def test_a_held_velocity_is_reported_where_no_column_marks_the_fixes(sensed) -> None:
+    found = check_log(replace(sensed(das="20/1"), gps_fresh=None))
+    assert [c.why for c in found.checks if c.name == "GPS"] == [
+        "velocity is renewed every 1 s and interpolated between"
+    ]
+
+
+@pytest.mark.parametrize("name", [*FAULTS, "saturation"])
+def test_a_fault_is_named_with_its_size(sensed, name: str) -> None:
+    found = check_log(sensed(name, das="50/50"))
+    assert [effect.name for effect in found.effects] == [name]
+    size = found.effects[0].sizes[0]
+    assert size.value == pytest.approx(TYPICAL[name], rel=0.15)
+    assert any(c.status == "failed" for c in found.checks)

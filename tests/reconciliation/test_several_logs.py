@@ -98,7 +98,7 @@ def test_uncertain_sizes_leave_as_much_as_draws_of_them_do() -> None:
     covariance = np.array([[0.04, 0.01], [0.01, 0.02]])
     sizes = np.array([0.7, -0.3])
     expected = closure_of(equations, (0, 1), sizes.tolist(), (), covariance)
-    draws = random.multivariate_normal(sizes, covariance, size=20_000)
+    draws = random.multivariate_normal(sizes, covariance, size=5_000)
     left = np.array([closure_of(equations, (0, 1), drawn.tolist(), ()).after for drawn in draws])
     error = np.std(left) / np.sqrt(len(left))
     assert np.mean(left) - expected.after == pytest.approx(expected.chance, abs=4.0 * error)
@@ -137,14 +137,24 @@ def judged(*flights):
     return judge(names, [layout for layout, _ in flights], [null for _, null in flights])
 
 
-def test_two_flights_share_a_cause_and_its_size(flights) -> None:
-    joint = judged(*flights[:2])
+@pytest.fixture(scope="module")
+def both(flights):
+    return judged(*flights[:2])
+
+
+@pytest.fixture(scope="module")
+def alone(flights):
+    return judged(flights[0])
+
+
+def test_two_flights_share_a_cause_and_its_size(flights, both, alone) -> None:
+    joint = both
     assert joint.verdict.kind == "named"
     (effect,) = joint.verdict.effects
     assert effect.name == "gps_latency"
     assert effect.sizes[0].value == pytest.approx(0.3, abs=effect.sizes[0].two_sigma)
-    alone = [judged(flight).verdict.effects[0].sizes[0].value for flight in flights[:2]]
-    assert min(alone) - 1e-3 <= effect.sizes[0].value <= max(alone) + 1e-3
+    apart = [each.verdict.effects[0].sizes[0].value for each in (alone, judged(flights[1]))]
+    assert min(apart) - 1e-3 <= effect.sizes[0].value <= max(apart) + 1e-3
     for flight in joint.flights:
         assert flight.left_out is not None
         assert flight.left_out.share > 0.85
@@ -171,14 +181,14 @@ def test_a_flight_that_cannot_show_a_cause_leaves_it_to_the_others(flights) -> N
     ]
 
 
-def test_the_order_of_the_flights_does_not_matter(flights) -> None:
-    one, other = judged(*flights[:2]), judged(*flights[1::-1])
+def test_the_order_of_the_flights_does_not_matter(flights, both) -> None:
+    one, other = both, judged(*flights[1::-1])
     assert one.verdict.effects[0].sizes[0].value == pytest.approx(other.verdict.effects[0].sizes[0].value, rel=1e-6)
     assert one.verdict.log_bayes_factor == pytest.approx(other.verdict.log_bayes_factor, rel=1e-6)
 
 
-def test_a_name_is_withdrawn_with_its_reason(flights) -> None:
-    checks = judged(flights[0]).checks
+def test_a_name_is_withdrawn_with_its_reason(alone) -> None:
+    checks = alone.checks
     back = verdict_of(replace(checks, contradictions=("flight 2 contradicts it",)))
     assert (back.kind, back.effects) == ("unknown", ())
     assert back.notes[-1].startswith("flight 2 contradicts it: the name gps_latency")
@@ -187,8 +197,8 @@ def test_a_name_is_withdrawn_with_its_reason(flights) -> None:
     assert verdict_of(replace(checks, found=quiet, contradictions=("why",))).kind == "no_gap"
 
 
-def test_a_doubted_name_is_only_probable(flights) -> None:
-    checks = judged(flights[0]).checks
+def test_a_doubted_name_is_only_probable(alone) -> None:
+    checks = alone.checks
     why = "the sizes of the other flights close only 50% of the gap of flight 2"
     checks = replace(checks, left_out=(why,))
     less = verdict_of(checks)

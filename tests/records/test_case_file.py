@@ -1,9 +1,8 @@
-"""Case files: whatever is written reads back equal, and every problem is answered at once, by key."""
+"""Case files read back equal, every problem is answered by its key; which rates fit which data system."""
 
 import tomllib
 
 import pytest
-import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,14 +10,18 @@ from pitotbench.records import BadInputError
 from pitotbench.records.case import (
     PILOTS,
     TURBULENCE_SEVERITY,
+    USUAL_RATE,
     Case,
     DataSystem,
     EffectSpec,
     PressureErrorSpec,
     Wind,
+    possible_rates,
+    rate_problem,
+    rates_for,
 )
 from pitotbench.records.case_file import case_table, read_case, write_case
-from pitotbench.units import DEGREE, FOOT, KNOT
+from pitotbench.units import FOOT
 
 positive = st.floats(1e-6, 1e6)
 some = st.floats(0.0, 1e6)
@@ -107,11 +110,6 @@ def test_temperatures_of_a_case_are_differences():
     assert read_case("temperature_offset_degc = 10").temperature_offset == 10.0
 
 
-def test_units_are_converted():
-    case = read_case("altitude_ft = 6000\n[wind]\nspeed_kt = 20\nfrom_direction_deg = 90\n")
-    assert (case.altitude, case.wind.speed, case.wind.from_direction) == (6000 * FOOT, 20 * KNOT, 90 * DEGREE)
-
-
 BAD = {
     "aircrft = 'navajo'": r"aircrft: unknown key 'aircrft'\. Did you mean 'aircraft'",
     "altitude = 6000": r"altitude: the unit is missing: write altitude_ft",
@@ -176,19 +174,31 @@ def test_truth_can_be_left_out():
     assert table["das"]["gps_rate_hz"] == 50.0
 
 
-toml_values = st.recursive(
-    st.booleans() | st.integers(-(2**62), 2**62) | st.floats(allow_nan=False) | st.text(max_size=8),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
-    max_leaves=8,
+@pytest.mark.parametrize(
+    ("air_rate", "rates"),
+    [
+        (20.0, (40.0, 60.0, 80.0, 100.0)),
+        (50.0, (50.0, 100.0)),
+        (100.0, (100.0,)),
+        (33.0, (100.0,)),
+        (12.5, (50.0, 100.0)),
+    ],
 )
+def test_a_rate_is_a_whole_multiple_of_the_air_datas(air_rate, rates):
+    assert rates_for(air_rate) == rates
 
 
-@settings(max_examples=150)
-@given(st.dictionaries(st.text(max_size=6), toml_values, max_size=4))
-def test_toml_reads_back(table):
-    assert tomllib.loads(tomli_w.dumps(table)) == table
+def test_the_usual_rate_serves_every_data_system():
+    assert not any(rate_problem(USUAL_RATE, air_rate) for air_rate in (1.0, 33.0, 50.0, 99.0, 100.0))
 
 
-def test_toml_refuses_what_it_cannot_hold():
-    with pytest.raises(TypeError, match="NoneType"):
-        tomli_w.dumps({"a": None})
+def test_a_tick_of_the_card_is_a_whole_number_of_steps():
+    assert all((0.1 * rate) == pytest.approx(round(0.1 * rate)) for rate in possible_rates())
+
+
+def test_the_message_says_what_would_do():
+    assert rate_problem(50.0, 20.0) == (
+        "50 Hz is not a whole multiple of the 20 Hz of the air data: "
+        "integrate the flight at 40 or 60 or 80 or 100 Hz"
+    )
+    assert "not at 30 Hz" in str(rate_problem(30.0))

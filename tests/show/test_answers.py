@@ -1,4 +1,4 @@
-"""The sentences of an answer: what the certification rule says of a curve, where a log comes from, what to fly."""
+"""The sentences of an answer: the certification rule, where a log comes from, what a bound takes for granted."""
 
 from dataclasses import replace
 from io import StringIO
@@ -9,9 +9,16 @@ from rich.console import Console
 from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate, Share
-from pitotbench.show.calibration import card_csv, glance_points, print_calibration
+from pitotbench.show.calibration import (
+    calibration_json,
+    card_csv,
+    condition_lines,
+    glance_points,
+    print_calibration,
+)
 from pitotbench.show.curves import curve_panels
 from pitotbench.show.limits import Limit, judgments, limit_for, limit_named
 from pitotbench.show.pages import log_page, log_section
@@ -147,3 +154,39 @@ def test_a_card_is_written_for_a_pilot():
     assert entry_words("turns", [0.6182, 1.469, 1.038]) == "turns 223°, 529°, 374°"
     assert entry_words("bank_deg", 45.0) == "bank 45°"
     assert entry_words("speeds_kt", [160.0, 128.0]) == "speeds 160, 128 kt"
+
+
+def _printed(result):
+    text = StringIO()
+    print_calibration(result, Console(file=text, width=400))
+    return text.getvalue()
+
+
+def test_the_usual_accuracies_are_printed_with_the_answer_on_the_page_and_in_json(log):
+    result = calibrate(replace(log, header={}))
+    for text in (_printed(result), " ".join(condition_lines(result))):
+        for part in (
+            "temperature ±1.5 K (usual)",
+            "static pressure ±30 Pa (usual)",
+            "GPS velocity ±0.05 m/s (usual)",
+        ):
+            assert part in text
+    document = calibration_json(result)
+    assert {"name": "temperature_k", "two_sigma": 1.5, "source": "usual"} in document["assumptions"]
+    assert document["impact_pressure_zero_pa"] is None
+
+
+def test_a_log_that_states_exact_sensors_is_said_to_have_no_constant_error(log):
+    said = "no constant error of temperature, recovery factor, static pressure, GPS velocity (stated by the log)"
+    assert said in _printed(calibrate(log))
+
+
+def test_a_zero_offset_in_the_correction_is_said_with_its_bound(log):
+    options = CalibrationOptions(model="bias", accuracies={"impact_pressure_zero_pa": 400.0})
+    result = calibrate(replace(log, impact_pressure=log.impact_pressure + 80.0), options)
+    zero = result.impact_pressure_zero
+    assert (
+        f"takes out a zero offset of the impact pressure of {zero.value:+.0f} ± {zero.two_sigma:.0f} Pa"
+        in _printed(result)
+    )
+    assert calibration_json(result)["impact_pressure_zero_pa"]["value"] == zero.value

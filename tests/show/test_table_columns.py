@@ -1,5 +1,6 @@
-"""One description of a table's columns: the terminal, HTML, Markdown and JSON show the same, and nothing is cut."""
+"""One description of a table's columns for terminal, HTML, Markdown and JSON; texts from outside act nowhere."""
 
+import json
 import re
 from dataclasses import replace
 from io import StringIO
@@ -19,8 +20,11 @@ from pitotbench.show.columns import (
     frame_rows,
     html_table,
     json_rows,
+    json_text,
     markdown_table,
+    outside,
     print_table,
+    printable,
 )
 from pitotbench.show.legs import POINT_COLUMNS
 from pitotbench.show.plan import plan_columns, print_plan
@@ -155,3 +159,40 @@ def test_the_altitude_correction_is_in_feet_and_only_where_the_static_source_err
     assert terminal_lines(CURVE_COLUMNS, curve_points(static))[0][-1].split()[-2:] == ["-20", "10"]
     assert "two_sigma_ft" not in json_rows(CURVE_COLUMNS, curve_points(curve))[0]
     assert "[ft]" not in "".join(terminal_lines(CURVE_COLUMNS, curve_points(curve))[0])
+
+
+def test_a_number_that_is_not_finite_becomes_null():
+    document = {"a": [float("nan"), (np.float64("inf"), 1.5)], "b": {"c": -float("inf")}, "d": "inf", "e": True}
+    expected = {"a": [None, [None, 1.5]], "b": {"c": None}, "d": "inf", "e": True}
+    assert json.loads(json_text(document), parse_constant=pytest.fail) == expected
+
+
+def test_json_ends_in_a_line_break_and_keeps_every_digit():
+    assert json_text([0.1 + 0.2]) == "[\n 0.30000000000000004\n]\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [
+        ("\x1b[31mred", r"\x1b[31mred"),
+        ("title\x07\r\n\t", r"title\x07\r\n\t"),
+        ("\x9b2J", r"\x9b2J"),
+        ("cs\u202evsc", r"cs\u202evsc"),
+        ("lone \udce9", r"lone \udce9"),
+        ("Δp/q_c ± 1 °, m² 東", "Δp/q_c ± 1 °, m² 東"),
+    ],
+)
+def test_control_codes_are_written_out_and_letters_stay(text, written):
+    assert printable(text) == written
+
+
+def test_a_line_break_stays_where_it_is_wanted():
+    assert printable("a\n\x1bb", keep="\n") == "a\n\\x1bb"
+
+
+def test_a_console_does_not_read_markup_in_a_text_from_outside():
+    stream = StringIO()
+    Console(file=stream, highlight=False, soft_wrap=True, force_terminal=True, color_system=None).print(
+        outside("[bold]x[/nothing] :bomb: \x1b[31m")
+    )
+    assert stream.getvalue() == "[bold]x[/nothing] :bomb: \\x1b[31m\n"

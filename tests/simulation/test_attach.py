@@ -2,6 +2,7 @@
 
 import shutil
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
-from pitotbench.simulation.aircraft import find_aircraft, library_aircraft, read_record
+from pitotbench.simulation.aircraft import find_aircraft, known_aircraft, library_aircraft, read_record
 from pitotbench.simulation.autopilot.loops import open_all_tanks
 from pitotbench.simulation.sortie import card_of, card_speeds, fly, scaled_card, scaled_case
 from pitotbench.units import FOOT, KNOT
@@ -113,7 +114,6 @@ def test_a_path_is_the_same_aircraft_and_is_made_once(tmp_path):
     ("name", "words"),
     [
         ("sgs126", "no engine that holds a level speed"),
-        ("ball", "no engine that holds a level speed"),
         ("L17", "JSBSim stopped: .*flaps-pos-deg does not exist"),
         ("p51d", "the throttle does nothing"),
         ("x24b", "no engine that holds a level speed .* it has rocket_engine"),
@@ -129,3 +129,18 @@ def test_an_unknown_name_and_a_missing_path_are_named(tmp_path):
         find_aircraft("navaho")
     with pytest.raises(BadInputError, match="no such aircraft"):
         find_aircraft(str(tmp_path / "none.xml"))
+
+
+def shelf(root: Path, *names: str) -> Path:
+    for name in names:
+        (root / name).mkdir(parents=True)
+        (root / name / f"{name}.xml").touch()
+    return root
+
+
+def test_the_first_shelf_wins_and_both_are_known(tmp_path):
+    wheel, checkout = shelf(tmp_path / "wheel", "navajo"), shelf(tmp_path / "checkout", "navajo", "other")
+    (checkout / "empty").mkdir()
+    assert find_aircraft("navajo", (wheel, checkout)) == wheel / "navajo"
+    assert find_aircraft("other", (wheel, checkout)) == checkout / "other"
+    assert set(known_aircraft((wheel, checkout))) == {"navajo", "other"}

@@ -32,7 +32,7 @@ def heading_error(flight: dict[str, Array], heading: float) -> Array:
     return np.asarray(np.angle(np.exp(1j * (flight["heading"] - heading))) / DEGREE)
 
 
-@pytest.mark.parametrize("speed_kt", [100.0, 130.0, 160.0])
+@pytest.mark.parametrize("speed_kt", [100.0, 160.0])
 def test_steady_level_flight_is_held(speed_kt: float) -> None:
     flight = record_channels(airborne(speed_kt), 60.0)
     assert np.abs(flight["calibrated_airspeed"] / KNOT - speed_kt).max() < 0.3
@@ -40,8 +40,7 @@ def test_steady_level_flight_is_held(speed_kt: float) -> None:
     assert np.abs(heading_error(flight, 0.0)).max() < 0.5
 
 
-@pytest.mark.parametrize("speed_kt", [95.0, 100.0, 130.0, 160.0])
-@pytest.mark.parametrize("bank_deg", [30.0, -30.0])
+@pytest.mark.parametrize(("speed_kt", "bank_deg"), [(95.0, 30.0), (95.0, -30.0), (160.0, 30.0)])
 def test_a_turn_of_30_degrees_of_bank_keeps_height_speed_and_coordination(speed_kt: float, bank_deg: float) -> None:
     plant = airborne(speed_kt)
     plant.set("lateral_mode", BANK_HOLD)
@@ -67,8 +66,7 @@ def test_a_turn_at_constant_manifold_pressure_keeps_the_pressure(speed_kt: float
     assert height_error(flight) < 20.0
 
 
-@pytest.mark.parametrize("speed_kt", [100.0, 160.0])
-@pytest.mark.parametrize("bank_deg", [16.0, 30.0])
+@pytest.mark.parametrize(("speed_kt", "bank_deg"), [(100.0, 30.0), (160.0, 16.0)])
 def test_a_new_heading_is_captured(speed_kt: float, bank_deg: float) -> None:
     plant = airborne(speed_kt)
     plant.set("bank_limit", bank_deg * DEGREE)
@@ -94,7 +92,7 @@ def test_idle_deceleration_is_level_straight_and_at_negative_thrust(throttle: st
     assert part["manifold_pressure_left"][500:] / INCH_OF_MERCURY == pytest.approx(9.5, abs=0.7)
 
 
-@pytest.mark.parametrize(("first_kt", "second_kt"), [(160, 140), (140, 120), (120, 100), (100, 120), (140, 160)])
+@pytest.mark.parametrize(("first_kt", "second_kt"), [(160, 140), (120, 100), (140, 160)])
 @pytest.mark.parametrize("rate_kt", [1.0, 2.0])
 def test_a_new_speed_is_captured_without_overshoot(first_kt: float, second_kt: float, rate_kt: float) -> None:
     plant = airborne(first_kt)
@@ -154,9 +152,14 @@ def test_turbulence_is_ridden_not_chased(severity: int) -> None:
 
 @pytest.mark.parametrize("speed_kt", [100.0, 160.0])
 def test_no_narrow_line_in_longitudinal_acceleration(speed_kt: float) -> None:
-    flight = record_channels(airborne(speed_kt, Air(severity=1, seed=3)), 160.0)
-    frequency, height = most_prominent_line(flight["specific_force_x"])
+    """A line of a two thousandth of g would be seen."""
+    force = record_channels(airborne(speed_kt, Air(severity=1, seed=3)), 160.0)["specific_force_x"]
+    frequency, height = most_prominent_line(force)
     assert height < 10.0, f"a line of {height:.1f} dB at {frequency:.2f} Hz: a limit cycle?"
+    cycle = 5e-4 * STANDARD_GRAVITY * np.sin(2.0 * np.pi * 3.0 * np.arange(force.size) / 100.0)
+    frequency, height = most_prominent_line(force + cycle)
+    assert frequency == pytest.approx(3.0, abs=0.05)
+    assert height > 20.0
 
 
 def test_smooth_air_leaves_longitudinal_acceleration_still() -> None:
@@ -164,14 +167,6 @@ def test_smooth_air_leaves_longitudinal_acceleration_still() -> None:
     assert np.std(force - np.convolve(force, np.ones(200) / 200.0, "same"), where=inner(force)) < (
         1e-4 * STANDARD_GRAVITY
     )
-
-
-def test_a_line_of_a_two_thousandth_of_g_would_be_seen() -> None:
-    force = record_channels(airborne(160.0, Air(severity=1, seed=3)), 160.0)["specific_force_x"]
-    cycle = 5e-4 * STANDARD_GRAVITY * np.sin(2.0 * np.pi * 3.0 * np.arange(force.size) / 100.0)
-    frequency, height = most_prominent_line(force + cycle)
-    assert frequency == pytest.approx(3.0, abs=0.05)
-    assert height > 20.0
 
 
 def inner(values: Array) -> np.ndarray:

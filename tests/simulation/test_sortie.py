@@ -108,21 +108,6 @@ def test_progress_names_each_segment():
     assert heard[:3] == ["set-up 140 kt 000°", "leg 140 kt 000°", "turn 140 kt 180°"]
 
 
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        ({"aircraft": "navaho"}, "navajo"),
-        ({"maneuver": "race_trak"}, "race_track"),
-        ({"turbulence": "lihgt"}, "light"),
-        ({"card": {"dwel_s": 3.0}}, "dwell_s"),
-        ({"pilot": "goood"}, "good"),
-    ],
-)
-def test_a_wrong_name_is_answered_with_the_nearest(change, says):
-    with pytest.raises(UnknownNameError, match=f"Did you mean '{says}'"):
-        fly(replace(SHORT, **change))
-
-
 @pytest.mark.parametrize("speed", [400.0, 40.0])
 def test_an_impossible_speed_is_refused(speed):
     with pytest.raises(SimulationError, match=r"not reached|departed"):

@@ -1,7 +1,7 @@
-"""Effects at both ends of their range get an answer; `python -m tests.effects.both_ends` does the whole table."""
+"""Effects at both ends of their range get an answer; `python -m tests.lab.both_ends` does the whole table."""
 
 import pytest
-from tests.effects.both_ends import ENDS, judged
+from tests.lab.both_ends import ENDS, judged
 
 
 @pytest.mark.parametrize("end", ENDS)

@@ -1,6 +1,6 @@
 """Hold the calibration of two jet flights against a weather balloon, with an independent reduction beside it.
 
-    python -m tests.published.balloon
+    python -m tests.lab.balloon
 
 prints Δp/q_c at five airspeeds and the wind, each with its 2σ and whether the balloon's value is inside. A balloon
 meets other air than the airplane: its own wind changes by some knots over 500 ft of height, and that is added to
@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from tests.published import self_survey
-from tests.published.self_survey import FOOT, KNOT, Array, Rows
+from tests.lab import self_survey
+from tests.lab.self_survey import FOOT, KNOT, Array, Rows
 from tests.shared_data import real_log
 
 from pitotbench.calibration import calibrate

@@ -1,6 +1,6 @@
 """Hide every effect of the table alone, at both ends of its range, and count the logs that get no answer.
 
-    python -m tests.effects.both_ends [NAME …]
+    python -m tests.lab.both_ends [NAME …]
 
 flies one short card for each effect and end, records it, and reconciles the log without null flights.
 The log is cut to two minutes, so that it costs seconds. A log counts as failed where anything raises, where

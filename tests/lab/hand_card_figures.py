@@ -1,6 +1,6 @@
 """Coverage of the bounds of hand-written cards, counted.
 
-python -m tests.calibration.hand_card_figures --first 4001 --cards 200
+python -m tests.lab.hand_card_figures --first 4001 --cards 200
 Half of the cards have three legs a point, half four. Cards are made by `hand_cards`, whose formulas are their own.
 """
 

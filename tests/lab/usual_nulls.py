@@ -1,6 +1,6 @@
 """Flights without a cause on every usual card: five maneuvers, three data systems, smooth air and light turbulence.
 
-python -m tests.reconciliation.usual_nulls --flights 4 --first 601 --jobs 2 [--only circle,20/1]
+python -m tests.lab.usual_nulls --flights 4 --first 601 --jobs 2 [--only circle,20/1]
 Each is judged by the whole command. A line a card: the flights with an answer, and what was answered.
 """
 

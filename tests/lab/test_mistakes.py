@@ -1,8 +1,8 @@
-"""The mistakes of `mistakes`, read only; `python -m tests.logbook.mistakes` calibrates what is read as well."""
+"""The mistakes of `mistakes`, read only; `python -m tests.lab.mistakes` calibrates what is read as well."""
 
 import pytest
-from tests.logbook import mistakes
-from tests.logbook.mistakes import MISTAKES, Mistake, check, good_columns, judge, read
+from tests.lab import mistakes
+from tests.lab.mistakes import MISTAKES, Mistake, check, good_columns, judge, read
 
 KNOWABLE = [m for m in MISTAKES.values() if not m.passes]
 PASSING = [m for m in MISTAKES.values() if m.passes]

@@ -1,6 +1,6 @@
 """One simulated flight as a file of every format, read back, calibrated and compared with its CSV.
 
-    python -m tests.logbook.formats
+    python -m tests.lab.formats
 
 prints a table (Markdown): the largest difference of each quantity, also in steps of the file's digits, and how far
 the corrections are apart. A file whose clock shows whole seconds holds the rows of whole seconds, as does its CSV.
@@ -241,7 +241,7 @@ def _number(value: float) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the table of docs/log.md."""
-    argparse.ArgumentParser(prog="python -m tests.logbook.formats", description=__doc__).parse_args(arguments)
+    argparse.ArgumentParser(prog="python -m tests.lab.formats", description=__doc__).parse_args(arguments)
     print(table(compare_all()))
 
 

@@ -1,6 +1,6 @@
 """The mistakes of units and columns that people make in flight logs, each as a change to one good log.
 
-    python -m tests.logbook.mistakes [--each]
+    python -m tests.lab.mistakes [--each]
 
 spoils the log of a simulated flight (maneuver `circle`, air data at 20 Hz, GPS at 1 Hz) in every way of `MISTAKES`,
 calibrates what can be read, holds the answer against the truth and prints how many mistakes are refused, warned
@@ -44,26 +44,13 @@ _ABSURD = 20.0  # kt: an answer so wrong must be refused; a warning above it hid
 
 # The size of each unit [SI]: written down again here, so that a wrong factor in the product shows.
 PRESSURES = {
-    "pa": 1.0,
-    "hpa": 100.0,
-    "kpa": 1000.0,
-    "psi": 6894.757,
-    "psf": 47.88026,
-    "inhg": 3386.389,
-    "mmhg": 133.3224,
-    "inh2o": 249.0889,
-    "mmh2o": 9.80665,
-}
+    "pa": 1.0, "hpa": 100.0, "kpa": 1000.0, "psi": 6894.757, "psf": 47.88026, "inhg": 3386.389, "mmhg": 133.3224,
+    "inh2o": 249.0889, "mmh2o": 9.80665,
+}  # fmt: skip
 SPEEDS = {
-    "mps": 1.0,
-    "kt": 0.514444,
-    "mph": 0.44704,
-    "kmh": 1.0 / 3.6,
-    "fps": 0.3048,
-    "fpm": 0.00508,
-    "cmps": 0.01,
+    "mps": 1.0, "kt": 0.514444, "mph": 0.44704, "kmh": 1.0 / 3.6, "fps": 0.3048, "fpm": 0.00508, "cmps": 0.01,
     "mmps": 0.001,
-}
+}  # fmt: skip
 FREEZING, RANKINE = 273.15, 1.8
 NORTH, EAST = "velocity_north_mps", "velocity_east_mps"
 IMPACT, STATIC, PROBE = "impact_pressure_pa", "static_pressure_pa", "total_temperature_k"
@@ -312,15 +299,8 @@ def _temperatures() -> list[Mistake]:
 
 def _velocities() -> list[Mistake]:
     units = [(unit, "mps") for unit in SPEEDS if unit not in ("mps", "fpm")]
-    units += [
-        ("mps", "kt"),
-        ("mph", "kt"),
-        ("kmh", "kt"),
-        ("fps", "kt"),
-        ("mps", "fps"),
-        ("kt", "fps"),
-        ("kmh", "fps"),
-    ]
+    units += [(unit, "kt") for unit in ("mps", "mph", "kmh", "fps")]
+    units += [(unit, "fps") for unit in ("mps", "kt", "kmh")]
     found = [(f"velocity {a} as {b}", velocity(a, b), "") for a, b in units]
     found += [
         ("north alone in kt", scaled(NORTH, 1.0 / SPEEDS["kt"]), ""),
@@ -449,7 +429,7 @@ def _kind(mistake: Mistake, says: str, error_kt: float, ratio: float, wind: floa
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns exit code 0 where nothing is accepted wrong in silence or hidden below a warning."""
-    parser = argparse.ArgumentParser(prog="python -m tests.logbook.mistakes", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m tests.lab.mistakes", description=__doc__.split("\n")[0])
     parser.add_argument("--each", action="store_true", help="one line a mistake")
     choice = parser.parse_args(arguments)
     found = []

@@ -1,6 +1,6 @@
 """Good logs, none of which may be refused: all maneuvers, systems and air, and the cells of the outside generator.
 
-    python -m tests.logbook.good_logs [--seeds 2] [--outside 3] [--log FILE --mapping NAME]
+    python -m tests.lab.good_logs [--seeds 2] [--outside 3] [--log FILE --mapping NAME]
 
 reads each as a file's table would be read, prints every refusal and warning, and counts them.
 """
@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.logbook.mistakes import Columns, good_columns, read
+from tests.lab.mistakes import Columns, good_columns, read
 
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError
@@ -75,7 +75,7 @@ def _all(choice: argparse.Namespace) -> Iterator[tuple[str, str, tuple[str, ...]
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns exit code 1 where a good log is refused."""
-    parser = argparse.ArgumentParser(prog="python -m tests.logbook.good_logs", description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m tests.lab.good_logs", description=__doc__.split("\n")[0])
     parser.add_argument("--seeds", type=int, default=2, help="flights of each maneuver in each turbulence")
     parser.add_argument("--outside", type=int, default=3, help="flights of each of the outside generator's cells")
     parser.add_argument("--log", action="append", default=[], help="a measured log as well")

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from tests.published import balloon, self_survey
-from tests.published.self_survey import KNOT
+from tests.lab import balloon, self_survey
+from tests.lab.self_survey import KNOT
 
 PUBLISHED_TOOL_KT = {"CLASS55": (29.7, 5.3), "CLASS65": (34.2, 10.6)}
 

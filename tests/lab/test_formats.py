@@ -4,8 +4,8 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
-from tests.logbook import formats
-from tests.logbook.formats import EXACT, FORMATS, Readings, compare, table
+from tests.lab import formats
+from tests.lab.formats import EXACT, FORMATS, Readings, compare, table
 
 NEEDS = {".bin": "pymavlink", ".ulg": "pyulog", ".mat": "h5py"}
 

@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -228,6 +229,26 @@ def test_the_index_is_made_again_where_it_is_cut(campaign):
     assert len(result_table([campaign.out, campaign.out])) == 2  # each flight once
 
 
+def test_what_else_lies_in_the_store_does_no_harm(campaign, tmp_path, capsys):
+    """A stray file or folder among the parts; and a folder in the place of the index is named."""
+    out = tmp_path / "out"
+    shutil.copytree(campaign.out, out)
+    before = result_table([out])
+    parts = out / "store" / "flights"
+    (parts / "notes.txt").write_text("mine")
+    (parts / "aa").mkdir(exist_ok=True)
+    (parts / "aa" / "notes.txt").write_text("mine")
+    (parts / "aa" / "aa.json").write_text('{"key": "aa", "rows": null}')
+    index = out / "store" / "index.parquet"
+    found = result_table([out])
+    assert len(found) == len(before) + 1
+    assert set(found.state) == {"done", "damaged"}
+    index.unlink()
+    index.mkdir()
+    assert main(["results", str(out)]) == 2
+    assert "index.parquet: " in capsys.readouterr().err
+
+
 def test_shards_become_one_table_that_readers_of_parquet_open(campaign, tmp_path):
     from pyarrow import dataset
 
@@ -246,13 +267,27 @@ def test_shards_become_one_table_that_readers_of_parquet_open(campaign, tmp_path
     pd.testing.assert_frame_equal(table.set_index("flight")[[*numbers]], alone.loc[table.flight, [*numbers]])
 
 
-def test_rows_are_chosen_and_averaged(campaign):
+def test_rows_are_chosen_and_averaged(campaign, tmp_path, monkeypatch):
     table = result_table([campaign.out])
     assert list(chosen_rows(table, "seed == 2", "done").seed) == [2]
     assert means(table, ["maneuver"]).rows.tolist() == [2]
-    for wrong in ("seed ==", "@table", "no_column > 1", "__import__('os')"):
+    assert list(
+        chosen_rows(table, "`das.gps_rate_hz` == 1 and not seed in [1, 3] and seed / 2 < 2", None).seed
+    ) == [2]
+    monkeypatch.chdir(tmp_path)
+    for wrong in (
+        "seed ==",
+        "@table",
+        "no_column > 1",
+        "__import__('os')",
+        "name.to_csv('written.csv') == 1",
+        "'`' == name.to_csv('written.csv') or '`' == ''",
+        "[each for each in name]",
+        "name[0] == 1",
+    ):
         with pytest.raises(BadInputError, match="--where"):
             chosen_rows(table, wrong, None)
+    assert not [*tmp_path.iterdir()]
 
 
 def test_results_are_listed_drawn_and_written(campaign, tmp_path, capsys):

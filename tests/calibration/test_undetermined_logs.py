@@ -110,3 +110,18 @@ def test_a_curve_that_is_doubtfully_large_warns():
     assert not calibrate(log).warnings
     strong = replace(log, impact_pressure=0.85 * log.impact_pressure)
     assert any("a certified airplane's is smaller" in warning for warning in calibrate(strong).warnings)
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda log: replace(log, velocity_east=np.minimum(log.velocity_east, 20.0)),
+        lambda log: replace(log, velocity_east=log.velocity_east + np.where(log.time < 200.0, 0.0, 10.0)),
+    ],
+    ids=["clipped", "jumps by 10 m/s"],
+)
+def test_nobody_is_sent_to_fly_other_headings_where_all_were_flown(spoil):
+    log = fixture.fly(fixture.circles(5), 5, 5, fixture.Air(gps=0.02, pressure=2.0), seed=7)
+    with pytest.raises(NoAnswerError, match="air data and GPS velocity disagree") as found:
+        calibrate(spoil(log))
+    assert "fly" not in str(found.value)

@@ -11,8 +11,10 @@ from tests.calibration import trajectories as fixture
 from pitotbench.bench.inspection import inspect_log
 from pitotbench.bench.planner import gust_deviation
 from pitotbench.calibration import calibrate
+from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.cli.app import main
 from pitotbench.logbook.formats import write_log
+from pitotbench.records import NoAnswerError
 from pitotbench.records.case import Case
 from pitotbench.units import KNOT
 
@@ -76,3 +78,21 @@ def test_the_command_prints_and_draws(tmp_path, capsys):
     assert "In light turbulence, expect" in capsys.readouterr().out
     assert main(["inspect", str(log), "--report", str(log)]) == 2
     assert log.read_text(encoding="utf-8").startswith("#")
+
+
+def test_a_limit_that_leaves_one_heading_is_named_by_calibrate_and_inspect():
+    """All turns were flown above the limit: neither may promise a curve, and the advice is another limit."""
+    speeds, headings = fixture.circles(2, (150, 160))
+    slow, north = fixture.straight(2, 100.0, 115.0)
+    log = fixture.fly(
+        (np.append(speeds, slow), np.append(headings, north)), 2, 2, fixture.Air(gps=0.02, pressure=2.0), seed=7
+    )
+    options = CalibrationOptions(mach_max=0.2)
+    says = r"all headings lie within .*; the limit of Mach 0.2 \(--mach-max\) leaves out \d\d% of the rows"
+    with pytest.raises(NoAnswerError, match=says):
+        calibrate(log, options)
+    found = inspect_log(log, options)
+    assert found.expected is None
+    assert re.search(says, found.refusal)
+    assert found.airspeeds[2] / KNOT < 120.0
+    assert inspect_log(log).expected is not None

@@ -1,11 +1,14 @@
 """Every error is one line and an exit code; no input is overwritten; no output is found impossible too late."""
 
+import io
 import json
+import os
 import re
 import subprocess
 import sys
 from argparse import Namespace
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +22,7 @@ from pitotbench.logbook.formats import FORMATS, write_log
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError, NoAnswerError
 
+ROOT = Path(__file__).resolve().parents[2]
 _POD = '[[effects]]\nname = "belly_pod"\nparameters = { drag_area_m2 = 0.1 }\n'
 
 
@@ -166,10 +170,11 @@ def test_a_missing_case_is_named_without_an_error_number(tmp_path, capsys):
     assert error.endswith("none.toml: cannot be read as a case file: No such file or directory\n")
 
 
-@pytest.mark.parametrize("text", ["x = " + "[" * 3000, "x = " + "1" * 5000], ids=["brackets", "digits"])
+@pytest.mark.parametrize("text", ["x = " + "[" * 3000, "x = " + "1" * 5000, ".".join("x" * 30_000) + " = 1"])
 def test_a_monstrous_case_or_mapping_is_refused(text, case, log, capsys):
     case.write_text(text)
-    assert "not valid TOML" in refused(["fly", case, "-o", case.with_name("x.csv")], capsys)
+    if "." not in text:
+        assert "not valid TOML" in refused(["fly", case, "-o", case.with_name("x.csv")], capsys)
     assert "not valid TOML" in refused(["calibrate", log, "--mapping", case], capsys)
 
 
@@ -203,6 +208,49 @@ def test_names_from_a_log_reach_the_terminal_as_they_are_written(log, tmp_path, 
     assert "[red]a[bold] :bomb:\\x1b[31m.csv" in text
     assert "[bold red]x[/bold]\\x1b]0;title\\x07" in text
     assert "\x1b" not in text
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_a_terminal_that_lacks_letters_gets_others(encoding, log, monkeypatch):
+    screen = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
+    monkeypatch.setattr(sys, "stdout", screen)
+    assert main(["calibrate", str(log), "--model", "bias"]) == 0
+    screen.flush()
+    shown = screen.buffer.getvalue().decode(encoding)
+    assert re.search(r"Add [-+]\d\.\d\d (\+/-|±) \d\.\d\d kt", shown)
+    assert "?" not in shown.partition("\n")[0]
+
+
+def test_a_closed_terminal_gets_nothing(log, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "stdout", None)
+    assert main(["calibrate", str(log), "--model", "bias", "--json"]) == 0
+    sys.stdout.close()
+
+
+def test_a_file_name_that_is_not_utf_8_reaches_the_page(log, tmp_path, capsys):
+    path, page = tmp_path / "flight\udcff.csv", tmp_path / "page.html"
+    path.write_bytes(log.read_bytes())
+    assert main(["calibrate", str(path), "--model", "bias", "--report", str(page)]) == 0
+    assert "flight\\udcff.csv" in capsys.readouterr().out
+    assert "flight?.csv" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("flags", [[], ["--debug"]])
+def test_only_debug_shows_the_warnings_of_python(flags, tmp_path):
+    """A user reads no line of source; the tests of this project raise them as errors."""
+    (tmp_path / "sitecustomize.py").write_text(
+        "import atexit, warnings; atexit.register(lambda: warnings.warn('told', UserWarning, stacklevel=2))"
+    )
+    command = [sys.executable, "-m", "pitotbench", "calibrate", "no.csv", *flags]
+    settings = os.environ | {"PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT / 'src'}"}
+    said = subprocess.run(command, capture_output=True, text=True, env=settings, cwd=tmp_path)
+    assert said.returncode == 2
+    assert ("told" in said.stderr) == bool(flags)
+
+
+def test_a_pipe_as_a_mapping_is_refused(log, tmp_path, capsys):
+    os.mkfifo(tmp_path / "pipe.toml")
+    assert "not a regular file" in refused(["calibrate", log, "--mapping", tmp_path / "pipe.toml"], capsys)
 
 
 def test_a_refusal_writes_control_codes_out(tmp_path, capsys):

@@ -1,10 +1,14 @@
 """Bad logs as one table: how each is made, and what the refusal of it says; with the good logs they are made of."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pytest
 from numpy.typing import NDArray
+from pyarrow import parquet
 from scipy.io import savemat
 from tests.logbook import sample_log as sample
 
@@ -231,6 +235,36 @@ def _unequal(folder: Path) -> Path:
     return folder / "log.mat"
 
 
+def _text_of_bytes(folder: Path) -> Path:
+    """A Parquet file with one flipped byte in a text."""
+    path = folder / "flight7.parquet"
+    table = {**{name: sample.columns()[name] for name in NEEDED}, "segment": ["leg two"] * sample.ROWS}
+    parquet.write_table(pa.table(table), path, compression="none", use_dictionary=False)
+    path.write_bytes(path.read_bytes().replace(b"leg two", b"leg\xfftwo", 3))
+    return path
+
+
+_BOMB = 60_000_000  # numbers, in files of a few kilobytes
+
+
+def _bomb(folder: Path, suffix: str) -> Path:
+    path = folder / f"bomb{suffix}"
+    if suffix == ".parquet":
+        parquet.write_table(pa.table({"time_s": pa.nulls(_BOMB, pa.float64())}), path)
+    elif suffix == ".mat":
+        savemat(path, {"flight": {"time_s": np.zeros(_BOMB, np.uint8)}}, do_compression=True)
+    else:
+        h5py = pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
+        with h5py.File(path := folder / "bomb.mat", "w") as file:
+            file.create_dataset("time_s", shape=(_BOMB,), chunks=(1000,), dtype="f8")
+    return path
+
+
+def _pipe(folder: Path, suffix: str) -> Path:
+    os.mkfifo(folder / f"pipe{suffix}")
+    return folder / f"pipe{suffix}"
+
+
 # The name of a bad log: how it is made in a folder, and what the refusal says, whose exit code is 2.
 BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
     **{
@@ -272,6 +306,45 @@ BAD_LOGS: dict[str, tuple[Callable[[Path], Path], str]] = {
         )
         for suffix in FORMATS
         for content in (b"", b"\n\n", b"# only = 'a header'\n", b"\x00\x01\x02\xff" * 50)
+    },
+    "a lone carriage return": (
+        lambda folder: _file(folder, "log.csv", b"a,b\n1\r2,3\n"),
+        r"row 1 has 1 columns, the first line names 2",
+    ),
+    "a very long cell": (
+        lambda folder: _file(folder, "log.csv", b"# " + b"x" * 140_000 + b"\na,b\n" + b"9" * 140_000 + b",1\n"),
+        "missing columns",
+    ),
+    "a short row that is not UTF-8": (
+        lambda folder: _file(folder, "log.csv", b"time_s,a\n1,2\n\xff\n"),
+        "line 3 is not UTF-8 text",
+    ),
+    "a megabyte of blank lines": (
+        lambda folder: _file(folder, "log.csv", b"\n" * 1_100_000),
+        "comments or blank lines",
+    ),
+    "a key of thousands of parts": (
+        lambda folder: _file(folder, "log.csv", b"# " + b".".join([b"a"] * 30_000) + b" = 1\ntime_s\n1\n"),
+        "missing columns",
+    ),
+    "far too many columns": (
+        lambda folder: _file(folder, "log.csv", (",".join(["a"] * 20_000) + "\n").encode() * 2),
+        "20,000 columns",
+    ),
+    "too many columns for a draft": (
+        lambda folder: _file(
+            folder, "log.csv", (",".join(f"a{i}" for i in range(1001)) + "\n" + "1," * 1000 + "1\n").encode()
+        ),
+        "missing columns",
+    ),
+    "text in Parquet that is not UTF-8": (_text_of_bytes, r"flight7\.parquet: not a complete Parquet file"),
+    **{
+        f"a bomb of {kind}": (lambda folder, kind=kind: _bomb(folder, kind), r"would unpack to 60,000,\d+ ")
+        for kind in (".parquet", ".mat", "HDF5")
+    },
+    **{
+        f"a pipe named {suffix}": (lambda folder, suffix=suffix: _pipe(folder, suffix), "not a regular file")
+        for suffix in (".csv", ".mat", ".ulg", ".bin")
     },
     "no file": (lambda folder: folder / "none.csv", "cannot be read"),
     "a folder": (lambda folder: folder, "a folder"),

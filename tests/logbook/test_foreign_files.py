@@ -1,14 +1,17 @@
 """One flight in the files that people have: the same numbers in all, exact or within the steps of the display."""
 
+import re
+import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.logbook import foreign_files as foreign
+from tests.logbook import sample_log as sample
 
 from pitotbench import air
 from pitotbench.logbook.columns import Table
-from pitotbench.logbook.reading import log_of, read_log
+from pitotbench.logbook.reading import log_of, needs_mapping, read_log
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, FOOT, KNOT
@@ -228,3 +231,50 @@ def test_a_calibrated_airspeed_is_taken_as_indicated(tmp_path):
     path.write_text(path.read_text().replace("indicated_airspeed", "calibrated_airspeed"))
     log = read_log(path)
     assert any("what the air data computer has left" in warning for warning in log.header["warnings"])
+
+
+def _cut(content: bytes) -> bytes:
+    return content[:-5]
+
+
+def _holed(content: bytes) -> bytes:
+    """A ULog with a message of no topic, a DataFlash log with forty wrong bytes."""
+    if content.startswith(b"ULog"):
+        return content + struct.pack("<HB", 12, ord("D")) + b"\xff" * 12
+    middle = len(content) // 2
+    return content[:middle] + b"\x55" * 40 + content[middle + 40 :]
+
+
+@pytest.mark.parametrize("library", ["pymavlink", "pyulog"])
+@pytest.mark.parametrize(("damage", "says"), [(_cut, "its end is missing"), (_holed, "the file is damaged")])
+def test_a_binary_log_that_is_cut_or_damaged_is_told_in_one_warning(tmp_path, library, damage, says, capfd):
+    pytest.importorskip(library, reason="needs the extra pitotbench[logs]")
+    suffix, write = {"pymavlink": (".bin", foreign.dataflash), "pyulog": (".ulg", foreign.ulog)}[library]
+    path = write(tmp_path / f"log{suffix}", FLOWN)
+    assert not _remarks(path, "the end|damaged|missing")
+    path.write_bytes(damage(path.read_bytes()))
+    assert len(_remarks(path, says)) == 1
+    assert capfd.readouterr() == ("", "")
+
+
+def _remarks(path: Path, pattern: str) -> list[str]:
+    return [text for text in read_log(path).header.get("warnings", ()) if re.search(pattern, text)]
+
+
+def test_a_mapping_that_the_header_names_was_not_applied(tmp_path):
+    """Such a log has our columns: nothing of the mapping's advice is meant for it."""
+    path = tmp_path / "log.csv"
+    for named in ("5", '"jmoss"'):
+        path.write_text(f"# mapping = {named}\n" + sample.write(path, sample.columns()).read_text())
+        assert "mapping" not in read_log(path).header
+        assert "no mapping is needed" in needs_mapping(path)
+
+
+def test_another_file_is_not_read_through_a_mat_file(tmp_path):
+    h5py = pytest.importorskip("h5py", reason="needs the extra pitotbench[hdf5]")
+    other = foreign.mat73(tmp_path / "other.mat", FLOWN)
+    with h5py.File(tmp_path / "log.mat", "w") as file:
+        for name in h5py.File(other):
+            file[name] = h5py.ExternalLink(str(other), name)
+    with pytest.raises(BadInputError):
+        read_log(tmp_path / "log.mat")

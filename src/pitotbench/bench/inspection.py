@@ -7,7 +7,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.bench.planner import MEAN_LENGTH, gust_deviation
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
-from pitotbench.calibration.observations import range_end
+from pitotbench.calibration.observations import limit_words, range_end, usable_rows
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.checks import flights_in
@@ -49,8 +49,9 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
     speed = np.asarray(air.calibrated_airspeed(log.impact_pressure))
     flying = speed > 0.5 * float(np.quantile(speed, 0.95))
     end = range_end(log)
-    measured = flying if end is None else flying & ~end.cut_off
-    wind = _wind(log, measured if measured.any() else flying)
+    measured = flying & usable_rows(log, chosen)  # the same as of the calibration
+    shown = measured if measured.any() else flying
+    wind = _wind(log, shown)
     expected, refusal = _expected(log, chosen, wind, speed[measured])
     flights = flights_in(log)
     stopped = [(flight, int(row)) for flight in flights for row in pauses(flight.time)]
@@ -62,8 +63,8 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
         channels=tuple(_held(log, name) for name in log.channels()),
         flights=tuple((float(flight.time[0]), float(flight.time[-1])) for flight in flights),
         pauses=tuple((float(f.time[row - 1]), float(f.time[row] - f.time[row - 1])) for f, row in stopped),
-        headings=_headings(log, flying),
-        airspeeds=_quantiles(speed[flying]),
+        headings=_headings(log, shown),
+        airspeeds=_quantiles(speed[shown]),
         heights=_quantiles(height[flying]),
         questions=_questions(log, expected is not None, refusal),
         expected=expected,
@@ -120,17 +121,26 @@ def _expected(
 ) -> tuple[tuple[Array, Array] | None, str]:
     """Return airspeeds and 2σ to expect in light turbulence, or the reason why there is none."""
     if not len(speed):
-        return None, "no row in flight lies below the end of the range of the impact-pressure sensor"
+        return (
+            None,
+            "no row in flight is used: all lie beyond the range of the impact-pressure sensor or the limits",
+        )
     sample = log.select(np.arange(0, len(log), max(1, len(log) // _MOST_ROWS)))
     low, _, high = _quantiles(speed)
     speeds = np.linspace(low, high, _SPEEDS) if high - low > KNOT else np.array([0.5 * (low + high)])
     noise = ExpectedNoise(gust_deviation=gust_deviation(Case(turbulence="light")), gust_length=MEAN_LENGTH)
-    plain = CalibrationOptions(accuracies=options.accuracies, use_down=False)
+    plain = CalibrationOptions(
+        accuracies=options.accuracies,
+        use_down=False,
+        mach_max=options.mach_max,
+        ground_speed_min=options.ground_speed_min,
+        on_condition=options.on_condition,
+    )
     theta = np.array([0.0, 0.0, 0.0, *wind])
     try:
         bound = expected_two_sigma(sample, plain, theta, noise, speeds)
     except (BadInputError, NoAnswerError) as error:
-        return None, str(error)
+        return None, f"{error}{limit_words(log, options)}"
     if not np.all(np.isfinite(bound)):
         return None, "the flight does not determine the curve"
     return (speeds, bound), ""

@@ -4,7 +4,8 @@ The estimators load with the first calibration, so that options and the arithmet
 All arrays are SI and radians; parameters of the error curve are without units.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 
 from pitotbench.calibration.leg_points import FixedSpeedResult as FixedSpeedResult
@@ -14,7 +15,7 @@ from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibration.options import accuracies_from as accuracies_from
 from pitotbench.calibration.reduction import one_thread
-from pitotbench.records import BadInputError
+from pitotbench.records import BadInputError, NoAnswerError, UndeterminedError
 from pitotbench.records.calibration import CalibratedFlight, Calibration
 from pitotbench.records.log import Caution, FlightLog
 
@@ -32,9 +33,9 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
     from pitotbench.calibration.result import assemble
 
     chosen = options or CalibrationOptions()
-    with one_thread():
+    with one_thread(), _named_cause([log], chosen):
         calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
-    return _judged(calibration, log)
+        return _judged(calibration, log)
 
 
 def calibrate_together(
@@ -65,9 +66,29 @@ def calibrate_flights(
     """
     from pitotbench.calibration.flights import reduce_flights
 
-    with one_thread():
-        flights = reduce_flights(logs, options or CalibrationOptions())
-    return tuple(replace(flight, calibration=_judged(flight.calibration, flight.log)) for flight in flights)
+    chosen = options or CalibrationOptions()
+    with one_thread(), _named_cause(logs, chosen):
+        flights = reduce_flights(logs, chosen)
+        return tuple(replace(flight, calibration=_judged(flight.calibration, flight.log)) for flight in flights)
+
+
+@contextmanager
+def _named_cause(logs: Sequence[FlightLog], options: CalibrationOptions) -> Iterator[None]:
+    """Name the cause where the block finds no answer: limits that take most rows, or channels that disagree."""
+    from pitotbench.calibration.expected_bound import geometry_suffices
+    from pitotbench.calibration.observations import limit_words
+
+    try:
+        yield
+    except NoAnswerError as error:
+        text = str(error)
+        if isinstance(error, UndeterminedError) and all(geometry_suffices(log, options) for log in logs):
+            text = (
+                "the log does not determine the answer, although its headings and speeds suffice: air data and GPS "
+                "velocity disagree; check that both are of one flight and one clock, and the units, axes and signs "
+                "of the velocity"
+            )
+        raise type(error)(text + "".join({limit_words(log, options): 0 for log in logs})) from error
 
 
 def _judged(calibration: Calibration, log: FlightLog) -> Calibration:

@@ -9,15 +9,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pitotbench import air
 from pitotbench.calibration.altitude import SLOW_TIME, altitude_rows
-from pitotbench.calibration.covering import GUST_LENGTH, Structure, covariance_given
-from pitotbench.calibration.fit_checks import require_observable
+from pitotbench.calibration.covering import GUST_LENGTH, GUST_SCALE, Structure, covariance_given
+from pitotbench.calibration.fit_checks import USELESS, require_observable
 from pitotbench.calibration.location import STATIC
 from pitotbench.calibration.observations import block_length, divide, observe
 from pitotbench.calibration.options import CalibrationOptions, accuracies_of
 from pitotbench.calibration.prediction import CurveMap, PredictionModel, nuisances_of
 from pitotbench.calibration.reduction import reference_of
 from pitotbench.pressure_error import MODELS
+from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, MetersPerSecond
 
@@ -72,3 +74,18 @@ def expected_two_sigma(
     free = model.error_count
     gradient = CurveMap(model, indicated_airspeed).correction_gradient(theta[:free])
     return np.asarray(2.0 * np.sqrt(np.einsum("cp,pq,cq->c", gradient, covariance[:free, :free], gradient)))
+
+
+def geometry_suffices(log: FlightLog, options: CalibrationOptions) -> bool:
+    """Return whether the headings and speeds of a log would determine its curve if the channels agreed.
+
+    The answer is that of the model Inverse+ in gusts of the usual size, with no wind.
+    """
+    plain = replace(options, model=CalibrationOptions().model, use_down=False, wind_down=False)
+    errors = len(MODELS[plain.model].parameter_names)
+    speed = air.calibrated_airspeed(np.quantile(log.impact_pressure, [0.05, 0.5, 0.95]))
+    try:
+        bound = expected_two_sigma(log, plain, np.zeros(errors + 2), ExpectedNoise(GUST_SCALE), speed)
+    except (BadInputError, NoAnswerError):
+        return False
+    return bool(np.all(bound < USELESS))  # not for NaN

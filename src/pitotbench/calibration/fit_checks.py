@@ -20,7 +20,7 @@ from pitotbench.calibration.covering import (
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import Nuisance, PredictionModel
 from pitotbench.logbook.plausible_air import LIMITS
-from pitotbench.records import NoAnswerError
+from pitotbench.records import NoAnswerError, UndeterminedError
 from pitotbench.records.calibration import Calibration, Disagreement, ErrorCurve, Residuals
 from pitotbench.records.log import Caution
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
@@ -30,7 +30,7 @@ from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
 _HEADING_SPREAD = 30.0 * DEGREE  # below it the along-track wind and the curve's level are one unknown
 _SPEED_RATIO = {1: 1.0, 2: 1.05, 3: 1.10}  # number of terms to the ratio of impact pressures that they need
 _SPLINE_RATIO = 1.3  # the same for a model of more terms
-_USELESS = 10.0 * KNOT  # a bound beyond this is no answer
+USELESS = 10.0 * KNOT  # a bound beyond this is no answer
 
 
 def require_observable(model: PredictionModel, obs: Observations) -> None:
@@ -70,12 +70,12 @@ def require_useful(calibration: Calibration) -> None:
     wind = min(max(each.north.two_sigma, each.east.two_sigma) for each in calibration.winds)
     curve = float(np.median(calibration.curve.two_sigma))
     if not np.all(np.isfinite(calibration.curve.two_sigma + wind)):
-        raise NoAnswerError(
+        raise UndeterminedError(
             "the log does not determine the answer: no bound can be given; check the clock, the units and the "
             "columns, or fly longer, on reciprocal headings"
         )
-    if max(wind, curve) > _USELESS:
-        raise NoAnswerError(
+    if max(wind, curve) > USELESS:
+        raise UndeterminedError(
             f"the log does not determine the answer: 2σ would be {curve / KNOT:.1f} kt on the curve and "
             f"{wind / KNOT:.1f} kt on the wind; fly longer, on reciprocal headings, at every speed of interest"
         )

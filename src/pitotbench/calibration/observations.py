@@ -68,6 +68,7 @@ def range_end(log: FlightLog) -> RangeEnd | None:
 
 
 _MINIMUM_SAMPLES = 30
+_MOST = 0.5  # share of the rows: limits that leave out more are named where there is no answer
 _MINIMUM_AIRSPEED = 20.0 * KNOT  # below it the impact pressure is too small to be of use
 _FEWEST_FIXES = 4  # in a stretch between pauses: four points determine a cubic
 _DENSE = 0.5  # share of fresh GPS rows: above it the velocity counts as sampled with the air data
@@ -146,7 +147,7 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
     down = log.velocity_down if log.velocity_down is not None and options.use_down else np.zeros(len(log))
     held = np.stack([log.velocity_north, log.velocity_east, down])
     velocity, between = _between_fixes(log.time, held, fresh, stretch, options.gps_latency, margin)
-    used = _usable_rows(log, options) & between
+    used = usable_rows(log, options) & between
     _require_rows(used, log, options)
     temperature, heating, standard = _temperature(log, options)
     return Observations(
@@ -189,7 +190,8 @@ def observe_again(log: FlightLog, options: CalibrationOptions, before: Observati
     return read.select(before.used[read.used])
 
 
-def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
+def usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
+    """Return whether the sensor's range and the options allow a row, (n,). Raises BadInputError without flags."""
     used = log.impact_pressure > float(air.impact_pressure(_MINIMUM_AIRSPEED))
     if not options.on_condition:  # the rows on condition are the user's own choice
         used &= usable_parts(log).rows
@@ -205,6 +207,24 @@ def _usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
     if options.mach_max is not None:
         used &= air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure) <= options.mach_max
     return used
+
+
+def limit_words(log: FlightLog, options: CalibrationOptions) -> str:
+    """Return in words the limits of Mach and ground speed if they leave out most rows in flight; else nothing."""
+    free = replace(options, mach_max=None, ground_speed_min=0.0)
+    found = usable_rows(log, free)
+    share = 1.0 - float(usable_rows(log, options).sum()) / max(int(found.sum()), 1)
+    if share <= _MOST:
+        return ""
+    limits = [
+        *([f"Mach {options.mach_max:g} (--mach-max)"] if options.mach_max is not None else []),
+        *(
+            [f"{options.ground_speed_min / KNOT:.0f} kt over the ground (--ground-speed-min-kt)"]
+            if options.ground_speed_min
+            else []
+        ),
+    ]
+    return f"; the limit of {' and '.join(limits)} leaves out {share:.0%} of the rows: choose another one"
 
 
 def _require_rows(used: Booleans, log: FlightLog, options: CalibrationOptions) -> None:

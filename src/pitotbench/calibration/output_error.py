@@ -8,7 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import PredictionModel
-from pitotbench.records import NoAnswerError
+from pitotbench.records import NoAnswerError, UndeterminedError
 from pitotbench.units import Array
 
 # Klein and Morelli, Aircraft System Identification, 2006, ch. 6 (Gauss-Newton with the modified Newton-Raphson
@@ -56,7 +56,7 @@ def fit_output_error(outputs: Outputs, start: Array) -> OutputErrorFit:
         scale = np.sqrt(np.diag(information))
         condition = _condition_number(information, scale)
         if not np.isfinite(condition) or condition > 1e13:
-            raise NoAnswerError(
+            raise UndeterminedError(
                 "these rows do not distinguish the parameters (singular information matrix): "
                 "fly more headings and a wider speed range, or choose a model with fewer parameters"
             )

@@ -1,6 +1,8 @@
 """Choose the command, run it, and turn any error into one line and an exit code."""
 
 import argparse
+import codecs
+import logging
 import os
 import sys
 import traceback
@@ -8,6 +10,7 @@ from argparse import Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Any, NamedTuple, NoReturn
 
 from pitotbench.catalog import UnknownNameError
@@ -116,14 +119,43 @@ exit codes: {DONE} done, {BAD_INPUT} bad input, {NO_ANSWER} no answer (not conve
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
+    _prepare_streams(outside=arguments is None)
     return guarded(command_line().parse_args(arguments))
 
 
 def run_alone(name: str, description: str | None) -> int:
     """Run one command of the table without its name on the command line; return its exit code."""
+    _prepare_streams(outside=True)
     module = next(command.module for command in COMMANDS if command.name == name)
     parser = CommandParser(description=description, formatter_class=RawDescriptionHelpFormatter, module=module)
     return guarded(parser.parse_args())
+
+
+# How a terminal that does not know a letter shows it; any other letter becomes a question mark.
+_PLAIN = {"±": "+/-", "−": "-", "–": "-", "σ": " sigma", "Δ": "d", "°": " deg", "→": "->", "×": "x", "²": "2"}
+
+
+def _prepare_streams(outside: bool) -> None:
+    """Let no terminal stop a command: neither an old one, nor one that is closed.
+
+    Of a command from `outside` this program, the warnings of Python and its libraries go to logging, where only
+    `--debug` and the host's own settings show them. Their causes are for tests.
+    """
+    codecs.register_error("plain", _in_plain_letters)
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:  # closed: `>&-`
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="plain")
+    if outside and "--debug" not in sys.argv and not sys.warnoptions:
+        logging.captureWarnings(True)
+
+
+def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(_PLAIN.get(letter, "?") for letter in error.object[error.start : error.end]), error.end
 
 
 def command_line() -> OneLineParser:

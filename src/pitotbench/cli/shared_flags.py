@@ -45,7 +45,10 @@ def _drafted(path: "Path") -> str:
     from pitotbench.logbook.drafting import draft_mapping
     from pitotbench.logbook.reading import read_table
 
-    drafted = draft_mapping(read_table(path))
+    try:
+        drafted = draft_mapping(read_table(path))
+    except BadInputError as error:
+        return str(error)
     lines = [f"{line.guess.theirs} → {line.guess.target(line.unit)}" for line in drafted.lines]
     missing = f"; no column was found for {', '.join(drafted.missing)}" if drafted.missing else ""
     return (", ".join(lines) or "none of its columns is recognized") + missing

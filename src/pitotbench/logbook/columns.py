@@ -118,8 +118,25 @@ def atomic(path: Path) -> Iterator[Path]:
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file whole or not at all. Raises BadInputError as `atomic` does."""
-    with atomic(path) as scratch:
-        scratch.write_text(text, encoding="utf-8")
+    with atomic(path) as scratch:  # "replace": a file name from the disk may not be UTF-8
+        scratch.write_text(text, encoding="utf-8", errors="replace")
+
+
+def require_regular(path: Path) -> None:
+    """Raise BadInputError for a pipe or a device: it may give nothing, or never end."""
+    if path.exists() and not path.is_file():
+        raise BadInputError("not a regular file; copy what it gives into a file first")
+
+
+_MOST_COLUMNS = 10_000  # an airliner's recorder has some 3,000
+
+
+def require_few_columns(count: int) -> None:
+    """Raise BadInputError for more columns than a recorder writes, before minutes are spent on their names."""
+    if count > _MOST_COLUMNS:
+        raise BadInputError(
+            f"{count:,} columns, where {_MOST_COLUMNS:,} are the most: keep those of air data and GPS"
+        )
 
 
 # Read, but not kept: `derived` and `checks` turn them into channels of a log.
@@ -176,6 +193,7 @@ def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
 
 # Parse the TOML header of a log. All formats have the same header.
 
+_MOST_DOTS = 50_000_000  # of their squares: some 200 MB while the text is read
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 
@@ -183,9 +201,22 @@ WARNINGS = "warnings"  # header entry: remarks made when the log was read or wri
 def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
     """Return the table of a header and a list of warnings. Text that is not TOML is kept line by line."""
     try:
-        return tomllib.loads(text), []
-    except (ValueError, RecursionError):  # not TOML, a number of thousands of digits, thousands of brackets
+        return toml_table(text), []
+    except ValueError:
         return {"comments": text.splitlines()}, ["the header's lines are not TOML; they are kept as text"]
+
+
+def toml_table(text: str) -> dict[str, Any]:
+    """Return the table of TOML text. Raises ValueError for text that is not TOML or takes too long to read.
+
+    The reader's time and memory grow with the square of the dots in a key, which stands on one line.
+    """
+    if sum(line.count(".") ** 2 for line in text.splitlines()) > _MOST_DOTS:
+        raise ValueError("a key has too many dots")
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise ValueError("nested too deeply") from error
 
 
 def earlier_warnings(header: Mapping[str, Any]) -> list[str]:

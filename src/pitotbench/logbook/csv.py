@@ -1,7 +1,9 @@
 """Read and write CSV logs: `#` lines with a TOML header, a line of column names, one line a row."""
 
 import re
+from codecs import getincrementaldecoder
 from collections.abc import Callable, Mapping
+from csv import Error as CsvError
 from csv import reader as csv_rows
 from dataclasses import dataclass
 from io import BytesIO
@@ -12,7 +14,7 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from pitotbench.logbook.columns import Column, Table, parse_header
+from pitotbench.logbook.columns import Column, Table, parse_header, require_few_columns
 from pitotbench.records import BadInputError
 from pitotbench.units import Booleans
 
@@ -140,6 +142,7 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _VALUE = re.compile(r"[+-]?[\d.,]+([eE][+-]?\d+)?$|\d+:\d\d|\d+[-/.]\d+[-/.]\d")  # a number, a clock time or a date
 _MOST_BETWEEN = 2  # lines below the names: units, and short names
+_MOST_ABOVE = 1 << 20  # bytes of comments and blank lines above the table
 _ROWS = "rows"  # header entry: the number of rows written; a file with fewer is cut off
 
 
@@ -171,6 +174,7 @@ def read_csv(path: Path) -> Table:
     if not first_line.strip():
         raise BadInputError("the file is empty: there is no line of column names" + _only(comments))
     delimiter = _delimiter(first_line)
+    require_few_columns(first_line.count(delimiter.encode()) + 1)
     cells = [_cells(line, delimiter) for line in below]
     between = _lines_between(cells)
     form = _Form(above, delimiter, _decimal(cells[between], delimiter), between)
@@ -213,8 +217,15 @@ def _as_utf8(path: Path) -> _Text:
 
 
 def _cells(line: bytes, delimiter: str) -> list[str]:
+    """Return the cells of a line; none of one that Arrow may read, or refuse with the number of its row.
+
+    Such a line holds a carriage return that ends none, or a cell of more than 131,072 letters.
+    """
     text = line.decode("utf-8", errors="replace").strip("\r\n")
-    return [cell.strip() for cell in next(csv_rows([text], delimiter=delimiter), [])]
+    try:
+        return [cell.strip() for cell in next(csv_rows([text], delimiter=delimiter), [])]
+    except CsvError:
+        return []
 
 
 def _lines_between(lines: list[list[str]]) -> int:
@@ -256,7 +267,27 @@ def _split(file: BinaryIO) -> tuple[int, list[str], bytes]:
         if text:
             comments.append(text.removeprefix("#").removeprefix(" "))
         position += len(line)
+        if position > _MOST_ABOVE:
+            raise BadInputError("a megabyte of comments or blank lines stands above the table: this is no log")
     return position, comments, line
+
+
+class _Utf8:
+    """A file whose reading ends in a UnicodeDecodeError where its text is not UTF-8.
+
+    Arrow hands the text of a ragged row to `note`. If it is not UTF-8, Arrow prints a traceback instead.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file, self._decode = file, getincrementaldecoder("utf-8")().decode
+
+    def read(self, size: int = -1) -> bytes:
+        data = self._file.read(size)
+        self._decode(data, final=not data)
+        return data
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
 
 
 def _columns(text: _Text, form: _Form) -> tuple[list[tuple[str, Column]], list[Any]]:
@@ -269,7 +300,7 @@ def _columns(text: _Text, form: _Form) -> tuple[list[tuple[str, Column]], list[A
         def open_reader(types: Types | None) -> "csv.CSVStreamingReader":
             file.seek(form.above)
             ragged.clear()
-            return csv.open_csv(file, *_options(form, ragged, types))
+            return csv.open_csv(_Utf8(file), *_options(form, ragged, types))
 
         found = read_blocks(open_reader, text.size() - form.above)
     if found is not None:

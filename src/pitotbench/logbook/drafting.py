@@ -254,6 +254,7 @@ def _near(one: Array, other: Array, pressure: str) -> bool:
 
 _ROWS = 2000  # of a long log that are tried
 _MOST_TRIALS = 48
+_MOST_COLUMNS = 1000
 _SURE = 0.7  # score of a name above which it is the field's own
 _NEEDED = (
     ("time",),
@@ -303,7 +304,15 @@ class DraftedMapping:
 
 
 def draft_mapping(table: Table) -> DraftedMapping:
-    """Return a mapping for a table, as far as its columns can be recognized."""
+    """Return a mapping for a table, as far as its columns can be recognized.
+
+    Raises BadInputError for a table of more than 1,000 columns, which would take minutes.
+    """
+    if len(table.names) > _MOST_COLUMNS:
+        raise BadInputError(
+            f"the log has {len(table.names):,} columns; a mapping is drafted for at most {_MOST_COLUMNS:,}: "
+            "keep those of air data and GPS"
+        )
     units = table.units or ("",) * len(table.names)
     offered = [guesses(n, u, c) for n, u, c in zip(table.names, units, table.columns, strict=True)]
     chosen = _without_superseded(agreed(table, _one_each(offered)))

@@ -1,9 +1,12 @@
 """The table of log formats by file suffix: readers of Parquet, MATLAB, DataFlash and ULog, and the writer."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import redirect_stdout
-from dataclasses import dataclass
-from io import StringIO
+import os
+import struct
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from dataclasses import dataclass, replace
+from io import BufferedReader, FileIO, StringIO
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any
@@ -12,13 +15,33 @@ import numpy as np
 import tomli_w
 
 from pitotbench.catalog import Catalog
-from pitotbench.logbook.columns import QUANTITIES, Column, Table, atomic, parse_header
+from pitotbench.logbook.columns import (
+    QUANTITIES,
+    Column,
+    Table,
+    atomic,
+    parse_header,
+    require_few_columns,
+    require_regular,
+)
 from pitotbench.logbook.csv import read_csv, to_column, write_csv
 from pitotbench.logbook.mapping import MappedFile
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
 # The table of log formats by file suffix, with the readers of Parquet, MATLAB, DataFlash and ULog.
+
+# A compressed file may unpack to far more than the memory holds. Its own metadata tell how much, before it is read.
+
+_MANY, _DENSEST = 50_000_000, 100  # values; and values a byte, of which a recorder's file holds less than ten
+
+
+def _require_unpackable(values: int, path: Path, kind: str = "numbers") -> None:
+    """Raise BadInputError for a file that unpacks to far more values than a recorder writes into so many bytes."""
+    size = path.stat().st_size
+    if values > max(_MANY, _DENSEST * size):
+        raise BadInputError(f"{size:,} bytes would unpack to {values:,} {kind}: no recorder writes such a file")
+
 
 # Read and write Parquet logs, with the TOML header in the metadata of the schema.
 
@@ -31,13 +54,18 @@ def read_parquet(path: Path) -> Table:
     from pyarrow import parquet
 
     try:
-        found = parquet.ParquetFile(path, memory_map=False).read()
-        names = tuple(found.column_names)
-    except (pa.ArrowInvalid, pa.ArrowNotImplementedError, OSError, UnicodeDecodeError) as error:
-        raise BadInputError(f"not a complete Parquet file: {str(error).splitlines()[0]}") from error
+        file = parquet.ParquetFile(path, memory_map=False)
+        require_few_columns(file.metadata.num_columns)
+        _require_unpackable(file.metadata.num_rows * file.metadata.num_columns, path)
+        found = file.read()
+        names, columns = tuple(found.column_names), tuple(to_column(column) for column in found.columns)
+    except BadInputError:
+        raise
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise BadInputError(f"not a complete Parquet file: {[*str(error).splitlines(), error][0]}") from error
     stored = (found.schema.metadata or {}).get(_KEY, b"")
     header, warnings = parse_header(stored.decode("utf-8", errors="replace"))
-    return Table(names, tuple(to_column(column) for column in found.columns), header, tuple(warnings))
+    return Table(names, columns, header, tuple(warnings))
 
 
 def write_parquet(path: Path, columns: Mapping[str, Column], header: Mapping[str, Any]) -> None:
@@ -71,15 +99,40 @@ def read_messages(path: Path, topics: Sequence[str]) -> dict[str, Table]:
         if file.read(2) != _MAGIC:
             raise BadInputError("not an ArduPilot DataFlash log: it does not begin with a message")
     rows: dict[str, list[Any]] = {}
+    said: list[str] = []
     try:
-        with redirect_stdout(StringIO()):  # it prints what it skips
+        with _heard(said):
             log = DFReader_binary(str(path), zero_time_base=True)
             while (message := log.recv_match(type=list(topics) or None)) is not None:
                 if getattr(message, _INSTANCE, 0) == 0:
                     rows.setdefault(message.get_type(), []).append(message)
     except Exception as error:  # pymavlink lets struct, index and key errors out of a broken file
         raise BadInputError(f"not a complete DataFlash log: {error or type(error).__name__}") from error
-    return {kind: _dataflash_table(messages) for kind, messages in rows.items()}
+    ends = [log.offsets[kind][-1] + form.len for kind, form in log.formats.items() if log.offsets[kind]]
+    warnings = _damage("pymavlink", said, max(ends, default=0) > log.data_len)
+    return {kind: replace(_dataflash_table(messages), warnings=warnings) for kind, messages in rows.items()}
+
+
+@contextmanager
+def _heard(said: list[str]) -> Iterator[None]:
+    """Keep the lines that a library prints of what it skips; its compiled part writes to the descriptor itself."""
+    with TemporaryFile() as file, redirect_stdout(StringIO()) as printed, redirect_stderr(printed):
+        own = os.dup(2)
+        os.dup2(file.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(own, 2)
+            os.close(own)
+            file.seek(0)
+            said += (printed.getvalue() + file.read().decode("utf-8", errors="replace")).splitlines()
+
+
+def _damage(library: str, lines: list[str], broken: bool) -> tuple[str, ...]:
+    """Return warnings of what a library printed of damage, and of a log whose last message breaks off."""
+    more = f" and {len(lines) - 1:,} more remarks" if len(lines) > 1 else ""
+    told = [f"the file is damaged, rows may be missing ({library}: {lines[0]}{more})"] if lines else []
+    return (*told, *(["the last message of the log breaks off: its end is missing"] if broken else []))
 
 
 def _dataflash_table(messages: list[Any]) -> Table:
@@ -98,11 +151,30 @@ def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
     except ImportError as error:
         raise BadInputError("reading a ULog needs pyulog: pip install 'pitotbench[logs]'") from error
     wanted = [_without_number(topic) for topic in topics] or None
+    said: list[str] = []
     try:
-        log = ULog(str(path), message_name_filter_list=wanted)
+        with _Watched(FileIO(path)) as file, _heard(said):
+            log = ULog(file, message_name_filter_list=wanted)
     except Exception as error:  # pyulog lets struct, index and key errors out of a broken file
         raise BadInputError(f"not a complete ULog: {error or type(error).__name__}") from error
-    return {f"{data.name}_{data.multi_id}": _ulog_table(data.data) for data in log.data_list}
+    if log.file_corruption and not said:
+        said.append("a message of the wrong length")
+    warnings = _damage("pyulog", said, file.broken)
+    return {
+        f"{data.name}_{data.multi_id}": replace(_ulog_table(data.data), warnings=warnings) for data in log.data_list
+    }
+
+
+class _Watched(BufferedReader):
+    """A file that knows whether the last reading met its end inside a message: the head of one is three bytes."""
+
+    broken = False
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Read as any file does."""
+        data = super().read(size)
+        self.broken = size is not None and len(data) < size and (len(data) > 0 or size != 3)
+        return data
 
 
 def _without_number(topic: str) -> str:
@@ -136,6 +208,7 @@ class TopicReader:
         Raises BadInputError for a missing topic, with those that are there.
         """
         wanted = [[_topic(pattern) for pattern in entry.patterns] for entry in files]
+        require_regular(path)
         found = self.read_named(path, [name for names in wanted for name in names])
         missing = [
             " or ".join(names)
@@ -186,15 +259,26 @@ def load_hdf5(path: Path) -> dict[str, Any]:
         ) from error
     try:
         with h5py.File(path, "r") as file:
-            return {name: _value(item) for name, item in file.items() if not name.startswith("#")}
+            sizes = [0]
+            file.visititems(lambda _, item: sizes.append(getattr(item, "size", 0) or 0))
+            _require_unpackable(sum(sizes), path)
+            return _fields(file, h5py.HardLink)
+    except BadInputError:
+        raise
     except Exception as error:  # h5py lets OS, key and runtime errors out of a broken file
         raise BadInputError(f"not a complete .mat file of version 7.3: {error}") from error
 
 
-def _value(item: Any) -> Any:
+def _fields(group: Any, held: type) -> dict[str, Any]:
+    """Return what a group itself holds: a link of another kind may lead into another file."""
+    names = [name for name in group if not name.startswith("#")]
+    return {name: _value(group[name], held) for name in names if isinstance(group.get(name, getlink=True), held)}
+
+
+def _value(item: Any, held: type) -> Any:
     """Return the value of a dataset, or of a group (a struct) by field."""
     if hasattr(item, "items"):
-        return {name: _value(inner) for name, inner in item.items() if not name.startswith("#")}
+        return _fields(item, held)
     if item.attrs.get("MATLAB_class", b"") == _CHARACTERS:
         return "".join(map(chr, np.asarray(item[()]).ravel()))
     array = np.asarray(item[()])
@@ -208,6 +292,7 @@ def _value(item: Any) -> Any:
 # Files of version 7.3 are HDF5; `mat73_format` reads them. Written are files of version 5.
 
 _HEADER = "header"
+_COMPRESSED = 15  # miCOMPRESSED: kind of a variable that is compressed
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
 
 
@@ -242,11 +327,26 @@ def _load(path: Path) -> dict[str, Any]:
         return load_hdf5(path)
     from scipy.io import loadmat
 
+    _require_unpackable(sum(_unpacked_sizes(path)), path, "bytes")
     try:
         found: dict[str, Any] = loadmat(path, simplify_cells=True)
         return found
     except Exception as error:  # SciPy's reader lets struct, zlib, index and type errors out of a broken file
         raise BadInputError(f"not a complete .mat file: {error}") from error
+
+
+def _unpacked_sizes(path: Path) -> Iterator[int]:
+    """Give the bytes of each variable of a .mat file of version 5, as its first eight bytes state them."""
+    with path.open("rb") as file:
+        order = "<" if file.read(128)[126:] == b"IM" else ">"
+        while len(head := file.read(8)) == 8:
+            kind, size = struct.unpack(f"{order}II", head)
+            if kind == _COMPRESSED:
+                begin = file.read(min(size, 64))
+                with suppress(zlib.error, struct.error):  # SciPy tells what is wrong
+                    yield struct.unpack(f"{order}II", zlib.decompressobj().decompress(begin, 8))[1]
+                size -= len(begin)
+            file.seek(size, os.SEEK_CUR)
 
 
 def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.catalog import Catalog
+from pitotbench.logbook.columns import require_regular, toml_table
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -76,9 +77,13 @@ def find_mapping(name: str | Path) -> Mapping:
     if path.suffix != ".toml":
         return parse_mapping(str(name), shipped()[str(name)])
     try:
-        return parse_mapping(str(path), path.read_text(encoding="utf-8"))
+        require_regular(path)
+        text = path.read_text(encoding="utf-8")
+    except BadInputError as error:
+        raise BadInputError(f"mapping {path}: {error}") from error
     except (OSError, UnicodeDecodeError) as error:
         raise BadInputError(f"mapping {path}: cannot be read: {_reason(error)}") from error
+    return parse_mapping(str(path), text)
 
 
 def parse_mapping(name: str, text: str) -> Mapping:
@@ -117,9 +122,7 @@ def recognized(names: Iterable[str]) -> str | None:
 
 def _table(name: str, text: str) -> dict[str, Any]:
     try:
-        return tomllib.loads(text)
-    except RecursionError as error:
-        raise BadInputError(f"mapping {name}: not valid TOML: nested too deeply") from error
+        return toml_table(text)
     except ValueError as error:  # not TOML, or a number of thousands of digits
         raise BadInputError(f"mapping {name}: not valid TOML: {error}") from error
 

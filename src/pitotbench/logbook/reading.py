@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pitotbench.logbook.checks import CHECKS
-from pitotbench.logbook.columns import MAPPING, WARNINGS, Table, earlier_warnings
+from pitotbench.logbook.columns import MAPPING, WARNINGS, Table, earlier_warnings, require_regular
 from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import MissingColumnsError, draft_of, require
 from pitotbench.logbook.formats import TOPIC_READERS, format_of
@@ -89,6 +89,7 @@ def read_table(path: Path) -> Table:
     if path.is_dir():
         raise BadInputError("a folder, not a log; name its file, or give the mapping of a log in several files")
     kind = format_of(path)
+    require_regular(path)
     try:
         empty = path.stat().st_size == 0
     except OSError as error:
@@ -98,4 +99,5 @@ def read_table(path: Path) -> Table:
     table = kind.read(path)
     if len(table) == 0:
         raise BadInputError("the log has column names but no rows")
-    return table
+    # A mapping that the file names was not applied by this reading.
+    return replace(table, header={name: value for name, value in table.header.items() if name != MAPPING})

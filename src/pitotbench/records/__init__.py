@@ -21,6 +21,10 @@ class NoAnswerError(RuntimeError):
     """The input is valid but does not determine an answer: not observable, or not converged. Exit code 3."""
 
 
+class UndeterminedError(NoAnswerError):
+    """The fit has no usable bound: because of what was flown, or because air data and GPS disagree."""
+
+
 # How a record shows itself in a notebook: as a line, as HTML, as a picture and as a table.
 # The records know nothing of drawing. `show.notebook` holds the views; it is loaded when a view is first asked
 # for.

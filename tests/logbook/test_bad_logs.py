@@ -28,6 +28,16 @@ def hold(table: Table) -> Table:
 WARNINGS: dict[str, tuple[Callable[[Table], Table], str, int]] = {
     "some NaN": (put("static_pressure_pa", slice(9, 12), np.nan), r"'static_pressure_pa'.*\(rows 10–12\)", 597),
     "NaN in two places": (put("time_s", np.array([4, 7]), np.nan), r"'time_s'.*\(rows 5, 8\)", 598),
+    "a clock of whole seconds": (
+        lambda t: {**t, "time_s": np.floor(TIME)},
+        r"540 of 600 time stamps repeat the one before: the rows are spread evenly over its steps of 1 s",
+        600,
+    ),
+    "a unit that starts up": (
+        put("static_pressure_pa", slice(0, 50), np.nan),
+        r"the first 50 rows are dropped: the log begins blank in 'static_pressure_pa'",
+        550,
+    ),
     "NaN for a while": (
         put("impact_pressure_pa", slice(100, 150), np.nan),
         r"50 of 600 values are not numbers \(rows 101–150\), 8% of the log, 5 s: those rows are dropped",

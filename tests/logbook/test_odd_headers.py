@@ -31,10 +31,20 @@ def test_warnings_that_are_texts_are_kept(value, kept, tmp_path):
     assert read(tmp_path, f"# warnings = {value}\n").header["warnings"] == kept
 
 
-@pytest.mark.parametrize("text", ["x = " + "[" * 3000, "x = " + "1" * 5000, "no TOML"])
+@pytest.mark.parametrize("text", ["x = " + "[" * 3000, "x = " + "1" * 5000, "[accuracy]\ntemperature_k = 1 K"])
 def test_a_header_that_is_not_toml_is_kept_as_text(text, tmp_path):
-    assert parse_header(text)[0] == {"comments": [text]}
-    assert "not TOML" in read(tmp_path, f"# {text}\n").header["warnings"][0]
+    assert parse_header(text)[0] == {"comments": text.splitlines()}
+    above = "".join(f"# {line}\n" for line in text.splitlines())
+    assert "not TOML" in read(tmp_path, above).header["warnings"][0]
+
+
+@pytest.mark.parametrize(
+    "text", ['airframe_info, log_version="1.00", mode=NORMAL, ', "Flown by the club, runway 05"]
+)
+def test_a_remark_above_the_columns_is_kept_without_a_word(text, tmp_path):
+    header = read(tmp_path, f"# {text}\n").header
+    assert header["comments"] == [text.strip()]
+    assert "warnings" not in header
 
 
 @pytest.mark.parametrize("mark", [";", "\t"])

@@ -137,6 +137,7 @@ CONVERTED = (
     Channel("rad", "inertial", 0.0, pi, name="magnetic_variation"),
     Channel("", "clock", 0.0, 0.0, essential=True, kind="text", name="clock_time"),
     Channel("", "clock", 0.0, 0.0, kind="text", name="date"),
+    Channel("", "clock", 0.0, 0.0, kind="text", name="utc_offset"),
 )
 QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in CONVERTED}
 _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before roll
@@ -176,16 +177,22 @@ def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
 
 # Parse the TOML header of a log. All formats have the same header.
 
+_TOML_LINE = re.compile(r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE)  # a table, or an entry of one
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
+START = "start"  # header entry: date and time of day at which the seconds of the log begin
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 
 
 def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
-    """Return the table of a header and a list of warnings. Text that is not TOML is kept line by line."""
+    """Return the table of a header and a list of warnings. Text that is not TOML is kept line by line.
+
+    It is warned of only where a line looks like TOML: the remarks that a recorder writes are none.
+    """
     try:
         return tomllib.loads(text), []
     except (ValueError, RecursionError):  # not TOML, a number of thousands of digits, thousands of brackets
-        return {"comments": text.splitlines()}, ["the header's lines are not TOML; they are kept as text"]
+        meant = ["the header's lines are not TOML; they are kept as text"] if _TOML_LINE.search(text) else []
+        return {"comments": text.splitlines()}, meant
 
 
 def earlier_warnings(header: Mapping[str, Any]) -> list[str]:
@@ -210,6 +217,7 @@ _TIME = re.compile(
 _MINUTES = re.compile(r"([0-5]?\d):([0-5]?\d(?:[.,]\d*)?)")
 _ISO_DATE = re.compile(r"(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})")
 _ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
+_ZONE_OFFSET = re.compile(r"([+-]?)(\d\d?):?(\d\d)")
 _SLASHED = re.compile(r"(\d{1,2})[-/.](\d{1,2})[-/.](\d{4}|\d\d)")
 
 
@@ -255,6 +263,22 @@ def joined_clock(dates: Column, times: Column) -> Column:
     return np.array(
         ["" if _blank(a) or _blank(b) else f"{a} {b}" for a, b in zip(dates, times, strict=True)], dtype=object
     )
+
+
+def zone_seconds(name: str, column: Column) -> Seconds:
+    """Return the offsets of a local clock from UTC, such as `-05:00`, as seconds, (n,), NaN for a blank cell.
+
+    Raises BadInputError that names the first row which is none.
+    """
+    found = {cell: _ZONE_OFFSET.fullmatch(str(cell).strip()) for cell in set(column)}
+    for row, cell in enumerate(column):
+        if found[cell] is None and not _blank(cell):
+            raise BadInputError(f"column {name!r}, row {row + 1}: {str(cell)!r} is no offset from UTC (-05:00)")
+    seconds = {
+        cell: np.nan if match is None else float(f"{match[1]}1") * (3600.0 * int(match[2]) + 60.0 * int(match[3]))
+        for cell, match in found.items()
+    }
+    return np.array([seconds[cell] for cell in column])
 
 
 def _days_passed(second: Array) -> Array:

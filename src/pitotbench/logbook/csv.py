@@ -1,6 +1,8 @@
 """Read and write CSV logs: `#` lines with a TOML header, a line of column names, one line a row."""
 
+import gzip
 import re
+import zlib
 from collections.abc import Callable, Mapping
 from csv import reader as csv_rows
 from dataclasses import dataclass
@@ -139,6 +141,7 @@ _EMPTY = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"]
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _VALUE = re.compile(r"[+-]?[\d.,]+([eE][+-]?\d+)?$|\d+:\d\d|\d+[-/.]\d+[-/.]\d")  # a number, a clock time or a date
+_PACKED = b"\x1f\x8b"  # begins every gzip file
 _MOST_BETWEEN = 2  # lines below the names: units, and short names
 _ROWS = "rows"  # header entry: the number of rows written; a file with fewer is cut off
 
@@ -186,7 +189,7 @@ def read_csv(path: Path) -> Table:
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """The UTF-8 text of a file: that on the disk, or, of a file in UTF-16, that in memory."""
+    """The UTF-8 text of a file: that on the disk, or, of a packed file or one in UTF-16, that in memory."""
 
     path: Path
     recoded: bytes | None
@@ -203,13 +206,25 @@ class _Text:
 
 def _as_utf8(path: Path) -> _Text:
     with path.open("rb") as file:
-        begin = file.read(4)
-    if begin[:2] not in (b"\xff\xfe", b"\xfe\xff"):
-        return _Text(path, None)
+        begin = file.read(2)
+    data = unpacked(path) if begin == _PACKED else None
+    if (begin if data is None else data[:2]) not in (b"\xff\xfe", b"\xfe\xff"):
+        return _Text(path, data)
     try:
-        return _Text(path, path.read_bytes().decode("utf-16").encode("utf-8"))
+        return _Text(path, (path.read_bytes() if data is None else data).decode("utf-16").encode("utf-8"))
     except UnicodeDecodeError as error:
         raise BadInputError("not complete UTF-16 text: save the log as UTF-8 CSV") from error
+
+
+def unpacked(path: Path) -> bytes:
+    """Return the bytes of a file, those of a gzip file unpacked. Raises BadInputError for a broken one."""
+    data = path.read_bytes()
+    if not data.startswith(_PACKED):
+        return data
+    try:
+        return gzip.decompress(data)
+    except (OSError, EOFError, zlib.error) as error:
+        raise BadInputError(f"not a complete gzip file: {error}") from error
 
 
 def _cells(line: bytes, delimiter: str) -> list[str]:

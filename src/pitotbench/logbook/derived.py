@@ -7,18 +7,28 @@ of each reading. The header's table `display` holds the steps, from which the ca
 
 from collections.abc import Mapping
 from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
 from pitotbench import air
-from pitotbench.logbook.columns import Table, clock_seconds, joined_clock, numbers, parse_column
+from pitotbench.logbook.columns import (
+    START,
+    Table,
+    clock_seconds,
+    joined_clock,
+    numbers,
+    parse_column,
+    zone_seconds,
+)
 from pitotbench.logbook.draft import Draft
 from pitotbench.records.accuracy import USUAL_ACCURACIES
-from pitotbench.units import Array, Booleans, from_si, to_si
+from pitotbench.units import Array, Booleans, Seconds, from_si, to_si
 
 # 2σ of a value known to one step, in steps.
 _TWO_SIGMA = float(2.0 / np.sqrt(12.0))
+_SINCE_1970 = (3e8, 1e10)  # s: a clock between them counts from 1970
 _FINE = 1e-3  # of the median size of the values: a finer step does not matter
 _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
 
@@ -28,7 +38,7 @@ def derive(draft: Draft, header: dict[str, Any]) -> None:
 
     A channel that the file holds itself is used as it is.
     """
-    _time(draft)
+    _time(draft, header)
     _airspeed(draft, header)
     _altitude(draft)
     _velocity(draft, header)
@@ -45,12 +55,36 @@ def _put(draft: Draft, name: str, values: Array, source: str, unit: str = "pa") 
     draft.channels[name], draft.columns[name], draft.suffixes[name] = values, draft.columns[source], unit
 
 
-def _time(draft: Draft) -> None:
-    clock, date = (draft.channels.pop(name, None) for name in ("clock_time", "date"))
-    if clock is None or "time" in draft.channels:
+def _time(draft: Draft, header: dict[str, Any]) -> None:
+    """Form the seconds of the log from its clock, local or not; a zone that is left in flight sets no clock back.
+
+    A clock of the day, or one that counts from 1970, counts from the first row; `header` gets the moment of that.
+    """
+    clock, date, offset = (draft.channels.pop(name, None) for name in ("clock_time", "date", "utc_offset"))
+    if "time" in draft.channels:
+        seconds = draft.channels["time"]
+        if draft.clock or _counts_from_1970(seconds):
+            draft.channels["time"] = _from_start(seconds, header)
+        return
+    if clock is None:
         return
     seconds = clock_seconds(draft.columns["clock_time"], clock if date is None else joined_clock(date, clock))
-    _put(draft, "time", seconds, "clock_time", "s")
+    if offset is not None:
+        seconds = seconds - zone_seconds(draft.columns["utc_offset"], offset)
+    _put(draft, "time", _from_start(seconds, header), "clock_time", "s")
+
+
+def _from_start(seconds: Seconds, header: dict[str, Any]) -> Seconds:
+    known = seconds[np.isfinite(seconds)]
+    if len(known) and START not in header:
+        moment = datetime.fromtimestamp(float(known[0]), UTC).replace(tzinfo=None)
+        header[START] = moment.isoformat(" ", "seconds") if _counts_from_1970(known) else f"{moment:%H:%M:%S}"
+    return seconds - known[:1] if len(known) else seconds
+
+
+def _counts_from_1970(seconds: Seconds) -> bool:
+    known = seconds[np.isfinite(seconds)]
+    return len(known) > 0 and _SINCE_1970[0] < float(known[0]) < _SINCE_1970[1]
 
 
 def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
@@ -153,6 +187,12 @@ def _heading(draft: Draft) -> None:
 def _variation(draft: Draft, name: str, consequence: str) -> Array:
     variation = draft.channels.get("magnetic_variation")
     if variation is not None:
+        known = np.degrees(variation[np.isfinite(variation)])
+        if len(known):
+            draft.warnings.append(
+                f"column {draft.columns[name]!r} is magnetic: made true by "
+                f"{draft.columns['magnetic_variation']!r} ({known.min():.1f} to {known.max():.1f}°, east positive)"
+            )
         return np.asarray(np.nan_to_num(variation), dtype=np.float64)
     draft.warnings.append(
         f"column {draft.columns[name]!r} is magnetic and the log holds no magnetic variation: {consequence}"

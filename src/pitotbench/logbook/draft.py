@@ -53,6 +53,7 @@ class Draft:
     warnings: list[str]
     strangers: list[str] = field(default_factory=list)
     displayed: set[str] = field(default_factory=set)
+    clock: bool = False  # whether the time comes from clock times
 
     def keep(self, good: Booleans) -> None:
         """Keep only the rows where `good` is true, (n,).
@@ -97,6 +98,7 @@ def draft_of(table: Table) -> Draft:
         _refuse_second_unit(draft, quantity, name)
         draft.channels[quantity.name] = _values(quantity, suffix, name, column)
         draft.columns[quantity.name], draft.suffixes[quantity.name] = name, suffix
+        draft.clock |= quantity.name == "time" and is_clock(column)
     return draft
 
 

@@ -1,0 +1,49 @@
+"""Logs of real recorders, read in place as the units wrote them, with no mapping."""
+
+import warnings
+
+import numpy as np
+import pytest
+from tests.shared_data import real_log
+
+from pitotbench import air
+from pitotbench.logbook.reading import read_log
+from pitotbench.units import FOOT, KNOT
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "start", "told"),
+    [
+        ("c172s-g1000-2011.csv.gz", 3966, "2011-08-12 14:59:07", "728 of 3966 time stamps repeat the one before"),
+        ("pa28-gifd-2024.csv.gz", 10678, "2024-07-20 12:25:12", "the first 2 rows are dropped"),
+    ],
+)
+def test_garmin_logs_are_read_as_the_units_wrote_them(name, rows, start, told):
+    """The airspeeds of the G1000 of 2011 jitter at rest, where they read 0 they are dropped."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        log = read_log(real_log("garmin", name))
+    assert 0.85 * rows < len(log) <= rows
+    assert log.header["start"] == start
+    assert any(told in warning for warning in log.header["warnings"])
+    assert not any("TOML" in warning for warning in log.header["warnings"])
+    assert any("made true by 'magnetic_variation_deg'" in warning for warning in log.header["warnings"])
+    assert log.time[0] >= 0.0
+    fast = np.hypot(log.velocity_north, log.velocity_east) > 80.0 * KNOT
+    indicated = air.calibrated_airspeed(log.impact_pressure)[fast]
+    assert (
+        np.abs(np.median(indicated) - np.median(np.hypot(log.velocity_north, log.velocity_east)[fast])) < 15 * KNOT
+    )
+    pressure_altitude = air.pressure_altitude(log.static_pressure)
+    assert np.median(np.abs(pressure_altitude - log.altitude)) < 400.0 * FOOT
+
+
+def test_the_spread_clock_agrees_with_the_path(tmp_path):
+    """The distance between fixes, over the ground speed, is the time between rows: by the clock it is 0 to 2 s."""
+    log = read_log(real_log("garmin", "c172s-g1000-2011.csv.gz"))
+    speed = np.hypot(log.velocity_north, log.velocity_east)
+    turning = np.hypot(np.diff(log.velocity_north), np.diff(log.velocity_east))
+    steps = np.diff(log.time)[(speed[1:] > 50.0 * KNOT) & (turning < 3.0)]
+    usual = steps[steps < 2.0]
+    assert len(usual) > 0.98 * len(steps)
+    assert 0.8 < usual.min() <= usual.max() < 1.5

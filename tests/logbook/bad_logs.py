@@ -105,7 +105,8 @@ _SPOILED: dict[str, tuple[Callable[[Table], Table], str]] = {
     "no static pressure": (drop("static_pressure_pa"), r"missing column static_pressure_pa"),
     "much missing": (
         drop("velocity_north_mps", "velocity_east_mps", "impact_pressure_pa"),
-        r"missing columns velocity_north_mps or ground_speed_kt with track_deg, velocity_east_mps, impact_.*"
+        r"missing columns velocity_north_mps or ground_speed_kt with track_deg or latitude_deg with longitude_deg, "
+        r"velocity_east_mps, impact_.*"
         r"--mapping",
     ),
     "misspelled": (

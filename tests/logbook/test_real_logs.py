@@ -47,3 +47,37 @@ def test_the_spread_clock_agrees_with_the_path(tmp_path):
     usual = steps[steps < 2.0]
     assert len(usual) > 0.98 * len(steps)
     assert 0.8 < usual.min() <= usual.max() < 1.5
+
+
+@pytest.mark.parametrize("name", ["flight50-front", "flight52-front", "flight52-rear"])
+def test_a_glider_recorder_in_the_stratosphere(name):
+    """Its true airspeed stands for the pressures; people's names stay in the file."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        log = read_log(real_log("perlan", f"{name}.igc.gz"))
+    assert len(log) > 18_000
+    top = air.pressure_altitude(log.static_pressure).max()
+    assert top == pytest.approx(19.05e3 if "50" in name else 23.3e3, abs=100.0)
+    assert 200.0 < log.air_temperature.min() < 212.0
+    assert log.header["air_data"] == "computer: true airspeed"
+    assert log.header["glider"] == "Perlan 2"
+    assert not any(person in str(log.header) for person in ("Payne", "Gardner", "Sandercock", "N901EE"))
+    speed = air.true_airspeed(log.impact_pressure, log.static_pressure, log.air_temperature)
+    assert 100.0 < speed.max() < 160.0
+    assert log.header["start"].startswith("2018-08-26 15:54" if "50" in name else "2018-09-02 14:4")
+
+
+def test_the_citation_is_recognized_and_its_velocity_comes_from_its_path():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        log = read_log(real_log("citation", "2019-03-12.parquet"))
+    assert log.header["mapping"] == "citation"
+    assert log.header["air_data"] == "computer: calibrated airspeed"
+    assert log.header["start"] == "12:39:59"
+    assert len(log) > 43_000
+    assert log.header["accuracy"]["velocity_mps"] < 0.1
+    flying = air.calibrated_airspeed(log.impact_pressure) > 120.0 * KNOT
+    airspeed = air.true_airspeed(log.impact_pressure, log.static_pressure, log.air_temperature)[flying]
+    speed = np.hypot(log.velocity_north, log.velocity_east)[flying]
+    assert np.quantile(np.abs(speed - airspeed), 0.99) < 60.0 * KNOT  # the wind of the day
+    assert np.median(log.specific_force_z[flying]) == pytest.approx(-9.83, abs=0.05)

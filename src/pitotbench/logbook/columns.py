@@ -127,12 +127,16 @@ CONVERTED = (
     Channel("pa", "air", 5e3, 270e3, essential=True, name="total_pressure"),
     Channel("mps", "air", 0.0, 350.0, essential=True, name="indicated_airspeed"),
     Channel("mps", "air", 0.0, 350.0, essential=True, name="calibrated_airspeed"),
-    Channel("m", "air", 0.0, 25e3, essential=True, name="pressure_altitude"),
-    Channel("m", "air", 0.0, 25e3, essential=True, name="indicated_altitude"),
+    Channel("mps", "air", 0.0, 350.0, essential=True, name="true_airspeed"),
+    Channel("", "air", 0.0, 1.0, essential=True, name="mach"),
+    Channel("m", "air", 0.0, 32e3, essential=True, name="pressure_altitude"),
+    Channel("m", "air", 0.0, 32e3, essential=True, name="indicated_altitude"),
     Channel("pa", "air", 80e3, 120e3, essential=True, name="altimeter_setting"),
     Channel("mps", "gps", 0.0, 700.0, essential=True, name="ground_speed"),
     Channel("rad", "gps", 0.0, 2.0 * pi, essential=True, wraps=True, name="track"),
     Channel("rad", "gps", 0.0, 2.0 * pi, essential=True, wraps=True, name="magnetic_track"),
+    Channel("rad", "gps", 0.0, 0.5 * pi, essential=True, name="latitude"),
+    Channel("rad", "gps", 0.0, pi, essential=True, name="longitude"),
     Channel("rad", "inertial", 0.0, 2.0 * pi, wraps=True, name="magnetic_heading"),
     Channel("rad", "inertial", 0.0, pi, name="magnetic_variation"),
     Channel("", "clock", 0.0, 0.0, essential=True, kind="text", name="clock_time"),
@@ -140,6 +144,8 @@ CONVERTED = (
     Channel("", "clock", 0.0, 0.0, kind="text", name="utc_offset"),
 )
 QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in CONVERTED}
+# Many logs hold these beside what is needed, with units of their own: without a known one they are not read.
+_BESIDE = ("true_airspeed", "mach", "latitude", "longitude", "utc_offset")
 _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before roll
 
 
@@ -154,6 +160,8 @@ def parse_column(column: str) -> tuple[Channel, str] | None:
         if rest == column or (rest and (rest[0] != "_" or "_" in rest[1:])):
             continue
         quantity, suffix = QUANTITIES[name], rest[1:]
+        if name in _BESIDE and suffix not in (quantity.suffixes or [""]):
+            return None
         _check_suffix(column, quantity, suffix)
         return quantity, suffix
     return None
@@ -179,6 +187,7 @@ def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
 
 _TOML_LINE = re.compile(r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE)  # a table, or an entry of one
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
+AIR_DATA = "air_data"  # header entry: the air data computer whose output is calibrated
 START = "start"  # header entry: date and time of day at which the seconds of the log begin
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 

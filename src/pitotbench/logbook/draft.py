@@ -28,7 +28,7 @@ _EITHER = ("impact_pressure", "total_pressure")
 _INSTEAD = {
     "static_pressure": " or pressure_altitude_ft",
     "impact_pressure": " or indicated_airspeed_kt",
-    "velocity_north": " or ground_speed_kt with track_deg",
+    "velocity_north": " or ground_speed_kt with track_deg or latitude_deg with longitude_deg",
 }
 _SHOWN_RANGES = 5
 _FEWEST_ROWS = 2
@@ -118,7 +118,7 @@ def _refuse_second_unit(draft: Draft, quantity: Channel, name: str) -> None:
 
 
 def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArray[Any]:
-    if quantity.name == "clock_time" and column.dtype.kind in "mM":
+    if quantity.name == "clock_time" and column.dtype.kind in "mMfiu":  # numbers are seconds of the day
         return column
     if quantity.kind == "text":
         return texts(column)

@@ -15,6 +15,7 @@ from pitotbench.catalog import Catalog
 from pitotbench.logbook.columns import QUANTITIES, Column, Table, atomic, parse_header
 from pitotbench.logbook.csv import read_csv, to_column, write_csv
 from pitotbench.logbook.mapping import MappedFile
+from pitotbench.logbook.recorder_files import read_igc
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
@@ -297,7 +298,7 @@ FORMATS: Catalog[Format] = Catalog(
 
 
 # Files that are read and never written.
-READ_ONLY: dict[str, Callable[[Path], Table]] = {".csv.gz": read_csv}
+READ_ONLY: dict[str, Callable[[Path], Table]] = {".csv.gz": read_csv, ".igc": read_igc, ".igc.gz": read_igc}
 
 
 def reader_of(path: Path) -> Callable[[Path], Table]:

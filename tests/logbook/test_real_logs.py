@@ -7,7 +7,8 @@ import pytest
 from tests.shared_data import real_log
 
 from pitotbench import air
-from pitotbench.logbook.reading import read_log
+from pitotbench.logbook.drafting import draft_mapping
+from pitotbench.logbook.reading import read_log, read_table
 from pitotbench.units import FOOT, KNOT
 
 
@@ -81,3 +82,14 @@ def test_the_citation_is_recognized_and_its_velocity_comes_from_its_path():
     speed = np.hypot(log.velocity_north, log.velocity_east)[flying]
     assert np.quantile(np.abs(speed - airspeed), 0.99) < 60.0 * KNOT  # the wind of the day
     assert np.median(log.specific_force_z[flying]) == pytest.approx(-9.83, abs=0.05)
+
+
+@pytest.mark.parametrize("name", ["c172s-g1000-2011", "pa28-gifd-2024"])
+def test_a_garmin_log_is_drafted_with_the_one_question_that_it_leaves(name):
+    """Whether the track is magnetic, as the variation beside it suggests: its name does not say so."""
+    drafted = draft_mapping(read_table(real_log("garmin", f"{name}.csv.gz")))
+    lines = {line.guess.theirs: line for line in drafted.lines}
+    assert not drafted.unusable
+    assert {lines["GndSpd"].guess.quantity, lines["IAS"].guess.quantity} == {"ground_speed", "indicated_airspeed"}
+    for column in ("TRK", "HDG"):
+        assert lines[column].question.startswith("is it true, or magnetic as 'MagVar'")

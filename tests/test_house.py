@@ -9,7 +9,7 @@ from pitotbench.bench.flight_store import _FLYING_BENCH, _NOT_FLYING
 from pitotlab.house import PRODUCT, ROOT, long_modules, reach_of_jobs, size_of
 
 FILES = 175  # of the product
-LINES = 39_800  # of the product; the goal is 35,000
+LINES = 39_850  # of the product; the goal is 35,000
 REACH = {"fly": 40, "calibrate": 45, "run_campaign.py": 70}  # files that a job enters
 
 

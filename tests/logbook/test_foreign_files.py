@@ -239,10 +239,10 @@ def test_a_true_airspeed_without_a_temperature_is_no_impact_pressure(tmp_path):
 
 
 def test_a_column_beside_the_log_with_a_unit_of_its_own_is_left_alone(tmp_path):
-    table = {**sample.columns(), "true_airspeed": 1.0, "latitude_1e7": 2.0}
+    table = {**sample.columns(), "true_airspeed": 1.0, "latitude_1e7": 2.0, "longitude_deg": "E7°30"}
     table = {name: np.broadcast_to(values, sample.ROWS) for name, values in table.items()}
     log = read_log(sample.write(tmp_path / "log.csv", table))
-    assert any("not used" in w and "latitude_1e7" in w for w in log.header["warnings"])
+    assert any("not used" in w and "latitude_1e7, longitude_deg" in w for w in log.header["warnings"])
 
 
 def by_position(folder, table, digits):

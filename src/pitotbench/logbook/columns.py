@@ -145,7 +145,7 @@ CONVERTED = (
 )
 QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in CONVERTED}
 # Many logs hold these beside what is needed, with units of their own: without a known one they are not read.
-_BESIDE = ("true_airspeed", "mach", "latitude", "longitude", "utc_offset")
+BESIDE = ("true_airspeed", "mach", "latitude", "longitude", "utc_offset")
 _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before roll
 
 
@@ -160,7 +160,7 @@ def parse_column(column: str) -> tuple[Channel, str] | None:
         if rest == column or (rest and (rest[0] != "_" or "_" in rest[1:])):
             continue
         quantity, suffix = QUANTITIES[name], rest[1:]
-        if name in _BESIDE and suffix not in (quantity.suffixes or [""]):
+        if name in BESIDE and suffix not in (quantity.suffixes or [""]):
             return None
         _check_suffix(column, quantity, suffix)
         return quantity, suffix

@@ -7,7 +7,7 @@ of each reading. The header's table `display` holds the steps, from which the ca
 
 from collections.abc import Mapping
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
@@ -86,7 +86,7 @@ def _time(draft: Draft, header: dict[str, Any]) -> None:
 def _from_start(seconds: Seconds, header: dict[str, Any]) -> Seconds:
     known = seconds[np.isfinite(seconds)]
     if len(known) and START not in header:
-        moment = datetime.fromtimestamp(float(known[0]), UTC).replace(tzinfo=None)
+        moment = datetime(1970, 1, 1) + timedelta(seconds=float(known[0]))
         header[START] = moment.isoformat(" ", "seconds") if _counts_from_1970(known) else f"{moment:%H:%M:%S}"
     return seconds - known[:1] if len(known) else seconds
 
@@ -292,10 +292,10 @@ def _variation(draft: Draft, name: str, consequence: str) -> Array:
     variation = draft.channels.get("magnetic_variation")
     if variation is not None:
         known = np.degrees(variation[np.isfinite(variation)])
-        if len(known):
+        words = f"made true by {draft.columns['magnetic_variation']!r}"
+        if len(known) and not any(words in told for told in draft.warnings):
             draft.warnings.append(
-                f"column {draft.columns[name]!r} is magnetic: made true by "
-                f"{draft.columns['magnetic_variation']!r} ({known.min():.1f} to {known.max():.1f}°, east positive)"
+                f"what is magnetic is {words} ({known.min():.1f} to {known.max():.1f}°, east positive)"
             )
         return np.asarray(np.nan_to_num(variation), dtype=np.float64)
     draft.warnings.append(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pitotbench.channels import Channel, numbers_from
 from pitotbench.logbook.columns import (
+    BESIDE,
     QUANTITIES,
     Column,
     Table,
@@ -91,7 +92,7 @@ def draft_of(table: Table) -> Draft:
     _refuse_twins(table.names)
     for name, column in zip(table.names, table.columns, strict=True):
         parsed = parse_column(name)
-        if parsed is None:
+        if parsed is None or _is_text_beside(parsed[0], column):
             draft.strangers.append(name)
             continue
         quantity, suffix = parsed
@@ -100,6 +101,11 @@ def draft_of(table: Table) -> Draft:
         draft.columns[quantity.name], draft.suffixes[quantity.name] = name, suffix
         draft.clock |= quantity.name == "time" and is_clock(column)
     return draft
+
+
+def _is_text_beside(quantity: Channel, column: Column) -> bool:
+    """Return whether a column that most logs do not need holds texts: another way to write it than ours."""
+    return quantity.name in BESIDE and quantity.kind == "number" and column.dtype.kind not in "fiub"
 
 
 def _refuse_twins(names: Iterable[str]) -> None:

@@ -150,6 +150,7 @@ QUOTED: dict[str, Quoted] = {
          "Temperature (C)": "air_temperature_degc",
          "Altitude (ft)": "~pressure_altitude_ft"},
         ("static_pressure or pressure_altitude", *NO_DIRECTION),
+        questions=("Altitude (ft): is it the height by GPS, or a pressure altitude (pressure_altitude_ft)",),
     ),
     "T-38, JMOSS": Quoted(
         "SaguaroAerospaceResearch/JMOSS CLASS55.csv",
@@ -190,7 +191,7 @@ QUOTED: dict[str, Quoted] = {
         FTIS,
         {"Gps_utcSec": "time_s", "Dadc1_cas": "calibrated_airspeed_kt", "Dadc1_alt": "pressure_altitude_ft",
          "Dadc1_sat": "~air_temperature_degc", "Gps_lat": "latitude_deg", "Gps_long": "longitude_deg",
-         "Dadc1_bcAlt": "~altitude_ft", "Dadc1_tas": "~true_airspeed_kt", "Dadc1_mach": "~mach",
+         "Dadc1_bcAlt": "~indicated_altitude_ft", "Dadc1_tas": "~true_airspeed_kt", "Dadc1_mach": "~mach",
          "Dadc1_tat": "total_temperature_degc"},
     ),
     "ALFA, a drone": Quoted(

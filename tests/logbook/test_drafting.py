@@ -119,6 +119,9 @@ def test_a_quoted_header_is_mapped_right_or_asked_about(name, tmp_path):
     essential = {column for column in found if QUANTITIES[drafted_quantity(drafted, column)].essential}
     allowed = {k for k, v in header.holds.items() if v != "minutes"}
     assert essential <= allowed, essential - allowed
+    asked = {line.guess.theirs for line in drafted.lines if line.question}
+    beside = {k: v[1:] for k, v in header.holds.items() if v[0] == "~" and k in found and k not in asked}
+    assert all(found[k] == v or same_quantity(found[k], v) for k, v in beside.items()), beside
     assert len(drafted.missing) == len(header.asks)
     for said, asked in zip(drafted.missing, header.asks, strict=True):
         assert said.startswith(asked)

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from itertools import islice, product
@@ -26,13 +26,15 @@ _SYSTEMS = frozenset((
     "gps", "gnss", "adc", "dadc", "ins", "imu", "ahrs", "ekf", "egi", "gin", "ned", "air", "data", "sensor",
     "primary", "true", "efis", "fms", "0", "1", "2",
 ))  # fmt: skip
-# Words of what is set, wanted or estimated, not measured on the airplane.
+# Words of what is set, wanted or estimated, not measured on the airplane, or of what no log needs.
 _NOT_MEASURED = frozenset((
     "sel", "selected", "target", "cmd", "command", "commanded", "desired", "bug", "setpoint", "error", "err",
-    "sigma", "wind", "wnd",
+    "sigma", "wind", "wnd", "acc", "accel", "acceleration",
 ))  # fmt: skip
+_BY_PRESSURE = frozenset(("adc", "dadc", "baro", "bc", "press", "pressure"))  # no height by GPS
 _IN_KNOTS = frozenset(("kias", "kcas", "ktas", "ktgs", "kgs"))
 _FASTEST = 2e-3  # s between rows: 500 Hz; a clock that seems faster is in another unit
+_FEW_REPEATS = 0.01  # share of stamps that an even clock may repeat now and then
 _EXACT, _PART, _NEAR = 1.0, 0.8, 0.6
 _SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
 
@@ -90,7 +92,8 @@ def _evenness(time: Array) -> float:
     steps = np.diff(time[np.isfinite(time)])
     if not len(steps) or np.any(steps < 0.0) or not np.any(steps > 0.0):
         return -_EXACT
-    return 0.05 if np.all(steps > 0.0) else -0.3
+    repeats = float(np.mean(steps == 0.0))
+    return 0.05 if repeats == 0.0 else -0.3 if repeats > _FEW_REPEATS else 0.0
 
 
 def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> list[Guess]:
@@ -100,6 +103,8 @@ def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> li
         return found
     for quantity, names in SYNONYMS.items():
         score, sign = _score(words, names.split())
+        if ("rate" in words and "rate" not in quantity) or (quantity == "altitude" and _BY_PRESSURE & set(words)):
+            continue
         if score > 0.0 and quantity == "time":
             score = max(0.0, score + _evenness(values))
         if score > 0.0 and quantity != "date":
@@ -367,7 +372,7 @@ def draft_mapping(table: Table) -> DraftedMapping:
     chosen = _without_superseded(agreed(table, _one_each(offered)))
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
     others = {guess.theirs: rest for guess in fitted for rest in [_rivals(guess, offered)] if rest}
-    beside = next((guess.theirs for guess in fitted if guess.quantity == "magnetic_variation"), "")
+    beside = {guess.quantity: guess.theirs for guess in fitted}
     lines = tuple(
         DraftedLine(guess, guess.units[0], _question(guess, others.get(guess.theirs, []), beside))
         for guess in fitted
@@ -474,17 +479,25 @@ def _rivals(guess: Guess, offered: Sequence[list[Guess]]) -> list[str]:
     ]
 
 
-def _question(guess: Guess, rivals: Sequence[str], variation: str) -> str:
-    """Return what to ask about a line; empty for one that is sure. `variation` is a column beside it, or empty."""
+def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) -> str:
+    """Return what to ask about a line; empty for one that is sure. `beside` holds the columns by quantity."""
+    variation = beside.get("magnetic_variation")
     if variation and guess.quantity in ("track", "heading") and not _says_true(guess.theirs):
         return f"is it true, or magnetic as {variation!r} beside it suggests (magnetic_{guess.quantity}_deg)?"
+    if guess.quantity == "altitude" and not {"static_pressure", *_SUPERSEDED["altimeter_setting"]} & set(beside):
+        words = f"is it the height by GPS, or a pressure altitude (pressure_altitude_{guess.units[0]})?"
+        return f"{words} {_unit_question(guess)}".rstrip()
     if guess.score < _SURE:
         return f"is this the {guess.quantity.replace('_', ' ')}?"
     if rivals:
         return f"or is it {' or '.join(map(repr, rivals[:3]))}?"
-    if not guess.stated and len(guess.units) > 1:
-        return f"the file states no unit: is it {guess.units[0]}, or {' or '.join(guess.units[1:])}?"
-    return ""
+    return _unit_question(guess)
+
+
+def _unit_question(guess: Guess) -> str:
+    if guess.stated or len(guess.units) < 2:
+        return ""
+    return f"the file states no unit: is it {guess.units[0]}, or {' or '.join(guess.units[1:])}?"
 
 
 def _says_true(name: str) -> bool:

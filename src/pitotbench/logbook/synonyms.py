@@ -30,7 +30,8 @@ SYNONYMS: dict[str, str] = {
     "baroaltstd",
     "true_airspeed": "trueairspeed tas ktas vtas vtrue tasadc truespeed vtruekt airspeedtrue",
     "mach": "mach machnumber machno machnum",
-    "indicated_altitude": "indicatedaltitude altind altb baroalt baroaltitude baroaltcorrected altbaro altitudeqnh",
+    "indicated_altitude": "indicatedaltitude dadcbcalt altind altb baroalt baroaltitude baroaltcorrected altbaro "
+    "altitudeqnh",
     "altimeter_setting": "altimetersetting barosetting baroa qnh kollsman baroset altimeter barometersetting",
     "total_temperature": "totaltemperature totaltemp tat tt ttx ttot totalairtemperature tti t0 tatdir "
     "totalairtemp rat",

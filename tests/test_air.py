@@ -1,5 +1,6 @@
 """Airspeed and atmosphere relations against published tables, an independent package, and themselves."""
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -18,7 +19,11 @@ STANDARD_ATMOSPHERE = [
     (11000.0, 216.650, 22632.1),
     (15000.0, 216.650, 12044.6),
     (20000.0, 216.650, 5474.89),
+    (32000.0, 228.650, 868.019),
 ]
+# The same, Table I by geometric height m, as it is printed above 20 km, and the radius of the Earth that it takes.
+STRATOSPHERE = [(25e3, 221.552, 2549.2), (30e3, 226.509, 1197.0)]
+EARTH_RADIUS = 6356766.0
 # The same standard in feet and inches of mercury, as pressure altitudes are printed in altimeter test tables.
 ALTIMETER_TABLE = [(5000, 24.896), (10000, 20.577), (20000, 13.750), (30000, 8.885)]
 # NACA Report 1135 (Ames Research Staff, 1953), Table I: M, p/p_t, T/T_t.
@@ -31,7 +36,7 @@ COMPRESSIBLE_FLOW = [
     (0.90, 0.5913, 0.8606),
 ]
 
-heights = st.floats(-500.0, 20_000.0)
+heights = st.floats(-500.0, 32_000.0)
 speeds = st.floats(5.0, 330.0)
 pressures = st.floats(6e3, 108e3)
 temperatures = st.floats(200.0, 330.0)
@@ -42,6 +47,19 @@ def test_standard_atmosphere_1976(height, temperature, pressure):
     assert air.standard_temperature(height) == pytest.approx(temperature, abs=1e-3)
     assert air.standard_pressure(height) == pytest.approx(pressure, rel=2e-5)
     assert air.pressure_altitude(pressure) == pytest.approx(height, abs=0.3)
+
+
+@pytest.mark.parametrize(("geometric", "temperature", "pressure"), STRATOSPHERE)
+def test_standard_stratosphere_1976(geometric, temperature, pressure):
+    height = EARTH_RADIUS * geometric / (EARTH_RADIUS + geometric)
+    assert air.standard_temperature(height) == pytest.approx(temperature, abs=1e-3)
+    assert air.standard_pressure(height) == pytest.approx(pressure, rel=6e-5)
+
+
+@pytest.mark.filterwarnings("error")
+def test_what_is_no_pressure_gives_no_number_and_no_word():
+    assert np.isnan(air.calibrated_airspeed(np.array([-50.0]))).all()
+    assert np.isnan(air.pressure_altitude(np.array([0.0, -1.0]))).all()
 
 
 @pytest.mark.parametrize(("feet", "inches"), ALTIMETER_TABLE)
@@ -88,6 +106,13 @@ def test_calibrated_airspeed_inverts(speed):
 def test_true_airspeed_inverts(speed, pressure, temperature):
     q = air.impact_pressure_from_true_airspeed(speed, pressure, temperature)
     assert air.true_airspeed(q, pressure, temperature) == pytest.approx(speed, rel=1e-11)
+
+
+@given(temperatures, st.floats(0.01, 0.95), st.floats(0.5, 1.0))
+def test_mach_from_true_airspeed_and_a_probe_inverts(temperature, mach, recovery):
+    probe = air.total_temperature(temperature, mach, recovery)
+    speed = mach * air.sound_speed(temperature)
+    assert air.mach_from_true_airspeed(speed, probe, recovery) == pytest.approx(mach, rel=1e-11)
 
 
 @given(temperatures, st.floats(0.0, 0.95), st.floats(0.5, 1.0))

@@ -1,8 +1,8 @@
 """Standard atmosphere and airspeed relations, as pure functions on arrays.
 
-The air is a calorically perfect gas and the flow subsonic (Gracey, NASA RP-1046, 1980; ICAO Doc 7488). Arguments
-and results are SI and broadcast: scalars and arrays of any shape are allowed. The impact pressure q_c is the total
-minus the static pressure.
+The air is a calorically perfect gas and the flow subsonic (Gracey, NASA RP-1046, 1980; ICAO Doc 7488; U.S.
+Standard Atmosphere 1976). Arguments and results are SI and broadcast: scalars and arrays of any shape are allowed.
+The impact pressure q_c is the total minus the static pressure.
 """
 
 import numpy as np
@@ -16,36 +16,59 @@ HEAT_RATIO = 1.4
 GRAVITY = 9.80665  # m/s²
 LAPSE_RATE = 0.0065  # K/m, below the tropopause
 TROPOPAUSE = 11000.0  # m, geopotential
+STRATOSPHERE_RATE = 0.001  # K/m, by which it grows warmer
+STRATOSPHERE_WARMS = 20000.0  # m, geopotential, above which it does
 SEA_LEVEL_SOUND_SPEED = float(np.sqrt(HEAT_RATIO * GAS_CONSTANT * SEA_LEVEL_TEMPERATURE))  # m/s
 
 _EXPONENT = GRAVITY / (GAS_CONSTANT * LAPSE_RATE)
+_COLDEST = SEA_LEVEL_TEMPERATURE - LAPSE_RATE * TROPOPAUSE  # K
+_SCALE_HEIGHT = GAS_CONSTANT * _COLDEST / GRAVITY  # m, between the two
+_UPPER_EXPONENT = GRAVITY / (GAS_CONSTANT * STRATOSPHERE_RATE)
 
 
 def standard_temperature(pressure_altitude: Meters | float) -> Kelvin:
-    """Return the standard-day temperature [K] at a pressure altitude [m] up to 20 km."""
-    h = np.minimum(np.asarray(pressure_altitude, dtype=np.float64), TROPOPAUSE)
-    return np.asarray(SEA_LEVEL_TEMPERATURE - LAPSE_RATE * h)
+    """Return the standard-day temperature [K] at a pressure altitude [m] up to 32 km."""
+    h = np.asarray(pressure_altitude, dtype=np.float64)
+    below, above = np.minimum(h, TROPOPAUSE), np.maximum(h - STRATOSPHERE_WARMS, 0.0)
+    return np.asarray(SEA_LEVEL_TEMPERATURE - LAPSE_RATE * below + STRATOSPHERE_RATE * above)
 
 
 def standard_pressure(pressure_altitude: Meters | float) -> Pascal:
-    """Return the standard-day pressure [Pa] at a pressure altitude [m] up to 20 km."""
-    # Below the tropopause the temperature falls with height, above it is constant. The first factor stops changing
-    # there, the second one is 1 below it.
+    """Return the standard-day pressure [Pa] at a pressure altitude [m] up to 32 km.
+
+    Three layers: the temperature falls with height, is constant from 11 to 20 km, and rises (U.S. Standard
+    Atmosphere 1976, equations 33a and 33b).
+    """
+    # Each factor is that of one layer: it is 1 below the layer and stops changing above it.
     h = np.asarray(pressure_altitude, dtype=np.float64)
-    below = (standard_temperature(h) / SEA_LEVEL_TEMPERATURE) ** _EXPONENT
-    cold = float(standard_temperature(TROPOPAUSE))
-    above = np.exp(-GRAVITY * np.maximum(h - TROPOPAUSE, 0.0) / (GAS_CONSTANT * cold))
-    return np.asarray(SEA_LEVEL_PRESSURE * below * above)
+    fallen = standard_temperature(np.minimum(h, TROPOPAUSE)) / SEA_LEVEL_TEMPERATURE
+    in_cold = np.clip(h - TROPOPAUSE, 0.0, STRATOSPHERE_WARMS - TROPOPAUSE)
+    risen = standard_temperature(h) / _COLDEST
+    upper = np.where(h > STRATOSPHERE_WARMS, risen**-_UPPER_EXPONENT, 1.0)
+    return np.asarray(SEA_LEVEL_PRESSURE * fallen**_EXPONENT * np.exp(-in_cold / _SCALE_HEIGHT) * upper)
 
 
 def pressure_altitude(static_pressure: Pascal | float) -> Meters:
-    """Return the pressure altitude [m] of a static pressure [Pa]; the inverse of `standard_pressure`."""
+    """Return the pressure altitude [m] of a static pressure [Pa]; the inverse of `standard_pressure`.
+
+    NaN for a pressure of zero and less.
+    """
     p = np.asarray(static_pressure, dtype=np.float64)
-    edge = float(standard_pressure(TROPOPAUSE))
+    p = np.where(p > 0.0, p, np.nan)
+    edge, top = (float(standard_pressure(h)) for h in (TROPOPAUSE, STRATOSPHERE_WARMS))
     low = SEA_LEVEL_TEMPERATURE / LAPSE_RATE * (1.0 - (p / SEA_LEVEL_PRESSURE) ** (1.0 / _EXPONENT))
-    cold = float(standard_temperature(TROPOPAUSE))
-    high = TROPOPAUSE - GAS_CONSTANT * cold / GRAVITY * np.log(p / edge)
-    return np.where(p >= edge, low, high)
+    cold = TROPOPAUSE - _SCALE_HEIGHT * np.log(p / edge)
+    high = STRATOSPHERE_WARMS + _COLDEST / STRATOSPHERE_RATE * ((p / top) ** (-1.0 / _UPPER_EXPONENT) - 1.0)
+    return np.where(p >= edge, low, np.where(p >= top, cold, high))
+
+
+def mach_from_true_airspeed(
+    true_airspeed: MetersPerSecond | float, total_temperature: Kelvin | float, recovery_factor: float = 1.0
+) -> Array:
+    """Return the Mach number of a true airspeed [m/s] in air of which a probe reads the total temperature [K]."""
+    v = np.asarray(true_airspeed, dtype=np.float64)
+    air = np.asarray(total_temperature) * HEAT_RATIO * GAS_CONSTANT - 0.2 * recovery_factor * v * v
+    return v / np.sqrt(air)
 
 
 def sound_speed(air_temperature: Kelvin | float) -> MetersPerSecond:
@@ -66,7 +89,8 @@ def mach_from_impact_pressure(impact_pressure: Pascal | float, static_pressure: 
     The inverse of `impact_pressure_from_mach`; NaN for a negative impact pressure.
     """
     ratio = np.asarray(impact_pressure, dtype=np.float64) / static_pressure
-    return np.sqrt(5.0 * np.expm1(np.log1p(ratio) * (2.0 / 7.0)))
+    with np.errstate(invalid="ignore"):  # a negative impact pressure is no number, as said above
+        return np.asarray(np.sqrt(5.0 * np.expm1(np.log1p(ratio) * (2.0 / 7.0))))
 
 
 def calibrated_airspeed(impact_pressure: Pascal | float) -> MetersPerSecond:

@@ -93,6 +93,12 @@ def fresh_fixes(marked: Booleans | None, *channels: Array) -> Booleans:
     return np.concatenate([[True], changed])
 
 
+def minutes_text(seconds: float) -> str:
+    """Return a moment of a log as minutes and seconds, `12:05`."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02d}"
+
+
 def _after(time: Seconds, samples: float, seconds: float) -> Indices:
     if len(time) < 2:
         return np.zeros(0, dtype=np.intp)

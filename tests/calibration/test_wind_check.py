@@ -76,8 +76,8 @@ def test_a_steady_wind_costs_hardly_any_width():
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_bound_holds_the_curve_that_a_front_moves(seed):
     steady = calibrate(flown("step_decrease", seed), CONSTANT).curve
-    moved = {name: calibrate(flown("step_decrease", seed, front(150.0, 2.8, 2.8)), CalibrationOptions(wind=name)).curve
-             for name in ("constant", "checked")}  # fmt: skip
+    log = flown("step_decrease", seed, front(150.0, 2.8, 2.8))
+    moved = {name: calibrate(log, CalibrationOptions(wind=name)).curve for name in ("constant", "checked")}
     off = {name: np.abs(curve.correction - steady.correction) / curve.two_sigma for name, curve in moved.items()}
     assert np.max(off["constant"]) > 1.5
     assert np.max(off["checked"]) < 1.0

@@ -21,6 +21,16 @@ def hold(table: Table) -> Table:
 WARNINGS: dict[str, tuple[Callable[[Table], Table], str, int]] = {
     "some NaN": (put("static_pressure_pa", slice(9, 12), np.nan), r"'static_pressure_pa'.*\(rows 10–12\)", 597),
     "NaN in two places": (put("time_s", np.array([4, 7]), np.nan), r"'time_s'.*\(rows 5, 8\)", 598),
+    "a clock of whole seconds": (
+        lambda t: {**t, "time_s": np.floor(TIME)},
+        r"540 of 600 time stamps repeat the one before: the rows are spread evenly over its steps of 1 s",
+        600,
+    ),
+    "a unit that starts up": (
+        put("static_pressure_pa", slice(0, 50), np.nan),
+        r"the first 50 rows are dropped: the log begins blank in 'static_pressure_pa'",
+        550,
+    ),
     "NaN for a while": (
         put("impact_pressure_pa", slice(100, 150), np.nan),
         r"50 of 600 values are not numbers \(rows 101–150\), 8% of the log, 5 s: those rows are dropped",
@@ -164,10 +174,20 @@ def test_warnings_that_are_texts_are_kept(value, kept, tmp_path):
     assert read(tmp_path, f"# warnings = {value}\n").header["warnings"] == kept
 
 
-@pytest.mark.parametrize("text", ["x = " + "[" * 3000, "x = " + "1" * 5000, "no TOML"])
+@pytest.mark.parametrize("text", ["x = " + "[" * 3000, "x = " + "1" * 5000, "[accuracy]\ntemperature_k = 1 K"])
 def test_a_header_that_is_not_toml_is_kept_as_text(text, tmp_path):
-    assert parse_header(text)[0] == {"comments": [text]}
-    assert "not TOML" in read(tmp_path, f"# {text}\n").header["warnings"][0]
+    assert parse_header(text)[0] == {"comments": text.splitlines()}
+    above = "".join(f"# {line}\n" for line in text.splitlines())
+    assert "not TOML" in read(tmp_path, above).header["warnings"][0]
+
+
+@pytest.mark.parametrize(
+    "text", ['airframe_info, log_version="1.00", mode=NORMAL, ', "Flown by the club, runway 05"]
+)
+def test_a_remark_above_the_columns_is_kept_without_a_word(text, tmp_path):
+    header = read(tmp_path, f"# {text}\n").header
+    assert header["comments"] == [text.strip()]
+    assert "warnings" not in header
 
 
 @pytest.mark.parametrize("mark", [";", "\t"])

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from tests.logbook import foreign_files as foreign
 from tests.logbook import foreign_headers as headers
+from tests.logbook import quoted_headers as quoted
 from tests.logbook.test_foreign_files import assert_same_flight
 
 from pitotbench import air
 from pitotbench.cli.app import main
-from pitotbench.logbook.columns import Table
+from pitotbench.logbook.columns import QUANTITIES, Table
 from pitotbench.logbook.drafting import draft_mapping, guesses, mapping_text
 from pitotbench.logbook.reading import read_log, read_table
 
@@ -108,3 +109,46 @@ def test_our_own_names_in_capitals_are_drafted_without_a_question(tmp_path):
     assert not drafted.missing
     ours = {line.guess.theirs: f"{line.guess.quantity}_{line.unit}" for line in drafted.lines}
     assert ours == {name.upper(): name for name in (f"{name}_{kind[name]}" for name in FLOWN)}
+
+
+@pytest.mark.parametrize("name", list(quoted.QUOTED))
+def test_a_quoted_header_is_mapped_right_or_asked_about(name, tmp_path):
+    """What a header holds is found in its unit, what it lacks is named, and nothing else is taken for it."""
+    header = quoted.QUOTED[name]
+    drafted = draft_mapping(read_table(quoted.write_quoted(tmp_path / "log.csv", header)))
+    found = {line.guess.theirs: line.guess.target(line.unit) for line in drafted.lines}
+    # Units by guess need the whole log: where it lacks a channel, they are asked for.
+    unsure = {line.guess.theirs for line in drafted.lines if "no unit: is it" in line.question and header.asks}
+    found |= {name: header.holds[name] for name in unsure if same_quantity(found[name], header.holds.get(name))}
+    meant = {k: {"clock": "time_s", "stamp": "time_s"}.get(v, v) for k, v in header.holds.items() if v[0] != "~"}
+    meant = {k: v for k, v in meant.items() if v != "minutes"}
+    assert {k: found.get(k) for k in meant} == meant
+    essential = {column for column in found if QUANTITIES[drafted_quantity(drafted, column)].essential}
+    allowed = {k for k, v in header.holds.items() if v != "minutes"}
+    assert essential <= allowed, essential - allowed
+    asked = {line.guess.theirs for line in drafted.lines if line.question}
+    beside = {k: v[1:] for k, v in header.holds.items() if v[0] == "~" and k in found and k not in asked}
+    assert all(found[k] == v or same_quantity(found[k], v) for k, v in beside.items()), beside
+    assert len(drafted.missing) == len(header.asks)
+    for said, asked in zip(drafted.missing, header.asks, strict=True):
+        assert said.startswith(asked)
+    assert drafted.unusable == bool(header.asks), drafted.refusal
+    asked = [f"{line.guess.theirs}: {line.question}" for line in drafted.lines if line.question]
+    for question in header.questions:
+        assert any(said.startswith(question) for said in asked), asked
+
+
+def same_quantity(one, other):
+    return other is not None and one.rpartition("_")[0] == other.rpartition("_")[0]
+
+
+def drafted_quantity(drafted, column):
+    return next(line.guess.quantity for line in drafted.lines if line.guess.theirs == column)
+
+
+def test_what_cannot_work_is_not_offered_for_use(tmp_path, capsys):
+    log = quoted.write_quoted(tmp_path / "log.csv", quoted.QUOTED["no direction"])
+    assert main(["map", str(log), "-o", str(tmp_path / "m.toml")]) == 0
+    said = capsys.readouterr().out
+    assert "use it" not in said
+    assert f"complete it first, then: pitotbench calibrate {log}" in said

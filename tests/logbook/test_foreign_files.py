@@ -226,11 +226,90 @@ def test_true_and_magnetic_tracks():
     np.testing.assert_allclose(one.velocity_north[0], 100.0 * KNOT * np.cos(10.0 * DEGREE))
 
 
-def test_a_calibrated_airspeed_is_taken_as_indicated(tmp_path):
-    path = foreign.kias(tmp_path / "log.csv", FLOWN)
-    path.write_text(path.read_text().replace("indicated_airspeed", "calibrated_airspeed"))
+def computed(folder, name, values, *, without=()):
+    """The flight with an air data computer's output in place of both pressures."""
+    table = {
+        "time_s": FLOWN["time"],
+        name: values,
+        "pressure_altitude_m": air.pressure_altitude(FLOWN["static_pressure"]),
+        "air_temperature_k": FLOWN["air_temperature"],
+        "velocity_north_mps": FLOWN["velocity_north"],
+        "velocity_east_mps": FLOWN["velocity_east"],
+    }
+    return sample.write(folder / "log.csv", {key: column for key, column in table.items() if key not in without})
+
+
+OUTPUTS = {
+    "calibrated_airspeed_mps": lambda q, p, t: air.calibrated_airspeed(q),
+    "true_airspeed_kmh": lambda q, p, t: 3.6 * air.true_airspeed(q, p, t),
+    "mach": lambda q, p, t: air.mach_from_impact_pressure(q, p),
+}
+
+
+@pytest.mark.parametrize("name", list(OUTPUTS))
+def test_an_air_data_computers_output_stands_for_the_pressures(name, tmp_path):
+    q, p, t = (FLOWN[n] for n in ("impact_pressure", "static_pressure", "air_temperature"))
+    log = read_log(computed(tmp_path, name, OUTPUTS[name](q, p, t)))
+    np.testing.assert_allclose(log.impact_pressure, q, rtol=1e-7)
+    np.testing.assert_allclose(log.static_pressure, p, rtol=1e-7)
+    assert sum("what the air data computer" in w or "what it has left" in w for w in log.header["warnings"]) == 1
+    assert log.header["air_data"] == f"computer: {name.rpartition('_')[0].replace('_', ' ') or name}"
+
+
+def test_a_true_airspeed_without_a_temperature_is_no_impact_pressure(tmp_path):
+    speed = air.true_airspeed(FLOWN["impact_pressure"], FLOWN["static_pressure"], FLOWN["air_temperature"])
+    path = computed(tmp_path, "true_airspeed_mps", speed, without=("air_temperature_k",))
+    with pytest.raises(BadInputError, match="missing column impact_pressure_pa"):
+        read_log(path)
+
+
+def test_a_column_beside_the_log_with_a_unit_of_its_own_is_left_alone(tmp_path):
+    table = {**sample.columns(), "true_airspeed": 1.0, "latitude_1e7": 2.0, "longitude_deg": "E7°30"}
+    table = {name: np.broadcast_to(values, sample.ROWS) for name, values in table.items()}
+    log = read_log(sample.write(tmp_path / "log.csv", table))
+    assert any("not used" in w and "latitude_1e7, longitude_deg" in w for w in log.header["warnings"])
+
+
+def by_position(folder, table, digits):
+    """A log whose velocity is replaced by the latitude and longitude of its path, to some digits."""
+    step = np.diff(table["time_s"])
+    path = {
+        axis: np.r_[0.0, np.cumsum(0.5 * (values[1:] + values[:-1]) * step)]
+        for axis, values in ((axis, table[f"velocity_{axis}_mps"]) for axis in ("north", "east"))
+    }
+    here = {name: values for name, values in table.items() if not name.startswith(("velocity", "altitude"))}
+    # Near 47° a degree of latitude is 111,177 m, one of longitude 76,057 m (WGS 84).
+    here["latitude_deg"] = np.round(47.0 + path["north"] / 111_177.0, digits)
+    here["longitude_deg"] = np.round(8.0 + path["east"] / 76_057.0, digits)
+    return sample.write(folder / "log.csv", here)
+
+
+@pytest.mark.parametrize(("rate", "digits", "within"), [(10.0, 9, 0.15), (1.0, 7, 0.15), (1.0, 5, 1.0)])
+def test_the_ground_velocity_comes_from_the_position(rate, digits, within, tmp_path):
+    names = {"time": "time_s", "air_temperature": "air_temperature_k"}
+    names |= {name: f"{name}_{'pa' if 'pressure' in name else 'mps'}" for name in FLOWN if name[0] in "isv"}
+    table = sample.columns() if rate == 10.0 else {column: FLOWN[name] for name, column in names.items()}
+    log = read_log(by_position(tmp_path, table, digits))
+    for axis in ("north", "east"):
+        off = getattr(log, f"velocity_{axis}") - table[f"velocity_{axis}_mps"]
+        assert np.abs(off[8:-8]).max() < within
+    assert any("formed from 'latitude_deg' and 'longitude_deg'" in w for w in log.header["warnings"])
+    # What is told of the accuracy is what the digits leave: rounding of two fixes over the base of the difference.
+    rounding = 10.0**-digits * 111e3 / np.sqrt(12.0) * np.sqrt(2.0) / max(1.0, 2.0 / rate)
+    assert np.hypot(0.05, 1.4 * rounding) < log.header["accuracy"]["velocity_mps"] < np.hypot(0.2, 4.0 * rounding)
+
+
+def test_a_clock_that_was_set_gives_no_speed(tmp_path):
+    """One second too much on the clock, and later the same second again: the path went on evenly."""
+    table = sample.columns()
+    path = by_position(tmp_path, table, 9)
+    head, *rows = path.read_text().splitlines()
+    time = table["time_s"] + np.where(np.abs(np.arange(sample.ROWS) - 300) < 100, 1.0, 0.0)
+    set_rows = [f"{t:.1f},{row.split(',', 1)[1]}" for t, row in zip(np.maximum.accumulate(time), rows, strict=True)]
+    path.write_text("\n".join([head, *set_rows]))
     log = read_log(path)
-    assert any("what the air data computer has left" in warning for warning in log.header["warnings"])
+    assert np.hypot(log.velocity_north, log.velocity_east).max() < 90.0
+    assert len(log) > sample.ROWS - 50
 
 
 def _cut(content: bytes) -> bytes:

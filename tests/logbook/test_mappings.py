@@ -47,8 +47,8 @@ def test_shipped_mappings_name_real_columns(name):
     found = {parse_column(target)[0].name for target in targets}
     assert found & {"time", "clock_time"}
     assert found & {"static_pressure", "pressure_altitude", "indicated_altitude"}
-    assert {"velocity_north", "velocity_east"} <= found or {"ground_speed"} <= found
-    assert found & {"impact_pressure", "total_pressure", "indicated_airspeed"}
+    assert {"velocity_north", "velocity_east"} <= found or found & {"ground_speed", "latitude"}
+    assert found & {"impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed"}
 
 
 def test_an_own_mapping(tmp_path):

@@ -29,7 +29,7 @@ _NAMED_LATENCIES = ("checked", "estimated")
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench calibrate`."""
     parser.add_argument(
-        "logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat, .ulg, .bin)"
+        "logs", nargs="+", type=Path, metavar="LOG", help="log file (.csv, .parquet, .mat, .ulg, .bin, .igc)"
     )
     parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
     add_mapping(parser)

@@ -39,5 +39,7 @@ def run(options: argparse.Namespace) -> int:
             print(printable(f"check {line.guess.theirs!r} = {line.guess.target(line.unit)!r}: {line.question}"))
     if drafted.refusal:
         print(printable(f"with these lines the log is refused: {drafted.refusal}"))
-    print(printable(f"use it: pitotbench calibrate {options.log} --mapping {options.out}"))
+    first = "" if drafted.sure else "complete it first, " if drafted.unusable else "answer the questions, "
+    print(printable(f"{first}then: pitotbench calibrate {options.log} --mapping {options.out}" if first
+                    else f"use it: pitotbench calibrate {options.log} --mapping {options.out}"))  # fmt: skip
     return 0

@@ -10,7 +10,7 @@ from pitotbench.logbook.plausibility import check_plausibility
 from pitotbench.logbook.plausible_air import TEMPERATURES, at_ceiling, likely_temperatures
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.timeline import Indices, pauses, stretches
+from pitotbench.timeline import PAUSE_SAMPLES, Indices, pauses, stretches
 from pitotbench.units import Array, Booleans, MetersPerSecond, Seconds, from_si, to_si
 
 # Pauses of the recording, and the several flights that one log may hold.
@@ -106,11 +106,15 @@ def check_stuck(draft: Draft) -> None:
     # At the end of its range a sensor stands still as well. Those rows stay, and show where the range ends.
     still["impact_pressure"] &= ~_at_range_end(draft, speed)
     bad = np.any(list(still.values()), axis=0)
-    words = "; ".join(
+    idle = still["impact_pressure"] & (draft.channels["impact_pressure"] == 0.0)
+    column = draft.columns["impact_pressure"]
+    told = [f"column {column!r} reads 0 below its lowest speed ({draft.named(idle)})"] if idle.any() else []
+    told += [
         f"column {draft.columns[name]!r} stands still while others move: it seems stuck ({draft.named(rows)})"
-        for name, rows in still.items()
-        if rows.any()
-    )
+        for name, found in still.items()
+        if (rows := found & ~idle).any()
+    ]
+    words = "; ".join(told)
     if bad.mean() > _MOST_STUCK:
         raise BadInputError(f"{words}: {bad.mean():.0%} of the log; repair the sensor and fly again")
     if words:
@@ -185,6 +189,9 @@ def _run_times(time: Array, first: NDArray[np.intp]) -> Array:
 # Rows are counted from 1, which is the first row below the line of column names.
 
 _FEW = 0.01  # share of time stamps that may repeat
+_STANDS_STILL = 4.0  # steps of a coarse clock: for longer it stands still, and a longer step is a pause
+_MOST_BLANK = 0.5  # share of rows for which a unit may start up
+_NEIGHBORS = 4  # times the most rows of one stamp, to either side, over which the moments are averaged
 
 _MOST_NEGATIVE = 0.5  # share of rows that may be dropped for a negative impact pressure
 
@@ -194,8 +201,29 @@ _SHORTEST_STEP = 1.0 / 5000.0  # s: no air data are recorded faster
 _LONGEST_GAP = 86400.0  # s, between two rows of one log: the blocks of a log are counted by the second
 
 
+def drop_blank_start(draft: Draft) -> None:
+    """Drop the rows before the first in which each needed channel has given a number: a unit that starts up."""
+    needed = [QUANTITIES[name] for name in draft.channels if QUANTITIES[name].essential]
+    known = {q.name: ~np.isnan(draft.channels[q.name]) for q in needed if q.kind == "number"}
+    late = {name: int(np.argmax(mask)) for name, mask in known.items() if mask.any() and not mask[0]}
+    late = {name: first for name, first in late.items() if first <= _MOST_BLANK * len(draft.rows)}
+    if not late:
+        return
+    count = max(late.values())
+    columns = ", ".join(repr(name) for name in dict.fromkeys(draft.columns[name] for name in late))
+    draft.warnings.append(
+        f"the first {count} rows are dropped: the log begins blank in {columns}"
+        if count > 1
+        else f"the first row is dropped: it is blank in {columns}"
+    )
+    draft.keep(np.arange(len(draft.rows)) >= count)
+
+
 def check_time(draft: Draft) -> None:
-    """Drop a few rows with a repeated time stamp. Raise BadInputError for many, and for time that runs back."""
+    """Drop a few rows with a repeated time stamp; of a coarse clock, spread the rows between its stamps.
+
+    Raises BadInputError for a clock that stands still, and for time that runs back.
+    """
     if len(draft.rows) < 2:
         raise BadInputError(f"the log holds {len(draft.rows)} rows; at least 2 are needed")
     column, time = draft.columns["time"], draft.channels["time"]
@@ -208,15 +236,41 @@ def check_time(draft: Draft) -> None:
         )
     repeated = step == 0.0
     if repeated.mean() > _FEW:
-        raise BadInputError(
-            f"column {column!r}: {int(repeated.sum())} of {len(time)} time stamps repeat the one before "
-            f"({draft.named(repeated)}); time must increase: write it with more digits"
-        )
-    if repeated.any():
+        words = f"column {column!r}: {int(repeated.sum())} of {len(time)} time stamps repeat the one before"
+        stamp = float(np.min(step[step > 0.0][1:], initial=np.inf))
+        spread = _spread(time, stamp)
+        if spread is None:
+            raise BadInputError(f"{words} ({draft.named(repeated)}); time must increase: write it with more digits")
+        draft.channels["time"] = spread
+        draft.warnings.append(f"{words}: the rows are spread evenly over its steps of {stamp:.3g} s")
+    elif repeated.any():
         draft.warnings.append(
             f"column {column!r}: time stamps repeat ({draft.named(repeated)}): those rows are dropped"
         )
         draft.keep(~repeated)
+
+
+def _spread(time: Seconds, stamp: float) -> Seconds | None:
+    """Return the moments of rows whose clock counts in steps of `stamp` [s], (n,): the mean of their neighbors'.
+
+    They stay within a step of the clock, but for what a real recorder lets its stamps tremble, and increase
+    strictly. None where the clock stands still for so long that it is no coarse clock.
+    """
+    first = np.flatnonzero(np.diff(time, prepend=-np.inf))
+    longest = int(np.max(np.diff(first, append=len(time))))
+    usual = float(np.median(np.diff(time[first]))) * len(first) / len(time)
+    if not np.isfinite(stamp) or longest * usual > _STANDS_STILL * stamp:
+        return None
+    found, reach = time.copy(), longest * _NEIGHBORS
+    after = np.flatnonzero(np.diff(time) > max(_STANDS_STILL * stamp, PAUSE_SAMPLES * usual)) + 1
+    for rows in stretches(time, after):
+        part = time[rows]
+        count = min(reach, len(part) - 1)
+        # Turned about its ends, the part goes on as it came: a mean at an end is as even as one inside.
+        turned = np.r_[2.0 * part[0] - part[count:0:-1], part, 2.0 * part[-1] - part[-2 : -count - 2 : -1]]
+        sums = np.cumsum(np.r_[0.0, turned - part[0]])
+        found[rows] = part[0] + (sums[2 * count + 1 :] - sums[: len(part)]) / (2 * count + 1)
+    return found if np.all(np.diff(found) > 0.0) else None
 
 
 def check_clock(draft: Draft) -> None:
@@ -336,10 +390,11 @@ def check_impact_pressure(draft: Draft) -> None:
         draft.keep(~negative)
 
 
-# The order matters: fixes are held before blanks count as missing numbers, the clock is right before units are
-# judged, and the impact pressure exists before it is checked.
+# The order matters: fixes are held before blanks count as a start-up or as missing numbers, the clock is right
+# before units are judged, and the impact pressure exists before it is checked.
 CHECKS = (
     hold_fixes,
+    drop_blank_start,
     check_numbers,
     check_time,
     check_clock,

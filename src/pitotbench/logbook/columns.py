@@ -144,18 +144,25 @@ CONVERTED = (
     Channel("pa", "air", 5e3, 270e3, essential=True, name="total_pressure"),
     Channel("mps", "air", 0.0, 350.0, essential=True, name="indicated_airspeed"),
     Channel("mps", "air", 0.0, 350.0, essential=True, name="calibrated_airspeed"),
-    Channel("m", "air", 0.0, 25e3, essential=True, name="pressure_altitude"),
-    Channel("m", "air", 0.0, 25e3, essential=True, name="indicated_altitude"),
+    Channel("mps", "air", 0.0, 350.0, essential=True, name="true_airspeed"),
+    Channel("", "air", 0.0, 1.0, essential=True, name="mach"),
+    Channel("m", "air", 0.0, 32e3, essential=True, name="pressure_altitude"),
+    Channel("m", "air", 0.0, 32e3, essential=True, name="indicated_altitude"),
     Channel("pa", "air", 80e3, 120e3, essential=True, name="altimeter_setting"),
     Channel("mps", "gps", 0.0, 700.0, essential=True, name="ground_speed"),
     Channel("rad", "gps", 0.0, 2.0 * pi, essential=True, wraps=True, name="track"),
     Channel("rad", "gps", 0.0, 2.0 * pi, essential=True, wraps=True, name="magnetic_track"),
+    Channel("rad", "gps", 0.0, 0.5 * pi, essential=True, name="latitude"),
+    Channel("rad", "gps", 0.0, pi, essential=True, name="longitude"),
     Channel("rad", "inertial", 0.0, 2.0 * pi, wraps=True, name="magnetic_heading"),
     Channel("rad", "inertial", 0.0, pi, name="magnetic_variation"),
     Channel("", "clock", 0.0, 0.0, essential=True, kind="text", name="clock_time"),
     Channel("", "clock", 0.0, 0.0, kind="text", name="date"),
+    Channel("", "clock", 0.0, 0.0, kind="text", name="utc_offset"),
 )
 QUANTITIES: dict[str, Channel] = CHANNELS | {quantity.name: quantity for quantity in CONVERTED}
+# Many logs hold these beside what is needed, with units of their own: without a known one they are not read.
+BESIDE = ("true_airspeed", "mach", "latitude", "longitude", "utc_offset")
 _LONGEST_FIRST = sorted(QUANTITIES, key=len, reverse=True)  # roll_rate before roll
 
 
@@ -170,6 +177,8 @@ def parse_column(column: str) -> tuple[Channel, str] | None:
         if rest == column or (rest and (rest[0] != "_" or "_" in rest[1:])):
             continue
         quantity, suffix = QUANTITIES[name], rest[1:]
+        if name in BESIDE and suffix not in (quantity.suffixes or [""]):
+            return None
         _check_suffix(column, quantity, suffix)
         return quantity, suffix
     return None
@@ -194,16 +203,23 @@ def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
 # Parse the TOML header of a log. All formats have the same header.
 
 _MOST_DOTS = 50_000_000  # of their squares: some 200 MB while the text is read
+_TOML_LINE = re.compile(r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE)  # a table, or an entry of one
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
+AIR_DATA = "air_data"  # header entry: the air data computer whose output is calibrated
+START = "start"  # header entry: date and time of day at which the seconds of the log begin
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 
 
 def parse_header(text: str) -> tuple[dict[str, Any], list[str]]:
-    """Return the table of a header and a list of warnings. Text that is not TOML is kept line by line."""
+    """Return the table of a header and a list of warnings. Text that is not TOML is kept line by line.
+
+    It is warned of only where a line looks like TOML: the remarks that a recorder writes are none.
+    """
     try:
         return toml_table(text), []
     except ValueError:
-        return {"comments": text.splitlines()}, ["the header's lines are not TOML; they are kept as text"]
+        meant = ["the header's lines are not TOML; they are kept as text"] if _TOML_LINE.search(text) else []
+        return {"comments": text.splitlines()}, meant
 
 
 def toml_table(text: str) -> dict[str, Any]:
@@ -241,6 +257,7 @@ _TIME = re.compile(
 _MINUTES = re.compile(r"([0-5]?\d):([0-5]?\d(?:[.,]\d*)?)")
 _ISO_DATE = re.compile(r"(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})")
 _ZONE = re.compile(r"(?:Z|[+-]\d\d:?\d\d)$")
+_ZONE_OFFSET = re.compile(r"([+-]?)(\d\d?):?(\d\d)")
 _SLASHED = re.compile(r"(\d{1,2})[-/.](\d{1,2})[-/.](\d{4}|\d\d)")
 
 
@@ -286,6 +303,22 @@ def joined_clock(dates: Column, times: Column) -> Column:
     return np.array(
         ["" if _blank(a) or _blank(b) else f"{a} {b}" for a, b in zip(dates, times, strict=True)], dtype=object
     )
+
+
+def zone_seconds(name: str, column: Column) -> Seconds:
+    """Return the offsets of a local clock from UTC, such as `-05:00`, as seconds, (n,), NaN for a blank cell.
+
+    Raises BadInputError that names the first row which is none.
+    """
+    found = {cell: _ZONE_OFFSET.fullmatch(str(cell).strip()) for cell in set(column)}
+    for row, cell in enumerate(column):
+        if found[cell] is None and not _blank(cell):
+            raise BadInputError(f"column {name!r}, row {row + 1}: {str(cell)!r} is no offset from UTC (-05:00)")
+    seconds = {
+        cell: np.nan if match is None else float(f"{match[1]}1") * (3600.0 * int(match[2]) + 60.0 * int(match[3]))
+        for cell, match in found.items()
+    }
+    return np.array([seconds[cell] for cell in column])
 
 
 def _days_passed(second: Array) -> Array:

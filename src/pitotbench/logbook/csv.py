@@ -1,6 +1,8 @@
 """Read and write CSV logs: `#` lines with a TOML header, a line of column names, one line a row."""
 
+import gzip
 import re
+import zlib
 from codecs import getincrementaldecoder
 from collections.abc import Callable, Mapping
 from csv import Error as CsvError
@@ -141,6 +143,8 @@ _EMPTY = ["", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "null", "NULL"]
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _VALUE = re.compile(r"[+-]?[\d.,]+([eE][+-]?\d+)?$|\d+:\d\d|\d+[-/.]\d+[-/.]\d")  # a number, a clock time or a date
+_MOST_UNPACKED = 400 << 20  # bytes: a day at 10 Hz in text
+_PACKED = b"\x1f\x8b"  # begins every gzip file
 _MOST_BETWEEN = 2  # lines below the names: units, and short names
 _MOST_ABOVE = 1 << 20  # bytes of comments and blank lines above the table
 _ROWS = "rows"  # header entry: the number of rows written; a file with fewer is cut off
@@ -190,7 +194,7 @@ def read_csv(path: Path) -> Table:
 
 @dataclass(frozen=True, slots=True)
 class _Text:
-    """The UTF-8 text of a file: that on the disk, or, of a file in UTF-16, that in memory."""
+    """The UTF-8 text of a file: that on the disk, or, of a packed file or one in UTF-16, that in memory."""
 
     path: Path
     recoded: bytes | None
@@ -207,13 +211,34 @@ class _Text:
 
 def _as_utf8(path: Path) -> _Text:
     with path.open("rb") as file:
-        begin = file.read(4)
-    if begin[:2] not in (b"\xff\xfe", b"\xfe\xff"):
-        return _Text(path, None)
+        begin = file.read(2)
+    data = unpacked(path) if begin == _PACKED else None
+    if (begin if data is None else data[:2]) not in (b"\xff\xfe", b"\xfe\xff"):
+        return _Text(path, data)
     try:
-        return _Text(path, path.read_bytes().decode("utf-16").encode("utf-8"))
+        return _Text(path, (path.read_bytes() if data is None else data).decode("utf-16").encode("utf-8"))
     except UnicodeDecodeError as error:
         raise BadInputError("not complete UTF-16 text: save the log as UTF-8 CSV") from error
+
+
+def unpacked(path: Path) -> bytes:
+    """Return the bytes of a file, those of a gzip file unpacked.
+
+    Raises BadInputError for a broken one, and for one that unpacks to more than any log holds.
+    """
+    data = path.read_bytes()
+    if not data.startswith(_PACKED):
+        return data
+    try:
+        with gzip.open(path) as file:
+            text = file.read(_MOST_UNPACKED + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise BadInputError(f"not a complete gzip file: {error}") from error
+    if len(text) > _MOST_UNPACKED:
+        raise BadInputError(
+            f"the gzip file unpacks to more than {_MOST_UNPACKED >> 20} MB: unpack it and cut the log"
+        )
+    return text
 
 
 def _cells(line: bytes, delimiter: str) -> list[str]:

@@ -7,18 +7,33 @@ of each reading. The header's table `display` holds the steps, from which the ca
 
 from collections.abc import Mapping
 from dataclasses import replace
+from datetime import datetime, timedelta
 from typing import Any
 
 import numpy as np
 
 from pitotbench import air
-from pitotbench.logbook.columns import Table, clock_seconds, joined_clock, numbers, parse_column
+from pitotbench.logbook.columns import (
+    AIR_DATA,
+    START,
+    Table,
+    clock_seconds,
+    joined_clock,
+    numbers,
+    parse_column,
+    zone_seconds,
+)
 from pitotbench.logbook.draft import Draft
+from pitotbench.records import BadInputError
 from pitotbench.records.accuracy import USUAL_ACCURACIES
-from pitotbench.units import Array, Booleans, from_si, to_si
+from pitotbench.units import Array, Booleans, Seconds, from_si, to_si
 
 # 2σ of a value known to one step, in steps.
 _TWO_SIGMA = float(2.0 / np.sqrt(12.0))
+_SINCE_1970 = (3e8, 1e10)  # s: a clock between them counts from 1970
+_EQUATOR, _ECCENTRICITY_SQUARED = 6378137.0, 0.00669437999  # m, WGS 84 (NIMA TR 8350.2)
+_FEWEST_FIXES = 16
+_MEDIAN_OF_NORMAL = 0.6745  # of |x| where x is normal with unit variance
 _FINE = 1e-3  # of the median size of the values: a finer step does not matter
 _ON_GRID = 1e-6  # of a step: what the rounding of a decimal leaves
 
@@ -28,9 +43,9 @@ def derive(draft: Draft, header: dict[str, Any]) -> None:
 
     A channel that the file holds itself is used as it is.
     """
-    _time(draft)
-    _airspeed(draft, header)
+    _time(draft, header)
     _altitude(draft)
+    _airspeed(draft, header)
     _velocity(draft, header)
     _heading(draft)
 
@@ -45,30 +60,85 @@ def _put(draft: Draft, name: str, values: Array, source: str, unit: str = "pa") 
     draft.channels[name], draft.columns[name], draft.suffixes[name] = values, draft.columns[source], unit
 
 
-def _time(draft: Draft) -> None:
-    clock, date = (draft.channels.pop(name, None) for name in ("clock_time", "date"))
-    if clock is None or "time" in draft.channels:
+def _time(draft: Draft, header: dict[str, Any]) -> None:
+    """Form the seconds of the log from its clock, local or not; a zone that is left in flight sets no clock back.
+
+    A clock of the day, or one that counts from 1970, counts from the first row; `header` gets the moment of that.
+    """
+    clock, date, offset = (draft.channels.pop(name, None) for name in ("clock_time", "date", "utc_offset"))
+    if "time" in draft.channels:
+        seconds = draft.channels["time"]
+        if draft.clock or _counts_from_1970(seconds):
+            draft.channels["time"] = _from_start(seconds, header)
         return
-    seconds = clock_seconds(draft.columns["clock_time"], clock if date is None else joined_clock(date, clock))
-    _put(draft, "time", seconds, "clock_time", "s")
+    if clock is None:
+        return
+    if clock.dtype.kind in "fiu":
+        seconds = np.asarray(clock, dtype=np.float64)
+    else:
+        clock = clock if date is None else joined_clock(date, clock)
+        seconds = clock_seconds(draft.columns["clock_time"], clock)
+    if offset is not None:
+        seconds = seconds - zone_seconds(draft.columns["utc_offset"], offset)
+    _put(draft, "time", _from_start(seconds, header), "clock_time", "s")
+
+
+def _from_start(seconds: Seconds, header: dict[str, Any]) -> Seconds:
+    known = seconds[np.isfinite(seconds)]
+    if len(known) and START not in header:
+        moment = datetime(1970, 1, 1) + timedelta(seconds=float(known[0]))
+        header[START] = moment.isoformat(" ", "seconds") if _counts_from_1970(known) else f"{moment:%H:%M:%S}"
+    return seconds - known[:1] if len(known) else seconds
+
+
+def _counts_from_1970(seconds: Seconds) -> bool:
+    known = seconds[np.isfinite(seconds)]
+    return len(known) > 0 and _SINCE_1970[0] < float(known[0]) < _SINCE_1970[1]
+
+
+# What stands for the impact pressure where the log does not hold it, the nearest to the sensor first.
+_AIRSPEEDS = ("indicated_airspeed", "calibrated_airspeed", "mach", "true_airspeed")
 
 
 def _airspeed(draft: Draft, header: dict[str, Any]) -> None:
-    source = next((n for n in ("indicated_airspeed", "calibrated_airspeed") if n in draft.channels), None)
-    speed = None if source is None else _take(draft, source)
-    _take(draft, "calibrated_airspeed")
-    if source is None or speed is None or {"impact_pressure", "total_pressure"} & set(draft.channels):
+    """Form the impact pressure from an airspeed; a Mach number and a true airspeed need the static pressure."""
+    given = {name: values for name in _AIRSPEEDS if (values := _take(draft, name)) is not None}
+    if {"impact_pressure", "total_pressure"} & set(draft.channels):
         return
-    if source == "calibrated_airspeed":
-        draft.warnings.append(
-            f"column {draft.columns[source]!r} is taken as the airspeed indicated: the correction is what the air "
-            "data computer has left"
-        )
-    _put(draft, "impact_pressure", np.asarray(air.impact_pressure(np.maximum(speed, 0.0))), source)
-    step = display_step(speed, draft.suffixes[source])
-    if step > 0.0:
-        draft.displayed.add("impact_pressure")
-        header["display"] = {**_table(header, "display"), "airspeed_mps": step}
+    for source, shown in given.items():
+        impact = _impact_pressure(draft, source, np.maximum(shown, 0.0))
+        if impact is None:
+            continue
+        _put(draft, "impact_pressure", impact, source)
+        if source != "indicated_airspeed":
+            draft.warnings.append(
+                f"column {draft.columns[source]!r} stands for the impact pressure: what is calibrated is the "
+                "output of the air data computer, and the correction is what it has left"
+            )
+            header[AIR_DATA] = f"computer: {source.replace('_', ' ')}"
+        step = display_step(shown, draft.suffixes[source])
+        if step > 0.0:
+            draft.displayed.add("impact_pressure")
+            header["display"] = {**_table(header, "display"), "airspeed_mps": step}
+        return
+
+
+def _impact_pressure(draft: Draft, source: str, shown: Array) -> Array | None:
+    """Return the impact pressure of an airspeed or a Mach number, (n,); None where the log lacks what it needs."""
+    static, cold, total = (
+        draft.channels.get(n) for n in ("static_pressure", "air_temperature", "total_temperature")
+    )
+    if source in ("indicated_airspeed", "calibrated_airspeed"):
+        return np.asarray(air.impact_pressure(shown))
+    if static is None:
+        return None
+    if source == "mach":
+        return np.asarray(air.impact_pressure_from_mach(shown, static))
+    if cold is not None:
+        return np.asarray(air.impact_pressure_from_true_airspeed(shown, static, cold))
+    if total is not None:
+        return np.asarray(air.impact_pressure_from_mach(air.mach_from_true_airspeed(shown, total), static))
+    return None
 
 
 def _altitude(draft: Draft) -> None:
@@ -88,11 +158,14 @@ def _altitude(draft: Draft) -> None:
 
 def _velocity(draft: Draft, header: dict[str, Any]) -> None:
     speed, track, magnetic = (_take(draft, name) for name in ("ground_speed", "track", "magnetic_track"))
-    if speed is None or {"velocity_north", "velocity_east"} & set(draft.channels):
+    latitude, longitude = _take(draft, "latitude"), _take(draft, "longitude")
+    if {"velocity_north", "velocity_east"} & set(draft.channels):
         return
-    if track is None and magnetic is not None:
+    if speed is not None and track is None and magnetic is not None:
         track = magnetic + _variation(draft, "magnetic_track", "the wind's direction is magnetic")
-    if track is None:
+    if speed is None or track is None:
+        if latitude is not None and longitude is not None and "time" in draft.channels:
+            _velocity_from_position(draft, header, latitude, longitude)
         return
     _put(draft, "velocity_north", speed * np.cos(track), "ground_speed", draft.suffixes["ground_speed"])
     _put(draft, "velocity_east", speed * np.sin(track), "ground_speed", draft.suffixes["ground_speed"])
@@ -106,6 +179,71 @@ def _velocity(draft: Draft, header: dict[str, Any]) -> None:
         if "velocity_mps" not in _table(header, "accuracy"):
             bound = float(np.hypot(USUAL_ACCURACIES["velocity_mps"], _TWO_SIGMA * step))  # receiver and display
             header["accuracy"] = {**_table(header, "accuracy"), "velocity_mps": bound}
+
+
+_HALF_BASE = 0.5  # s to either side between which positions are differenced, or to the next fix
+_EVEN, _FEW_ODD = 0.05, 0.01  # of the usual step, and of the steps: an even clock keeps to it
+_PAUSE = 4.0  # usual steps of a clock that is not even: a longer one is a pause
+
+
+def _velocity_from_position(draft: Draft, header: dict[str, Any], latitude: Array, longitude: Array) -> None:
+    """Form the ground velocity from fixes of the position, by differences centered on each.
+
+    On the ellipsoid of WGS 84. Between fixes the velocity is held. The noise of the fixes is what the velocity
+    differs by from the mean of its neighbors; `header` gets it as the accuracy of the velocity.
+    """
+    time = draft.channels["time"]
+    known = np.isfinite(latitude) & np.isfinite(longitude) & np.isfinite(time)
+    rows = np.flatnonzero(known)
+    moved = (np.diff(latitude[rows], prepend=np.nan) != 0.0) | (np.diff(longitude[rows], prepend=np.nan) != 0.0)
+    rows = rows[moved]
+    runs_on = time[rows] > np.r_[-np.inf, np.maximum.accumulate(time[rows])[:-1]]
+    rows = rows[runs_on]
+    if len(rows) < _FEWEST_FIXES:
+        raise BadInputError(
+            f"column {draft.columns['latitude']!r}: {len(rows)} different positions give no velocity"
+        )
+    moments = time[rows]
+    steps = np.diff(moments)
+    usual = float(np.median(steps))
+    # A clock that is even but for a few steps was set there, or stood still: no speed comes from such a step.
+    odd = np.abs(steps / usual - 1.0) > _EVEN
+    odd = (np.diff(np.flatnonzero(runs_on)) > 1) | (odd if np.mean(odd) < _FEW_ODD else steps > _PAUSE * usual)
+    places, reach = np.arange(len(rows)), max(1, round(_HALF_BASE / usual))
+    before, after = np.maximum(places - reach, 0), np.minimum(places + reach, len(rows) - 1)
+    counted = np.r_[0, np.cumsum(odd)]
+    base = np.where(counted[after] > counted[before], np.nan, moments[after] - moments[before])
+    phi = latitude[rows]
+    bent = 1.0 - _ECCENTRICITY_SQUARED * np.sin(phi) ** 2
+    meridian, parallel = (
+        _EQUATOR * (1.0 - _ECCENTRICITY_SQUARED) / bent**1.5,
+        _EQUATOR * np.cos(phi) / np.sqrt(bent),
+    )
+    turn = np.unwrap(longitude[rows])
+    north = meridian * (phi[after] - phi[before]) / base
+    east = parallel * (turn[after] - turn[before]) / base
+    last = np.searchsorted(rows, np.arange(len(time)), side="right") - 1
+    for name, values in (("velocity_north", north), ("velocity_east", east)):
+        _put(draft, name, np.where(last >= 0, values[np.maximum(last, 0)], np.nan), "latitude", "mps")
+    if "gps_fresh" not in draft.channels:
+        draft.channels["gps_fresh"] = np.isin(np.arange(len(time)), rows)
+        draft.columns["gps_fresh"] = draft.columns["latitude"]
+    noise = max(_noise(north, 2 * reach), _noise(east, 2 * reach))
+    draft.warnings.append(
+        f"the ground velocity is formed from {draft.columns['latitude']!r} and {draft.columns['longitude']!r} over "
+        f"{float(np.nanmedian(base)):.2g} s: ±{2.0 * noise:.2g} m/s of noise (2σ)"
+    )
+    if "velocity_mps" not in _table(header, "accuracy"):
+        bound = float(np.hypot(USUAL_ACCURACIES["velocity_mps"], 2.0 * noise))
+        header["accuracy"] = {**_table(header, "accuracy"), "velocity_mps": bound}
+
+
+def _noise(velocity: Array, apart: int) -> float:
+    """Return the 1σ of a velocity's noise by third differences of values `apart` rows apart, which share no fix."""
+    third = velocity[3 * apart :] - 3.0 * velocity[2 * apart : -apart] + 3.0 * velocity[apart : -2 * apart]
+    third = np.abs(third - velocity[: -3 * apart])
+    third = third[np.isfinite(third)]
+    return float(np.median(third) / _MEDIAN_OF_NORMAL / np.sqrt(20.0)) if len(third) else 0.0
 
 
 def _renewed(speed: Array, track: Array) -> Booleans:
@@ -153,6 +291,12 @@ def _heading(draft: Draft) -> None:
 def _variation(draft: Draft, name: str, consequence: str) -> Array:
     variation = draft.channels.get("magnetic_variation")
     if variation is not None:
+        known = np.degrees(variation[np.isfinite(variation)])
+        words = f"made true by {draft.columns['magnetic_variation']!r}"
+        if len(known) and not any(words in told for told in draft.warnings):
+            draft.warnings.append(
+                f"what is magnetic is {words} ({known.min():.1f} to {known.max():.1f}°, east positive)"
+            )
         return np.asarray(np.nan_to_num(variation), dtype=np.float64)
     draft.warnings.append(
         f"column {draft.columns[name]!r} is magnetic and the log holds no magnetic variation: {consequence}"

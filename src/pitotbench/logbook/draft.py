@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pitotbench.channels import Channel, numbers_from
 from pitotbench.logbook.columns import (
+    BESIDE,
     QUANTITIES,
     Column,
     Table,
@@ -28,7 +29,7 @@ _EITHER = ("impact_pressure", "total_pressure")
 _INSTEAD = {
     "static_pressure": " or pressure_altitude_ft",
     "impact_pressure": " or indicated_airspeed_kt",
-    "velocity_north": " or ground_speed_kt with track_deg",
+    "velocity_north": " or ground_speed_kt with track_deg or latitude_deg with longitude_deg",
 }
 _SHOWN_RANGES = 5
 _FEWEST_ROWS = 2
@@ -53,6 +54,7 @@ class Draft:
     warnings: list[str]
     strangers: list[str] = field(default_factory=list)
     displayed: set[str] = field(default_factory=set)
+    clock: bool = False  # whether the time comes from clock times
 
     def keep(self, good: Booleans) -> None:
         """Keep only the rows where `good` is true, (n,).
@@ -90,14 +92,20 @@ def draft_of(table: Table) -> Draft:
     _refuse_twins(table.names)
     for name, column in zip(table.names, table.columns, strict=True):
         parsed = parse_column(name)
-        if parsed is None:
+        if parsed is None or _is_text_beside(parsed[0], column):
             draft.strangers.append(name)
             continue
         quantity, suffix = parsed
         _refuse_second_unit(draft, quantity, name)
         draft.channels[quantity.name] = _values(quantity, suffix, name, column)
         draft.columns[quantity.name], draft.suffixes[quantity.name] = name, suffix
+        draft.clock |= quantity.name == "time" and is_clock(column)
     return draft
+
+
+def _is_text_beside(quantity: Channel, column: Column) -> bool:
+    """Return whether a column that most logs do not need holds texts: another way to write it than ours."""
+    return quantity.name in BESIDE and quantity.kind == "number" and column.dtype.kind not in "fiub"
 
 
 def _refuse_twins(names: Iterable[str]) -> None:
@@ -116,7 +124,7 @@ def _refuse_second_unit(draft: Draft, quantity: Channel, name: str) -> None:
 
 
 def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArray[Any]:
-    if quantity.name == "clock_time" and column.dtype.kind in "mM":
+    if quantity.name == "clock_time" and column.dtype.kind in "mMfiu":  # numbers are seconds of the day
         return column
     if quantity.kind == "text":
         return texts(column)

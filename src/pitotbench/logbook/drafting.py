@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from itertools import islice, product
@@ -12,7 +12,7 @@ import tomli_w
 
 from pitotbench import air
 from pitotbench.channels import Channel
-from pitotbench.logbook.columns import QUANTITIES, Column, Table, is_clock, numbers
+from pitotbench.logbook.columns import QUANTITIES, Column, Table, clock_seconds, is_clock, numbers
 from pitotbench.logbook.joining import rename
 from pitotbench.logbook.mapping import MappedFile, Renamed
 from pitotbench.logbook.reading import log_of
@@ -26,8 +26,15 @@ _SYSTEMS = frozenset((
     "gps", "gnss", "adc", "dadc", "ins", "imu", "ahrs", "ekf", "egi", "gin", "ned", "air", "data", "sensor",
     "primary", "true", "efis", "fms", "0", "1", "2",
 ))  # fmt: skip
-_IN_KNOTS = frozenset(("kias", "kcas", "ktgs", "kgs"))
+# Words of what is set, wanted or estimated, not measured on the airplane, or of what no log needs.
+_NOT_MEASURED = frozenset((
+    "sel", "selected", "target", "cmd", "command", "commanded", "desired", "bug", "setpoint", "error", "err",
+    "sigma", "wind", "wnd", "acc", "accel", "acceleration",
+))  # fmt: skip
+_BY_PRESSURE = frozenset(("adc", "dadc", "baro", "bc", "press", "pressure"))  # no height by GPS
+_IN_KNOTS = frozenset(("kias", "kcas", "ktas", "ktgs", "kgs"))
 _FASTEST = 2e-3  # s between rows: 500 Hz; a clock that seems faster is in another unit
+_FEW_REPEATS = 0.01  # share of stamps that an even clock may repeat now and then
 _EXACT, _PART, _NEAR = 1.0, 0.8, 0.6
 _SIMILAR = 0.86  # share of equal letters at which a name counts as misspelled
 
@@ -56,10 +63,11 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
     `unit` is what the file states beside the names, or empty.
     """
     if is_clock(column):
-        return [Guess(name, "time", ("s",), _EXACT, True)]
+        score = _EXACT + _evenness(_clock(name, column))
+        return [Guess(name, "time", ("s",), score, True)] if score > 0.0 else _date(name)
     values = _numbers(column)
     if values is None:
-        return [Guess(name, "date", ("",), _EXACT, True)] if _plain(name) in SYNONYMS["date"].split() else []
+        return _date(name)
     words, written = _words(name, unit)
     found = _fitting(name, words, written, values)
     if not found and written and not unit and not _BRACKETS.search(name):
@@ -68,11 +76,37 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
     return sorted(found, key=lambda guess: -guess.score)
 
 
+def _date(name: str) -> list[Guess]:
+    return [Guess(name, "date", ("",), _EXACT, True)] if _plain(name) in SYNONYMS["date"].split() else []
+
+
+def _clock(name: str, column: Column) -> Array:
+    try:
+        return clock_seconds(name, column)
+    except BadInputError:
+        return np.zeros(2)
+
+
+def _evenness(time: Array) -> float:
+    """Return what a clock gains or loses in score: one that never repeats and never runs back is the log's."""
+    steps = np.diff(time[np.isfinite(time)])
+    if not len(steps) or np.any(steps < 0.0) or not np.any(steps > 0.0):
+        return -_EXACT
+    repeats = float(np.mean(steps == 0.0))
+    return 0.05 if repeats == 0.0 else -0.3 if repeats > _FEW_REPEATS else 0.0
+
+
 def _fitting(name: str, words: Sequence[str], written: str, values: Array) -> list[Guess]:
     """Return the guesses for words of a name with a unit, each with the units in which the values are plausible."""
-    found = []
+    found: list[Guess] = []
+    if _NOT_MEASURED & set(words):
+        return found
     for quantity, names in SYNONYMS.items():
         score, sign = _score(words, names.split())
+        if ("rate" in words and "rate" not in quantity) or (quantity == "altitude" and _BY_PRESSURE & set(words)):
+            continue
+        if score > 0.0 and quantity == "time":
+            score = max(0.0, score + _evenness(values))
         if score > 0.0 and quantity != "date":
             found += _with_units(name, QUANTITIES[quantity], score, sign, written, values)
     return found
@@ -94,6 +128,8 @@ def _with_units(
         )
     if written:
         return []  # the unit of another kind of quantity
+    if not quantity.unit:
+        return [Guess(name, quantity.name, ("",), score, True, sign)] if _plausible(quantity, values, "") else []
     usual = USUAL_UNITS.get(quantity.name) or (ANGLES if "rad" in quantity.suffixes else RATES)
     possible = tuple(s for s in usual if s in quantity.suffixes and _plausible(quantity, values, s))
     return [Guess(name, quantity.name, possible, score, False, sign)] if possible else []
@@ -107,7 +143,7 @@ def _plausible(quantity: Channel, values: Array, suffix: str) -> bool:
     if len(known) < 2:
         return False
     low, high = _RANGES.get(quantity.name, (quantity.low, quantity.high))
-    size = np.abs(to_si(known, suffix))
+    size = np.abs(to_si(known, suffix) if suffix else known)
     return bool(low <= np.quantile(size, 0.7) and np.quantile(size, 0.95) <= high)
 
 
@@ -123,6 +159,8 @@ _RANGES = {
     "indicated_airspeed": (7.0, 330.0),
     "calibrated_airspeed": (7.0, 330.0),
     "ground_speed": (7.0, 400.0),
+    "true_airspeed": (7.0, 400.0),
+    "mach": (0.03, 1.0),
     "altimeter_setting": (90e3, 108e3),
     "air_temperature": (205.0, 325.0),
     "total_temperature": (215.0, 380.0),
@@ -136,7 +174,7 @@ def _numbers(column: Column) -> Array | None:
         return np.asarray(column, dtype=np.float64)
     if column.dtype.kind not in "OU":
         return None
-    cells = [str(cell).strip() if cell is not None else "" for cell in column[:400]]
+    cells = [str(cell).strip() if cell is not None else "" for cell in column]
     try:
         values = np.array([float(cell) if cell else np.nan for cell in cells])
     except ValueError:
@@ -152,9 +190,12 @@ def _words(name: str, unit: str) -> tuple[list[str], str]:
     """Return the words of a name without its unit, and the unit in lower case without blanks."""
     bracket = _BRACKETS.search(name)
     written = re.sub(r"\s", "", (unit or (bracket[1] if bracket else "")).lower()).strip("()[]")
-    bare = _BRACKETS.sub(" ", name)
-    tokens = [token for token in re.split(r"[^A-Za-z0-9°]+", bare) if token]
-    words = [word for token in tokens for word in _parts(token)]
+    bare = written if written in _IN_KNOTS else _BRACKETS.sub(" ", name)  # "Airspeed (KCAS)"
+    for mark, (reference, stated) in _REFERENCES.items():
+        # "Course (T)": true; the letters stand for no tesla and, beside an angle, for no meter.
+        if written == mark and (mark != "m" or _ANGLE_WORDS & set(_plain_words(bare))):
+            bare, written = f"{bare} {reference}", stated
+    words = _plain_words(bare)
     if not written and len(words) > 1:
         for count in (2, 1):  # ft_min before min
             tail = ("/" if count == 2 else "").join(words[-count:])
@@ -165,6 +206,20 @@ def _words(name: str, unit: str) -> tuple[list[str], str]:
     if not written and _IN_KNOTS & set(words):
         return words, "kt"
     return words, written if _is_unit(written) else ""
+
+
+_REFERENCES = {
+    "t": ("true", ""), "true": ("true", ""), "m": ("mag", ""), "mag": ("mag", ""), "magnetic": ("mag", ""),
+    "°t": ("true", "deg"), "°m": ("mag", "deg"), "degt": ("true", "deg"), "degm": ("mag", "deg"),
+    "degtrue": ("true", "deg"), "degmag": ("mag", "deg"), "degrees_true": ("true", "deg"),
+}  # fmt: skip
+_ANGLE_WORDS = frozenset(("course", "track", "trk", "heading", "hdg", "cog"))
+
+
+def _plain_words(text: str) -> list[str]:
+    words = [part for token in re.split(r"[^A-Za-z0-9°]+", text) if token for part in _parts(token)]
+    # The second box of a kind is of that kind: dadc2.
+    return [bare if (bare := word.rstrip("0123456789")) in _SYSTEMS else word for word in words]
 
 
 def _parts(token: str) -> list[str]:
@@ -258,14 +313,17 @@ _MOST_COLUMNS = 1000
 _SURE = 0.7  # score of a name above which it is the field's own
 _NEEDED = (
     ("time",),
-    ("impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed"),
+    ("impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed", "mach", "true_airspeed"),
     ("static_pressure", "pressure_altitude", "indicated_altitude"),
-    ("velocity_north", "ground_speed"),
-    ("velocity_east", "track", "magnetic_track"),
+    ("velocity_north", "ground_speed", "latitude"),
+    ("velocity_east", "track", "magnetic_track", "longitude"),
 )
+_AIRSPEEDS = ("impact_pressure", "total_pressure", "indicated_airspeed", "calibrated_airspeed")
 _SUPERSEDED = {  # a quantity that is not needed beside others
     "indicated_airspeed": ("impact_pressure", "total_pressure"),
     "calibrated_airspeed": ("impact_pressure", "total_pressure", "indicated_airspeed"),
+    "mach": _AIRSPEEDS,
+    "true_airspeed": (*_AIRSPEEDS, "mach"),
     "pressure_altitude": ("static_pressure",),
     "indicated_altitude": ("static_pressure", "pressure_altitude"),
     "altimeter_setting": ("static_pressure", "pressure_altitude"),
@@ -300,7 +358,12 @@ class DraftedMapping:
     @property
     def sure(self) -> bool:
         """Whether the mapping can be used as it is."""
-        return not self.missing and not self.refusal and not any(line.question for line in self.lines)
+        return not self.unusable and not any(line.question for line in self.lines)
+
+    @property
+    def unusable(self) -> bool:
+        """Whether the mapping cannot work as it is: it lacks something essential, or the log is refused with it."""
+        return bool(self.missing or self.refusal)
 
 
 def draft_mapping(table: Table) -> DraftedMapping:
@@ -318,9 +381,13 @@ def draft_mapping(table: Table) -> DraftedMapping:
     chosen = _without_superseded(agreed(table, _one_each(offered)))
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
     others = {guess.theirs: rest for guess in fitted for rest in [_rivals(guess, offered)] if rest}
+    beside = {guess.quantity: guess.theirs for guess in fitted}
     lines = tuple(
-        DraftedLine(guess, guess.units[0], _question(guess, others.get(guess.theirs, []))) for guess in fitted
+        DraftedLine(guess, guess.units[0], _question(guess, others.get(guess.theirs, []), beside))
+        for guess in fitted
     )
+    if not refusal and not _missing(chosen):
+        refusal = _trial(table, fitted)[1]
     unused = tuple(name for name in table.names if name not in {guess.theirs for guess in fitted})
     return DraftedMapping(lines, _missing(chosen), unused, refusal)
 
@@ -342,10 +409,16 @@ def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
 
 def _without_superseded(chosen: list[Guess]) -> list[Guess]:
     here = {guess.quantity for guess in chosen if guess.score >= _SURE}
-    if "velocity_north" not in here or "velocity_east" not in here:
+    directed = "ground_speed" in here and here & {"track", "magnetic_track"}
+    by_components = {"velocity_north", "velocity_east"} <= here
+    if not by_components:
         here -= {"velocity_north", "velocity_east"}
-        if {"ground_speed"} & here:
+        if directed or {"latitude", "longitude"} <= here:
             chosen = [g for g in chosen if not g.quantity.startswith("velocity_")]
+    if not by_components and not directed and {"latitude", "longitude"} <= here:
+        chosen = [g for g in chosen if g.quantity not in ("ground_speed", "track", "magnetic_track")]
+    elif by_components or directed:
+        chosen = [g for g in chosen if g.quantity not in ("latitude", "longitude")]
     kept = [g for g in chosen if not set(_SUPERSEDED.get(g.quantity, ())) & here]
     if "indicated_altitude" in here and not any(g.quantity == "altimeter_setting" for g in kept):
         kept = [g for g in kept if g.quantity != "indicated_altitude"]
@@ -415,15 +488,29 @@ def _rivals(guess: Guess, offered: Sequence[list[Guess]]) -> list[str]:
     ]
 
 
-def _question(guess: Guess, rivals: Sequence[str]) -> str:
-    """Return what to ask about a line; empty for one that is sure."""
+def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) -> str:
+    """Return what to ask about a line; empty for one that is sure. `beside` holds the columns by quantity."""
+    variation = beside.get("magnetic_variation")
+    if variation and guess.quantity in ("track", "heading") and not _says_true(guess.theirs):
+        return f"is it true, or magnetic as {variation!r} beside it suggests (magnetic_{guess.quantity}_deg)?"
+    if guess.quantity == "altitude" and not {"static_pressure", *_SUPERSEDED["altimeter_setting"]} & set(beside):
+        words = f"is it the height by GPS, or a pressure altitude (pressure_altitude_{guess.units[0]})?"
+        return f"{words} {_unit_question(guess)}".rstrip()
     if guess.score < _SURE:
         return f"is this the {guess.quantity.replace('_', ' ')}?"
     if rivals:
         return f"or is it {' or '.join(map(repr, rivals[:3]))}?"
-    if not guess.stated and len(guess.units) > 1:
-        return f"the file states no unit: is it {guess.units[0]}, or {' or '.join(guess.units[1:])}?"
-    return ""
+    return _unit_question(guess)
+
+
+def _unit_question(guess: Guess) -> str:
+    if guess.stated or len(guess.units) < 2:
+        return ""
+    return f"the file states no unit: is it {guess.units[0]}, or {' or '.join(guess.units[1:])}?"
+
+
+def _says_true(name: str) -> bool:
+    return "true" in _words(name, "")[0]
 
 
 _SHOWN = 40  # columns left over that are listed

@@ -26,6 +26,7 @@ from pitotbench.logbook.columns import (
 )
 from pitotbench.logbook.csv import read_csv, to_column, write_csv
 from pitotbench.logbook.mapping import MappedFile
+from pitotbench.logbook.recorder_files import read_igc
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
@@ -396,13 +397,23 @@ FORMATS: Catalog[Format] = Catalog(
 )
 
 
+# Files that are read and never written.
+READ_ONLY: dict[str, Callable[[Path], Table]] = {".csv.gz": read_csv, ".igc": read_igc, ".igc.gz": read_igc}
+
+
+def reader_of(path: Path) -> Callable[[Path], Table]:
+    """Return the reader of a file by its suffix. Raises BadInputError for a suffix that is not in the tables."""
+    packed = next((suffix for suffix in READ_ONLY if path.name.lower().endswith(suffix)), None)
+    return format_of(path).read if packed is None else READ_ONLY[packed]
+
+
 def format_of(path: Path) -> Format:
     """Return the format of a file by its suffix. Raises BadInputError for a suffix that is not in the table."""
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise BadInputError(
             f"a log ends in {', '.join(FORMATS)}, not in {suffix or 'nothing'!r}; rename or convert it "
-            f"(read only: {', '.join(TOPIC_READERS)})"
+            f"(read only: {', '.join([*READ_ONLY, *TOPIC_READERS])})"
         )
     return FORMATS[suffix]
 

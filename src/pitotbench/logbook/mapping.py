@@ -3,16 +3,14 @@
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pitotbench.catalog import Catalog
 from pitotbench.logbook.columns import require_regular, toml_table
 from pitotbench.records import BadInputError
-
-if TYPE_CHECKING:
-    from pitotbench.logbook.mapping_document import Target
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,23 +88,20 @@ def parse_mapping(name: str, text: str) -> Mapping:
     """Return a mapping from TOML text. Raises BadInputError that lists all problems."""
     from pydantic import ValidationError
 
-    from pitotbench.logbook.mapping_document import Document, File
-
     try:
-        document = Document.model_validate(_table(name, text))
+        document = _document().model_validate(_table(name, text))
     except ValidationError as error:
         lines = [f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}" for e in error.errors()]
         raise BadInputError(f"mapping {name}: " + "; ".join(lines)) from error
     if bool(document.columns) == bool(document.files):
         raise BadInputError(f"mapping {name}: give either [columns] or [[files]]")
-    files = document.files or [File(columns=document.columns)]
-    for file in files:
+    for file in document.files:
         if file.join not in JOINS:
             raise BadInputError(f"mapping {name}: unknown join {file.join!r}. Known: {', '.join(JOINS)}")
     mapped = tuple(
         MappedFile((f.file,) if isinstance(f.file, str) else tuple(f.file), f.join, _renamed(f.columns), f.optional)
-        for f in files
-    )
+        for f in document.files
+    ) or (MappedFile(("*",), JOINS[0], _renamed(document.columns)),)
     return Mapping(document.title, mapped, document.calibrate, tuple(document.recognize))
 
 
@@ -131,7 +126,37 @@ def _reason(error: OSError | UnicodeDecodeError) -> str:
     return "not UTF-8 text" if isinstance(error, UnicodeDecodeError) else str(error.strerror or error)
 
 
-def _renamed(columns: "dict[str, str | Target]") -> tuple[Renamed, ...]:
+@cache
+def _document() -> Any:
+    """Return the model of a mapping file: its tables and keys. Made when asked for: pydantic is slow to load."""
+    from pydantic import BaseModel, ConfigDict
+
+    class Target(BaseModel):
+        model_config = ConfigDict(extra="forbid", strict=False)
+        name: str
+        factor: float = 1.0
+        offset: float = 0.0
+        optional: bool = False
+
+    class File(BaseModel):
+        model_config = ConfigDict(extra="forbid")
+        file: str | list[str] = "*"
+        join: str = "last"
+        optional: bool = False
+        columns: dict[str, str | Target]
+
+    class Document(BaseModel):
+        model_config = ConfigDict(extra="forbid")
+        title: str = ""
+        recognize: list[str] = []
+        columns: dict[str, str | Target] = {}
+        files: list[File] = []
+        calibrate: dict[str, str | float | bool | dict[str, float]] = {}
+
+    return Document
+
+
+def _renamed(columns: dict[str, Any]) -> tuple[Renamed, ...]:
     return tuple(
         Renamed(theirs, ours)
         if isinstance(ours, str)

@@ -7,7 +7,7 @@ from pitotbench.logbook.checks import CHECKS
 from pitotbench.logbook.columns import MAPPING, WARNINGS, Table, earlier_warnings, require_regular
 from pitotbench.logbook.derived import derive
 from pitotbench.logbook.draft import MissingColumnsError, draft_of, require
-from pitotbench.logbook.formats import TOPIC_READERS, format_of
+from pitotbench.logbook.formats import TOPIC_READERS, reader_of
 from pitotbench.logbook.joining import read_mapped, rename
 from pitotbench.logbook.mapping import find_mapping, recognized
 from pitotbench.records import BadInputError
@@ -88,7 +88,7 @@ def read_table(path: Path) -> Table:
     """Return the table of a file as it is. Raises BadInputError for a file that cannot be read or holds no row."""
     if path.is_dir():
         raise BadInputError("a folder, not a log; name its file, or give the mapping of a log in several files")
-    kind = format_of(path)
+    read = reader_of(path)
     require_regular(path)
     try:
         empty = path.stat().st_size == 0
@@ -96,7 +96,7 @@ def read_table(path: Path) -> Table:
         raise BadInputError(f"cannot be read: {error.strerror or error}") from error
     if empty:
         raise BadInputError("the file is empty")
-    table = kind.read(path)
+    table = read(path)
     if len(table) == 0:
         raise BadInputError("the log has column names but no rows")
     # A mapping that the file names was not applied by this reading.

@@ -10,8 +10,9 @@ from pitotbench.units import SUFFIXES
 # minus sign counts the other way.
 SYNONYMS: dict[str, str] = {
     "time": "time t timestamp elapsedtime sessiontime missiontime irigtime irig deltairig utc utctime gpstime "
-    "clock localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow utcsec missntime",
-    "date": "date localdate lcldate utcdate day",
+    "clock localtime datetime epoch unixtime seconds sec timesincestart realtime reltime tow utcsec missntime "
+    "zeit uhrzeit temps heure tiempo hora millis lcltime logtime systemtime elapsed boottime simtime simt totltime",
+    "date": "date localdate lcldate utcdate day datum fecha",
     "impact_pressure": "impactpressure qc qci qcic qcx qrvsm dynamicpressure dynpress differentialpressure "
     "diffpress diffpressure deltapressure deltap pitotdp dp pdiff pdyn qbar q pitotpressure qcr qciadc "
     "airspeedpressure pfwdsmoothed",
@@ -24,15 +25,19 @@ SYNONYMS: dict[str, str] = {
     "airspeed vindkias vind viadc",
     "calibrated_airspeed": "calibratedairspeed cas kcas vc vcas computedairspeed casadc vcal airspeedcas vcadc",
     "pressure_altitude": "pressurealtitude pressalt pressurealt palt hp hpc hpi altp pa pressalitude "
-    "altitudepressure pressaltitude altpressure altitudeic bcalt pressurehgt zp alt29 altstd altitudeqne hic "
+    "pressheight pressureheight pressurehgt dadcalt adcalt dadcaltitude adcaltitude altitudepressure "
+    "pressaltitude altpressure altitudeic bcalt zp alt29 altstd altitudeqne hic "
     "baroaltstd",
-    "indicated_altitude": "indicatedaltitude altind altb baroalt baroaltitude baroaltcorrected altbaro altitudeqnh",
+    "true_airspeed": "trueairspeed tas ktas vtas vtrue tasadc truespeed vtruekt airspeedtrue",
+    "mach": "mach machnumber machno machnum",
+    "indicated_altitude": "indicatedaltitude dadcbcalt altind altb baroalt baroaltitude baroaltcorrected altbaro "
+    "altitudeqnh",
     "altimeter_setting": "altimetersetting barosetting baroa qnh kollsman baroset altimeter barometersetting",
     "total_temperature": "totaltemperature totaltemp tat tt ttx ttot totalairtemperature tti t0 tatdir "
     "totalairtemp rat",
     "air_temperature": "airtemperature oat sat outsideairtemperature outsideairtemp ambienttemperature "
     "ambienttemp statictemperature statictemp staticairtemperature staticairtemp ta atx tamb temperature airtemp "
-    "temp ambtemp amtmp",
+    "temp ambtemp amtmp outsidetemp outtemp exttemp externaltemp airt tair lufttemperatur",
     "velocity_north": "velocitynorth velnorth vnvelnorth vn vnorth northvelocity northvel veln velnorth nvel vns "
     "nsvel nsvelocity northspeed ggvns velngin vinsnorth uground gpsveln vgn northveln velocityn vngps",
     "velocity_east": "vnveleast velocityeast ve veast eastvelocity eastvel vele veleast evel vew ewvel ewvelocity "
@@ -42,11 +47,15 @@ SYNONYMS: dict[str, str] = {
     "ground_speed": "groundspeed gs vg gndspd gspd grndspd grdspd gpsspeed speedoverground sog gpsgroundspeed "
     "gndspeed gpsspd spd ggspd ktgs gpsgs gsc grspd",
     "track": "track trk groundtrack tracktrue truetrack trackangle trackangletrue trkt trktrue cog "
-    "courseoverground gcrs gpstrack gpscourse groundcourse tk tka gpsgroundcourse gpsgroundtrack ttrk trackangletr",
-    "magnetic_track": "magnetictrack trackmag trkm trkmag magtrack trackmagnetic trackanglemag",
+    "courseoverground course truecourse coursetrue gcrs gpstrack gpscourse groundcourse tk tka gpsgroundcourse "
+    "gpsgroundtrack ttrk trackangletr",
+    "magnetic_track": "magnetictrack magneticcourse coursemag coursemagnetic magcourse trackmag trkm trkmag "
+    "magtrack trackmagnetic trackanglemag",
     "heading": "heading hdg trueheading thdg truehdg psi yaw headingtrue hdgt hdgtrue thead hdgin hdggin",
     "magnetic_heading": "magneticheading maghdg mhdg hdgm hdgmag magheading headingmag headingmagnetic",
     "magnetic_variation": "magneticvariation magvar variation magdec declination",
+    "latitude": "latitude lat phlat gpslat gpslatitude latdeg gnsslat gpsla",
+    "longitude": "longitude lon long lalon lng gpslon gpslong gpslongitude londeg gnsslon gpslo",
     "altitude": "altitude alt gpsalt altgps gpsaltitude height hmsl altmsl altitudemsl geometricaltitude "
     "gpsheight gpsmslalt ggalt altgin mslalt elevation heightmsl egialt h hgps altftmsl gpsaltmsl",
     "roll": "roll phi bank rollangle bankangle rollatt rollattitude rollgin rolldeg",
@@ -74,7 +83,7 @@ _SPELLINGS: dict[str, str] = {
     "degc": "c degsc celsius deg_c degreesc",
     "degf": "f fahrenheit deg_f",
     "degr": "r rankine",
-    "mps": "m/sec ms-1 m.s-1 metres/second meters/second m_s",
+    "mps": "ms m/sec ms-1 m.s-1 metres/second meters/second m_s",
     "kt": "kts knot kn",
     "fps": "ft/sec feet/second",
     "mph": "mi/h",
@@ -120,6 +129,7 @@ USUAL_UNITS: dict[str, tuple[str, ...]] = {
     "velocity_north": ("mps", "kt", "fps"),
     "velocity_east": ("mps", "kt", "fps"),
     "velocity_down": ("mps", "fps", "fpm"),
+    "true_airspeed": ("kt", "mps", "mph", "kmh"),
     "pressure_altitude": ("ft", "m"),
     "indicated_altitude": ("ft", "m"),
     "altitude": ("ft", "m"),

@@ -24,6 +24,7 @@ from pitotbench.records.calibration import (
 )
 from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table, print_warnings
 from pitotbench.show.limits import AUTO, Limit, judgments, judgments_json
+from pitotbench.timeline import minutes_text
 from pitotbench.units import FOOT, KNOT, Array, Meters
 
 if TYPE_CHECKING:
@@ -345,8 +346,8 @@ def flight_lines(flight: CalibratedFlight) -> list[str]:
     """Which flight of its log a calibration is of, and with how many it shares the curve, in at most one line."""
     told = []
     if flight.count > 1:
-        time = flight.log.time
-        told.append(f"flight {flight.number} of {flight.count} in the log, {time[0]:.0f} to {time[-1]:.0f} s")
+        begin, end = (minutes_text(float(flight.log.time[row])) for row in (0, -1))
+        told.append(f"flight {flight.number} of {flight.count} in the log, {begin} to {end}")
     if flight.joined > 1:
         told.append(f"one curve from {flight.joined} flights, the wind of this one")
     return ["; ".join(told)] if told else []

@@ -9,6 +9,7 @@ from pitotbench.records.aircraft import AircraftCheck, Attached, ManeuverCheck, 
 from pitotbench.records.log import HeldChannel, LogInspection, Question
 from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
 from pitotbench.show.words import words
+from pitotbench.timeline import minutes_text
 from pitotbench.units import DEGREE, FOOT, KNOT, SYMBOLS
 
 # The account of a log: for the terminal and as plain data.
@@ -72,7 +73,7 @@ def print_inspection(found: LogInspection, console: Console) -> None:
     console.print()
     print_table(CHANNEL_COLUMNS, found.channels, console)
     for start, length in found.pauses:
-        console.print(outside(f"pause of {length:.0f} s after {start:.0f} s"))
+        console.print(outside(f"pause of {length:.0f} s after {minutes_text(start)}"))
 
 
 def inspection_json(found: LogInspection) -> dict[str, Any]:

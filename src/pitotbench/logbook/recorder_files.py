@@ -1,0 +1,126 @@
+"""Read the files of flight recorders of gliders: IGC (FAI Technical Specification for GNSS Flight Recorders)."""
+
+import re
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.logbook.columns import START, Table
+from pitotbench.logbook.csv import unpacked
+from pitotbench.records import BadInputError
+from pitotbench.units import Array, Seconds
+
+# Where the numbers of a B record stand: first byte, and the byte after the last.
+_CLOCK, _LATITUDE, _LONGITUDE = ((1, 3), (3, 5), (5, 7)), ((7, 9), (9, 14)), ((15, 18), (18, 23))
+_SOUTH, _WEST, _FIX = 14, 23, 24
+_PRESSURE_ALTITUDE, _GPS_ALTITUDE = (25, 30), (30, 35)
+_SHORTEST = 35
+_DAY = 86400.0  # s
+_DATE = re.compile(rb"^HFDTE(?:DATE:)?\s*(\d\d)(\d\d)(\d\d)", re.MULTILINE)
+_EXTENSION = re.compile(rb"(\d\d)(\d\d)([A-Z]{3})")
+_KEPT = {"glider": rb"^H.GTY[^:\r\n]*:([^\r\n]*)", "recorder": rb"^H.FTY[^:\r\n]*:([^\r\n]*)"}
+
+# The extensions that are channels: our column, and the digits before the decimal point. The records state no unit
+# and no point; recorders write km/h, degrees and °C, and more digits where they know them better.
+_CHANNELS: dict[str, tuple[str, int]] = {
+    "IAS": ("indicated_airspeed_kmh", 3),
+    "TAS": ("true_airspeed_kmh", 3),
+    "GSP": ("ground_speed_kmh", 3),
+    "TRT": ("track_deg", 3),
+    "TRM": ("magnetic_track_deg", 3),
+    "HDT": ("heading_deg", 3),
+    "HDM": ("magnetic_heading_deg", 3),
+    "OAT": ("air_temperature_degc", 3),
+}
+
+
+def read_igc(path: Path) -> Table:
+    """Return the fixes of a recorder, packed or not, as columns of ours.
+
+    Rows without a fix of three dimensions are left out, with a warning. Of the header only the types of glider and
+    recorder are kept: it names people. Raises BadInputError for a file without fixes.
+    """
+    data = unpacked(path)
+    lines = data.split(b"\n")
+    extensions = next((_extensions(line) for line in lines if line.startswith(b"I")), {})
+    length = max([_SHORTEST, *(end for _, end in extensions.values())])
+    written = [line[:length] for line in lines if line.startswith(b"B")]
+    whole = [line for line in written if len(line.rstrip()) == length]
+    if not whole:
+        raise BadInputError("not an IGC file: it holds no fix (no line begins with B)")
+    fixes = np.frombuffer(b"".join(whole), dtype="S1").reshape(len(whole), length)
+    valid = fixes[:, _FIX] == b"A"
+    if not valid.any():
+        raise BadInputError("the recorder had no fix of three dimensions in the whole flight")
+    warnings = ["read as the IGC file of a flight recorder"]
+    if len(whole) < len(written) or not valid.all():
+        warnings.append(
+            f"{len(written) - int(valid.sum())} of {len(written)} fixes are left out: broken off, or without height"
+        )
+    fixes = fixes[valid]
+    columns = _columns(fixes, extensions)
+    header, begin = _header(data), float(columns["time_s"][0])
+    date = _DATE.search(data)
+    if date:
+        day, month, year = (int(part) for part in date.groups())
+        moment = datetime(2000 + year, month, day) + timedelta(seconds=begin)
+        header[START] = moment.isoformat(" ", "seconds")
+    columns["time_s"] = columns["time_s"] - begin
+    return Table(tuple(columns), tuple(columns.values()), header, tuple(warnings))
+
+
+def _extensions(line: bytes) -> dict[str, tuple[int, int]]:
+    """Return the bytes of each extension of the B records, from the I record: `3638FXA`, counted from 1."""
+    return {code.decode(): (int(a) - 1, int(b)) for a, b, code in _EXTENSION.findall(line[3:])}
+
+
+def _columns(fixes: NDArray[np.bytes_], extensions: dict[str, tuple[int, int]]) -> dict[str, Array]:
+    hours, minutes, seconds = (_numbers(fixes, span) for span in _CLOCK)
+    latitude, longitude = (
+        _numbers(fixes, degrees) + (_numbers(fixes, span) + _tail(fixes, extensions.get(more))) / 60e3
+        for (degrees, span), more in ((_LATITUDE, "LAD"), (_LONGITUDE, "LOD"))
+    )
+    columns = {
+        "time_s": _time(3600.0 * hours + 60.0 * minutes + seconds + _tail(fixes, extensions.get("TDS"))),
+        "pressure_altitude_m": _numbers(fixes, _PRESSURE_ALTITUDE),
+        "altitude_m": _numbers(fixes, _GPS_ALTITUDE),
+        "latitude_deg": np.where(fixes[:, _SOUTH] == b"S", -latitude, latitude),
+        "longitude_deg": np.where(fixes[:, _WEST] == b"W", -longitude, longitude),
+    }
+    for code, (name, digits) in _CHANNELS.items():
+        if code in extensions:
+            first, end = extensions[code]
+            values = _numbers(fixes, (first, end)) * 10.0 ** (digits - (end - first))
+            if np.ptp(values) > 0.0:  # a field that a recorder reserves and never fills stands at zero
+                columns[name] = values
+    return columns
+
+
+def _tail(fixes: NDArray[np.bytes_], span: tuple[int, int] | None) -> Array:
+    """Return further decimals of a number as a fraction of its last digit; zero where there are none."""
+    return np.zeros(len(fixes)) if span is None else _numbers(fixes, span) * 10.0 ** (span[0] - span[1])
+
+
+def _numbers(fixes: NDArray[np.bytes_], span: tuple[int, int]) -> Array:
+    """Return the numbers between two bytes of each fix, (n,).
+
+    Raises BadInputError for anything else.
+    """
+    cells = np.ascontiguousarray(fixes[:, span[0] : span[1]]).view(f"S{span[1] - span[0]}").ravel()
+    try:
+        return cells.astype(np.float64)
+    except ValueError as error:
+        raise BadInputError(f"a fix holds no number at bytes {span[0] + 1} to {span[1]}: {error}") from error
+
+
+def _time(second: Seconds) -> Seconds:
+    """Return the seconds since midnight of the first day; a clock that falls by half a day has passed midnight."""
+    return second + _DAY * np.cumsum(np.diff(second, prepend=second[:1]) < -0.5 * _DAY)
+
+
+def _header(data: bytes) -> dict[str, Any]:
+    found = {name: re.search(pattern, data, re.MULTILINE) for name, pattern in _KEPT.items()}
+    return {name: match[1].decode("utf-8", errors="replace").strip() for name, match in found.items() if match}

@@ -1,0 +1,88 @@
+"""Clocks as recorders write them: whole seconds that repeat and skip, local zones, times since 1970."""
+
+import gzip
+
+import numpy as np
+import pytest
+from tests.logbook import sample_log as sample
+
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError
+from pitotbench.timeline import minutes_text
+
+
+def stamps_of(true: np.ndarray, tremble: float, seed: int) -> np.ndarray:
+    """Whole seconds of a clock that is read late by up to `tremble` [s]; they never run back."""
+    late = tremble * np.random.default_rng(seed).random(len(true))
+    return np.maximum.accumulate(np.floor(true + late))
+
+
+@pytest.mark.parametrize(
+    ("interval", "tremble", "within"), [(0.1, 0.0, 0.3), (0.97, 0.0, 0.6), (1.0, 0.9, 0.5), (0.25, 0.6, 0.3)]
+)
+def test_rows_are_spread_over_the_whole_seconds_of_a_clock(interval, tremble, within, tmp_path):
+    true = 7.3 + interval * np.arange(sample.ROWS)
+    table = {**sample.columns(), "time_s": stamps_of(true, tremble, 1)}
+    log = read_log(sample.write(tmp_path / "log.csv", table))
+    assert len(log) == sample.ROWS
+    off = log.time - true
+    assert np.abs(off - np.median(off)).max() < within
+    steps = np.diff(log.time)
+    assert 0.5 * interval < steps.min() <= steps.max() < 1.5 * interval
+
+
+def test_a_pause_between_whole_seconds_stays(tmp_path):
+    true = 0.1 * np.arange(sample.ROWS) + np.where(np.arange(sample.ROWS) < 300, 0.0, 40.0)
+    log = read_log(sample.write(tmp_path / "log.csv", {**sample.columns(), "time_s": np.floor(true)}))
+    assert np.abs(log.time - true - np.median(log.time - true)).max() < 0.5
+    assert np.diff(log.time)[299] == pytest.approx(40.0, abs=1.0)
+
+
+def local_clock(folder, offsets, above=""):
+    """The sample at one row a second from 23:59:00 on a local clock, with its offset from UTC in each row."""
+    from datetime import UTC, datetime, timedelta
+
+    start = datetime(2024, 7, 21, 4, 59, tzinfo=UTC)
+    table = sample.columns()
+    local = [start + timedelta(seconds=row, hours=float(offset[:3])) for row, offset in enumerate(offsets)]
+    del table["time_s"]
+    table = {
+        "date": np.array([f"{moment:%Y-%m-%d}" for moment in local]),
+        "clock_time": np.array([f"{moment:%H:%M:%S}" for moment in local]),
+        "utc_offset": np.array(offsets),
+        **table,
+    }
+    return sample.write(folder / "log.csv", table, above)
+
+
+def test_a_zone_that_is_left_in_flight_sets_no_clock_back(tmp_path):
+    log = read_log(local_clock(tmp_path, ["-05:00"] * 300 + ["-06:00"] * 300))
+    np.testing.assert_allclose(log.time, np.arange(sample.ROWS))
+    assert log.header["start"] == "2024-07-21 04:59:00"
+
+
+def test_an_offset_that_is_none_is_refused(tmp_path):
+    with pytest.raises(BadInputError, match=r"'utc_offset', row 1: '-05h' is no offset from UTC"):
+        read_log(local_clock(tmp_path, ["-05h"] * sample.ROWS))
+
+
+def test_seconds_since_1970_count_from_the_first_row(tmp_path):
+    table = sample.columns()
+    table["time_s"] = 1313144657.0 + table["time_s"]
+    log = read_log(sample.write(tmp_path / "log.csv", table))
+    assert (log.time[0], log.time[-1]) == pytest.approx((0.0, 59.9))
+    assert log.header["start"] == "2011-08-12 10:24:17"
+
+
+def test_a_packed_log_is_read_as_it_is(tmp_path):
+    plain = sample.write(tmp_path / "log.csv", sample.columns())
+    packed = tmp_path / "log.csv.gz"
+    packed.write_bytes(gzip.compress(plain.read_bytes()))
+    np.testing.assert_array_equal(read_log(packed).time, read_log(plain).time)
+    packed.write_bytes(packed.read_bytes()[:-100])
+    with pytest.raises(BadInputError, match="not a complete gzip file"):
+        read_log(packed)
+
+
+def test_minutes_of_a_log():
+    assert [minutes_text(seconds) for seconds in (0.0, 65.4, 3599.6)] == ["0:00", "1:05", "60:00"]

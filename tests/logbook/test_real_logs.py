@@ -1,0 +1,95 @@
+"""Logs of real recorders, read in place as the units wrote them, with no mapping."""
+
+import warnings
+
+import numpy as np
+import pytest
+from tests.shared_data import real_log
+
+from pitotbench import air
+from pitotbench.logbook.drafting import draft_mapping
+from pitotbench.logbook.reading import read_log, read_table
+from pitotbench.units import FOOT, KNOT
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "start", "told"),
+    [
+        ("c172s-g1000-2011.csv.gz", 3966, "2011-08-12 14:59:07", "728 of 3966 time stamps repeat the one before"),
+        ("pa28-gifd-2024.csv.gz", 10678, "2024-07-20 12:25:12", "the first 2 rows are dropped"),
+    ],
+)
+def test_garmin_logs_are_read_as_the_units_wrote_them(name, rows, start, told):
+    """The airspeeds of the G1000 of 2011 jitter at rest, where they read 0 they are dropped."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        log = read_log(real_log("garmin", name))
+    assert 0.85 * rows < len(log) <= rows
+    assert log.header["start"] == start
+    assert any(told in warning for warning in log.header["warnings"])
+    assert not any("TOML" in warning for warning in log.header["warnings"])
+    assert sum("made true by 'magnetic_variation_deg'" in warning for warning in log.header["warnings"]) == 1
+    assert log.time[0] >= 0.0
+    fast = np.hypot(log.velocity_north, log.velocity_east) > 80.0 * KNOT
+    indicated = air.calibrated_airspeed(log.impact_pressure)[fast]
+    assert (
+        np.abs(np.median(indicated) - np.median(np.hypot(log.velocity_north, log.velocity_east)[fast])) < 15 * KNOT
+    )
+    pressure_altitude = air.pressure_altitude(log.static_pressure)
+    assert np.median(np.abs(pressure_altitude - log.altitude)) < 400.0 * FOOT
+
+
+def test_the_spread_clock_agrees_with_the_path(tmp_path):
+    """The distance between fixes, over the ground speed, is the time between rows: by the clock it is 0 to 2 s."""
+    log = read_log(real_log("garmin", "c172s-g1000-2011.csv.gz"))
+    speed = np.hypot(log.velocity_north, log.velocity_east)
+    turning = np.hypot(np.diff(log.velocity_north), np.diff(log.velocity_east))
+    steps = np.diff(log.time)[(speed[1:] > 50.0 * KNOT) & (turning < 3.0)]
+    usual = steps[steps < 2.0]
+    assert len(usual) > 0.98 * len(steps)
+    assert 0.8 < usual.min() <= usual.max() < 1.5
+
+
+@pytest.mark.parametrize("name", ["flight50-front", "flight52-front", "flight52-rear"])
+def test_a_glider_recorder_in_the_stratosphere(name):
+    """Its true airspeed stands for the pressures; people's names stay in the file."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        log = read_log(real_log("perlan", f"{name}.igc.gz"))
+    assert len(log) > 18_000
+    top = air.pressure_altitude(log.static_pressure).max()
+    assert top == pytest.approx(19.05e3 if "50" in name else 23.3e3, abs=100.0)
+    assert 200.0 < log.air_temperature.min() < 212.0
+    assert log.header["air_data"] == "computer: true airspeed"
+    assert log.header["glider"] == "Perlan 2"
+    assert not any(person in str(log.header) for person in ("Payne", "Gardner", "Sandercock", "N901EE"))
+    speed = air.true_airspeed(log.impact_pressure, log.static_pressure, log.air_temperature)
+    assert 100.0 < speed.max() < 160.0
+    assert log.header["start"].startswith("2018-08-26 15:54" if "50" in name else "2018-09-02 14:4")
+
+
+def test_the_citation_is_recognized_and_its_velocity_comes_from_its_path():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        log = read_log(real_log("citation", "2019-03-12.parquet"))
+    assert log.header["mapping"] == "citation"
+    assert log.header["air_data"] == "computer: calibrated airspeed"
+    assert log.header["start"] == "12:39:59"
+    assert len(log) > 43_000
+    assert log.header["accuracy"]["velocity_mps"] < 0.1
+    flying = air.calibrated_airspeed(log.impact_pressure) > 120.0 * KNOT
+    airspeed = air.true_airspeed(log.impact_pressure, log.static_pressure, log.air_temperature)[flying]
+    speed = np.hypot(log.velocity_north, log.velocity_east)[flying]
+    assert np.quantile(np.abs(speed - airspeed), 0.99) < 60.0 * KNOT  # the wind of the day
+    assert np.median(log.specific_force_z[flying]) == pytest.approx(-9.83, abs=0.05)
+
+
+@pytest.mark.parametrize("name", ["c172s-g1000-2011", "pa28-gifd-2024"])
+def test_a_garmin_log_is_drafted_with_the_one_question_that_it_leaves(name):
+    """Whether the track is magnetic, as the variation beside it suggests: its name does not say so."""
+    drafted = draft_mapping(read_table(real_log("garmin", f"{name}.csv.gz")))
+    lines = {line.guess.theirs: line for line in drafted.lines}
+    assert not drafted.unusable
+    assert {lines["GndSpd"].guess.quantity, lines["IAS"].guess.quantity} == {"ground_speed", "indicated_airspeed"}
+    for column in ("TRK", "HDG"):
+        assert lines[column].question.startswith("is it true, or magnetic as 'MagVar'")

@@ -23,7 +23,16 @@ from pitotbench.calibration.covering import (
 )
 from pitotbench.calibration.fit_checks import outside_prior, require_observable
 from pitotbench.calibration.location import IMPACT, ErrorPlace, fit_located
-from pitotbench.calibration.observations import Observations, divide, observe, observe_again, range_end, wind_drifts
+from pitotbench.calibration.observations import (
+    Observations,
+    divide,
+    observe,
+    observe_again,
+    range_end,
+    spans,
+    usable_parts,
+    wind_drifts,
+)
 from pitotbench.calibration.options import (
     AUTO,
     USUAL,
@@ -41,7 +50,6 @@ from pitotbench.calibration.prediction import (
     nuisances_of,
     wind_by_circle,
 )
-from pitotbench.calibration.usable_parts import spans, usable_parts
 from pitotbench.calibration.wind import ASKS, check_wind
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE

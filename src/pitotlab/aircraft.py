@@ -91,7 +91,7 @@ def _flown(trial: Trial, aircraft: str) -> Row:
         "on_condition": float(flight.on_condition[judged].mean()),
         "coverage": curve.inside,
         "band_coverage": float(band.all_inside),
-        "wind_coverage": compare_wind(found.wind, bench.wind_toward(case.wind)[:2]).inside,
+        "wind_coverage": compare_wind(found.known_wind, bench.wind_toward(case.wind)[:2]).inside,
         "two_sigma_kt": curve.mean_two_sigma / KNOT,
         "rms_error_kt": curve.rms_error / KNOT,
     }

@@ -35,7 +35,7 @@ def figures(result: Calibration, flight: Flight) -> dict[str, float]:
     and the rms error of the curve and of the wind [kt].
     """
     curve = compare_curve(result.curve, flight.case.pressure_error)
-    wind = compare_wind(result.wind, bench.wind_toward(flight.case.wind)[:2])
+    wind = compare_wind(result.known_wind, bench.wind_toward(flight.case.wind)[:2])
     return {
         "coverage_percent": 100.0 * curve.inside,
         "wind_coverage_percent": 100.0 * wind.inside,

@@ -151,7 +151,7 @@ def _figures(flight: Flight, wind: Array, ours: Calibration, paper: Calibration)
         "coverage": found.inside,
         "band_coverage": float(replace(found, two_sigma=curve.simultaneous_two_sigma[inside]).all_inside),
         "white_coverage": replace(found, two_sigma=curve.white_two_sigma[inside]).inside,
-        "wind_coverage": compare_wind(ours.wind, wind).inside,
+        "wind_coverage": compare_wind(ours.known_wind, wind).inside,
         "two_sigma_kt": found.mean_two_sigma / KNOT,
         "mean_error_kt": found.mean_error / KNOT,
         "rms_error_kt": found.rms_error / KNOT,

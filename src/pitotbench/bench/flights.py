@@ -205,7 +205,7 @@ def score(calibration: Calibration, flight: Flight) -> Score:
     Raises PressureErrorRangeError where the true curve has no solution at an airspeed of the calibration.
     """
     curve = compare_curve(calibration.curve, flight.case.pressure_error)
-    wind = compare_wind(calibration.wind, wind_toward(flight.case.wind)[:2])
+    wind = compare_wind(calibration.known_wind, wind_toward(flight.case.wind)[:2])
     return Score(
         minutes=flight.duration / 60.0,
         samples=calibration.samples,

@@ -15,7 +15,7 @@ from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibration.options import accuracies_from as accuracies_from
 from pitotbench.calibration.reduction import one_thread
-from pitotbench.records import BadInputError, NoAnswerError, UndeterminedError
+from pitotbench.records import BadInputError, NoAnswerError, OneHeadingError, UndeterminedError
 from pitotbench.records.calibration import CalibratedFlight, Calibration
 from pitotbench.records.log import Caution, FlightLog
 
@@ -34,8 +34,11 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
 
     chosen = options or CalibrationOptions()
     with one_thread(), _named_cause([log], chosen):
-        calibration = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
-        return _judged(calibration, log)
+        try:
+            found = calibrate_auto(log, chosen) if chosen.model == AUTO else assemble(reduce_log(log, chosen))
+        except OneHeadingError as error:
+            found = _by_height(log, chosen, error)
+        return _judged(found, log)
 
 
 def calibrate_together(
@@ -68,8 +71,23 @@ def calibrate_flights(
 
     chosen = options or CalibrationOptions()
     with one_thread(), _named_cause(logs, chosen):
-        flights = reduce_flights(logs, chosen)
+        try:
+            flights = reduce_flights(logs, chosen)
+        except OneHeadingError as error:
+            if len(logs) > 1:
+                raise
+            flights = [CalibratedFlight(logs[0], _by_height(logs[0], chosen, error), 0)]
         return tuple(replace(flight, calibration=_judged(flight.calibration, flight.log)) for flight in flights)
+
+
+def _by_height(log: FlightLog, options: CalibrationOptions, error: OneHeadingError) -> Calibration:
+    """Return the answer by height alone for a log of one heading. Raises `error` where its height tells nothing."""
+    from pitotbench.calibration.result import assemble_by_height
+
+    try:
+        return assemble_by_height(log, options)
+    except NoAnswerError:
+        raise error from None
 
 
 @contextmanager

@@ -57,6 +57,7 @@ WIND_SCALE = 1.0  # m/s, half-normal prior on a drifting wind's standard deviati
 WIND_TIME = 1800.0  # s, its correlation time: longer than most maneuvers, so nearly a random walk
 _HIGH = 69682.0  # Pa, standard pressure at 10,000 ft
 _LEAST_WHITE = 0.02  # m/s, least start of the search for the white level
+_ROUNDING = 1e-16  # variance of a number that is known
 _WHITE_FLOOR = 1e-8  # (m/s)²: keeps the covariance regular for logs without noise
 _SMOOTHING = 3.0  # s, width of the zero-phase filter that makes the instruments
 
@@ -528,6 +529,13 @@ class Posterior:
         offset = self.means - self.mean
         within = np.einsum("m,mpq->pq", self.weights, self.covariances)
         return np.asarray(within + np.einsum("m,mp,mq->pq", self.weights, offset, offset))
+
+    def padded(self, count: int) -> "Posterior":
+        """The same answer with further unknowns that are zero but for rounding, of `count` unknowns in all."""
+        more = count - self.means.shape[1]
+        covariances = np.pad(self.covariances, ((0, 0), (0, more), (0, more)))
+        covariances[:, range(-more, 0), range(-more, 0)] = _ROUNDING
+        return Posterior(self.weights, np.pad(self.means, ((0, 0), (0, more))), covariances)
 
     def two_sigma(self, gradient: Array) -> Array:
         """2σ of linear functions of θ with gradient (c, p), as half-widths of the mixture, (c,)."""

@@ -20,7 +20,7 @@ from pitotbench.calibration.covering import (
 from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import Nuisance, PredictionModel
 from pitotbench.logbook.plausible_air import LIMITS
-from pitotbench.records import NoAnswerError, UndeterminedError
+from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
 from pitotbench.records.calibration import Calibration, Disagreement, ErrorCurve, Residuals
 from pitotbench.records.log import Caution
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
@@ -42,7 +42,7 @@ def require_observable(model: PredictionModel, obs: Observations) -> None:
             )
     spread = heading_spread(obs)
     if spread < _HEADING_SPREAD:
-        raise NoAnswerError(
+        raise OneHeadingError(
             f"the wind is not observable: all headings lie within {spread / DEGREE:.0f}°; "
             "fly a second leg at least 60° away (the reciprocal is best)"
         )
@@ -67,7 +67,7 @@ def heading_spread(obs: Observations) -> float:
 
 def require_useful(calibration: Calibration) -> None:
     """Raise NoAnswerError where 2σ of half the curve, or of the best known wind, is above 10 kt or not finite."""
-    wind = min(max(each.north.two_sigma, each.east.two_sigma) for each in calibration.winds)
+    wind = min((max(each.north.two_sigma, each.east.two_sigma) for each in calibration.winds), default=0.0)
     curve = float(np.median(calibration.curve.two_sigma))
     if not np.all(np.isfinite(calibration.curve.two_sigma + wind)):
         raise UndeterminedError(

@@ -33,18 +33,20 @@ from pitotbench.calibration.covering import (
 )
 from pitotbench.calibration.fit_checks import DISAGREE
 from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.options import AUTO, CalibrationOptions
-from pitotbench.calibration.prediction import WindPath
+from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of
+from pitotbench.calibration.prediction import PredictionModel, WindPath
 from pitotbench.estimation.noise import NoiseOf
 from pitotbench.estimation.restricted_likelihood import (
     LogPrior,
     Regression,
     mode_and_evidence,
+    noise_posterior,
     restricted_log_likelihood,
     solve,
 )
+from pitotbench.records import NoAnswerError
 from pitotbench.records.log import FlightLog
-from pitotbench.units import Array
+from pitotbench.units import Array, Pascal, Seconds
 
 STATIC, TOTAL, IMPACT = "static", "total", "impact"
 SURE = 1e-3  # probability below which the less likely location is left out of the answer
@@ -72,6 +74,20 @@ class ErrorPlace:
     fit: CoveringFit
     answer: Posterior
     chance: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ByHeight:
+    """The curve by height alone: its model, the answer in the parameters of the curve, and what the fit leaves.
+
+    The latter are block means in flight, (n,): time [s], impact pressure and the rest of the pressure error [Pa].
+    """
+
+    model: PredictionModel
+    answer: Posterior
+    time: Seconds
+    impact_pressure: Pascal
+    left: Pascal
 
 
 def assumed_location(header: Mapping[str, object]) -> str:
@@ -143,6 +159,39 @@ def _with_height(
         found[STATIC] = _both(found[STATIC], apart)
     answer = mixed([(shares[name], posterior) for name, posterior in found.items()])
     return ErrorPlace(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
+
+
+_OF_HEIGHT = 3  # passes of the fit by height alone: the problem is nearly linear
+_UNKNOWN_WIND = 15.0  # m/s, for the slope of the pressure levels where the wind is not known
+
+
+def fit_by_height(
+    log: FlightLog, options: CalibrationOptions, obs: Observations, model: PredictionModel
+) -> ByHeight:
+    """Fit the error of the static source to height and static pressure alone, without wind and airspeed.
+
+    Raises NoAnswerError for a log without a height, and as `restricted_likelihood.noise_posterior` does.
+    """
+    rows = altitude_rows(log, obs, options.gps_latency, np.array([_UNKNOWN_WIND, 0.0]))
+    if rows is None or not options.use_altitude or options.error_location not in (AUTO, STATIC):
+        raise NoAnswerError("no height by GPS tells of the static source")
+    probe = 0.5 * max(accuracies_of(options.accuracies, {}).temperature_k, 0.0)
+    rows, model, free = rows.with_probe(probe), replace(model, static_error=True), model.error_count
+    noise_of, log_prior = _noise_and_prior(rows)
+    theta, guess = np.zeros(model.count), altitude_guess(rows)
+    for _ in range(_OF_HEIGHT):
+        whole = altitude_regression(rows, model, theta, ())
+        seen = whole.regressors[:, :free]
+        nodes = noise_posterior(Regression(whole.response, seen, seen, np.zeros(free)), noise_of, log_prior, guess)
+        found = Posterior(
+            np.array([node.weight for node in nodes]),
+            theta[:free] + np.stack([node.estimate for node in nodes]),
+            np.stack([node.covariance for node in nodes]),
+        )
+        theta[:free] = found.mean
+    left = altitude_regression(rows, model, theta, ()).response[: len(rows)] / rows.gain
+    flying = rows.impact_pressure > 0.0
+    return ByHeight(model, found, rows.time[flying], rows.impact_pressure[flying], left[flying])
 
 
 def _both(joint: Posterior, triangle: list[Posterior]) -> Posterior:

@@ -332,7 +332,7 @@ def _require_observable(model: PredictionModel, obs: Observations, log: FlightLo
         end = range_end(log)
         if end is None:
             raise
-        raise NoAnswerError(f"{error}; {end.words}") from error
+        raise type(error)(f"{error}; {end.words}") from error
 
 
 def _that_matter(

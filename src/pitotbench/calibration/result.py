@@ -7,16 +7,17 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibration.covering import Posterior
-from pitotbench.calibration.fit_checks import disagreements
-from pitotbench.calibration.location import STATIC
-from pitotbench.calibration.observations import Observations
-from pitotbench.calibration.options import AUTO
+from pitotbench.calibration.fit_checks import disagreements, heading_spread
+from pitotbench.calibration.location import STATIC, fit_by_height, mixed
+from pitotbench.calibration.observations import Observations, observe, spans, usable_parts
+from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of, assumptions_of
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import ZERO, CurveMap, Nuisance, PredictionModel, curve_airspeeds
-from pitotbench.calibration.reduction import Reduction
+from pitotbench.calibration.reduction import Reduction, model_of, reference_of
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import (
     Calibration,
+    Diagnostics,
     ErrorCurve,
     Estimate,
     Residuals,
@@ -25,7 +26,7 @@ from pitotbench.records.calibration import (
     WindowWind,
 )
 from pitotbench.records.log import Caution, FlightLog
-from pitotbench.units import KNOT, Array, MetersPerSecond, Seconds
+from pitotbench.units import DEGREE, KNOT, Array, MetersPerSecond, Seconds
 
 _FEWEST_POINTS = 2  # of a curve
 
@@ -84,6 +85,63 @@ def _one_window(reduction: Reduction, wind: WindEstimate) -> tuple[WindowWind, .
     obs = reduction.observations
     span = float(obs.time[0]), float(obs.time[-1])
     return (WindowWind(*span, float(np.mean(obs.height())), wind.north, wind.east),)
+
+
+def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibration:
+    """Return the Calibration by height alone, of a log whose headings are all alike: the wind stays unknown.
+
+    Raises as `location.fit_by_height` does.
+    """
+    used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
+    obs, parts = observe(log, used), usable_parts(log)
+    # Height tells the level well and the slope hardly: of the models weighed these two are left, alike likely.
+    names = ("linear", "bias") if used.model == AUTO else (used.model,)
+    fits = [fit_by_height(log, used, obs, model_of(name, used, obs, reference_of([obs]))) for name in names]
+    found, model = fits[0], fits[0].model
+    if len(fits) > 1:
+        found = replace(found, answer=mixed([(1.0, found.answer), (1.0, fits[1].answer.padded(model.error_count))]))
+    k, indicated = found.answer.mean, air.calibrated_airspeed(found.impact_pressure)
+    curve = CurveMap(found.model, curve_airspeeds(air.calibrated_airspeed(obs.impact_pressure)))
+    gradient = curve.correction_gradient(k)
+    bounds = found.answer.two_sigma(gradient)
+    drawn = ErrorCurve(
+        indicated_airspeed=curve.indicated_airspeed,
+        correction=curve.correction(k),
+        two_sigma=bounds,
+        simultaneous_two_sigma=found.answer.simultaneous(gradient, bounds),
+        white_two_sigma=bounds,
+        normalized_pressure_error=curve.normalized(k),
+        normalized_two_sigma=found.answer.two_sigma(curve.basis()),
+    )
+    airspeed = found.left * air.calibrated_airspeed_slope(found.impact_pressure, indicated)
+    residuals = Residuals(found.time, indicated, airspeed, obs.used)
+    words = (
+        f"the wind is unknown: all headings lie within {heading_spread(obs) / DEGREE:.0f}°. The curve is that of "
+        "the static source, by height and pressure alone; a second leg at least 60° away would check it"
+    )
+    warnings = [text if isinstance(text, Caution) else Caution(text) for text in log.header.get("warnings", ())]
+    return Calibration(
+        model=f"{AUTO} ({' and '.join(names)})" if used.model == AUTO else used.model,
+        method="height",
+        parameters=_parameters(found.model, found.answer),
+        reference_pressure=model.reference_pressure,
+        wind=None,
+        curve=with_altitude(drawn, curve, found.answer, obs),
+        residual_two_sigma=2.0 * float(np.std(airspeed)),
+        samples=len(obs),
+        converged=True,
+        reason="by height alone",
+        condition_number=1.0,
+        residuals=residuals,
+        diagnostics=Diagnostics(0),
+        warnings=(*warnings, Caution(words, "one heading")),
+        error_location=STATIC,
+        assumptions=assumptions_of(options.accuracies, log.header),
+        parts=spans(log.time, parts.rows),
+        log_start=float(log.time[0]),
+        left_out=parts.reasons,
+        mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
+    )
 
 
 def found_zero(model: PredictionModel, answer: Posterior, nuisances: Sequence[Nuisance]) -> Estimate | None:

@@ -21,6 +21,10 @@ class NoAnswerError(RuntimeError):
     """The input is valid but does not determine an answer: not observable, or not converged. Exit code 3."""
 
 
+class OneHeadingError(NoAnswerError):
+    """All headings of a log are alike: the wind along them and the level of the curve are one unknown."""
+
+
 class UndeterminedError(NoAnswerError):
     """The fit has no usable bound: because of what was flown, or because air data and GPS disagree."""
 

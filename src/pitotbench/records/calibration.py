@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, fields
 from math import atan2, degrees, hypot
 
-from pitotbench.records import Shown, check_lengths, freeze
+from pitotbench.records import NoAnswerError, Shown, check_lengths, freeze
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
 
@@ -283,7 +283,7 @@ class Calibration(Shown):
     method: str
     parameters: tuple[Estimate, ...]
     reference_pressure: float  # Pa
-    wind: WindEstimate
+    wind: WindEstimate | None  # None where height alone answers
     curve: ErrorCurve
     residual_two_sigma: float
     samples: int
@@ -304,6 +304,13 @@ class Calibration(Shown):
     place_assumed: bool = False
     mach: float = 0.0
     log_start: float = 0.0
+
+    @property
+    def known_wind(self) -> WindEstimate:
+        """The wind. Raises NoAnswerError where it is unknown."""
+        if self.wind is None:
+            raise NoAnswerError("the wind is unknown: height alone gave the curve")
+        return self.wind
 
     @property
     def usable(self) -> bool:

@@ -114,9 +114,9 @@ class ShortAnswer:
     subject: str
     model: str
     corrections: tuple[Correction, ...]
-    wind_kt: float
-    wind_from_deg: float
-    wind_two_sigma_kt: float  # of the larger component
+    wind_kt: float | None  # None for a wind that is unknown
+    wind_from_deg: float | None
+    wind_two_sigma_kt: float | None  # of the larger component
     residual_two_sigma_kt: float
     warnings: tuple[str, ...]
 
@@ -129,6 +129,8 @@ class ShortAnswer:
     @property
     def wind_sentence(self) -> str:
         """The wind with the larger of its components' bounds, in one sentence."""
+        if self.wind_kt is None:
+            return "The wind is unknown."
         return (
             f"The wind is {self.wind_kt:.1f} kt from {self.wind_from_deg:03.0f}°; each of its components is known "
             f"to ±{self.wind_two_sigma_kt:.2f} kt (2σ) or better."
@@ -137,14 +139,14 @@ class ShortAnswer:
 
 def short_answer_of(result: Calibration, subject: str) -> ShortAnswer:
     """The short answer of a calibration of `subject` (a maneuver and data system, or a file)."""
-    north, east = result.wind.north, result.wind.east
+    wind = result.wind
     return ShortAnswer(
         subject=subject,
         model=result.model,
         corrections=corrections_at(result),
-        wind_kt=result.wind.speed_kt,
-        wind_from_deg=result.wind.from_deg,
-        wind_two_sigma_kt=max(north.two_sigma, east.two_sigma) / KNOT,
+        wind_kt=None if wind is None else wind.speed_kt,
+        wind_from_deg=None if wind is None else wind.from_deg,
+        wind_two_sigma_kt=None if wind is None else max(wind.north.two_sigma, wind.east.two_sigma) / KNOT,
         residual_two_sigma_kt=result.residual_two_sigma / KNOT,
         warnings=result.warnings,
     )
@@ -445,6 +447,8 @@ def location_lines(result: Calibration) -> list[str]:
 def wind_lines(result: Calibration) -> list[str]:
     """The components of the wind velocity with their bounds."""
     wind = result.wind
+    if wind is None:
+        return ["wind velocity: unknown"]
     known: list[tuple[str, Estimate | None]] = [("north", wind.north), ("east", wind.east), ("down", wind.down)]
     parts = [f"{to} {v.value / KNOT:+.2f} ± {v.two_sigma / KNOT:.2f} kt" for to, v in known if v is not None]
     return [f"wind velocity (± is 2σ): toward {', '.join(parts)}"]
@@ -454,6 +458,8 @@ def share_lines(result: Calibration) -> list[str]:
     """How much each stated accuracy widens the bounds, the largest contribution first."""
     curve = result.curve.two_sigma / KNOT
     total = float((curve @ curve / len(curve)) ** 0.5)
+    if result.wind is None:
+        return []
     wind = max(result.wind.north.two_sigma, result.wind.east.two_sigma) / KNOT
     return [
         f"{share.name} (estimated {_found(share.estimate)} ± {share.estimate.two_sigma:.3g}) contributes "
@@ -487,7 +493,7 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
     return {
         "model": result.model,
         "parameters": [_estimate(parameter) for parameter in result.parameters],
-        "wind": _wind(result.wind),
+        "wind": None if result.wind is None else _wind(result.wind),
         "wind_speed_kt": answer.wind_kt,
         "wind_from_deg": answer.wind_from_deg,
         "winds": [_window(each) for each in result.winds],

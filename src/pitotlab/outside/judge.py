@@ -195,7 +195,7 @@ def _held_against_truth(found: Calibration, flight: OutsideFlight) -> dict[str, 
     curve, cell = found.curve, flight.cell
     inside = (curve.indicated_airspeed > cell.low - 0.01) & (curve.indicated_airspeed < cell.high + 0.01)
     error = (curve.correction - flight.correction(curve.indicated_airspeed))[inside]
-    parts = (found.wind.north, found.wind.east)
+    parts = (found.known_wind.north, found.known_wind.east)
     wind_error = np.array([part.value for part in parts]) - flight.truth.mean_wind
     within = np.abs(wind_error) <= np.array([part.two_sigma for part in parts])
     return {

@@ -140,7 +140,7 @@ def _error_parts(result: Calibration, flight: Flight) -> Row:
     error = compare_curve(result.curve, flight.case.pressure_error).error
     slow = result.curve.indicated_airspeed[scored(result.curve)] < _SPLIT
     tilt = float(np.mean(error[slow]) - np.mean(error[~slow])) if slow.any() else 0.0
-    north, east = compare_wind(result.wind, bench.wind_toward(flight.case.wind)[:2]).error
+    north, east = compare_wind(result.known_wind, bench.wind_toward(flight.case.wind)[:2]).error
     return {
         "mean_error_kt": float(np.mean(error)) / KNOT,
         "tilt_kt": tilt / KNOT,
@@ -227,7 +227,7 @@ def data_rows(log: FlightLog, look: Look, result: Calibration) -> list[Row]:
     """
     used = np.flatnonzero(result.residuals.used)
     few = log.select(used[:: max(1, len(used) // _DATA_POINTS)])
-    wind = result.wind
+    wind = result.known_wind
     north, east = few.velocity_north - wind.north.value, few.velocity_east - wind.east.value
     down = few.velocity_down if few.velocity_down is not None and look.options.use_down else np.zeros(len(few))
     mach = air.mach_from_impact_pressure(few.impact_pressure, few.static_pressure)

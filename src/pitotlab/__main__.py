@@ -19,6 +19,7 @@ COMMANDS = {
     "reference": "pitotlab.reference_figures:command",
     "plan": "pitotlab.plan_check:command",
     "peers": "pitotlab.peers:command",
+    "real": "pitotlab.real_logs:command",
     "outside": "pitotlab.outside.judge:command",
     "blind signatures": "pitotlab.blind.signatures:command",
     "blind generate": "pitotlab.blind.drawn:command",

@@ -164,7 +164,7 @@ def disagreements(agreement: float | None, residuals: Residuals, curve: ErrorCur
     if off > 0.0:
         words = (
             f"the samples near {at / KNOT:.0f} KIAS lie {off / KNOT:.1f} kt off the curve, more than its bound and "
-            "their scatter allow. Do not use this answer: take a part of the flight (--from, --to), or another "
+            "their scatter allow: take a part of the flight (--from, --to), or another "
             "--model"
         )
         found.append(Disagreement("samples", words, off, fatal=True))

@@ -80,6 +80,7 @@ _AFTER_TAKE_OFF, _BEFORE_LANDING = 60.0, 120.0  # s
 _MOST_CUT = 0.25  # of a time in the air, at either end
 _STEEP = 6.0 * DEGREE  # of the path, twice that of a usual approach
 _OVER = 20.0  # s, over which the angle of the path is taken
+_FEWEST_TOGETHER = 5.0  # samples whose median a spike does not move
 _BRIEF = 30.0  # s: a shorter part between two others is of no use
 GROUND, ENDS, STEEP = "taxi and roll", "take-off and landing", "steep climb or descent"
 
@@ -121,8 +122,8 @@ def usable_parts(log: FlightLog) -> UsableParts:
 def path_angle(log: FlightLog) -> Array:
     """Return the angle of the path through the air above the horizon, over 20 s about each row, (n,) [rad]."""
     pressure = np.maximum(log.static_pressure, 1.0)
-    second = np.floor(log.time - log.time[0])
-    edges = np.flatnonzero(np.diff(second, prepend=-1.0))
+    group = np.floor((log.time - log.time[0]) / max(1.0, _FEWEST_TOGETHER * interval(log.time)))
+    edges = np.flatnonzero(np.diff(group, prepend=-1.0))
     middles = np.array([np.median(part) for part in np.split(pressure, edges[1:])])  # no spike is a climb
     height = air.pressure_altitude(np.interp(log.time, log.time[edges], middles))
     before, after = (np.clip(log.time + half, log.time[0], log.time[-1]) for half in (-0.5 * _OVER, 0.5 * _OVER))

@@ -428,14 +428,11 @@ def part_lines(result: Calibration) -> list[str]:
     if not result.left_out:
         return []
     start = result.log_start
-    told = [f"{clock(begin - start)} to {clock(end - start)}" for begin, end in result.parts[:_MOST_PARTS]]
+    told = [
+        f"{minutes_text(begin - start)} to {minutes_text(end - start)}" for begin, end in result.parts[:_MOST_PARTS]
+    ]
     more = f" and {len(result.parts) - _MOST_PARTS} more parts" if len(result.parts) > _MOST_PARTS else ""
-    return [f"used: {', '.join(told)}{more} (min:s of the log's clock); left out: {', '.join(result.left_out)}"]
-
-
-def clock(seconds: float) -> str:
-    """A time as minutes and seconds, such as 12:30."""
-    return f"{int(seconds // 60):d}:{int(seconds % 60):02d}"
+    return [f"used: {', '.join(told)}{more} (minutes of the log); left out: {', '.join(result.left_out)}"]
 
 
 def location_lines(result: Calibration) -> list[str]:

@@ -6,8 +6,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
+from pitotbench import air
 from pitotbench.records.calibration import Calibration
 from pitotbench.records.legs import FixedSpeedPoint
+from pitotbench.records.log import FlightLog
 from pitotbench.show.legs import method_words
 from pitotbench.show.limits import AUTO, Limit, judgments, limit_for
 from pitotbench.show.style import (
@@ -33,6 +35,7 @@ from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
 
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
 _MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
+_PARTS = (7.2, 3.4)  # in, of the picture of the parts
 _MOST_DOTS = 900  # of the samples drawn: more make a page slow
 _AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"
 
@@ -90,6 +93,33 @@ def draw_curve(
     draw_points(axes, points)
     axes.axhline(0.0, color=INK, lw=0.5)
     axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
+
+
+def parts_panel(log: FlightLog, result: Calibration) -> Panel:
+    """The flight over time, with the parts that the calibration used in color."""
+    note = "Used in color, in grey what was left out: " + ", ".join(result.left_out) + "."
+    with stacked([lambda axes: _draw_airspeed(axes, log, result), lambda axes: _draw_height(axes, log, result)],
+                 _PARTS, 3) as figure:  # fmt: skip
+        return Panel("Parts of the flight", svg(figure, "Parts of the flight"), note)
+
+
+def _draw_airspeed(axes: Axes, log: FlightLog, result: Calibration) -> None:
+    speed = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))
+    _draw_parts(axes, log, result, speed / KNOT)
+    axes.set(ylabel="indicated\nairspeed [kt]")
+
+
+def _draw_height(axes: Axes, log: FlightLog, result: Calibration) -> None:
+    _draw_parts(axes, log, result, air.pressure_altitude(log.static_pressure) / FOOT)
+    axes.set(xlabel="time [min]", ylabel="pressure\naltitude [ft]")
+
+
+def _draw_parts(axes: Axes, log: FlightLog, result: Calibration, values: Array) -> None:
+    time = (log.time - log.time[0]) / 60.0
+    axes.plot(*thin(time, values), color=GREY, lw=0.8, label="left out")
+    for begin, end in result.parts:
+        rows = (log.time >= begin) & (log.time <= end)
+        axes.plot(*thin(time[rows], values[rows]), color=BLUE, lw=1.4, label="used")
 
 
 def draw_data(axes: Axes, result: Calibration) -> None:

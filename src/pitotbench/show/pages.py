@@ -16,10 +16,17 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.forecast import Forecast, Plan
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog, LogInspection
-from pitotbench.show.calibration import ShortAnswer, calibration_html, card_html, condition_lines, short_answer_of
+from pitotbench.show.calibration import (
+    ShortAnswer,
+    calibration_html,
+    card_html,
+    condition_lines,
+    headline,
+    short_answer_of,
+)
 from pitotbench.show.campaign import campaign_html, remarks
 from pitotbench.show.columns import Column, html_table
-from pitotbench.show.curves import curve_panels, residual_panels
+from pitotbench.show.curves import curve_panels, parts_panel, residual_panels
 from pitotbench.show.flights import flight_panels, summary_panels
 from pitotbench.show.inspection import (
     CHANNEL_COLUMNS,
@@ -166,7 +173,8 @@ def log_section(
     rows = " ".join([*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log):,} rows read,"])
     rows += f" {result.samples:,} used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
-    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit)
+    parts = [parts_panel(log, result)] if result.left_out else []
+    html = _html(anchor, name, rows, answer, {result.model: result}, None, parts, points, limit)
     origin = "simulated logs" if log.simulated else "measured logs"
     return Section(anchor, origin, name, answer, html)
 
@@ -192,6 +200,7 @@ def _html(
         answer=answer,
         flown=flown,
         curve=curves[0],
+        headline=headline(first),
         conditions=condition_lines(first),
         card=card_html(first.curve, title),
         panels=[*curves[1:], *residual_panels(first)],

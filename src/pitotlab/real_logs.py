@@ -1,0 +1,197 @@
+"""Calibrate real logs and hold the answers against what is known of them independently.
+
+The logs are read in place, from the folder that PITOTBENCH_DATA names. Each is calibrated as the command does it,
+then without the height, and each half by itself: answers of one airplane must agree. Beside that, the C172S is held
+against its handbook, the gliders' winds against the radiosonde of the day, and two decelerations of a jet on one
+heading against a weather balloon.
+"""
+
+import gzip
+import os
+import time
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.calibration import calibrate_flights
+from pitotbench.calibration.options import options_from
+from pitotbench.logbook.mapping import find_mapping
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.calibration import Calibration, ErrorCurve
+from pitotbench.records.log import FlightLog
+from pitotbench.units import FOOT, KNOT, Array
+
+LOGS = ("garmin/c172s-g1000-2011.csv.gz", "garmin/pa28-gifd-2024.csv.gz", "citation/2019-03-12.parquet")
+GLIDERS = ("flight50-front", "flight50-rear", "flight52-front", "flight52-rear")
+JETS = ("CLASS55", "CLASS65")
+# Cessna 172S, Pilot's Operating Handbook, airspeed calibration with flaps up: KIAS, KCAS.
+HANDBOOK = np.array([[50, 56], [60, 62], [70, 70], [80, 78], [90, 87], [100, 97], [110, 107]], dtype=float)
+ONE_AIRPLANE = 3.0  # kt, by which one airplane may differ from its handbook
+LAUNCH = 200.0  # m above sea level, from which the sondes' heights count
+KNOWN, AWAY = 8.0, 25.0  # kt: 2σ of a wind that counts; a sonde of another hour and place in lee waves
+# Δp/q_c of the jets by the balloon's pressure at GPS height, and 0.5 hPa as the balloon's own doubt.
+BALLOON_KT = np.array([260.0, 300.0, 340.0, 380.0, 420.0])
+BALLOON = {"CLASS55": [0.032, 0.035, 0.035, 0.035, 0.035], "CLASS65": [0.036, 0.037, 0.036, 0.036, 0.037]}
+BALLOON_PA = 50.0
+ONE_HEADING = np.radians(8.0)  # spread of the track within a deceleration
+FIT = 1.5  # joined 2σ within which two answers of one log agree
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Print what real logs give, and how it stands beside what is known of them."""
+    parser.add_argument("--data", type=Path, default=Path(os.environ.get("PITOTBENCH_DATA", "../shared/data")))
+    data = parser.parse_args(words).data
+    for name in LOGS:
+        _consistent(data / name)
+    for name in GLIDERS:
+        _against_sonde(data / "perlan", name)
+    for name in JETS:
+        _against_balloon(data / "jmoss" / f"{name}.csv", name)
+
+
+def _answer(log: FlightLog, **choices: Any) -> Calibration | str:
+    """The answer of the command for a log, or why there is none."""
+    mapping = log.header.get("mapping")
+    advised = dict(find_mapping(mapping).calibrate) if mapping else {}
+    try:
+        options = options_from({"latency": "checked", "wind": "checked", **advised, **choices})
+        return calibrate_flights([log], options)[0].calibration
+    except (BadInputError, NoAnswerError) as error:
+        return str(error)
+
+
+def _consistent(path: Path) -> None:
+    began, log = time.process_time(), read_log(path)
+    half = len(log) // 2
+    answers = {
+        "whole": _answer(log),
+        "no height": _answer(log, use_altitude=False),
+        "first half": _answer(log.select(np.arange(half))),
+        "second half": _answer(log.select(np.arange(half, len(log)))),
+    }
+    print(f"{path.name}: {len(log):,} rows, {time.process_time() - began:.1f} CPU s for four answers")
+    for name, found in answers.items():
+        print(f"  {name}: {found if isinstance(found, str) else _told(found)}")
+    given = {name: found.curve for name, found in answers.items() if not isinstance(found, str)}
+    apart = {f"{a} and {b}": _apart(given[a], given[b]) for a, b in combinations(given, 2)}
+    worst = max(apart, key=lambda pair: apart[pair])
+    print(f"  largest difference: {apart[worst]:.2f} of the joined 2σ ({worst}); at most {FIT:g} is agreement")
+    if path.name.startswith("c172s"):
+        _against_handbook(answers["whole"])
+
+
+def _told(found: Calibration) -> str:
+    curve = found.curve
+    places = np.linspace(0, len(curve.correction) - 1, 5).astype(int)
+    points = ", ".join(
+        f"{curve.correction[i] / KNOT:+.2f} ± {curve.two_sigma[i] / KNOT:.2f} at "
+        f"{curve.indicated_airspeed[i] / KNOT:.0f}"
+        for i in places
+    )
+    said = ", ".join(each.kind for each in found.disagreements) or "none"
+    return f"{points} KIAS [kt]; {len(found.parts)} parts, {len(found.winds)} winds, disagreements: {said}"
+
+
+def _apart(first: ErrorCurve, second: ErrorCurve) -> float:
+    """The largest difference of two curves over their common airspeeds, in their joined 2σ."""
+    low, high = (
+        edge(float(each.indicated_airspeed[place]) for each in (first, second))
+        for edge, place in ((max, 0), (min, -1))
+    )
+    if high <= low:
+        return 0.0
+    at = np.linspace(low, high, 50)
+    values = [np.interp(at, each.indicated_airspeed, each.correction) for each in (first, second)]
+    bounds = [np.interp(at, each.indicated_airspeed, each.two_sigma) for each in (first, second)]
+    return float(np.max(np.abs(values[0] - values[1]) / np.hypot(*bounds)))
+
+
+def _against_handbook(found: Calibration | str) -> None:
+    if isinstance(found, str):
+        return
+    speed = found.curve.indicated_airspeed_kt
+    for indicated, calibrated in HANDBOOK:
+        if speed[0] - 1.5 <= indicated <= speed[-1] + 1.5:
+            value = float(np.interp(indicated, speed, found.curve.correction_kt))
+            bound = float(np.interp(indicated, speed, found.curve.two_sigma_kt))
+            inside = abs(value - (calibrated - indicated)) <= np.hypot(bound, ONE_AIRPLANE)
+            print(
+                f"  {indicated:.0f} KIAS: {value:+.2f} ± {bound:.2f} kt, handbook {calibrated - indicated:+.0f}: "
+                f"{'inside' if inside else 'OUTSIDE'}"
+            )
+
+
+def _against_sonde(folder: Path, name: str) -> None:
+    began, log = time.process_time(), read_log(folder / f"{name}.igc.gz")
+    found = _answer(log)
+    seconds = time.process_time() - began
+    if isinstance(found, str):
+        print(f"{name}: {found}")
+        return
+    sonde = _sonde(folder / f"{name.partition('-')[0]}-sounding.txt.gz")
+    known = [w for w in found.winds if max(w.north.two_sigma, w.east.two_sigma) <= KNOWN * KNOT]
+    inside = 0
+    for window in known:
+        true = [float(np.interp(window.altitude, sonde[0], part)) for part in sonde[1:]]
+        parts = (window.north, window.east)
+        good = all(abs(e.value - t) <= np.hypot(e.two_sigma, AWAY * KNOT) for e, t in zip(parts, true, strict=True))
+        inside += good
+        told = ", ".join(
+            f"{e.name} {e.value / KNOT:+.0f} ± {e.two_sigma / KNOT:.0f} (sonde {t / KNOT:+.0f})"
+            for e, t in zip(parts, true, strict=True)
+        )
+        print(f"  {window.altitude:6,.0f} m: {told} kt{'' if good else ' OUTSIDE'}")
+    print(
+        f"{name}: {seconds:.1f} CPU s, {len(known)} of {len(found.winds)} winds known, {inside} inside the sonde's"
+    )
+
+
+def _sonde(path: Path) -> tuple[Array, Array, Array]:
+    """Height above sea level [m], and the wind toward north and east [m/s], of a sounding."""
+    rows = []
+    with gzip.open(path, "rt", errors="replace") as file:
+        for line in file:
+            try:
+                rows.append([float(cell) for cell in line.split()[:7]])
+            except ValueError:
+                continue
+    table = np.array([row for row in rows if len(row) == 7])
+    toward = np.radians(table[:, 6] + 180.0)
+    speed = table[:, 5] * KNOT
+    return table[:, 0] * FOOT + LAUNCH, speed * np.cos(toward), speed * np.sin(toward)
+
+
+def _against_balloon(path: Path, name: str) -> None:
+    """The longest part of a jet's log on one heading, calibrated without anything else."""
+    log = read_log(path, "jmoss")
+    track = np.unwrap(np.arctan2(log.velocity_east, log.velocity_north))
+    longest = range(0)
+    for first in range(0, len(log), 100):
+        low, high = np.minimum.accumulate(track[first:]), np.maximum.accumulate(track[first:])
+        count = int(np.searchsorted(high - low, ONE_HEADING))
+        longest = max(longest, range(first, first + count), key=len)
+    part = log.select(np.arange(longest.start, longest.stop))
+    found = _answer(replace(part, header={**part.header, "mapping": "jmoss"}))
+    if isinstance(found, str):
+        print(f"{name} on one heading: {found}")
+        return
+    speed, inside = found.curve.indicated_airspeed_kt, []
+    held = (speed[0] - 1.5 <= BALLOON_KT) & (speed[-1] + 1.5 >= BALLOON_KT)
+    for at, true in zip(BALLOON_KT[held], np.array(BALLOON[name])[held], strict=True):
+        value = float(np.interp(at, speed, found.curve.normalized_pressure_error))
+        bound = float(np.interp(at, speed, found.curve.normalized_two_sigma))
+        dynamic = float(air.impact_pressure(at * KNOT))
+        inside.append(abs(value - true) * dynamic <= np.hypot(bound * dynamic, BALLOON_PA))
+        print(
+            f"  {at:.0f} KIAS: Δp/q_c {value:.4f} ± {bound:.4f}, balloon {true:.3f}"
+            + ("" if inside[-1] else " OUTSIDE")
+        )
+    wind = "unknown" if found.wind is None else "known"
+    print(f"{name} on one heading: {len(part) / 20:.0f} s, wind {wind}, {sum(inside)} of {len(inside)} inside")

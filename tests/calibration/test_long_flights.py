@@ -1,0 +1,199 @@
+"""Long flights: the parts used, the windows of a drifting wind, height alone, and what contradicts itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.calibration import static_flights as fixture
+from tests.shared_data import real_log
+
+from pitotbench import air
+from pitotbench.calibration import calibrate, calibrate_flights
+from pitotbench.calibration.fit_checks import disagreements
+from pitotbench.calibration.observations import ENDS, GROUND, STEEP, spans, usable_parts
+from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import NoAnswerError
+from pitotbench.records.calibration import ErrorCurve, Residuals
+from pitotbench.records.log import FlightLog
+from pitotbench.units import KNOT
+
+CHECKED = CalibrationOptions(wind="checked")
+HOUR, RATE = 3600.0, 2
+CURVE = -0.06  # Δp/q_c of the long flight
+
+
+def circling(seconds=HOUR, wind=lambda t: (5.0 + 6.0 * t / HOUR, -4.0 * np.sin(2.0 * np.pi * t / HOUR)), seed=3):
+    """A flight that turns once in four minutes at slowly changing airspeeds, carried by a wind of the time."""
+    rng, time = np.random.default_rng(seed), np.arange(0.0, seconds, 1.0 / RATE)
+    height = 1500.0 + 100.0 * np.sin(time / 400.0)
+    static = np.asarray(air.standard_pressure(height))
+    temperature = 288.15 - 0.0065 * height
+    speed = (60.0 + 12.0 * np.sin(time / 700.0)) + 0.4 * rng.standard_normal(len(time))
+    impact = np.asarray(air.impact_pressure_from_mach(speed / air.sound_speed(temperature), static))
+    heading = 2.0 * np.pi * time / 240.0
+    north, east = wind(time)
+    return FlightLog(
+        time=time,
+        impact_pressure=impact * (1.0 - CURVE) + 4.0 * rng.standard_normal(len(time)),
+        static_pressure=static + 4.0 * rng.standard_normal(len(time)),
+        air_temperature=temperature,
+        velocity_north=speed * np.cos(heading) + north + 0.05 * rng.standard_normal(len(time)),
+        velocity_east=speed * np.sin(heading) + east + 0.05 * rng.standard_normal(len(time)),
+    )
+
+
+def on_the_ground(log, before, after):
+    """The log with rest before a take-off roll and after a landing roll, of so many seconds each."""
+    parts = []
+    for seconds, edge, growing in ((before, 0, True), (after, -1, False)):
+        n = int(seconds * RATE)
+        roll = np.clip(np.linspace(-1.0, 1.0, n), 0.0, None)
+        share = roll if growing else roll[::-1]
+        held = {name: np.full(n, values[edge]) for name, values in log.channels().items()}
+        held["impact_pressure"] = held["impact_pressure"] * share**2
+        held["velocity_north"], held["velocity_east"] = 0.8 * 60.0 * share, np.zeros(n)
+        parts.append(held)
+    joined = {
+        name: np.concatenate([parts[0][name], values, parts[1][name]]) for name, values in log.channels().items()
+    }
+    joined["time"] = np.arange(len(joined["time"])) / RATE
+    return FlightLog(**joined)
+
+
+def test_ground_and_ends_are_left_out_and_told():
+    flown = circling(1200.0)
+    log = on_the_ground(flown, 200.0, 150.0)
+    parts = usable_parts(log)
+    assert parts.reasons == (GROUND, ENDS)
+    ((begin, end),) = spans(log.time, parts.rows)
+    assert begin == pytest.approx(200.0 + 60.0, abs=60.0)
+    assert end == pytest.approx(200.0 + 1200.0 - 120.0, abs=60.0)
+    found = calibrate(log, CHECKED)
+    assert found.parts == ((begin, end),)
+    assert found.left_out == (GROUND, ENDS)
+    assert float(found.residuals.time.min()) >= begin
+
+
+def test_a_log_of_maneuvers_alone_is_used_whole():
+    assert usable_parts(circling(600.0)).rows.all()
+    assert usable_parts(fixture.fly("circle")).rows.all()
+
+
+def test_steep_flight_is_left_out_and_a_spike_is_not_steep():
+    log = circling(600.0)
+    pressure = log.static_pressure.copy()
+    pressure[::97] += 2000.0
+    assert usable_parts(replace(log, static_pressure=pressure)).rows.all()
+    dive = log.static_pressure + np.clip(log.time - 300.0, 0.0, 40.0) * 150.0  # 13 m/s at 60
+    parts = usable_parts(replace(log, static_pressure=dive))
+    assert parts.reasons == (STEEP,)
+    assert not parts.rows[(log.time > 305.0) & (log.time < 335.0)].any()
+
+
+def test_an_hour_has_a_wind_for_each_window_and_one_curve():
+    log = circling()
+    found = calibrate(log, CHECKED)
+    q = np.asarray(air.impact_pressure(found.curve.indicated_airspeed))
+    true = np.asarray(air.calibrated_airspeed(q / (1.0 - CURVE))) - found.curve.indicated_airspeed
+    assert np.all(np.abs(found.curve.correction - true) <= found.curve.two_sigma)
+    assert len(found.winds) == 6
+    for window in found.winds:
+        inside = (log.time >= window.begin) & (log.time <= window.end)
+        north, east = 5.0 + 6.0 * log.time / HOUR, -4.0 * np.sin(2.0 * np.pi * log.time / HOUR)
+        assert abs(window.north.value - north[inside].mean()) <= 1.5 * window.north.two_sigma
+        assert abs(window.east.value - east[inside].mean()) <= 1.5 * window.east.two_sigma
+        assert max(window.north.two_sigma, window.east.two_sigma) < 2.0
+
+
+def test_a_wind_that_drifts_far_bends_nothing():
+    """Ten times the drift: a problem linearized around its mean alone would be off by a meter a second."""
+    log = circling(wind=lambda t: (20.0 * t / HOUR, 15.0 * np.sin(2.0 * np.pi * t / HOUR)))
+    curve = calibrate(log, CHECKED).curve
+    q = np.asarray(air.impact_pressure(curve.indicated_airspeed))
+    true = np.asarray(air.calibrated_airspeed(q / (1.0 - CURVE))) - curve.indicated_airspeed
+    assert np.all(np.abs(curve.correction - true) <= 1.2 * curve.two_sigma)
+
+
+def one_heading(log):
+    """The part of a flight that holds its first heading."""
+    track = np.unwrap(np.arctan2(log.velocity_east, log.velocity_north))
+    return log.select(np.arange(int(np.argmax(np.abs(track - track[0]) > 0.2))))
+
+
+def test_height_alone_answers_for_one_heading():
+    log = one_heading(fixture.fly("step_decrease", 2))
+    options = CalibrationOptions(model="linear", wind="checked")
+    found = calibrate(log, options)
+    assert found.wind is None
+    assert found.method == "height"
+    assert found.winds == ()
+    true = fixture.true_correction(found.curve.indicated_airspeed)
+    assert np.all(np.abs(found.curve.correction - true) < found.curve.two_sigma)
+    assert any("the wind is unknown" in warning for warning in found.warnings)
+    assert calibrate_flights([log], options)[0].calibration.curve.correction == pytest.approx(
+        found.curve.correction
+    )
+    with pytest.raises(NoAnswerError, match="all headings lie within"):
+        calibrate(replace(log, altitude=None), options)
+
+
+def test_without_a_height_the_altitude_error_is_assumed_and_its_bound_holds_zero():
+    found = calibrate(fixture.without_height(fixture.fly("circle", 2)), CHECKED)
+    assert found.place_assumed
+    assert np.all(np.abs(found.curve.altitude_correction) <= found.curve.altitude_two_sigma)
+    assert not calibrate(fixture.fly("circle", 2), CHECKED).place_assumed
+
+
+def _curve(bound):
+    speed = np.array([90.0, 130.0]) * KNOT
+    flat = np.full(2, bound)
+    return ErrorCurve(speed, np.zeros(2), flat, flat, flat, np.zeros(2), flat)
+
+
+@pytest.mark.parametrize(("off", "bound", "found"), [(0.0, 0.2, 0), (1.5, 0.2, 1), (1.5, 3.0, 0)])
+def test_samples_far_from_the_curve_say_do_not_use(off, bound, found):
+    rng, time = np.random.default_rng(1), np.arange(0.0, 600.0, 0.5)
+    speed = np.linspace(92.0, 128.0, len(time)) * KNOT
+    airspeed = 0.5 * rng.standard_normal(len(time)) + np.where(speed > 120.0 * KNOT, off, 0.0)
+    residuals = Residuals(time, speed, airspeed, np.ones(len(time), dtype=bool))
+    told = disagreements(None, residuals, _curve(bound))
+    assert len(told) == found
+    assert all(each.kind == "samples" and each.fatal for each in told)
+
+
+def test_the_c172s_of_a_whole_hour_agrees_with_its_handbook():
+    """Pilot's Operating Handbook, flaps up: 100 KIAS are 97 KCAS, 110 are 107, ±3 kt for one airplane."""
+    found = calibrate(read_log(real_log("garmin", "c172s-g1000-2011.csv.gz")), CHECKED)
+    for indicated, correction in (
+        (60.0, 2.0),
+        (70.0, 0.0),
+        (80.0, -2.0),
+        (90.0, -3.0),
+        (100.0, -3.0),
+        (110.0, -3.0),
+    ):
+        value = float(np.interp(indicated, found.curve.indicated_airspeed_kt, found.curve.correction_kt))
+        bound = float(np.interp(indicated, found.curve.indicated_airspeed_kt, found.curve.two_sigma_kt))
+        assert abs(value - correction) <= np.hypot(bound, 3.0)
+        assert indicated < 95.0 or bound <= 4.0
+    assert found.usable
+    assert len(found.winds) > 3
+
+
+@pytest.mark.parametrize("name", ["CLASS55", "CLASS65"])
+def test_height_alone_agrees_with_a_balloon(name):
+    """Δp/q_c by the balloon's pressure at GPS height: 0.035 to 0.037 at 340 KIAS; 0.5 hPa are its own doubt."""
+    log = read_log(real_log("jmoss", f"{name}.csv"), "jmoss")
+    track = np.unwrap(np.arctan2(log.velocity_east, log.velocity_north))
+    starts = range(0, len(log) - 2000, 500)
+    spread = [np.ptp(track[i : i + 2000]) for i in starts]
+    start = starts[int(np.argmin(spread))]
+    options = CalibrationOptions(model="auto", error_location="static", wind="drifting", mach_max=0.9,
+                                 accuracies={"temperature_k": 5.0})  # fmt: skip
+    found = calibrate(log.select(np.arange(start, start + 2000)), options)
+    assert found.wind is None
+    q = float(air.impact_pressure(found.curve.indicated_airspeed[len(found.curve.correction) // 2]))
+    middle = len(found.curve.correction) // 2
+    bound = np.hypot(found.curve.normalized_two_sigma[middle], 50.0 / q)
+    assert abs(found.curve.normalized_pressure_error[middle] - 0.036) <= bound

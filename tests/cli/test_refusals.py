@@ -114,6 +114,21 @@ def test_json_of_a_calibration_is_strict(log, capsys):
     json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
 
 
+@pytest.mark.parametrize("stated", [("--from", "90:00"), ("--from", "2:00", "--to", "1:00"), ("--to", "noon")])
+def test_a_part_that_the_log_does_not_hold_is_refused_with_its_times(stated, log, capsys):
+    assert main(["calibrate", str(log), *stated]) == 2
+    assert "0:00 to 3:56" in (says := capsys.readouterr().err) or "such as 12:30" in says
+
+
+def test_a_stated_part_is_the_log_of_its_rows(log, capsys):
+    assert main(["calibrate", str(log), "--from", "0:20", "--to", "0:03:40", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    (window,) = answer["winds"]
+    assert 20.0 <= window["from_s"] < window["to_s"] <= 220.0
+    assert answer["usable"] is True
+    assert answer["disagreements"] == []
+
+
 def test_a_report_does_not_overwrite_its_log(log, capsys):
     before = log.read_bytes()
     assert ".html" in refused(["calibrate", log, "--report", log], capsys)

@@ -65,7 +65,8 @@ from pitotbench.records.calibration import (
     WindowWind,
 )
 from pitotbench.records.log import Caution, FlightLog
-from pitotbench.units import KNOT, Array, Booleans
+from pitotbench.timeline import interval
+from pitotbench.units import DEGREE, KNOT, Array, Booleans
 
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
@@ -477,8 +478,13 @@ def _height_found(rows: AltitudeRows | None, fit: CoveringFit) -> HeightFound | 
 def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) -> Iterator[Caution]:
     """The warnings of the log and those of its reduction, in the order in which they are shown."""
     found, condition = reduction.diagnostics, reduction.white.condition_number
+    late = (
+        found.latency if found.latency is not None and abs(found.latency.left) > found.latency.two_sigma else None
+    )
     for text in log.header.get("warnings", ()):
-        yield text if isinstance(text, Caution) else Caution(text)
+        caution = text if isinstance(text, Caution) else Caution(text)
+        if late is None or not _turned_by_delay(log, caution, late):
+            yield caution
     if reduction.observations.standard_day:
         yield Caution(
             f"no temperature in the log: a standard day is assumed, {WITHOUT_TEMPERATURE:.0f} K off at most (2σ); "
@@ -502,9 +508,16 @@ def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) 
         yield Caution(text, "faulty rows", size=len(left_out))
     if found.wind_change is not None and _is_named(found.wind_change):
         yield _wind_warning(found.wind_change)
-    # The 2σ is infinite where the log does not determine the latency.
-    if found.latency is not None and abs(found.latency.left) > found.latency.two_sigma:
-        yield _latency_warning(found.latency)
+    if late is not None:  # the 2σ is infinite where the log does not determine the latency
+        yield _latency_warning(late)
+
+
+def _turned_by_delay(log: FlightLog, caution: Caution, late: LatencyFound) -> bool:
+    """Whether a warning of turned axes tells of a latency only: as the airplane turns, a late track is turned."""
+    if caution.code != "axes turned" or log.heading is None:
+        return False
+    rate = abs(float(np.mean(np.diff(np.unwrap(log.heading))))) / interval(log.time) / DEGREE
+    return abs(rate * abs(late.left) - abs(caution.size)) < rate * late.two_sigma
 
 
 def _is_named(change: WindChange) -> bool:

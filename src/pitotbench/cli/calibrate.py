@@ -68,7 +68,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--limit",
         default="auto",
         help="judge the curve by far25, far23, none, or your own, such as 2%%,3kt,30ft (altitude for each 100 kt) "
-        "(default: far25 where the curve reaches 60 kt)",
+        "(default: far23 below Mach 0.6, else far25, where the curve reaches 60 kt)",
     )
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
     parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")

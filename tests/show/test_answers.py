@@ -71,7 +71,8 @@ def test_the_verdict_on_the_far_limit_gives_the_margin(result, correction, bound
 def test_the_far_limit_does_not_judge_a_drone(result):
     slow = replace(result.curve, indicated_airspeed=result.curve.indicated_airspeed / 4.0)
     drone = replace(result, curve=slow)
-    assert limit_for(result).name == "FAR 25.1323(c)"
+    assert limit_for(result).name == "FAR 23.1323(b)"
+    assert limit_for(replace(result, mach=0.6)).name == "FAR 25.1323(c)"
     assert "FAR" not in _terminal(drone)
     assert not any("FAR" in panel.note for panel in curve_panels({"inverse+": drone}, None))
 
@@ -103,8 +104,9 @@ def test_the_altitude_limit_judges_the_error_as_it_is_at_sea_level(result):
         altitude_two_sigma=ones,
     )
     found = judgments(replace(result, curve=curve))[1]
-    assert found.rule == "FAR 25.1325(e)"
+    assert found.rule == "FAR 23.1325(e)"
     assert found.with_bound.size == pytest.approx(60.0 - 18.1, abs=0.1)
+    assert len(judgments(replace(result, curve=curve, place_assumed=True))) == 1, "no rule judges what is assumed"
 
 
 def test_a_card_has_the_units_in_its_headings_and_the_numbers_of_the_curve(result):

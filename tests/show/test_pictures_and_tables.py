@@ -40,7 +40,7 @@ def _words(panels: list[Panel]) -> str:
 
 def test_curve_panels_carry_units_truth_and_the_limit(result):
     text = _words(curve_panels({"inverse+": result}, {"inverse+": result.curve.correction}))
-    for wanted in ("Error curve", "indicated airspeed [kt]", "FAR 25.1323(c)", "truth", "2σ for white residuals"):
+    for wanted in ("Error curve", "indicated airspeed [kt]", "FAR 23.1323(b)", "truth", "2σ for white residuals"):
         assert wanted in text
 
 

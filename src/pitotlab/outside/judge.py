@@ -83,6 +83,7 @@ def line_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, str]:
         "2σ ft": _text(_mean(_given(answered, "two_sigma_ft")), 1),
         "ft given": str(len(_given(answered, "coverage_ft"))),
         "warned %": _text(100.0 * _mean(_column(answered, "warned")), 0),
+        "headline %": _text(100.0 * _mean(_column(answered, "headline")), 1),
         "outside": str(len(outside)),
         "warned of these %": _text(100.0 * _mean(_column(outside, "warned")), 0),
         "by maneuver %": _by_maneuver(answered),
@@ -150,6 +151,7 @@ class Row:
     two_sigma_ft: float = NAN  # mean over the curve
     rms_error_ft: float = NAN
     warned: float = NAN  # 1 where there was any warning
+    headline: float = NAN  # 1 where two findings of the log disagree
     seconds: float = NAN
     says: str = ""  # the warnings, or why there is no answer
 
@@ -208,6 +210,7 @@ def _held_against_truth(found: Calibration, flight: OutsideFlight) -> dict[str, 
         "wind_error_kt": float(np.linalg.norm(wind_error)) / KNOT,
         **_position_error_held(curve, flight, inside),
         "warned": float(bool(found.warnings)),
+        "headline": float(bool(found.disagreements)),
         "says": " | ".join(found.warnings),
     }
 

@@ -9,12 +9,13 @@ from tests.shared_data import real_log
 
 from pitotbench import air
 from pitotbench.calibration import calibrate, calibrate_flights
-from pitotbench.calibration.fit_checks import disagreements
+from pitotbench.calibration.fit_checks import disagreements, with_points
 from pitotbench.calibration.observations import ENDS, GROUND, STEEP, spans, usable_parts
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import ErrorCurve, Residuals
+from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.units import KNOT
 
@@ -160,6 +161,22 @@ def test_samples_far_from_the_curve_say_do_not_use(off, bound, found):
     told = disagreements(None, residuals, _curve(bound))
     assert len(told) == found
     assert all(each.kind == "samples" and each.fatal for each in told)
+
+
+@pytest.mark.parametrize(("correction", "told"), [(0.5, []), (6.0, ["fixed_speed"])])
+def test_a_fixed_speed_point_far_from_the_curve_is_told(correction, told):
+    found = calibrate(fixture.fly("circle", 2), CHECKED)
+    middle = len(found.curve.correction) // 2
+    speed, value, bound = (part[middle] for part in (
+        found.curve.indicated_airspeed, found.curve.correction, found.curve.two_sigma,
+    ))  # fmt: skip
+    point = FixedSpeedPoint(
+        method="three_leg", legs=3, seconds=90.0, indicated_airspeed=speed, calibrated_airspeed=speed + value,
+        correction=value + correction * bound, two_sigma=bound, true_airspeed=60.0, true_airspeed_two_sigma=0.1,
+        spread=None, wind_north=0.0, wind_east=0.0, wind_two_sigma=1.0,
+    )  # fmt: skip
+    assert [each.kind for each in with_points(found, [point]).disagreements] == told
+    assert with_points(found, [point]).usable
 
 
 def test_the_c172s_of_a_whole_hour_agrees_with_its_handbook():

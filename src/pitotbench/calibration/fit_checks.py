@@ -1,6 +1,7 @@
 """Checks of a fit: what the log determines, whether the curve is possible, what lies outside its prior."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -22,6 +23,7 @@ from pitotbench.calibration.prediction import Nuisance, PredictionModel
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
 from pitotbench.records.calibration import Calibration, Disagreement, ErrorCurve, Residuals
+from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import Caution
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
 
@@ -169,6 +171,30 @@ def disagreements(agreement: float | None, residuals: Residuals, curve: ErrorCur
         )
         found.append(Disagreement("samples", words, off, fatal=True))
     return tuple(found)
+
+
+def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> Calibration:
+    """Return a calibration that tells of the fixed-speed point farthest off its curve, beyond both bounds."""
+    curve, worst = calibration.curve, None
+    for point in points:
+        value, bound = (
+            float(np.interp(point.indicated_airspeed, curve.indicated_airspeed, part))
+            for part in (curve.correction, curve.two_sigma)
+        )
+        ratio = abs(point.correction - value) / float(np.hypot(bound, point.two_sigma))
+        if ratio > _BOUNDS and (worst is None or ratio > worst[0]):
+            worst = (ratio, point, value)
+    if worst is None:
+        return calibration
+    _, point, value = worst
+    name = point.method.replace("_", " ")
+    found = f"{point.correction / KNOT:+.1f} ± {point.two_sigma / KNOT:.1f} kt, the curve {value / KNOT:+.1f} kt"
+    words = (
+        f"a fixed-speed point ({name}) at {point.indicated_airspeed / KNOT:.0f} KIAS gives {found}. The wind "
+        "changed between its legs, or the curve does not describe this part of the flight"
+    )
+    told = Disagreement("fixed_speed", words, abs(point.correction - value), fatal=False)
+    return replace(calibration, disagreements=(*calibration.disagreements, told))
 
 
 def _samples_off(residuals: Residuals, curve: ErrorCurve) -> tuple[float, float]:

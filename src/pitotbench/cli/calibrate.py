@@ -1,7 +1,7 @@
 """`pitotbench calibrate`: find the error curve and the wind of one log or of several."""
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -121,6 +121,7 @@ def run(options: argparse.Namespace) -> int:
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     """Return each flight with its calibration: one curve for each log where asked for, else one for all."""
     from pitotbench.calibration import calibrate_flights
+    from pitotbench.calibration.fit_checks import with_points
     from pitotbench.calibration.leg_points import cross_check
 
     choice = _choice(options, mapping_advice(options))  # a wrong flag is refused before a long log is read
@@ -137,10 +138,12 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     else:
         paired = [(options.logs[one.place], one) for one in calibrate_flights(logs, choice)]
     shown = options.json or options.verbose or options.report is not None
-    return [
-        _Reduced(path, flight, cross_check(flight.log, choice, flight.calibration) if shown else ())
-        for path, flight in paired
-    ]
+    reduced = []
+    for path, flight in paired:
+        points = cross_check(flight.log, choice, flight.calibration) if shown else ()
+        held = replace(flight, calibration=with_points(flight.calibration, points))
+        reduced.append(_Reduced(path, held, points))
+    return reduced
 
 
 def _stated_part(log: "FlightLog", options: argparse.Namespace) -> "FlightLog":

@@ -49,9 +49,10 @@ class WindowWind:
 
 @dataclass(frozen=True, slots=True)
 class Disagreement:
-    """Two findings of one log that contradict each other: which (`height`, `samples`), in words, and by how much.
+    """Two findings of one log that contradict each other, in words.
 
-    `size` is the largest difference [m/s]. One that is `fatal` is not held by the bound.
+    `kind` is `height`, `samples` or `fixed_speed`; `size` is the largest difference [m/s]. One that is `fatal` is
+    not held by the bound.
     """
 
     kind: str

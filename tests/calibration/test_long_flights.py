@@ -157,7 +157,7 @@ def test_samples_far_from_the_curve_say_do_not_use(off, bound, found):
     rng, time = np.random.default_rng(1), np.arange(0.0, 600.0, 0.5)
     speed = np.linspace(92.0, 128.0, len(time)) * KNOT
     airspeed = 0.5 * rng.standard_normal(len(time)) + np.where(speed > 120.0 * KNOT, off, 0.0)
-    residuals = Residuals(time, speed, airspeed, np.ones(len(time), dtype=bool))
+    residuals = Residuals(time, speed + airspeed, airspeed, np.ones(len(time), dtype=bool))
     told = disagreements(None, residuals, _curve(bound))
     assert len(told) == found
     assert all(each.kind == "samples" and each.fatal for each in told)

@@ -200,7 +200,9 @@ def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> 
 def _samples_off(residuals: Residuals, curve: ErrorCurve) -> tuple[float, float]:
     """The largest clear distance of the samples' mean from the curve, and its airspeed [m/s]; 0 for none."""
     group = np.floor((residuals.time - residuals.time[0]) / _MEAN_OVER).astype(np.intp)
-    place = np.floor(residuals.indicated_airspeed / _BIN).astype(np.intp)
+    # By the airspeed without the residual: a gust that raises a reading would else sort itself to its own kind.
+    speed = residuals.indicated_airspeed - residuals.airspeed
+    place = np.floor(speed / _BIN).astype(np.intp)
     worst = (0.0, 0.0)
     for number in np.unique(place):
         rows = place == number
@@ -209,7 +211,7 @@ def _samples_off(residuals: Residuals, curve: ErrorCurve) -> tuple[float, float]
         if len(means) < _FEWEST_MEANS:
             continue
         mean, error = float(np.mean(means)), float(np.std(means, ddof=1) / np.sqrt(len(means)))
-        at = float(np.mean(residuals.indicated_airspeed[rows]))
+        at = float(np.mean(speed[rows]))
         bound = float(np.interp(at, curve.indicated_airspeed, curve.two_sigma))
         if abs(mean) - _CLEAR * error > max(_BOUNDS * bound, _LEAST_OFF) and abs(mean) > worst[0]:
             worst = (abs(mean), at)

@@ -116,6 +116,15 @@ def test_a_wind_that_drifts_far_bends_nothing():
     assert np.all(np.abs(curve.correction - true) <= 1.2 * curve.two_sigma)
 
 
+def test_models_are_weighed_along_the_path_of_the_wind_too():
+    """A wind that drifts, with and without a height, for the mixture of models as for one model."""
+    for log in (circling(1900.0), fixture.fly("race_track", 2)):
+        options = CalibrationOptions(model="auto", wind="checked" if log.altitude is None else "drifting")
+        found = calibrate(log, options).curve
+        named = calibrate(log, replace(options, model="inverse+")).curve
+        assert np.all(np.abs(found.correction - named.correction) <= np.hypot(found.two_sigma, named.two_sigma))
+
+
 def one_heading(log):
     """The part of a flight that holds its first heading."""
     track = np.unwrap(np.arctan2(log.velocity_east, log.velocity_north))

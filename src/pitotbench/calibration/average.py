@@ -28,6 +28,7 @@ from pitotbench.calibration.model_evidence import (
     hypotheses,
     judge_model,
 )
+from pitotbench.calibration.observations import wind_drifts
 from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.calibration.output_error import fit_scalar
 from pitotbench.calibration.prediction import CurveMap, MeanWind, Nuisance, PredictionModel
@@ -299,9 +300,9 @@ def _candidate(name: str, rows: Reduction) -> ModelFit:
     obs, reference = rows.observations, rows.model.reference_pressure
     model = replace(model_of(name, rows.options, obs, reference), static_error=rows.model.static_error)
     require_observable(model, obs)
-    white = fit_scalar(model, obs)
-    drifting = rows.options.wind == "drifting"
-    fit = fit_covering(Structure(model, rows.nuisances, drifting, altitude=rows.altitude), obs, white.theta)
+    white = fit_scalar(model, obs if rows.path is None else rows.path.taken_from(obs))
+    structure = Structure(model, rows.nuisances, wind_drifts(rows.options, obs), altitude=rows.altitude)
+    fit = fit_covering(structure, obs, white.theta, rows.path)
     return ModelFit(name, model, flown_range(obs, reference), white, fit)
 
 
@@ -343,8 +344,9 @@ def _common_problem(nearest: ModelFit, rows: Reduction) -> tuple[Structure, Line
     common = replace(nearest.model, error=spline)
     k = _curve_of(nearest, np.array(spline.knots))
     theta = np.concatenate([k, nearest.fit.theta[nearest.model.error_count :]])
-    structure = Structure(common, rows.nuisances, rows.options.wind == "drifting", altitude=rows.altitude)
-    return structure, linearized(structure, rows.observations, theta, nearest.fit.gust_deviation), theta
+    obs, fit = rows.observations, nearest.fit
+    structure = Structure(common, rows.nuisances, wind_drifts(rows.options, obs), altitude=rows.altitude)
+    return structure, linearized(structure, obs, theta, fit.gust_deviation, fit.path), theta
 
 
 def _wide_enough(low: float, high: float) -> tuple[float, float]:

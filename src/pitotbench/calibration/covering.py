@@ -416,10 +416,12 @@ def mean_wind_under(problem: Linearized, structure: Structure, noise: Noise, phi
     return mean_wind(noise, problem.regression, problem.kernel, deviation, first)
 
 
-def linearized(structure: Structure, obs: Observations, theta: Array, gust_deviation: float) -> Linearized:
+def linearized(
+    structure: Structure, obs: Observations, theta: Array, gust_deviation: float, path: WindPath | None
+) -> Linearized:
     """Linearize the problem of a structure at θ (p,), on the blocks of `fit_covering`; gust deviation [m/s]."""
     blocks = divide(obs, block_length(obs))
-    return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2)
+    return linearize(structure, obs, blocks, theta[: structure.model.count], gust_deviation**2, path)
 
 
 def approach(structure: Structure, obs: Observations, start: Array, path: WindPath | None = None) -> Approach:
@@ -456,7 +458,7 @@ def _path(
     """The wind less its mean over the rows, as estimated under one noise, block by block."""
     data, first = problem.regression, structure.model.error_count
     rest = problem.noise_of(phi).weigh((data.response - data.regressors @ estimate)[:, None])
-    seen = rest * data.regressors[:, first : first + 2]
+    seen = (rest * data.regressors[:, first : first + 2])[: len(blocks.count)]  # the height sees no wind
     wind = np.exp(2.0 * phi[3]) * correlated(blocks, WIND_TIME, seen)
     wind += blocks.mean(path_of_nuisances(structure.nuisances, estimate[structure.model.count :], obs))
     wind = gaussian_filter1d(wind, _SMOOTH_PATH / blocks.length, axis=0, mode="nearest")

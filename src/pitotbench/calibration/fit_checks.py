@@ -140,6 +140,7 @@ def _verdict(
 # than its bound and their own scatter allow, the model of the curve or of the wind does not describe the log.
 
 _BIN, _MEAN_OVER = 10.0 * KNOT, 30.0  # m/s and s: samples are taken together near an airspeed, and over so long
+_SMOOTH_OVER = 300.0  # s: where the wind drifts, over as long as its path is smooth
 _FEWEST_MEANS = 4
 DISAGREE = 0.001  # probability of so much disagreement by chance: below it two equations are not averaged
 _CLEAR, _BOUNDS, _LEAST_OFF = (
@@ -149,10 +150,13 @@ _CLEAR, _BOUNDS, _LEAST_OFF = (
 )  # standard errors, times 2σ, and m/s beyond which samples disagree
 
 
-def disagreements(agreement: float | None, residuals: Residuals, curve: ErrorCurve) -> tuple[Disagreement, ...]:
+def disagreements(
+    agreement: float | None, residuals: Residuals, curve: ErrorCurve, drifting: bool = False
+) -> tuple[Disagreement, ...]:
     """Return where the wind triangle and the height disagree, and where the samples lie off the curve.
 
-    `agreement` is the probability that triangle and height differ by so much by chance, None where only one spoke.
+    Of a wind that is `drifting` only a smooth path is taken from the samples. `agreement` is the probability that
+    triangle and height differ by so much by chance, None where only one spoke.
     """
     found = []
     if agreement is not None and agreement < DISAGREE:
@@ -162,7 +166,7 @@ def disagreements(agreement: float | None, residuals: Residuals, curve: ErrorCur
             "wind may follow the speeds flown: fly each speed on several headings at one height"
         )
         found.append(Disagreement("height", words, float(np.max(curve.two_sigma)), fatal=False))
-    off, at = _samples_off(residuals, curve)
+    off, at = _samples_off(residuals, curve, _SMOOTH_OVER if drifting else _MEAN_OVER)
     if off > 0.0:
         words = (
             f"the samples near {at / KNOT:.0f} KIAS lie {off / KNOT:.1f} kt off the curve, more than its bound and "
@@ -197,9 +201,9 @@ def with_points(calibration: Calibration, points: Sequence[FixedSpeedPoint]) -> 
     return replace(calibration, disagreements=(*calibration.disagreements, told))
 
 
-def _samples_off(residuals: Residuals, curve: ErrorCurve) -> tuple[float, float]:
+def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[float, float]:
     """The largest clear distance of the samples' mean from the curve, and its airspeed [m/s]; 0 for none."""
-    group = np.floor((residuals.time - residuals.time[0]) / _MEAN_OVER).astype(np.intp)
+    group = np.floor((residuals.time - residuals.time[0]) / over).astype(np.intp)
     # By the airspeed without the residual: a gust that raises a reading would else sort itself to its own kind.
     speed = residuals.indicated_airspeed - residuals.airspeed
     place = np.floor(speed / _BIN).astype(np.intp)
@@ -212,6 +216,8 @@ def _samples_off(residuals: Residuals, curve: ErrorCurve) -> tuple[float, float]
             continue
         mean, error = float(np.mean(means)), float(np.std(means, ddof=1) / np.sqrt(len(means)))
         at = float(np.mean(speed[rows]))
+        if not curve.indicated_airspeed[0] <= at <= curve.indicated_airspeed[-1]:
+            continue
         bound = float(np.interp(at, curve.indicated_airspeed, curve.two_sigma))
         if abs(mean) - _CLEAR * error > max(_BOUNDS * bound, _LEAST_OFF) and abs(mean) > worst[0]:
             worst = (abs(mean), at)

@@ -69,7 +69,9 @@ def assemble(reduction: Reduction, airspeeds: MetersPerSecond | None = None) -> 
         parts=reduction.parts,
         log_start=reduction.log_start,
         left_out=reduction.left_out,
-        disagreements=disagreements(reduction.diagnostics.height_agreement, residuals, drawn),
+        disagreements=disagreements(
+            reduction.diagnostics.height_agreement, residuals, drawn, reduction.path is not None
+        ),
         place_assumed=assumed,
         mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
     )

@@ -11,7 +11,6 @@ from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.records.log import Caution
 from pitotbench.units import DEGREE
 
-DELAYED = CalibrationOptions(wind="checked", latency="checked")
 CHECKED, CONSTANT = CalibrationOptions(wind="checked"), CalibrationOptions(wind="constant")
 
 
@@ -93,17 +92,18 @@ def test_a_heading_that_is_off_or_follows_the_speed_is_no_change_of_the_wind():
     assert not named(calibrate(off, CHECKED))
 
 
-def test_a_late_gps_is_not_called_a_magnetic_compass():
+@pytest.mark.parametrize("latency", ["checked", "estimated"])
+def test_a_late_gps_is_not_called_a_magnetic_compass(latency):
     """In a circle the track of a late GPS lags behind the heading by turn rate times delay."""
     log = flown("circle", 2)
-    rate = float(np.mean(np.diff(np.unwrap(log.heading)))) / 0.05
-    for size, kept in ((np.degrees(rate) * 1.0, False), (4.0 * np.degrees(rate), True)):
+    rate = float(np.degrees(np.mean(np.diff(np.unwrap(log.heading))))) / 0.05
+    late = {name: np.r_[np.full(20, getattr(log, name)[0]), getattr(log, name)[:-20]]
+            for name in ("velocity_north", "velocity_east")}  # fmt: skip
+    for size, kept in ((-rate * 1.0, False), (rate * 1.0, True), (-rate * 4.0, True)):
         told = Caution("the axes are turned", "axes turned", "heading", size)
-        late = replace(log, time=log.time, header={**log.header, "warnings": [told]})
-        moved = {name: np.r_[np.full(20, values[0]), values[:-20]] for name in ("velocity_north", "velocity_east")
-                 for values in [getattr(late, name)]}  # fmt: skip
-        found = calibrate(replace(late, gps_fresh=np.roll(late.gps_fresh, 20), **moved), DELAYED)
-        assert any("trail the air data" in warning for warning in found.warnings)
+        header = {**log.header, "warnings": [told]}
+        moved = replace(log, gps_fresh=np.roll(log.gps_fresh, 20), header=header, **late)
+        found = calibrate(moved, CalibrationOptions(latency=latency))
         assert (told in found.warnings) == kept
 
 

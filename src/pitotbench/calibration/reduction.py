@@ -483,7 +483,7 @@ def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) 
     )
     for text in log.header.get("warnings", ()):
         caution = text if isinstance(text, Caution) else Caution(text)
-        if late is None or not _turned_by_delay(log, caution, late):
+        if not _turned_by_delay(log, caution, found.latency):
             yield caution
     if reduction.observations.standard_day:
         yield Caution(
@@ -512,12 +512,17 @@ def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) 
         yield _latency_warning(late)
 
 
-def _turned_by_delay(log: FlightLog, caution: Caution, late: LatencyFound) -> bool:
-    """Whether a warning of turned axes tells of a latency only: as the airplane turns, a late track is turned."""
-    if caution.code != "axes turned" or log.heading is None:
+def _turned_by_delay(log: FlightLog, caution: Caution, latency: LatencyFound | None) -> bool:
+    """Whether a warning of turned axes tells of a latency only: as the airplane turns, a late track is turned back.
+
+    A latency that is known to be none, or not known at all, explains nothing.
+    """
+    if caution.code != "axes turned" or log.heading is None or latency is None:
         return False
-    rate = abs(float(np.mean(np.diff(np.unwrap(log.heading))))) / interval(log.time) / DEGREE
-    return abs(rate * abs(late.left) - abs(caution.size)) < rate * late.two_sigma
+    if not latency.two_sigma < abs(latency.value):
+        return False
+    rate = float(np.mean(np.diff(np.unwrap(log.heading)))) / interval(log.time) / DEGREE
+    return abs(-rate * latency.value - caution.size) < abs(rate) * latency.two_sigma
 
 
 def _is_named(change: WindChange) -> bool:

@@ -1,6 +1,6 @@
 """The usual accuracies: 2σ of constant errors of the sensors, which hold where no log, mapping or flag states them.
 
-They stand here alone: the bounds of a calibration, the reading of displays, the help text and the pages follow.
+The bounds of a calibration, the reading of displays and the help text follow. A test holds the pages against them.
 Temperature: a calibrated total-temperature probe with its installation. Recovery factor: the spread between probes
 of one type. Static pressure: an air-data transducer. GPS velocity: a receiver without corrections.
 """

@@ -22,6 +22,7 @@ from pitotbench.show.style import (
     PURPLE,
     RED,
     SKY,
+    WIDE,
     Panel,
     broken,
     panel,
@@ -35,7 +36,6 @@ from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
 
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
 _MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
-_PARTS = (7.2, 3.4)  # in, of the picture of the parts
 _MOST_DOTS = 900  # of the samples drawn: more make a page slow
 _AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"
 
@@ -99,7 +99,7 @@ def parts_panel(log: FlightLog, result: Calibration) -> Panel:
     """The flight over time, with the parts that the calibration used in color."""
     note = "Used in color, in grey what was left out: " + ", ".join(result.left_out) + "."
     with stacked([lambda axes: _draw_airspeed(axes, log, result), lambda axes: _draw_height(axes, log, result)],
-                 _PARTS, 3) as figure:  # fmt: skip
+                 WIDE, 3) as figure:  # fmt: skip
         return Panel("Parts of the flight", svg(figure, "Parts of the flight"), note)
 
 
@@ -132,15 +132,14 @@ def draw_data(axes: Axes, result: Calibration) -> None:
 def _samples(result: Calibration) -> tuple[Array, Array]:
     """What single samples say: indicated airspeed and correction [kt], (n,), at most some 900.
 
-    The correction is the curve less the residual; the middle 99 % are returned, inside the airspeeds of the curve.
+    The correction is the curve less the residual; the middle 99 % are returned, also beyond the curve's airspeeds.
     """
     curve, residuals = result.curve, result.residuals
     thinned = slice(None, None, max(1, -(-len(residuals.time) // _MOST_DOTS)))
     speed = residuals.indicated_airspeed[thinned]
     data = np.interp(speed, curve.indicated_airspeed, curve.correction) - residuals.airspeed[thinned]
-    inside = (speed >= curve.indicated_airspeed[0]) & (speed <= curve.indicated_airspeed[-1])
     low, high = np.quantile(data, [0.005, 0.995])
-    shown = inside & (data >= low) & (data <= high)
+    shown = (data >= low) & (data <= high)
     return speed[shown] / KNOT, data[shown] / KNOT
 
 

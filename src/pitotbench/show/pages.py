@@ -174,7 +174,7 @@ def log_section(
     rows += f" {result.samples:,} used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
     parts = [parts_panel(log, result)] if result.left_out else []
-    html = _html(anchor, name, rows, answer, {result.model: result}, None, parts, points, limit)
+    html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit, parts)
     origin = "simulated logs" if log.simulated else "measured logs"
     return Section(anchor, origin, name, answer, html)
 
@@ -189,6 +189,7 @@ def _html(
     flown: Sequence[Panel],
     points: Sequence[FixedSpeedPoint],
     limit: Limit | str | None = AUTO,
+    parts: Sequence[Panel] = (),
 ) -> str:
     first = next(iter(results.values()))
     curves = curve_panels(results, truth, points, limit)
@@ -203,7 +204,7 @@ def _html(
         headline=headline(first),
         conditions=condition_lines(first),
         card=card_html(first.curve, title),
-        panels=[*curves[1:], *residual_panels(first)],
+        panels=[*parts, *curves[1:], *residual_panels(first)],
         numbers=calibration_html(first) + points_html(points, first.curve),
     )
 

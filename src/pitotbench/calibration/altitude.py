@@ -270,11 +270,10 @@ def _assembled(
     static, impact = blocks.mean(log.static_pressure), blocks.mean(impact_pressure)
     height = _geopotential(blocks.mean(carried.height))
     profile = _air_temperature(log, obs, blocks, impact, static, height)
-    moist = saturated_warmth(*profile.warmest(static))
+    moist = saturated_warmth(float(np.median(profile.temperature)), float(np.median(static)))
     profile = profile.warmed(_HALF * moist)
     column = np.exp(-air.GRAVITY / air.GAS_CONSTANT * profile.thinness(height))
-    local = profile.at(height)
-    gain = air.GAS_CONSTANT * local / (static * air.GRAVITY)
+    gain = air.GAS_CONSTANT * profile.at(height) / (static * air.GRAVITY)
     tie, fix = _ties(carried, blocks)
     rows = AltitudeRows(
         time=blocks.mean(log.time),
@@ -337,10 +336,6 @@ class _Profile:
         """The profile of air that is warmer by so much."""
         return replace(self, temperature=self.temperature + kelvin)
 
-    def warmest(self, static: Pascal) -> tuple[float, float]:
-        """The mean temperature [K] and pressure [Pa] of the warmer half of the air, where moisture weighs."""
-        return float(np.quantile(self.temperature, 0.5)), float(np.quantile(static, 0.5))
-
     def thinness(self, height: Meters) -> Array:
         """The integral of dh/T from the mean height to heights (n,) [m/K]: g/R times it is ln of the pressures."""
         return self._integral(height, 1.0 / self._fine()[1])
@@ -365,8 +360,8 @@ class _Profile:
         """The integral of values on the fine heights from the mean height to each height."""
         fine = self._fine()[0]
         steps = 0.5 * (values[1:] + values[:-1]) * np.diff(fine)
-        sums = np.interp(height, fine, np.concatenate([[0.0], np.cumsum(steps)]))
-        return np.asarray(sums - np.interp(float(np.mean(height)), fine, np.concatenate([[0.0], np.cumsum(steps)])))
+        sums = np.concatenate([[0.0], np.cumsum(steps)])
+        return np.asarray(np.interp(height, fine, sums) - np.interp(float(np.mean(height)), fine, sums))
 
 
 def _ties(carried: CarriedHeight, blocks: _Blocks) -> tuple[Meters | None, Array]:

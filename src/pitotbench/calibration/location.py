@@ -141,10 +141,15 @@ def _with_height(
     wide = rows.with_probe(probe)
     joint, gain, chance = _with_rows(near, bare, wide)
     moved = _at(bare, True, rows)
-    apart = [posterior_of(settle(_at(bare, True), obs, near))] if chance < DISAGREE else []
+
+    def held(fit: CoveringFit) -> Posterior:
+        """The answer of triangle and height together; where they disagree, the mixture with the triangle's own."""
+        answers = [fit, settle(_at(bare, True), obs, near)] if chance < DISAGREE else [fit]
+        return mixed([(1.0, posterior_of(each)) for each in answers])
+
     if stated is not None:
         fit = settle(moved, obs, joint)
-        return ErrorPlace(stated, None, moved, fit, _both(posterior_of(fit), apart), chance)
+        return ErrorPlace(stated, None, moved, fit, held(fit), chance)
     noise, without = _without_curve(wide, joint.noise[-NOISE_COUNT:], gain)
     odds = gain - without
     probability = float(1.0 / (1.0 + np.exp(-np.clip(odds, -_CERTAIN, _CERTAIN))))
@@ -154,10 +159,7 @@ def _with_height(
     tried = {STATIC: (moved, joint), elsewhere: (_at(bare, False, rows), beside)}
     fits = {name: settle(tried[name][0], obs, tried[name][1]) for name in tried if shares[name] > SURE}
     best = max(fits, key=lambda name: shares[name])
-    found = {name: posterior_of(fit) for name, fit in fits.items()}
-    if STATIC in found:
-        found[STATIC] = _both(found[STATIC], apart)
-    answer = mixed([(shares[name], posterior) for name, posterior in found.items()])
+    answer = mixed([(shares[n], held(fit) if n == STATIC else posterior_of(fit)) for n, fit in fits.items()])
     return ErrorPlace(best, probability, tried[best][0], fits[best], answer, chance if best == STATIC else None)
 
 
@@ -175,7 +177,7 @@ def fit_by_height(
     rows = altitude_rows(log, obs, options.gps_latency, np.array([_UNKNOWN_WIND, 0.0]))
     if rows is None or not options.use_altitude or options.error_location not in (AUTO, STATIC):
         raise NoAnswerError("no height by GPS tells of the static source")
-    probe = 0.5 * max(accuracies_of(options.accuracies, {}).temperature_k, 0.0)
+    probe = 0.5 * accuracies_of(options.accuracies, {}).temperature_k
     rows, model, free = rows.with_probe(probe), replace(model, static_error=True), model.error_count
     noise_of, log_prior = _noise_and_prior(rows)
     theta, guess = np.zeros(model.count), altitude_guess(rows)
@@ -192,11 +194,6 @@ def fit_by_height(
     left = altitude_regression(rows, model, theta, ()).response[: len(rows)] / rows.gain
     flying = rows.impact_pressure > 0.0
     return ByHeight(model, found, rows.time[flying], rows.impact_pressure[flying], left[flying])
-
-
-def _both(joint: Posterior, triangle: list[Posterior]) -> Posterior:
-    """The answer of triangle and height together, or where they disagree the mixture with that of the triangle."""
-    return mixed([(1.0, each) for each in (joint, *triangle)])
 
 
 def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[Approach, float, float]:

@@ -67,6 +67,7 @@ def range_end(log: FlightLog) -> RangeEnd | None:
 
 
 _MINIMUM_AIRSPEED = 20.0 * KNOT  # below it the impact pressure is too small to be of use
+_MINIMUM_PRESSURE = float(air.impact_pressure(_MINIMUM_AIRSPEED))
 
 # Find the parts of a flight that serve a calibration: in the air, away from take-off and landing, not steep.
 # On the ground and in ground effect the air data have errors of their own. After take-off and before landing the
@@ -128,8 +129,8 @@ def path_angle(log: FlightLog) -> Array:
     height = air.pressure_altitude(np.interp(log.time, log.time[edges], middles))
     before, after = (np.clip(log.time + half, log.time[0], log.time[-1]) for half in (-0.5 * _OVER, 0.5 * _OVER))
     climb = (np.interp(after, log.time, height) - np.interp(before, log.time, height)) / (after - before)
-    mach = air.mach_from_impact_pressure(np.maximum(log.impact_pressure, 0.0), pressure)
-    airspeed = mach * np.sqrt(air.HEAT_RATIO * air.GAS_CONSTANT * air.standard_temperature(height))
+    impact = np.maximum(log.impact_pressure, 0.0)
+    airspeed = air.true_airspeed(impact, pressure, air.standard_temperature(height))
     return np.arctan2(climb, np.maximum(airspeed, _MINIMUM_AIRSPEED))
 
 
@@ -182,6 +183,7 @@ class Observations:
     probe_heating: float
     has_down: bool
     standard_day: bool
+    parts: UsableParts  # of the log, over its rows
     heading: Array | None = None  # rad, as logged
 
     def __len__(self) -> int:
@@ -217,18 +219,22 @@ class Observations:
         )
 
 
-def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) -> Observations:
+def observe(
+    log: FlightLog, options: CalibrationOptions, margin: float = 0.0, parts: UsableParts | None = None
+) -> Observations:
     """Choose rows and interpolate the ground velocity to the times of the air data.
 
     `margin` [s] is left out at both ends of each stretch, so that other latencies have the same rows.
-    Raises BadInputError where too few usable rows remain or a needed channel is missing.
+    `parts` are those of the log where they are known. Raises BadInputError where too few usable rows remain or a
+    needed channel is missing.
     """
     fresh = log.fresh_fixes()
     stretch = stretch_numbers(log.time, pauses(log.time))
     down = log.velocity_down if log.velocity_down is not None and options.use_down else np.zeros(len(log))
     held = np.stack([log.velocity_north, log.velocity_east, down])
     velocity, between = _between_fixes(log.time, held, fresh, stretch, options.gps_latency, margin)
-    used = usable_rows(log, options) & between
+    parts = parts or parts_of(log, options)
+    used = usable_rows(log, options, parts) & between
     _require_rows(used, log, options)
     temperature, heating, standard = _temperature(log, options)
     return Observations(
@@ -249,6 +255,7 @@ def observe(log: FlightLog, options: CalibrationOptions, margin: float = 0.0) ->
         probe_heating=heating,
         has_down=log.velocity_down is not None and options.use_down,
         standard_day=standard,
+        parts=parts,
         heading=None if log.heading is None else log.heading[used],
     )
 
@@ -267,15 +274,21 @@ def observe_again(log: FlightLog, options: CalibrationOptions, before: Observati
 
     Rows that were screened out remain out. Raises as `observe` does.
     """
-    read = observe(log, options)
+    read = observe(log, options, parts=before.parts)
     return read.select(before.used[read.used])
 
 
-def usable_rows(log: FlightLog, options: CalibrationOptions) -> Booleans:
-    """Return whether the sensor's range and the options allow a row, (n,). Raises BadInputError without flags."""
-    used = log.impact_pressure > float(air.impact_pressure(_MINIMUM_AIRSPEED))
-    if not options.on_condition:  # the rows on condition are the user's own choice
-        used &= usable_parts(log).rows
+def parts_of(log: FlightLog, options: CalibrationOptions) -> UsableParts:
+    """Return the usable parts of a log; all of it where the user has chosen the rows, those on condition."""
+    return UsableParts(np.ones(len(log), dtype=np.bool_), ()) if options.on_condition else usable_parts(log)
+
+
+def usable_rows(log: FlightLog, options: CalibrationOptions, parts: UsableParts | None = None) -> Booleans:
+    """Return whether its part of the log, the sensor's range and the options allow a row, (n,).
+
+    `parts` are those of the log where they are known. Raises BadInputError without flags.
+    """
+    used = (parts or parts_of(log, options)).rows & (log.impact_pressure > _MINIMUM_PRESSURE)
     end = range_end(log)
     if end is not None:
         used &= ~end.cut_off

@@ -250,10 +250,9 @@ def wind_by_circle(obs: Observations) -> Array:
     |W|² (Kåsa, IEEE Transactions on Instrumentation and Measurement 25, 1976).
     """
     mach = air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure)
-    temperature = obs.probe_temperature / (1.0 + obs.probe_heating * mach**2)
+    airspeed = mach * air.sound_speed(obs.probe_temperature / (1.0 + obs.probe_heating * mach**2))
     ground = np.stack([obs.velocity_north, obs.velocity_east, np.full(len(obs), -0.5)], axis=1)
-    airspeed_squared = mach**2 * air.HEAT_RATIO * air.GAS_CONSTANT * temperature
-    response = np.sum(ground[:, :2] ** 2, axis=1) - airspeed_squared
+    response = np.sum(ground[:, :2] ** 2, axis=1) - airspeed**2
     return np.asarray(np.linalg.lstsq(2.0 * ground, response)[0][:2])
 
 

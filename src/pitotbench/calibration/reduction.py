@@ -30,7 +30,6 @@ from pitotbench.calibration.observations import (
     observe_again,
     range_end,
     spans,
-    usable_parts,
     wind_drifts,
 )
 from pitotbench.calibration.options import (
@@ -314,12 +313,11 @@ def reduce_log(log: FlightLog, options: CalibrationOptions, reference_pressure: 
     if used.method == "covering":
         reduction = _cover(log, reduction)
     assumed = assumptions_of(options.accuracies, log.header)
-    parts = usable_parts(log)
     return replace(
         reduction,
-        parts=((float(log.time[0]), float(log.time[-1])),) if used.on_condition else spans(log.time, parts.rows),
+        parts=spans(log.time, read.parts.rows),
         log_start=float(log.time[0]),
-        left_out=() if used.on_condition else parts.reasons,
+        left_out=read.parts.reasons,
         warnings=(*_warnings(log, reduction, left_out), *reduction.warnings),
         assumptions=_that_matter(assumed, used, reduction.observations),
     )
@@ -481,8 +479,7 @@ def _warnings(log: FlightLog, reduction: Reduction, left_out: NDArray[np.intp]) 
     late = (
         found.latency if found.latency is not None and abs(found.latency.left) > found.latency.two_sigma else None
     )
-    for text in log.header.get("warnings", ()):
-        caution = text if isinstance(text, Caution) else Caution(text)
+    for caution in log.cautions:
         if not _turned_by_delay(log, caution, found.latency):
             yield caution
     if reduction.observations.standard_day:

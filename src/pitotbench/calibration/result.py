@@ -9,7 +9,7 @@ from pitotbench import air
 from pitotbench.calibration.covering import Posterior
 from pitotbench.calibration.fit_checks import disagreements, heading_spread
 from pitotbench.calibration.location import STATIC, fit_by_height, mixed
-from pitotbench.calibration.observations import Observations, observe, spans, usable_parts
+from pitotbench.calibration.observations import Observations, observe, spans
 from pitotbench.calibration.options import AUTO, CalibrationOptions, accuracies_of, assumptions_of
 from pitotbench.calibration.output_error import OutputErrorFit
 from pitotbench.calibration.prediction import ZERO, CurveMap, Nuisance, PredictionModel, curve_airspeeds
@@ -95,7 +95,7 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
     Raises as `location.fit_by_height` does.
     """
     used = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
-    obs, parts = observe(log, used), usable_parts(log)
+    obs = observe(log, used)
     # Height tells the level well and the slope hardly: of the models weighed these two are left, alike likely.
     names = ("linear", "bias") if used.model == AUTO else (used.model,)
     fits = [fit_by_height(log, used, obs, model_of(name, used, obs, reference_of([obs]))) for name in names]
@@ -121,7 +121,6 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         f"the wind is unknown: all headings lie within {heading_spread(obs) / DEGREE:.0f}°. The curve is that of "
         "the static source, by height and pressure alone; a second leg at least 60° away would check it"
     )
-    warnings = [text if isinstance(text, Caution) else Caution(text) for text in log.header.get("warnings", ())]
     return Calibration(
         model=f"{AUTO} ({' and '.join(names)})" if used.model == AUTO else used.model,
         method="height",
@@ -136,12 +135,12 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         condition_number=1.0,
         residuals=residuals,
         diagnostics=Diagnostics(0),
-        warnings=(*warnings, Caution(words, "one heading")),
+        warnings=(*log.cautions, Caution(words, "one heading")),
         error_location=STATIC,
         assumptions=assumptions_of(options.accuracies, log.header),
-        parts=spans(log.time, parts.rows),
+        parts=spans(log.time, obs.parts.rows),
         log_start=float(log.time[0]),
-        left_out=parts.reasons,
+        left_out=obs.parts.reasons,
         mach=float(np.max(air.mach_from_impact_pressure(obs.impact_pressure, obs.static_pressure))),
     )
 

@@ -77,6 +77,12 @@ class FlightLog(Shown, Recorded):
         return FlightLog(**picked, header=self.header)
 
     @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """The remarks of the header as warnings; one that the log brought along as a mere text has no finding."""
+        remarks = self.header.get("warnings", ())
+        return tuple(each if isinstance(each, Caution) else Caution(each) for each in remarks)
+
+    @property
     def simulated(self) -> bool:
         """Whether a simulator made the log: it writes its case into the header, and nothing else does."""
         return "case" in self.header

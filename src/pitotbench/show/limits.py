@@ -28,7 +28,8 @@ class Limit:
     """The largest errors that a rule allows.
 
     Airspeed: the larger of `share` of the airspeed and `knots`. Altitude: `feet` for each 100 kt of airspeed, 30 ft
-    or more, or None where the rule says nothing about it.
+    or more, or None where the rule says nothing about it. `why` says
+    why a rule that nobody named was taken.
     """
 
     name: str

@@ -290,7 +290,7 @@ def effect_changes(_: Bench) -> Answers:
         text = case + (f'[[effects]]\nname = "{name}"\n[effects.parameters]\n{sizes}' if name else "")
         try:
             said[name or "(none)"] = channels(
-                pitotbench.sensing(pitotbench.fly(pitotbench.read_case(text)), "20/5")
+                pitotbench.sense(pitotbench.fly(pitotbench.read_case(text)), "20/5")
             )
         except (pitotbench.BadInputError, pitotbench.NoAnswerError, ValueError) as error:
             said[name] = f"{type(error).__name__}: {error}"

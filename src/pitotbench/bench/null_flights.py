@@ -23,6 +23,7 @@ from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.null_distribution import NullDistribution, read_distribution, text_of
 from pitotbench.reconciliation.null_learning import learn_null_distribution
 from pitotbench.reconciliation.residuals import AircraftModel
+from pitotbench.reconciliation.track import CONTROLS
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Motion, Reaction, UnitForces, cache_folder
 from pitotbench.records.case import Case
@@ -93,25 +94,18 @@ def _loaded_card(card: Case, log: FlightLog) -> Case:
 
 # Hz. The change of a force by an effect in a held state differs by less than 1 % between the two rates.
 COARSE_RATE, FINE_RATE = 25.0, 100.0
-_MOST_NAMED = 3  # missing channels in an error
 
 
 def aircraft_model(name: str) -> AircraftModel | None:
-    """Return an aircraft of the hangar as the analyst's model; None for `none`. Raises UnknownNameError.
-
-    Raises BadInputError for an aircraft without the channels of a twin with pistons, which the analysis needs.
-    """
+    """Return an aircraft of the hangar as the analyst's model; None for `none`. Raises UnknownNameError."""
     if name == "none":
         return None
     folder = find_aircraft(name)
     record = read_record(folder)
-    if record is not None and record.missing:
-        more = f" and {len(record.missing) - _MOST_NAMED} more" if len(record.missing) > _MOST_NAMED else ""
-        raise BadInputError(
-            f"{name}: reconcile drives both engines and all surfaces of a model from the log, and this one has no "
-            f"{', '.join(record.missing[:_MOST_NAMED])}{more}; use --aircraft none to judge the sensors alone"
-        )
-    return AircraftModel(name, partial(_react, name), partial(_unit_forces, name), read_baseline(folder))
+    # An aircraft may have one engine. Its surfaces it has, even where their positions are not served.
+    missing = set(record.missing if record is not None else ()) & {"throttle_left", "throttle_right"}
+    controls = tuple(control for control in CONTROLS if control not in missing)
+    return AircraftModel(name, partial(_react, name), partial(_unit_forces, name), read_baseline(folder), controls)
 
 
 def _react(name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True) -> Reaction:

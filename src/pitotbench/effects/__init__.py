@@ -21,8 +21,9 @@ from pitotbench.effects.pneumatic import PNEUMATIC
 from pitotbench.effects.propulsion import PROPULSION
 from pitotbench.effects.recorder import RECORDER
 from pitotbench.effects.response import Signals as Signals
+from pitotbench.effects.stability import STABILITY
 
-_ALL = (*PNEUMATIC, *RECORDER, *AIR, *AIRFRAME, *PROPULSION)
+_ALL = (*PNEUMATIC, *RECORDER, *AIR, *AIRFRAME, *STABILITY, *PROPULSION)
 EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in _ALL})
 # The table, and every effect of it from a time on and for a time.
 FORMS: Catalog[Effect] = Catalog(

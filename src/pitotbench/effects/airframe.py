@@ -2,6 +2,7 @@
 
 from pitotbench.effects.effect import RANGE_OF_AIRSPEED, SIDESLIP, TURNING, AircraftEffect, Effect, Parameter, Sizes
 from pitotbench.effects.overlay import (
+    AeroFunction,
     AxisFunction,
     Baseline,
     MassPoint,
@@ -38,34 +39,30 @@ BELLY_POD = AircraftEffect(
 
 # Controls that are more or less effective than in the model: every force and moment of a surface is scaled.
 
-SURFACES = {
-    "elevator_change": "fcs/elevator-pos-rad",
-    "aileron_change": "fcs/left-aileron-pos-rad",
-    "rudder_change": "fcs/rudder-pos-rad",
-}
+SURFACES = {"elevator_change": "elevator", "aileron_change": "aileron", "rudder_change": "rudder"}
 AXES = ("LIFT", "DRAG", "SIDE", "ROLL", "PITCH", "YAW")
 
 
 def _build_control_effectiveness(sizes: Sizes, baseline: Baseline) -> Overlay:
-    # A share of each function that reads the surface is added to its axis; the aircraft's functions stay unchanged.
+    # A share of each function of the surface is added to its axis; the aircraft's functions stay unchanged.
     added = [
-        AxisFunction(axis, product(size("control_effectiveness", key), function))
+        AxisFunction(function.axis, product(size("control_effectiveness", key), function.name))
         for key in SURFACES
         if sizes[key] != 0.0
-        for axis in AXES
-        for function in _moving(baseline, axis, key)
+        for function in _moving(baseline, key)
     ]
     return Overlay(sizes=CONTROL_EFFECTIVENESS.held(sizes), functions=tuple(added))
 
 
-def _moving(baseline: Baseline, axis: str, key: str) -> tuple[str, ...]:
-    control = SURFACES[key]
-    if not any(baseline.moving(a, control) for a in AXES):
+def _moving(baseline: Baseline, key: str) -> tuple[AeroFunction, ...]:
+    surface = SURFACES[key]
+    found = tuple(function for axis in AXES for function in baseline.terms(axis, surface))
+    if not found:
         raise BadInputError(
-            f"effect 'control_effectiveness': no aerodynamic function of {baseline.aircraft!r} reads {control}; "
-            f"set {key} to 0"
+            f"effect 'control_effectiveness': no aerodynamic function of {baseline.aircraft!r} reads its "
+            f"{surface}; set {key} to 0"
         )
-    return baseline.moving(axis, control)
+    return found
 
 
 CONTROL_EFFECTIVENESS = AircraftEffect(
@@ -235,14 +232,14 @@ POLAR_BEND = AircraftEffect(
 
 # Trim or rigging: a constant moment about each axis that the surfaces must hold.
 
-_LENGTHS = {"PITCH": "metrics/cbarw-ft", "ROLL": "metrics/bw-ft", "YAW": "metrics/bw-ft"}
+LENGTHS = {"PITCH": "metrics/cbarw-ft", "ROLL": "metrics/bw-ft", "YAW": "metrics/bw-ft"}
 
 
 def _build_trim_offset(sizes: Sizes, baseline: Baseline) -> Overlay:
     # Moment = dynamic pressure × wing area × reference length × coefficient, as in the aircraft's file.
     moments = [
         AxisFunction(axis, product("aero/qbar-psf", "metrics/Sw-sqft", length, path))
-        for (axis, length), path in zip(_LENGTHS.items(), TRIM_OFFSET.paths(), strict=True)
+        for (axis, length), path in zip(LENGTHS.items(), TRIM_OFFSET.paths(), strict=True)
     ]
     return Overlay(sizes=TRIM_OFFSET.held(sizes), functions=tuple(moments))
 

@@ -1,7 +1,8 @@
 """What effects add to an aircraft, as data: JSBSim expressions and the places where they act."""
 
+import re
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import reduce
 from typing import Any
@@ -115,6 +116,15 @@ class AxisFunction:
 
 
 @dataclass(frozen=True, slots=True)
+class FunctionScaling:
+    """A function of the aircraft's file that becomes `factor` times itself plus `added`."""
+
+    function: str
+    factor: Expression
+    added: Expression
+
+
+@dataclass(frozen=True, slots=True)
 class MassPoint:
     """A mass [lb] at a point of the structure; negative where something was removed."""
 
@@ -153,6 +163,7 @@ class Overlay:
     sizes: tuple[tuple[str, float], ...] = ()
     settings: tuple[PropertySetting, ...] = ()
     functions: tuple[AxisFunction, ...] = ()
+    scalings: tuple[FunctionScaling, ...] = ()
     masses: tuple[MassPoint, ...] = ()
     forces: tuple[BodyForce, ...] = ()
     winds: tuple[WindTerm, ...] = ()
@@ -191,13 +202,42 @@ def _renamed(part: Any, new: Callable[[str], str]) -> Any:
     return part
 
 
+_RATE = re.compile(r"velocities/([pqr])(-aero)?-rad_sec")
+_SURFACE = re.compile(r"fcs/.*(elevator|aileron|rudder)")
+_SETTING = ("fcs/", "gear/", "systems/", "propulsion/")
+
+
 @dataclass(frozen=True, slots=True)
 class AeroFunction:
-    """A named function of the aircraft's aerodynamics and the properties that it reads."""
+    """A named function of the aircraft's aerodynamics.
+
+    `axis` is empty for a function outside the axes, which others read. `reads` are the properties that it
+    multiplies or adds, `looks_up` those by which its tables are read.
+    """
 
     axis: str
     name: str
     reads: frozenset[str]
+    looks_up: frozenset[str] = frozenset()
+
+    @property
+    def variable(self) -> str:
+        """The variable of the motion or of the controls that the function stands for; empty for a constant.
+
+        It is a body rate p, q or r, else a surface, else alpha_rate, sideslip or alpha. A function of flaps, gear,
+        engines or another control is a `setting`. A damping that fades with the angle of attack is one of the rate.
+        """
+        factors, inputs = sorted(self.reads), sorted(self.reads | self.looks_up)
+        for pattern, paths in ((_RATE, factors), (_SURFACE, inputs)):
+            found = [match[1] for path in paths if (match := pattern.fullmatch(path) or pattern.match(path))]
+            if found:
+                return found[0]
+        if any(path.startswith(_SETTING) for path in factors):
+            return "setting"
+        for name, start in (("alpha_rate", "aero/alphadot"), ("sideslip", "aero/beta"), ("alpha", "aero/alpha")):
+            if any(path.replace("mag-", "").startswith(start) for path in inputs):
+                return name
+        return "setting" if any(path.startswith(_SETTING) for path in inputs) else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,6 +263,22 @@ class Baseline:
     engines: tuple[Engine, ...] = ()
     declared: Mapping[str, float] = field(default_factory=dict)
 
-    def moving(self, axis: str, control: str) -> tuple[str, ...]:
-        """Return the names of the functions of an axis that read a control."""
-        return tuple(f.name for f in self.functions if f.axis == axis and control in f.reads)
+    def terms(self, axis: str, variable: str) -> tuple[AeroFunction, ...]:
+        """Return the aerodynamic terms of an axis in a variable.
+
+        They are functions of the axis. Where one of these only passes on a function outside the axes, such as a
+        lift coefficient that lift and drag read, the term is the function outside.
+        """
+        direct = tuple(f for f in self.functions if f.axis == axis and f.variable == variable)
+        if direct:
+            return direct
+        passed = (f for f in self.functions if f.axis == axis and not f.variable)
+        found = (h for f in passed for h in self._behind(f) if h.variable == variable)
+        return tuple(dict.fromkeys(found))
+
+    def _behind(self, function: AeroFunction) -> Iterator[AeroFunction]:
+        """The functions outside the axes that a function reads, and those that they read."""
+        for helper in self.functions:
+            if not helper.axis and helper.name in function.reads:
+                yield helper
+                yield from self._behind(helper)

@@ -30,7 +30,7 @@ from pitotbench.reconciliation.residuals import (
 )
 from pitotbench.reconciliation.signatures import WHOLE_FLIGHT, Signature, signatures_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
-from pitotbench.reconciliation.track import MARGIN, Grid, Track, can_replay, mach_number, replay_motion, track_of
+from pitotbench.reconciliation.track import MARGIN, Grid, Track, lacking, mach_number, replay_motion, track_of
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
@@ -396,7 +396,7 @@ def _laid_out(
 ) -> Layout:
     replay = (
         replay_motion(track, lambda motion: aircraft.react(motion, Overlay(), True))
-        if aircraft is not None and can_replay(track)
+        if aircraft is not None and not lacking(track, aircraft.controls)
         else None
     )
     scene = set_scene(track, mean_wind_of(track, measured), replay, aircraft, kept)

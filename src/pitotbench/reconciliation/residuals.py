@@ -15,6 +15,7 @@ from pitotbench.channels import CHANNELS
 from pitotbench.effects.overlay import Baseline, Overlay
 from pitotbench.reconciliation.track import (
     COARSE,
+    CONTROLS,
     GPS_CHANNELS,
     REACTION_NAMES,
     Grid,
@@ -261,10 +262,10 @@ def _forces(track: Track, grid: Grid, predicted: Array) -> dict[str, Array]:
 def _engines(track: Track, grid: Grid, predicted: Array) -> dict[str, Array]:
     column = {name: i for i, name in enumerate(REACTION_NAMES)}
     present = [name for name in ENGINES if name in track]
-    split = grid.smooth(track["throttle_left"] - track["throttle_right"])
-    return {name: grid.smooth(track[name]) - predicted[:, column[name]] for name in present} | {
-        "throttle_split": split
-    }
+    residuals = {name: grid.smooth(track[name]) - predicted[:, column[name]] for name in present}
+    if "throttle_right" in track:
+        residuals["throttle_split"] = grid.smooth(track["throttle_left"] - track["throttle_right"])
+    return residuals
 
 
 def _moments(track: Track, grid: Grid, model: Replay, answer: Array) -> dict[str, Array]:
@@ -399,12 +400,16 @@ UnitForcesWith = Callable[[Motion, Overlay, frozenset[str]], UnitForces]
 
 @dataclass(frozen=True, slots=True)
 class AircraftModel:
-    """The analyst's model of an aircraft: a force meter that takes overlays, and the data that effects need."""
+    """The analyst's model of an aircraft: a force meter that takes overlays, and the data that effects need.
+
+    `controls` are the surfaces and throttles that a log must hold so that the force meter can be moved along it.
+    """
 
     name: str
     react: ReactWith
     unit_forces: UnitForcesWith
     baseline: Baseline
+    controls: tuple[str, ...] = CONTROLS
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """The track: a measured log on uniform rows, the filter of all channels, and the model moved along it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -256,10 +256,11 @@ VARIED: Mapping[str, float] = {
     "sideslip": 0.005,
 }
 FINE, COARSE = 0.1, 1.0  # s between states: for the answer, and for its changes, which are slow
-NEEDED = (
-    *("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "elevator", "aileron", "rudder"),
-    *("throttle_left", "throttle_right", "mass", "angle_of_attack", "sideslip", "specific_force_x"),
+STATES = (
+    *("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "mass"),
+    *("angle_of_attack", "sideslip", "specific_force_x"),
 )
+CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
 REACTION_NAMES = tuple(Reaction.__dataclass_fields__)
 
 
@@ -285,9 +286,9 @@ class Replay:
         return values
 
 
-def can_replay(track: Track) -> bool:
-    """Whether a track has all channels that the force meter needs."""
-    return all(name in track for name in NEEDED)
+def lacking(track: Track, controls: Iterable[str]) -> tuple[str, ...]:
+    """Return the channels that the force meter needs and a track lacks; `controls` are those of the aircraft."""
+    return tuple(name for name in (*STATES, *controls) if name not in track)
 
 
 def replay_rows(track: Track, step: float) -> NDArray[np.intp]:
@@ -303,13 +304,15 @@ def motion_of(track: Track, rows: NDArray[np.intp]) -> Motion:
     """Return the measured motion at rows of a track.
 
     States are means over a step around each row. Throttles are means over the step that follows, in which the
-    engines answer to them.
+    engines answer to them. Controls that the track lacks are NaN: the aircraft does not have them.
     """
     around, after = _windows(track, rows)
     states = varied_states(track, rows)
     for name in Motion.__dataclass_fields__:
         if name in track and name not in states:
             states[name] = (after if name.startswith("throttle") else around)(track[name])
+        elif name in CONTROLS:
+            states[name] = np.full(len(rows), np.nan)
     return Motion(time=track.time[rows], **states)
 
 

@@ -97,7 +97,7 @@ class Motion:
 
     A model that is put into these states needs no equations of motion and cannot drift. `temperature_offset` is the
     mean offset of a standard day [K], height by height, that has the measured air temperature at the measured
-    pressure. Raises RecordError where lengths differ.
+    pressure. A control that the airplane does not have is NaN. Raises RecordError where lengths differ.
     """
 
     time: Seconds
@@ -128,7 +128,7 @@ class Reaction:
     """The forces and engine readings of a model along a `Motion`; arrays (n,), one entry a state.
 
     Specific force [m/s²] and angular acceleration [rad/s²] are in body axes. The engine readings are manifold
-    pressure [Pa], propeller speed [rad/s] and fuel flow [kg/s].
+    pressure [Pa], propeller speed [rad/s] and fuel flow [kg/s]; those that the model does not have are 0.
     """
 
     specific_force_x: Array

@@ -52,11 +52,15 @@ def read_baseline(folder: Path) -> Baseline:
 
 
 def _functions(root: ET.Element) -> list[AeroFunction]:
+    """Return the aerodynamic functions: those outside the axes, then those of each axis."""
     found = []
-    for axis in root.findall("aerodynamics/axis"):
-        for function in axis.findall("function"):
-            reads = frozenset((p.text or "").strip() for p in function.iter("property"))
-            found.append(AeroFunction(axis.get("name", ""), function.get("name", ""), reads))
+    for part in [*root.findall("aerodynamics"), *root.findall("aerodynamics/axis")]:
+        for function in part.findall("function"):
+            reads, looks_up = (
+                frozenset((each.text or "").strip() for each in function.iter(tag))
+                for tag in ("property", "independentVar")
+            )
+            found.append(AeroFunction(part.get("name", ""), function.get("name", ""), reads, looks_up))
     return found
 
 

@@ -9,7 +9,7 @@ from pitotbench import air
 from pitotbench.axes import flow_direction
 from pitotbench.effects.overlay import AxisFunction, Overlay, product, size
 from pitotbench.records.aircraft import Motion, Reaction, UnitForces
-from pitotbench.simulation.modified import TANKS
+from pitotbench.simulation.modified import tanks
 from pitotbench.simulation.plant import Plant, SimulationError
 from pitotbench.simulation.properties import PROPERTIES, Air
 from pitotbench.timeline import gaps
@@ -69,9 +69,9 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
 
 
 def _fuel(plant: Plant, motion: Motion, loaded_mass: float) -> Array:
-    """Return the fuel in each tank at each state [lb], (n, 2): the load less an equal share of the mass burnt."""
-    full = np.array([plant.get(tank) for tank in TANKS])
-    burnt = (loaded_mass - motion.mass) / POUND / len(TANKS)
+    """Return the fuel in each tank at each state [lb], (n, t): the load less an equal share of the mass burnt."""
+    full = np.array([plant.get(tank) for tank in tanks(plant)])
+    burnt = (loaded_mass - motion.mass) / POUND / max(1, len(full))
     return np.clip(full - burnt[:, None], 0.0, full)  # a tank holds no more than its full load
 
 
@@ -177,8 +177,8 @@ class _Servo:
 class Rig:
     """A plant with running engines, ready to be put into each state of a motion.
 
-    `states` are the initial conditions and the fuel of each state, (n, 12), and `wanted` the positions of the
-    controls, (n, 5). `reads` and `factors` give a reaction in SI units, but its forces, which are not yet per mass.
+    `states` are the initial conditions and the fuel of each state, (n, 10 + tanks), and `wanted` the positions of
+    the controls, (n, k). `reads` and `factors` give a reaction in SI units; its forces are not yet per mass.
     """
 
     plant: Plant
@@ -199,10 +199,10 @@ class Rig:
         return cls(
             plant,
             states=np.concatenate([_initial_conditions(motion, heights, sound), fuel], axis=1),
-            wanted=np.stack([getattr(motion, name) for name, *_ in CONTROLS], axis=1),
+            wanted=np.stack([getattr(motion, name) for name, *_ in _controls(plant)], axis=1),
             servos=servos,
-            writers=[plant.writer(path) for path in (*_IC, *TANKS)],
-            reads=[plant.getter(path)[0] for path, _ in _outputs()],
+            writers=[plant.writer(path) for path in (*_IC, *tanks(plant))],
+            reads=[plant.getter(path)[0] if plant.serves(path) else _nothing for path, _ in _outputs()],
             factors=np.array([factor for _, factor in _outputs()]),
             mass=plant.getter("mass"),
         )
@@ -235,7 +235,15 @@ class Rig:
 def _controls(plant: Plant) -> list[tuple[str, str, str]]:
     """Return each control, the command that moves it, and its position; an attached autopilot has sticks."""
     sticks = {name: f"ap/stick-{name}-norm" if plant.attached else "" for name in ("elevator", "aileron", "rudder")}
-    return [(name, sticks.get(name) or command, position) for name, command, position in CONTROLS]
+    served = {line.name for line in plant.channels}
+    return [
+        (name, sticks.get(name) or command, position) for name, command, position in CONTROLS if position in served
+    ]
+
+
+def _nothing() -> float:
+    """The reading of a gauge that the aircraft does not have."""
+    return 0.0
 
 
 def _outputs() -> list[tuple[str, float]]:

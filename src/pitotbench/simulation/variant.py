@@ -6,7 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from pitotbench.effects.effect import RECORDING_START
-from pitotbench.effects.overlay import Expression, Overlay, Point
+from pitotbench.effects.overlay import Expression, FunctionScaling, Overlay, Point
 from pitotbench.records import BadInputError
 from pitotbench.simulation.aircraft import parse_xml
 
@@ -71,12 +71,27 @@ def _insert(root: ET.Element, overlay: Overlay) -> None:
     for number, function in enumerate(overlay.functions):
         axis = _part(_part(root, "aerodynamics"), f"axis[@name='{function.axis}']")
         axis.append(_function(f"{branch}/{function.axis.lower()}-{number}", function.value, branch))
+    for scaling in overlay.scalings:
+        _scale(root, scaling, branch)
     for mass in overlay.masses:
         point = ET.SubElement(_part(root, "mass_balance"), "pointmass", name=f"{branch} {_next_mass(root)}")
         ET.SubElement(point, "weight", unit="LBS").text = "0"
         point.append(_location(mass.location))
     if overlay.forces:
         _insert_forces(root, overlay, branch)
+
+
+def _scale(root: ET.Element, scaling: FunctionScaling, branch: str) -> None:
+    """Put the body of a function of the aerodynamics into a product, and the product into a sum."""
+    place = _part(_part(root, "aerodynamics"), f".//function[@name='{scaling.function}']")
+    body = [child for child in place if isinstance(child.tag, str) and child.tag != "description"]
+    for child in body:
+        place.remove(child)
+    total = ET.SubElement(place, "sum")
+    scaled = ET.SubElement(total, "product")
+    scaled.append(ET.fromstring(_on(branch, scaling.factor)))
+    scaled.extend(body)
+    total.append(ET.fromstring(_on(branch, scaling.added)))
 
 
 def _next_mass(root: ET.Element) -> int:

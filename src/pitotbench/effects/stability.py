@@ -1,0 +1,143 @@
+"""Effects of lift, stability and damping: an aerodynamic term of the aircraft's own file, larger or smaller."""
+
+from functools import partial
+
+from pitotbench.effects.airframe import LENGTHS
+from pitotbench.effects.effect import (
+    RANGE_OF_AIRSPEED,
+    SIDESLIP,
+    TURNING,
+    AircraftEffect,
+    Effect,
+    Excitation,
+    Parameter,
+    Sizes,
+)
+from pitotbench.effects.overlay import (
+    AxisFunction,
+    Baseline,
+    Expression,
+    FunctionScaling,
+    Overlay,
+    difference,
+    product,
+    size,
+    total,
+)
+from pitotbench.records import BadInputError
+
+# A term is every aerodynamic function of an axis in one variable of the motion: the lift in the angle of attack,
+# the rolling moment in the sideslip. Its change is a share of the aircraft's own function, so that a table keeps
+# its shape. What changes with the angle of attack has a zero beside it: a slope that was measured about the trim
+# point says nothing about the value at zero.
+
+CHANGE, ZERO = "change", "zero_coefficient"
+SOURCE = "Klein and Morelli 2006, Aircraft System Identification, ch. 5; estimates of derivatives err by 10 to 50 %"
+CONSTANT = product(1.0, 1.0)
+NOTHING = difference(1.0, 1.0)
+
+
+def _build_term(name: str, axis: str, variable: str, sizes: Sizes, baseline: Baseline) -> Overlay:
+    terms = baseline.terms(axis, variable)
+    change = size(name, CHANGE)
+    if not terms:
+        raise BadInputError(
+            f"effect {name!r}: {baseline.aircraft!r} has no function of {axis.lower()} in {variable}; leave it out"
+        )
+    helpers = [term.name for term in terms if not term.axis]
+    zero: Expression = product(size(name, ZERO), 1.0) if sizes.get(ZERO) else ""
+    functions = [AxisFunction(axis, product(change, term.name)) for term in terms if term.axis]
+    if zero and not helpers:
+        functions.append(_coefficient(axis, zero))
+    # A constant goes into the first function outside the axes: what reads this coefficient reads it with the zero.
+    scalings = [
+        FunctionScaling(helper, total(1.0, change), zero if zero and helper == helpers[0] else NOTHING)
+        for helper in helpers
+    ]
+    held = tuple((size(name, key), value) for key, value in sizes.items())
+    return Overlay(sizes=held, functions=tuple(functions), scalings=tuple(scalings))
+
+
+def _build_zero_lift(sizes: Sizes, baseline: Baseline) -> Overlay:
+    helpers = [term.name for term in baseline.terms("LIFT", "alpha") if not term.axis]
+    added = product(*ZERO_LIFT.paths(), 1.0)
+    if helpers:
+        return Overlay(sizes=ZERO_LIFT.held(sizes), scalings=(FunctionScaling(helpers[0], CONSTANT, added),))
+    return Overlay(sizes=ZERO_LIFT.held(sizes), functions=(_coefficient("LIFT", added),))
+
+
+def _coefficient(axis: str, value: Expression) -> AxisFunction:
+    """The force or the moment of a coefficient: times dynamic pressure, wing area and reference length."""
+    lengths = [LENGTHS[axis]] if axis in LENGTHS else []
+    return AxisFunction(axis, product("aero/qbar-psf", "metrics/Sw-sqft", *lengths, value))
+
+
+def _term(
+    name: str, axis: str, variable: str, what: str, shows_in: Excitation, zero: Parameter | None = None
+) -> AircraftEffect:
+    change = Parameter(CHANGE, 0.2, -0.8, 1.5, "relative change of the term of the aircraft's file")
+    return AircraftEffect(
+        name=name,
+        family="airframe",
+        parameters=(change, zero) if zero else (change,),
+        source=SOURCE,
+        what=what,
+        shows_in=shows_in,
+        for_whole_flight=True,
+        build=partial(_build_term, name, axis, variable),
+    )
+
+
+LIFT_SLOPE = _term(
+    "lift_slope",
+    "LIFT",
+    "alpha",
+    "The lift grows more or less with the angle of attack.",
+    RANGE_OF_AIRSPEED,
+    Parameter(ZERO, 0.05, -0.6, 0.6, "added lift coefficient at zero angle of attack", may_be_missing=True),
+)
+
+ZERO_LIFT = AircraftEffect(
+    name="zero_lift",
+    family="airframe",
+    parameters=(Parameter("lift_coefficient", 0.05, -0.4, 0.4, "added lift coefficient at any angle of attack"),),
+    source="wing incidence and body attitude are set to some 0.5°, which is 0.04 of lift coefficient (estimate)",
+    what="The wing has more or less lift at the same angle of attack.",
+    shows_in=RANGE_OF_AIRSPEED,
+    for_whole_flight=True,
+    build=_build_zero_lift,
+)
+
+PITCH_STIFFNESS = _term(
+    "pitch_stiffness",
+    "PITCH",
+    "alpha",
+    "The pitching moment falls more or less with the angle of attack.",
+    RANGE_OF_AIRSPEED,
+    Parameter(ZERO, 0.015, -0.15, 0.15, "added pitching-moment coefficient at zero angle", may_be_missing=True),
+)
+PITCH_DAMPING = _term("pitch_damping", "PITCH", "q", "The pitch rate is damped more or less.", TURNING)
+SIDE_FORCE = _term("side_force", "SIDE", "sideslip", "A sideslip gives more or less side force.", SIDESLIP)
+DIHEDRAL_EFFECT = _term(
+    "dihedral_effect", "ROLL", "sideslip", "A sideslip rolls the airplane more or less.", SIDESLIP
+)
+WEATHERCOCK_STABILITY = _term(
+    "weathercock_stability", "YAW", "sideslip", "A sideslip yaws the airplane more or less.", SIDESLIP
+)
+ROLL_DAMPING = _term("roll_damping", "ROLL", "p", "The roll rate is damped more or less.", TURNING)
+YAW_DAMPING = _term("yaw_damping", "YAW", "r", "The yaw rate is damped more or less.", TURNING)
+ROLL_BY_YAW_RATE = _term("roll_by_yaw_rate", "ROLL", "r", "A yaw rate rolls the airplane more or less.", TURNING)
+
+# The order of this page's effects in every table.
+STABILITY: tuple[Effect, ...] = (
+    LIFT_SLOPE,
+    ZERO_LIFT,
+    PITCH_STIFFNESS,
+    PITCH_DAMPING,
+    SIDE_FORCE,
+    DIHEDRAL_EFFECT,
+    WEATHERCOCK_STABILITY,
+    ROLL_DAMPING,
+    YAW_DAMPING,
+    ROLL_BY_YAW_RATE,
+)

@@ -25,7 +25,7 @@ from pitotbench.reconciliation.null_learning import learn_null_distribution
 from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.track import CONTROLS
 from pitotbench.records import BadInputError
-from pitotbench.records.aircraft import Motion, Reaction, UnitForces, cache_folder
+from pitotbench.records.aircraft import TURBOPROP, Motion, Reaction, UnitForces, cache_folder
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import read_case, write_case
 from pitotbench.records.log import FlightLog
@@ -105,7 +105,9 @@ def aircraft_model(name: str) -> AircraftModel | None:
     # An aircraft may have one engine. Its surfaces it has, even where their positions are not served.
     missing = set(record.missing if record is not None else ()) & {"throttle_left", "throttle_right"}
     controls = tuple(control for control in CONTROLS if control not in missing)
-    return AircraftModel(name, partial(_react, name), partial(_unit_forces, name), read_baseline(folder), controls)
+    thrust_known = record is None or record.engine_kind != TURBOPROP
+    react, unit_forces = partial(_react, name), partial(_unit_forces, name)
+    return AircraftModel(name, react, unit_forces, read_baseline(folder), controls, thrust_known)
 
 
 def _react(name: str, motion: Motion, overlay: Overlay | None = None, engines_run: bool = True) -> Reaction:
@@ -122,7 +124,9 @@ def _loaded_model(name: str, motion: Motion, overlay: Overlay) -> tuple[Plant, M
     """The aircraft at the rate that a motion needs, the motion, and the aircraft's mass with its ballast [kg]."""
     coarse = len(motion.time) > 1 and float(np.median(np.diff(motion.time))) > FREE
     ballast = ballast_for(name, float(motion.mass.min()), float(motion.mass.max()))
-    plant = Plant.load(name, COARSE_RATE if coarse else FINE_RATE, overlay + ballast_overlay(name, ballast))
+    plant = Plant.load(
+        name, COARSE_RATE if coarse else FINE_RATE, overlay + ballast_overlay(name, ballast), at_once=True
+    )
     return plant, motion, loaded_mass(name) + ballast
 
 

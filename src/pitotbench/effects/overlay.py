@@ -212,20 +212,23 @@ class AeroFunction:
     """A named function of the aircraft's aerodynamics.
 
     `axis` is empty for a function outside the axes, which others read. `reads` are the properties that it
-    multiplies or adds, `looks_up` those by which its tables are read.
+    multiplies or adds, `looks_up` those by which its tables are read. `numbers` says that it holds a table or a
+    number of its own: a mere product of properties is no term.
     """
 
     axis: str
     name: str
     reads: frozenset[str]
     looks_up: frozenset[str] = frozenset()
+    numbers: bool = True
 
     @property
     def variable(self) -> str:
         """The variable of the motion or of the controls that the function stands for; empty for a constant.
 
-        It is a body rate p, q or r, else a surface, else alpha_rate, sideslip or alpha. A function of flaps, gear,
-        engines or another control is a `setting`. A damping that fades with the angle of attack is one of the rate.
+        It is a body rate p, q or r, else a surface, else lift, alpha_rate, sideslip or alpha. A function of flaps,
+        gear, engines or another control is a `setting`. A damping that fades with the angle of attack is one of the
+        rate.
         """
         factors, inputs = sorted(self.reads), sorted(self.reads | self.looks_up)
         for pattern, paths in ((_RATE, factors), (_SURFACE, inputs)):
@@ -234,6 +237,8 @@ class AeroFunction:
                 return found[0]
         if any(path.startswith(_SETTING) for path in factors):
             return "setting"
+        if "aero/cl-squared" in factors:
+            return "lift"
         for name, start in (("alpha_rate", "aero/alphadot"), ("sideslip", "aero/beta"), ("alpha", "aero/alpha")):
             if any(path.replace("mag-", "").startswith(start) for path in inputs):
                 return name
@@ -273,12 +278,12 @@ class Baseline:
         if direct:
             return direct
         passed = (f for f in self.functions if f.axis == axis and not f.variable)
-        found = (h for f in passed for h in self._behind(f) if h.variable == variable)
+        found = (h for f in passed for h in self.behind(f) if h.variable == variable)
         return tuple(dict.fromkeys(found))
 
-    def _behind(self, function: AeroFunction) -> Iterator[AeroFunction]:
-        """The functions outside the axes that a function reads, and those that they read."""
+    def behind(self, function: AeroFunction) -> Iterator[AeroFunction]:
+        """Return the functions outside the axes that a function reads, and those that they read."""
         for helper in self.functions:
             if not helper.axis and helper.name in function.reads:
                 yield helper
-                yield from self._behind(helper)
+                yield from self.behind(helper)

@@ -20,6 +20,7 @@ from pitotbench.reconciliation.free_parameters import (
 )
 from pitotbench.reconciliation.noise import UNUSABLE
 from pitotbench.reconciliation.residuals import (
+    ENGINES,
     AircraftModel,
     ChannelResiduals,
     Scene,
@@ -394,6 +395,8 @@ def _laid_out(
     effects: Catalog[Effect],
     kept: Mapping[Overlay, Array] | None = None,
 ) -> Layout:
+    if aircraft is not None and not aircraft.thrust_known:
+        track = track.without(ENGINES)
     replay = (
         replay_motion(track, lambda motion: aircraft.react(motion, Overlay(), True))
         if aircraft is not None and not lacking(track, aircraft.controls)

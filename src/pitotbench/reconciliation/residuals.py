@@ -263,7 +263,7 @@ def _engines(track: Track, grid: Grid, predicted: Array) -> dict[str, Array]:
     column = {name: i for i, name in enumerate(REACTION_NAMES)}
     present = [name for name in ENGINES if name in track]
     residuals = {name: grid.smooth(track[name]) - predicted[:, column[name]] for name in present}
-    if "throttle_right" in track:
+    if present and "throttle_right" in track:  # levers alone, without any gauge, say nothing of the engines
         residuals["throttle_split"] = grid.smooth(track["throttle_left"] - track["throttle_right"])
     return residuals
 
@@ -403,6 +403,8 @@ class AircraftModel:
     """The analyst's model of an aircraft: a force meter that takes overlays, and the data that effects need.
 
     `controls` are the surfaces and throttles that a log must hold so that the force meter can be moved along it.
+    Without `thrust_known` its engines do not come to their power on the force meter: thrust is then free, and the
+    readings of the engines are not compared.
     """
 
     name: str
@@ -410,6 +412,7 @@ class AircraftModel:
     unit_forces: UnitForcesWith
     baseline: Baseline
     controls: tuple[str, ...] = CONTROLS
+    thrust_known: bool = True
 
 
 @dataclass(frozen=True, slots=True)

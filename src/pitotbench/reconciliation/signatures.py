@@ -127,7 +127,7 @@ def _sensor_change(effect: SensorEffect, scene: Scene, sizes: Mapping[str, float
 def _by_throttles(scene: Scene, track: Track) -> Array:
     """The change by other recorded throttles, on which the engines of the force meter run."""
     model = scene.force_model
-    if model is None:
+    if model is None or not model.aircraft.thrust_known:
         return scene.blank()
     rows = replay_rows(scene.clean, COARSE)
     added = spread(model.replay.rows, rows, model.moved_by(motion_of(track, rows)))

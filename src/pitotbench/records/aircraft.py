@@ -161,6 +161,25 @@ class UnitForces:
     properties: Mapping[str, Array]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AeroTerms:
+    """The aerodynamic forces of a model along a `Motion` of n states, and what they are made of.
+
+    `total` are forces [lb] and moments [lb ft] of the air in body axes, (n, 6). `units` holds by aerodynamic axis
+    the change of `total` by 1 lb or 1 lb ft along it, (n, 6). `values` holds the values of functions by name, (n,):
+    forces and moments along their axes, or coefficients. `alpha_rate` is the rate of the angle of attack in the
+    model [rad/s], (n,). `wing` is area [m²], span and chord [m]; `inertia` is I_xx, I_yy, I_zz, I_xz [kg m²].
+    """
+
+    total: Array
+    units: Mapping[str, Array]
+    values: Mapping[str, Array]
+    alpha_rate: Array
+    wing: tuple[float, ...]
+    inertia: tuple[float, ...]
+    mass: float
+
+
 def _settle(record: Motion | Reaction, length: int) -> None:
     """Check that all arrays have one length, and make them read-only."""
     arrays = {f.name: getattr(record, f.name) for f in fields(record) if f.name != "temperature_offset"}

@@ -60,7 +60,8 @@ def _functions(root: ET.Element) -> list[AeroFunction]:
                 frozenset((each.text or "").strip() for each in function.iter(tag))
                 for tag in ("property", "independentVar")
             )
-            found.append(AeroFunction(part.get("name", ""), function.get("name", ""), reads, looks_up))
+            numbers = any(value.text is not None for value in function.iter("value")) or bool(looks_up)
+            found.append(AeroFunction(part.get("name", ""), function.get("name", ""), reads, looks_up, numbers))
     return found
 
 

@@ -1,19 +1,19 @@
 """Use JSBSim as a force meter: put the aircraft into each measured state and read the forces of the model there."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pitotbench import air
 from pitotbench.axes import flow_direction
 from pitotbench.effects.overlay import AxisFunction, Overlay, product, size
-from pitotbench.records.aircraft import Motion, Reaction, UnitForces
+from pitotbench.records.aircraft import AeroTerms, Motion, Reaction, UnitForces
 from pitotbench.simulation.modified import tanks
 from pitotbench.simulation.plant import Plant, SimulationError
-from pitotbench.simulation.properties import PROPERTIES, Air
+from pitotbench.simulation.properties import PROPERTIES, SLUG, Air
 from pitotbench.timeline import gaps
-from pitotbench.units import FOOT, POUND, Array
+from pitotbench.units import DEGREE, FOOT, POUND, Array
 
 # At each state the initial conditions are set anew. The model therefore cannot drift, and no autopilot can hide a
 # force. Between two states the engines, governors and turbochargers run on at the measured throttles, because
@@ -34,6 +34,7 @@ CONTROLS = (
     ("throttle_right", "throttle_bias_right", "throttle_right"),
 )
 GUIDANCE = "ap/guidance"  # of the bench's own autopilot: whether it computes its modes
+LARGEST_OFF = 0.5 * DEGREE  # of a surface from where it was put: the end of a travel is no more
 PROBE = 0.1  # of a command: the step by which the gain from command to position is measured
 
 
@@ -196,7 +197,7 @@ class Rig:
         fuel = _fuel(plant, motion, loaded_mass)
         heights, sound = _prepare(plant, motion)
         servos = [_Servo.probe(plant, *control) for control in _controls(plant)]
-        return cls(
+        rig = cls(
             plant,
             states=np.concatenate([_initial_conditions(motion, heights, sound), fuel], axis=1),
             wanted=np.stack([getattr(motion, name) for name, *_ in _controls(plant)], axis=1),
@@ -206,6 +207,20 @@ class Rig:
             factors=np.array([factor for _, factor in _outputs()]),
             mass=plant.getter("mass"),
         )
+        rig.check_surfaces()
+        return rig
+
+    def check_surfaces(self) -> None:
+        """Raise SimulationError where a surface does not stay where it is put: the aircraft moves it itself."""
+        for _ in range(CALLS + 1):
+            self.place(0)
+        for (name, *_), servo, wanted in zip(_controls(self.plant), self.servos, self.wanted[0], strict=True):
+            off = abs(servo.read() * servo.factor - wanted)
+            if off > LARGEST_OFF and not name.startswith("throttle"):
+                raise SimulationError(
+                    f"{self.plant.aircraft}: its flight controls move the {name} by themselves, "
+                    f"{off / DEGREE:.1f}° from where the log has it; use --aircraft none to judge the sensors alone"
+                )
 
     def place(self, k: int) -> None:
         """Put the aircraft into a state.
@@ -236,9 +251,12 @@ def _controls(plant: Plant) -> list[tuple[str, str, str]]:
     """Return each control, the command that moves it, and its position; an attached autopilot has sticks."""
     sticks = {name: f"ap/stick-{name}-norm" if plant.attached else "" for name in ("elevator", "aileron", "rudder")}
     served = {line.name for line in plant.channels}
-    return [
-        (name, sticks.get(name) or command, position) for name, command, position in CONTROLS if position in served
-    ]
+    controls = [(n, sticks.get(n) or command, position) for n, command, position in CONTROLS if position in served]
+    if plant.engines == 2:
+        return controls
+    # One lever, or a lever for all engines: that of the first.
+    both = (("throttle_left", "throttle_command", "throttle_left"),)
+    return [*(each for each in controls if not each[0].startswith("throttle")), *both]
 
 
 def _nothing() -> float:
@@ -269,15 +287,62 @@ LOAD = 100.0  # lb, lb ft: some hundredths of the aircraft's forces, so far abov
 CALLS = 2  # of JSBSim after a change: the rate of the angle of attack follows the forces of the call before
 
 
+# What the air alone does to the airplane, in body axes about its center of gravity [lb, lb ft].
+AERO_FORCES = (
+    *(f"forces/fb{axis}-aero-lbs" for axis in "xyz"),
+    *(f"moments/{axis}-aero-lbsft" for axis in "lmn"),
+)
+ALPHA_RATE = "aero/alphadot-rad_sec"
+UNIT_AXES = ("LIFT", *AXES)
+
+
 def _path(axis: str) -> str:
     return size("unit_force", axis.lower())
 
 
-def unit_overlay() -> Overlay:
+def unit_overlay(axes: Sequence[str] = AXES) -> Overlay:
     """Return the overlay that a plant needs for this measurement: a force of any size along each axis."""
     return Overlay(
-        sizes=tuple((_path(axis), 0.0) for axis in AXES),
-        functions=tuple(AxisFunction(axis, product(_path(axis), 1.0)) for axis in AXES),
+        sizes=tuple((_path(axis), 0.0) for axis in axes),
+        functions=tuple(AxisFunction(axis, product(_path(axis), 1.0)) for axis in axes),
+    )
+
+
+def measure_terms(plant: Plant, motion: Motion, names: Iterable[str]) -> AeroTerms:
+    """Return the aerodynamic forces of a model along a measured motion, and the values of some of its functions.
+
+    Engines and mass do not matter: the forces are those of the air alone. Parameters: plant, freshly loaded with
+    the `unit_overlay` of `UNIT_AXES`; motion, the measured states, whose mass is not used; names of functions.
+    Raises SimulationError where JSBSim refuses a state or the engines do not start.
+    """
+    rig = Rig.set_up(plant, replace(motion, mass=np.full(len(motion.time), plant.get("mass"))), plant.get("mass"))
+    known = tuple(sorted(names))
+    forces = [plant.getter(path)[0] for path in AERO_FORCES]
+    reads = [plant.getter(name)[0] for name in (*known, ALPHA_RATE)]
+    total, values = np.empty((len(motion.time), 6)), np.empty((len(reads), len(motion.time)))
+    units = np.empty((len(UNIT_AXES), len(motion.time), 6))
+    for k in range(len(motion.time)):
+        for _ in range(CALLS):
+            rig.place(k)
+        total[k] = [read() for read in forces]
+        values[:, k] = [read() for read in reads]
+        for i, axis in enumerate(UNIT_AXES):
+            plant.set(_path(axis), LOAD)
+            for _ in range(CALLS):
+                plant.run_initial_conditions()
+            units[i, k] = (np.array([read() for read in forces]) - total[k]) / LOAD
+            plant.set(_path(axis), 0.0)
+    size = [plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")]
+    return AeroTerms(
+        total=total,
+        units=dict(zip(UNIT_AXES, units, strict=True)),
+        values=dict(zip(known, values[:-1], strict=True)),
+        alpha_rate=values[-1],
+        wing=(size[0] * FOOT**2, size[1] * FOOT, size[2] * FOOT),
+        inertia=tuple(
+            plant.get(f"inertia/{part}-slugs_ft2") * SLUG * FOOT**2 for part in ("ixx", "iyy", "izz", "ixz")
+        ),
+        mass=plant.get("mass"),
     )
 
 

@@ -13,7 +13,7 @@ from pitotbench.effects.overlay import Overlay
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import ELECTRIC, Attached
 from pitotbench.records.case import USUAL_RATE
-from pitotbench.simulation.aircraft import find_aircraft, read_record
+from pitotbench.simulation.aircraft import find_aircraft, parse_xml, read_record
 from pitotbench.simulation.properties import (
     CHANNELS,
     COMMON_CONTROLS,
@@ -26,7 +26,7 @@ from pitotbench.simulation.properties import (
     set_mean_wind,
     start_turbulence,
 )
-from pitotbench.simulation.variant import ROOT, write_variant
+from pitotbench.simulation.variant import ROOT, lagging_actuators, write_variant
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
 if TYPE_CHECKING:
@@ -121,17 +121,28 @@ class Plant:
         self._watched = [self.getter(name)[0] for name in watched]  # ft, rad
 
     @classmethod
-    def load(cls, aircraft: str = "navajo", rate: float = USUAL_RATE, overlay: Overlay | None = None) -> "Plant":
+    def load(
+        cls,
+        aircraft: str = "navajo",
+        rate: float = USUAL_RATE,
+        overlay: Overlay | None = None,
+        at_once: bool = False,
+    ) -> "Plant":
         """Load an aircraft of the hangar, to be run at a rate [Hz], with the overlay of its effects.
+
+        With `at_once` its actuators have no lag: for a force meter, which puts the surfaces where a log has them.
 
         Raises UnknownNameError for an unknown aircraft or a property that it lacks, SimulationError where
         JSBSim refuses the file.
         """
         with ExitStack() as stack:
             folder = find_aircraft(aircraft)
-            if overlay is not None and not overlay.is_empty():
+            added = overlay or Overlay()
+            file = parse_xml(folder / f"{folder.name}.xml").getroot() if at_once else None
+            at_once = file is not None and bool(lagging_actuators(file))
+            if at_once or not added.is_empty():
                 shelf = stack.enter_context(TemporaryDirectory(prefix="pitotbench-"))
-                folder = write_variant(folder, Path(shelf), folder.name, overlay)
+                folder = write_variant(folder, Path(shelf), folder.name, added, at_once)
             return cls._load(aircraft, folder, rate)
 
     @classmethod
@@ -181,6 +192,11 @@ class Plant:
         """
         if not self.fdm.run_ic():
             raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
+
+    @property
+    def engines(self) -> int:
+        """The number of engines."""
+        return len(self._engines)
 
     def serves(self, path: str) -> bool:
         """Return whether the aircraft has a property of this path."""

@@ -11,11 +11,15 @@ from pitotbench.records import BadInputError
 from pitotbench.simulation.aircraft import parse_xml
 
 ROOT = "effects"  # of the property tree: sizes, functions and outputs of an overlay
+DYNAMICS = ("lag", "rate_limit", "hysteresis_width", "deadband_width")  # of an actuator
 NOT_YET = 1e9  # s, its value until recording begins
 
 
-def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> Path:
+def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay, at_once: bool = False) -> Path:
     """Write a variant of an aircraft into a new folder `<shelf>/<name>` and return the folder.
+
+    With `at_once` the actuators in its file follow their commands without a lag, so that a surface can be put where
+    a log has it.
 
     The original is copied, never changed, and the file keeps its comments. The original may itself be a variant:
     the new effects are then added to its effects. Raises BadInputError where the folder exists.
@@ -25,6 +29,9 @@ def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> P
         raise BadInputError(f"{folder} is there already; choose another name for the variant")
     tree = _parsed(original / f"{original.name}.xml")
     _insert(tree.getroot(), overlay)
+    for actuator in lagging_actuators(tree.getroot()) if at_once else ():
+        for part in [child for child in actuator if child.tag in DYNAMICS]:
+            actuator.remove(part)
     ET.indent(tree)
     shelf.mkdir(parents=True, exist_ok=True)
     # The copy is made in a hidden folder and renamed: an error leaves no incomplete variant.
@@ -34,6 +41,11 @@ def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay) -> P
         tree.write(copy / f"{name}.xml", encoding="unicode")
         copy.rename(folder)
     return folder
+
+
+def lagging_actuators(root: ET.Element) -> list[ET.Element]:
+    """Return the actuators of an aircraft's file that do not follow their commands at once."""
+    return [each for each in root.iter("actuator") if any(child.tag in DYNAMICS for child in each)]
 
 
 def overlay_text(original: Path, overlay: Overlay) -> str:

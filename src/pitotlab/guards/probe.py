@@ -289,9 +289,7 @@ def effect_changes(_: Bench) -> Answers:
         sizes = "".join(f"{p.name} = {float(p.typical)!r}\n" for p in effects[name].parameters) if name else ""
         text = case + (f'[[effects]]\nname = "{name}"\n[effects.parameters]\n{sizes}' if name else "")
         try:
-            said[name or "(none)"] = channels(
-                pitotbench.sense(pitotbench.fly(pitotbench.read_case(text)), "20/5")
-            )
+            said[name or "(none)"] = channels(pitotbench.sense(pitotbench.fly(pitotbench.read_case(text)), "20/5"))
         except (pitotbench.BadInputError, pitotbench.NoAnswerError, ValueError) as error:
             said[name] = f"{type(error).__name__}: {error}"
     return said

@@ -1,0 +1,117 @@
+"""Aerodynamic terms: a measured maneuver with its forces, and what it says about each term of a model."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pitotbench.records import check_lengths, freeze
+from pitotbench.records.aircraft import Motion
+from pitotbench.records.calibration import Estimate
+from pitotbench.units import Array
+
+CHANNELS = ("drag", "side force", "lift", "roll moment", "pitch moment", "yaw moment")
+
+
+@dataclass(frozen=True, slots=True)
+class Maneuver:
+    """A maneuver with what was felt in it; arrays (n,) in SI units and radians, body axes.
+
+    `specific_force` (n, 3) [m/s²] and `angular_acceleration` (n, 3) [rad/s²] are measured. `thrust` [N] is that of
+    all engines along the body's x axis; None where it was not measured. `mass` [kg] and `inertia` (I_xx, I_yy,
+    I_zz, I_xz) [kg m²] are None where those of the model count.
+    Raises RecordError where lengths differ.
+    """
+
+    name: str
+    motion: Motion
+    specific_force: Array
+    angular_acceleration: Array
+    thrust: Array | None = None
+    mass: Array | None = None
+    inertia: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        arrays = {
+            name: value
+            for name in ("specific_force", "angular_acceleration", "thrust", "mass")
+            if (value := getattr(self, name)) is not None
+        }
+        check_lengths("Maneuver", arrays.items(), len(self.motion.time))
+        for name, array in arrays.items():
+            object.__setattr__(self, name, freeze(np.asarray(array, dtype=np.float64)))
+
+
+@dataclass(frozen=True, slots=True)
+class TermEstimate:
+    """One aerodynamic term of a model's file beside the flight.
+
+    `name` is the field's, `function` that of the file, `channel` one of `CHANNELS`. `model` and `measured` are the
+    coefficient in `unit`; `change` is the relative change of the function, with its bound. `closes` is the share of
+    the explainable gap that the term closes beyond those before it. `like` are terms that it cannot be told from.
+    """
+
+    name: str
+    function: str
+    axis: str
+    channel: str
+    unit: str
+    model: float
+    measured: Estimate
+    change: Estimate
+    closes: float
+    like: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelGap:
+    """The sums of squares of a channel in the unit of its noise, per sample.
+
+    `before` is that of the model, `after` that with the terms, `noise` what no term of the file explains.
+    """
+
+    before: float
+    after: float
+    noise: float
+
+    @property
+    def significant(self) -> bool:
+        """Whether the model leaves clearly more than the noise."""
+        return self.before > 1.5 * self.noise
+
+    @property
+    def closed(self) -> float:
+        """The share of the explainable gap that the terms close."""
+        explainable = self.before - self.noise
+        return (self.before - self.after) / explainable if explainable > 0.0 else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverGap:
+    """The gap of one maneuver by channel; `held_out` says that no size was fitted to it.
+
+    `time` [s] counts from its begin, (n,). `before` and `after` are the residual coefficients, (n, 6).
+    """
+
+    name: str
+    held_out: bool
+    channels: Mapping[str, ChannelGap]
+    time: Array
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True, slots=True)
+class TermsAccount:
+    """What measured maneuvers say about the aerodynamic terms of a model.
+
+    `terms` come in the order of what they close. `silent` names, with the reason, what the maneuvers cannot show.
+    `zeros` are the added coefficients by aerodynamic axis that go with the terms into a patch.
+    """
+
+    aircraft: str
+    terms: tuple[TermEstimate, ...]
+    maneuvers: tuple[ManeuverGap, ...]
+    silent: tuple[str, ...]
+    zeros: Mapping[str, float]
+    remarks: tuple[str, ...] = ()

@@ -32,6 +32,7 @@ COMMANDS = {
     "blind pack": "pitotlab.blind.sealed:command",
     "blind forced": "pitotlab.blind.flown_again:forced_command",
     "blind reflown": "pitotlab.blind.flown_again:reflown_command",
+    "derivatives generate": "pitotlab.derivatives.generate:command",
     "speed": "pitotlab.speed.ratios:command",
     "speed growth": "pitotlab.speed.growth:command",
     "speed packages": "pitotlab.speed.fits:command",

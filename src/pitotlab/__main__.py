@@ -33,6 +33,8 @@ COMMANDS = {
     "blind forced": "pitotlab.blind.flown_again:forced_command",
     "blind reflown": "pitotlab.blind.flown_again:reflown_command",
     "derivatives generate": "pitotlab.derivatives.generate:command",
+    "derivatives judge": "pitotlab.derivatives.judge:command",
+    "derivatives score": "pitotlab.derivatives.score:command",
     "speed": "pitotlab.speed.ratios:command",
     "speed growth": "pitotlab.speed.growth:command",
     "speed packages": "pitotlab.speed.fits:command",

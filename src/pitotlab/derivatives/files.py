@@ -21,9 +21,10 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A derivative changed by a share. `pivot` says what stays: nothing (`whole`), or the value at an angle of attack.
+    """A derivative changed by a share.
 
-    `zero` keeps the value at no angle of attack, `trim` that at the angle of level flight.
+    `pivot` says what stays: nothing (`whole`), the value at no angle of attack (`zero`), or that at the angle of
+    level flight (`trim`).
     """
 
     derivative: str
@@ -34,109 +35,59 @@ class Change:
 Places = Mapping[str, tuple[Place, ...]]  # by pivot
 
 
-def _whole(prefix: str, functions: Mapping[str, str]) -> dict[str, Places]:
-    return {name: {"whole": (Place(prefix + function),)} for name, function in functions.items()}
+# Written after reading the files. Angles of level flight are the medians of the unchanged airplanes on the card.
+_NAMES = ("navajo", "c310", "DHC6", "c172x")
+_PREFIXES = ("aero/", *["aero/coefficient/"] * 3)
+_WHOLE = {  # the function of each airplane; empty where its table holds another derivative as well
+    "CL_0": ("", "CLo", "", ""),
+    "Cm_alpha": ("moment/pitch-alpha", "Cmalpha", "", "Cmalpha"),
+    "Cm_q": ("moment/pitch-rate", "Cmq", "Cmq", "Cmq"),
+    "Cm_de": ("moment/pitch-elevator", "CmDe", "CmDe", "Cmde"),
+    "CY_beta": ("force/side-sideslip", "CYbeta", "CYb", "CYb"),
+    "Cl_beta": ("moment/roll-sideslip", "Clbeta", "Clb", "Clb"),
+    "Cl_p": ("moment/roll-damping", "Clp", "Clp", "Clp"),
+    "Cl_da": ("moment/roll-aileron", "ClDa", "Clda", "Clda"),
+    "Cn_beta": ("moment/yaw-sideslip", "Cnbeta", "Cnb", "Cnb"),
+    "Cn_r": ("moment/yaw-damping", "Cnr", "Cnr", "Cnr"),
+    "Cn_dr": ("moment/yaw-rudder", "CnDr", "Cndr", "Cndr"),
+    "CD_0": ("force/drag-parasite", "CDo", "CD0", "CDo"),
+    "CD_i": ("force/drag-induced", "CDalpha", "CDi", "CDwbh"),  # two of them are tables of the angle of attack
+}
 
 
-_COEFFICIENT = "aero/coefficient/"
-# Written after reading the files. The angles of level flight are the medians of the unchanged airplanes on the card.
+def _slope(prefix: str, table: str, zero: float, trim: float | None, *others: str) -> Places:
+    """A slope about each pivot; `zero` and `trim` are the sums of the table and the other functions there."""
+    pivots = {"zero": zero} | ({} if trim is None else {"trim": trim})
+    rest = [Place(prefix + other) for other in others]
+    return {pivot: (Place(prefix + table, shift=-value), *rest) for pivot, value in pivots.items()}
+
+
+def _shift(function: str, value: float) -> Places:
+    return {"whole": (Place(function, 0.0, value),)}
+
+
+_OWN: Mapping[str, Mapping[str, Places]] = {
+    "navajo": {  # the lift of the wing is a helper, which induced drag and two rate terms read as well; 1.07 deg
+        "CL_alpha": _slope("aero/", "lift-clean", 0.25, 0.3434),
+        "CL_0": _shift("aero/lift-clean", 0.25),
+    },
+    "c310": {"CL_alpha": _slope("aero/coefficient/", "CLalpha", 0.0, 0.0927)},  # 1.16 deg
+    "DHC6": {  # level flight is at 0.02 deg, so the two pivots are one
+        "CL_alpha": _slope("aero/coefficient/", "CLalpha", 0.44, None),
+        "CL_0": _shift("aero/coefficient/CLalpha", 0.44),
+        "Cm_alpha": _slope("aero/coefficient/", "Cma", 0.093, None),
+    },
+    "c172x": {  # two functions add up to the slope, 5.3 and 4.6 a radian; 1.35 deg
+        "CL_alpha": _slope("aero/coefficient/", "CLwbh", 0.25, 0.4846, "CLalpha"),
+        "CL_0": _shift("aero/coefficient/CLwbh", 0.25),
+    },
+}
 AIRPLANES: Mapping[str, Mapping[str, Places]] = {
-    "navajo": {
-        # The lift of the wing is a helper's table, which induced drag and two rate terms read as well. 1.07 deg.
-        "CL_alpha": {
-            "zero": (Place("aero/lift-clean", shift=-0.25),),
-            "trim": (Place("aero/lift-clean", shift=-0.3434),),
-        },
-        "CL_0": {"whole": (Place("aero/lift-clean", 0.0, 0.25),)},
-        **_whole(
-            "aero/",
-            {
-                "Cm_alpha": "moment/pitch-alpha",
-                "Cm_q": "moment/pitch-rate",
-                "Cm_de": "moment/pitch-elevator",
-                "CY_beta": "force/side-sideslip",
-                "Cl_beta": "moment/roll-sideslip",
-                "Cl_p": "moment/roll-damping",
-                "Cl_da": "moment/roll-aileron",
-                "Cn_beta": "moment/yaw-sideslip",
-                "Cn_r": "moment/yaw-damping",
-                "Cn_dr": "moment/yaw-rudder",
-                "CD_0": "force/drag-parasite",
-                "CD_i": "force/drag-induced",
-            },
-        ),
-    },
-    "c310": {
-        "CL_alpha": {  # its table is 0 at no angle of attack; 1.16 deg
-            "zero": (Place("aero/coefficient/CLalpha"),),
-            "trim": (Place("aero/coefficient/CLalpha", shift=-0.0927),),
-        },
-        **_whole(
-            _COEFFICIENT,
-            {
-                "CL_0": "CLo",
-                "Cm_alpha": "Cmalpha",
-                "Cm_q": "Cmq",
-                "Cm_de": "CmDe",
-                "CY_beta": "CYbeta",
-                "Cl_beta": "Clbeta",
-                "Cl_p": "Clp",
-                "Cl_da": "ClDa",
-                "Cn_beta": "Cnbeta",
-                "Cn_r": "Cnr",
-                "Cn_dr": "CnDr",
-                "CD_0": "CDo",
-                "CD_i": "CDalpha",  # a table of the angle of attack
-            },
-        ),
-    },
-    "DHC6": {
-        # Level flight is at 0.02 deg: the two pivots are one.
-        "CL_alpha": {"zero": (Place("aero/coefficient/CLalpha", shift=-0.44),)},
-        "CL_0": {"whole": (Place("aero/coefficient/CLalpha", 0.0, 0.44),)},
-        "Cm_alpha": {"zero": (Place("aero/coefficient/Cma", shift=-0.093),)},
-        **_whole(
-            _COEFFICIENT,
-            {
-                "Cm_q": "Cmq",
-                "Cm_de": "CmDe",
-                "CY_beta": "CYb",
-                "Cl_beta": "Clb",
-                "Cl_p": "Clp",
-                "Cl_da": "Clda",
-                "Cn_beta": "Cnb",
-                "Cn_r": "Cnr",
-                "Cn_dr": "Cndr",
-                "CD_0": "CD0",
-                "CD_i": "CDi",
-            },
-        ),
-    },
-    "c172x": {
-        # Two functions add up to the slope, 5.3 and 4.6 a radian; the first one takes both pivots. 1.35 deg.
-        "CL_alpha": {
-            "zero": (Place("aero/coefficient/CLwbh", shift=-0.25), Place("aero/coefficient/CLalpha")),
-            "trim": (Place("aero/coefficient/CLwbh", shift=-0.4846), Place("aero/coefficient/CLalpha")),
-        },
-        "CL_0": {"whole": (Place("aero/coefficient/CLwbh", 0.0, 0.25),)},
-        **_whole(
-            _COEFFICIENT,
-            {
-                "Cm_alpha": "Cmalpha",
-                "Cm_q": "Cmq",
-                "Cm_de": "Cmde",
-                "CY_beta": "CYb",
-                "Cl_beta": "Clb",
-                "Cl_p": "Clp",
-                "Cl_da": "Clda",
-                "Cn_beta": "Cnb",
-                "Cn_r": "Cnr",
-                "Cn_dr": "Cndr",
-                "CD_0": "CDo",
-                "CD_i": "CDwbh",  # a table of the angle of attack
-            },
-        ),
-    },
+    name: {
+        **_OWN[name],
+        **{key: {"whole": (Place(prefix + each[i]),)} for key, each in _WHOLE.items() if each[i]},
+    }
+    for i, (name, prefix) in enumerate(zip(_NAMES, _PREFIXES, strict=True))
 }
 
 

@@ -89,6 +89,14 @@ def test_the_citation_is_recognized_and_its_velocity_comes_from_its_path():
     speed = np.hypot(log.velocity_north, log.velocity_east)[flying]
     assert np.quantile(np.abs(speed - airspeed), 0.99) < 60.0 * KNOT  # the wind of the day
     assert np.median(log.specific_force_z[flying]) == pytest.approx(-9.83, abs=0.05)
+    # The first tenths of the Dutch roll, of the roll and of the pull-up: signs of the rates by the surfaces.
+    for start, rate, surface, sign in (
+        (3363.5, log.yaw_rate, log.rudder, -1.0),
+        (3063.5, log.roll_rate, log.aileron, 1.0),
+        (3112.5, log.pitch_rate, log.elevator, -1.0),
+    ):
+        rows = (log.time - log.time[0] > start) & (log.time - log.time[0] < start + 1.7)
+        assert sign * np.corrcoef(surface[rows], np.gradient(rate, log.time)[rows])[0, 1] > 0.6
 
 
 @pytest.mark.parametrize("name", ["c172s-g1000-2011", "pa28-gifd-2024"])

@@ -1,0 +1,278 @@
+"""Hold the answers on edited airplanes against the truth: names, Wilson intervals, sizes, held-out closure."""
+
+import json
+from argparse import ArgumentParser
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from math import sqrt
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from pitotbench.show.columns import Column, json_rows, json_text, print_table
+from pitotlab.blind.score import wilson
+from pitotlab.experiment import OUT
+
+# The effects that name a derivative; of the controls, with the parameter that has to be the clearest.
+NAMES: Mapping[str, tuple[str, ...]] = {
+    "CL_alpha": ("lift_slope",),
+    "CL_0": ("zero_lift",),
+    "Cm_alpha": ("pitch_stiffness",),
+    "Cm_q": ("pitch_damping",),
+    "Cm_de": ("control_effectiveness",),
+    "CY_beta": ("side_force",),
+    "Cl_beta": ("dihedral_effect",),
+    "Cl_p": ("roll_damping",),
+    "Cl_da": ("control_effectiveness",),
+    "Cn_beta": ("weathercock_stability",),
+    "Cn_r": ("yaw_damping",),
+    "Cn_dr": ("control_effectiveness",),
+    "CD_0": ("belly_pod", "gear_not_up"),
+    "CD_i": ("induced_drag",),
+}
+PARAMETERS = {"Cm_de": "elevator_change", "Cl_da": "aileron_change", "Cn_dr": "rudder_change"}
+SHARES = {"_change": 1.0, "_share": 1.0, "_percent": 100.0}  # ends of the names of sizes that are shares
+# The size of the whole derivative of the file, where an effect tells a size and not a share.
+WHOLE = {
+    "drag_area_m2": {"navajo": 0.557, "c310": 0.455, "DHC6": 1.916, "c172x": 0.517},
+    "factor": {"navajo": 0.0614, "DHC6": 0.0390},  # of induced drag; that of the others is a table
+}
+PARTIAL = ("_from_a_time", "_for_a_time")
+STRONG = 7.0  # standard deviations
+_SILENT = {"refused": "no answer", "crash": "no answer", "not flown": "not flown"}
+OUTCOMES = ("named alone", "in the set", "wrong name", "wrong set", "unknown", "none", "no answer", "not flown")
+
+Effect = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """An effect that an answer names, with the names that it cannot tell from it, and whether a check doubts it."""
+
+    effect: Effect
+    others: tuple[str, ...]
+    doubted: bool = False
+
+    @property
+    def name(self) -> str:
+        """The name of the effect."""
+        return str(self.effect["name"])
+
+    def says(self, derivative: str) -> bool:
+        """Whether the effect is the changed derivative."""
+        if self.name not in NAMES[derivative]:
+            return False
+        wanted = PARAMETERS.get(derivative)
+        sizes = self.effect["parameters"]
+        clearest = max(sizes, key=lambda size: abs(size["value"]) / max(size["two_sigma"], 1e-12), default=None)
+        return wanted is None or (clearest is not None and clearest["name"] == wanted)
+
+    def holds(self, derivative: str) -> bool:
+        """Whether the derivative is the effect or among the others."""
+        return self.says(derivative) or any(name in NAMES[derivative] for name in self.others)
+
+
+@dataclass(frozen=True, slots=True)
+class ScoredTerm:
+    """What became of one changed derivative.
+
+    `significance` [σ] is that of the true effect by itself; where the answer has no such effect, that of the whole
+    gap, if nothing else was changed. `inside`: the told share with its 2σ holds the hidden one (None where
+    no share was told). `partial`: the right effect was named for a part of the flight, which is wrong.
+    """
+
+    case: str
+    airplane: str
+    derivative: str
+    share: float
+    pivot: str
+    outcome: str
+    significance: float | None
+    inside: bool | None
+    partial: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ScoredCase:
+    """A case with several changes: how many were found, how many other names were told, and the closures."""
+
+    case: str
+    airplane: str
+    terms: tuple[ScoredTerm, ...]
+    others: int
+    closure: float | None
+    held_out: float | None
+
+    def found(self, *outcomes: str) -> int:
+        """The number of changes with some outcome."""
+        return sum(term.outcome in outcomes for term in self.terms)
+
+
+def groups_of(answer: Mapping[str, Any]) -> list[Group]:
+    """What an answer names, in the first pass and in those that follow, each effect once."""
+    found: dict[str, Group] = {}
+    for each in (answer, *answer.get("passes", ())):
+        if each["verdict"] in ("named", "one_of"):
+            for effect, others in zip(each["effects"], each["alternatives"], strict=True):
+                found.setdefault(effect["name"], Group(effect, tuple(others), bool(each.get("doubts"))))
+    return list(found.values())
+
+
+def _significance(answer: Mapping[str, Any], derivative: str, alone: bool) -> float | None:
+    """The significance of the true effect in the answer, or of the whole gap."""
+    listed = [*answer.get("candidates", ()), *(group.effect for group in groups_of(answer))]
+    scores = [float(each["score"]) for each in listed if each["name"] in NAMES[derivative]]
+    if scores:
+        return max(scores)
+    return sqrt(max(0.0, answer["gap_before"] - answer["gap_noise"])) if alone and "gap_before" in answer else None
+
+
+def _inside(groups: Sequence[Group], airplane: str, derivative: str, share: float) -> bool | None:
+    """Whether the told share with its 2σ holds the hidden one."""
+    for group in groups:
+        for size in group.effect["parameters"] if group.says(derivative) else ():
+            name = size["name"]
+            whole = next((SHARES[end] for end in SHARES if name.endswith(end)), WHOLE.get(name, {}).get(airplane))
+            if whole is not None and PARAMETERS.get(derivative, name) == name:
+                return bool(abs(size["value"] - whole * share) <= size["two_sigma"])
+    return None
+
+
+def _outcome(answer: Mapping[str, Any], groups: Sequence[Group], derivative: str, alone: bool) -> str:
+    kind = str(answer["verdict"])
+    if kind in _SILENT:
+        return _SILENT[kind]
+    holding = [group for group in groups if group.holds(derivative)]
+    if any(group.says(derivative) and not (group.others or group.doubted) for group in holding):
+        return "named alone" if len(groups) == 1 or not alone else "in the set"
+    if holding:
+        return "in the set"
+    if groups:
+        return "wrong name" if alone and len(groups) == 1 and not groups[0].others else "wrong set"
+    return "none" if kind == "no_gap" else "unknown"
+
+
+def score_case(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> ScoredCase:
+    """Hold an answer against the truth of its case."""
+    changes, groups = truth["changes"], groups_of(answer)
+    alone, terms = len(changes) == 1, []
+    for change in changes:
+        name, share = change["derivative"], float(change["share"])
+        plain = {group.name.removesuffix(end) for group in groups for end in PARTIAL if group.name.endswith(end)}
+        terms.append(
+            ScoredTerm(
+                truth["name"],
+                truth["airplane"],
+                name,
+                share,
+                change["pivot"],
+                _outcome(answer, groups, name, alone),
+                _significance(answer, name, alone),
+                _inside(groups, truth["airplane"], name, share),
+                bool(plain & set(NAMES[name])),
+            )
+        )
+    others = sum(not any(group.holds(change["derivative"]) for change in changes) for group in groups)
+    closures = answer.get("closure"), answer.get("closure_holdout")
+    return ScoredCase(truth["name"], truth["airplane"], tuple(terms), others, *closures)
+
+
+def score(out: Path) -> list[ScoredCase]:
+    """Score the cases of a folder that have an answer, or could not be flown."""
+    scored = []
+    for truth in json.loads((out / "truth.json").read_text("utf-8")):
+        path = out / "answers" / f"{truth['name']}.json"
+        if truth["failed"] or path.is_file():
+            answer = {"verdict": "not flown"} if truth["failed"] else json.loads(path.read_text("utf-8"))
+            scored.append(score_case(truth, answer))
+    return scored
+
+
+# The tables: terms by strength, derivative and airplane; cases with several changes.
+
+Row = tuple[str, Sequence[ScoredTerm]]
+
+
+def rows_of(terms: Sequence[ScoredTerm], label: str) -> list[Row]:
+    """Terms in groups that are not empty: all, by significance, by derivative and by airplane."""
+    known = [term for term in terms if term.significance is not None]
+    rows: list[Row] = [
+        (label, terms),
+        (f"{label}, {STRONG:g}σ or more", [t for t in known if (t.significance or 0.0) >= STRONG]),
+        (f"{label}, below {STRONG:g}σ", [t for t in known if (t.significance or 0.0) < STRONG]),
+    ]
+    rows += [(name, [term for term in terms if term.derivative == name]) for name in NAMES]
+    rows += [(name, [t for t in terms if t.airplane == name]) for name in sorted({t.airplane for t in terms})]
+    return [row for row in rows if row[1]]
+
+
+def _judged(row: Row) -> int:
+    return sum(term.outcome not in _SILENT.values() for term in row[1])
+
+
+def _count(*outcomes: str) -> Callable[[Row], int]:
+    return lambda row: sum(term.outcome in outcomes for term in row[1])
+
+
+def _interval(*outcomes: str) -> Callable[[Row], str]:
+    def text(row: Row) -> str:
+        low, high = wilson(_count(*outcomes)(row), _judged(row))
+        return f"{100.0 * low:.0f} to {100.0 * high:.0f}"
+
+    return text
+
+
+def _sizes(row: Row) -> str | None:
+    told = [term.inside for term in row[1] if term.inside is not None]
+    return f"{sum(told)} of {len(told)}" if told else None
+
+
+TERM_COLUMNS: tuple[Column[Row], ...] = (
+    Column("changes", lambda row: row[0], key="changes"),
+    Column("judged", _judged, style="d", key="judged"),
+    *(Column(name, _count(name), style="d", key=name.replace(" ", "_")) for name in OUTCOMES),
+    Column("for a part", lambda row: sum(term.partial for term in row[1]), style="d", key="for_a_part"),
+    Column("named alone, 95 %", _interval("named alone"), "%", key="alone_percent"),
+    Column("alone or in the set", _interval("named alone", "in the set"), "%", key="found_percent"),
+    Column("wrong", _interval("wrong name", "wrong set"), "%", key="wrong_percent"),
+    Column("share within 2σ", _sizes, key="share_inside"),
+)
+CASE_COLUMNS: tuple[Column[ScoredCase], ...] = (
+    Column("case", lambda case: case.case, key="case"),
+    Column("airplane", lambda case: case.airplane, key="airplane"),
+    Column("changes", lambda case: len(case.terms), style="d", key="changes"),
+    Column("named alone", lambda case: case.found("named alone"), style="d", key="named_alone"),
+    Column("in a set", lambda case: case.found("in the set"), style="d", key="in_a_set"),
+    Column("other names", lambda case: case.others, style="d", key="others"),
+    Column("closure", lambda case: case.closure, style=".2f", key="closure"),
+    Column("closure held out", lambda case: case.held_out, style=".2f", key="held_out"),
+)
+
+
+def command(parser: ArgumentParser, words: Sequence[str]) -> None:
+    """Hold the answers against the truth and print the tables: single changes, and several at once."""
+    parser.add_argument("--out", type=Path, default=OUT / "derivatives", help="folder with truth.json and answers")
+    parser.add_argument("--json", action="store_true", help="print one JSON document, with every case")
+    options = parser.parse_args(words)
+    cases = score(options.out)
+    single = [case.terms[0] for case in cases if len(case.terms) == 1]
+    several = [case for case in cases if len(case.terms) > 1]
+    tables = (rows_of(single, "single"), rows_of([t for case in several for t in case.terms], "among several"))
+    if options.json:
+        document = {
+            "single": json_rows(TERM_COLUMNS, tables[0]),
+            "among_several": json_rows(TERM_COLUMNS, tables[1]),
+            "several": json_rows(CASE_COLUMNS, several),
+            "cases": [asdict(case) for case in cases],
+        }
+        print(json_text(document), end="")
+        return
+    from rich.console import Console
+
+    console = Console(highlight=False, soft_wrap=True)
+    for title, rows in zip(("One derivative changed", "Each of several changed at once"), tables, strict=True):
+        print_table(TERM_COLUMNS, rows, console, title)
+    print_table(CASE_COLUMNS, several, console, "Several changed at once")
+    held = [case.held_out for case in several if case.held_out is not None]
+    if held:
+        console.print(f"median closure of the flight held out: {median(held):.2f}, {len(held)} cases")

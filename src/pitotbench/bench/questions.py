@@ -36,7 +36,6 @@ def reconcile(
     setting: "AnalysisSetting | None" = None,
     refly: bool = True,
     progress: Callable[[str], None] | None = None,
-    next_flight: bool = True,
 ) -> "FullReconciliation":
     """Find where a simulation and measured logs disagree, and name the effect that the simulation lacks.
 
@@ -44,9 +43,9 @@ def reconcile(
     a model of the hangar, or `none` to judge the sensors alone; holdout, another log of the same airplane on which
     the gap has to shrink too; card, what was flown (default: the card in the header of each log); setting, what is
     known of the logs beyond their rows; refly, whether the card is flown again with the named effects; progress,
-    called with a line of text at each step; next_flight, whether a card is chosen where a doubt is left.
-    Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch`, the figures of
-    each of the `flights` and the `next_flight`. It shows itself in a notebook.
+    called with a line of text at each step.
+    Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch` and the figures
+    of each of the `flights`. It shows itself in a notebook.
     Raises BadInputError for a log that cannot be used, UnknownNameError for an aircraft that is not known.
     """
     from pitotbench.bench.rounds import NamedLog
@@ -56,4 +55,4 @@ def reconcile(
     several = [logs] if isinstance(logs, FlightLog) else list(logs)
     names = ["measured log"] if len(several) == 1 else [f"flight {i}" for i in range(1, len(several) + 1)]
     measured = [NamedLog(name, log) for name, log in zip(names, several, strict=True)]
-    return reconcile_fully(measured, aircraft, other, card, progress, setting, refly, next_flight=next_flight)
+    return reconcile_fully(measured, aircraft, other, card, progress, setting, refly)

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from pitotbench.bench.next_flight import advice_of, next_flight_after
 from pitotbench.bench.null_flights import Progress, aircraft_model, as_flown, card_of
 from pitotbench.bench.reflight import as_the_log_shows, fly_again
 from pitotbench.bench.rounds import (
@@ -29,7 +28,7 @@ from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.gap import Account, FlownAgain, FoundFormula
 from pitotbench.records.log import FlightLog
-from pitotbench.records.verdict import SURE, AdvisedFlight, Candidate, JoinedFlight, Verdict
+from pitotbench.records.verdict import SURE, Candidate, JoinedFlight, Verdict
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -153,11 +152,6 @@ class FullReconciliation:
         """What each flight says."""
         return self.account.flights
 
-    @property
-    def next_flight(self) -> AdvisedFlight | None:
-        """The flight that would part the causes that are left; None where none is needed, or none was asked for."""
-        return self.account.next_flight
-
     def to_frame(self) -> "DataFrame":
         """Return the causes as a table, the most probable first."""
         return self.account.to_frame()
@@ -183,14 +177,12 @@ def reconcile_fully(
     refly: bool = True,
     refly_holdout: bool = True,
     keep: bool = True,
-    next_flight: bool = True,
 ) -> FullReconciliation:
     """Reconcile logs, judge them again until nothing significant remains, and fly a card again.
 
     `card` is that of all logs that state none of their own. With `refly` the card of the log with the largest gap
-    is flown again, with `refly_holdout` that of the held-out log as well. With `next_flight` a card is chosen that
-    parts the causes between which the logs leave a doubt. Without `keep` the cache of null flights is neither read
-    nor written.
+    is flown again, with `refly_holdout` that of the held-out log as well. Without `keep` the cache of null flights
+    is neither read nor written.
     Raises BadInputError for a log that cannot be used.
     """
     say = progress or (lambda text: None)
@@ -198,9 +190,6 @@ def reconcile_fully(
     logs = [replace(each, card=each.card or card) for each in several]
     other = holdout.log if holdout else None
     first = reconcile_logs(logs, aircraft, other, progress=progress, setting=setting, keep=keep)
-    advised = next_flight_after(first, progress) if next_flight else None
-    if advised is not None:
-        first = replace(first, checks=replace(first.checks, advice=advice_of(advised)))
     looks = closure_checked(iterate(aircraft, first, progress))
     source = ", ".join(each.name for each in logs)
     beyond = beyond_the_table(aircraft, looks, other, progress)
@@ -235,7 +224,6 @@ def reconcile_fully(
         null_flights=first.null.flights,
         formula=beyond.formula,
         flights=first.flights,
-        next_flight=advised,
         telling=clearest_channel(first.naming, first.null, over_time),
         calibration=calibration_change(first.naming),
         warnings=_warnings([*logs, *([holdout] if holdout else [])]),

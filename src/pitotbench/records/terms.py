@@ -37,7 +37,8 @@ class Maneuver:
             for name in ("specific_force", "angular_acceleration", "thrust", "mass")
             if (value := getattr(self, name)) is not None
         }
-        check_lengths("Maneuver", arrays.items(), len(self.motion.time))
+        columns = ((name, column) for name, each in arrays.items() for column in np.atleast_2d(np.transpose(each)))
+        check_lengths("Maneuver", columns, len(self.motion.time))
         for name, array in arrays.items():
             object.__setattr__(self, name, freeze(np.asarray(array, dtype=np.float64)))
 

@@ -19,7 +19,8 @@ class Maneuver:
 
     `specific_force` (n, 3) [m/s²] and `angular_acceleration` (n, 3) [rad/s²] are measured. `thrust` [N] is that of
     all engines along the body's x axis; None where it was not measured. `mass` [kg] and `inertia` (I_xx, I_yy,
-    I_zz, I_xz) [kg m²] are None where those of the model count.
+    I_zz, I_xz) [kg m²] are None where those of the model count. `channels` are those of `CHANNELS` that the log
+    can show: without a measured sideslip, not those of side force, roll and yaw.
     Raises RecordError where lengths differ.
     """
 
@@ -30,6 +31,7 @@ class Maneuver:
     thrust: Array | None = None
     mass: Array | None = None
     inertia: tuple[float, ...] | None = None
+    channels: tuple[str, ...] = CHANNELS
 
     def __post_init__(self) -> None:
         arrays = {
@@ -91,13 +93,35 @@ class ChannelGap:
 class ManeuverGap:
     """The gap of one maneuver by channel; `held_out` says that no size was fitted to it.
 
-    `time` [s] counts from its begin, (n,). `before` and `after` are the residual coefficients, (n, 6).
+    `time` [s] counts from its begin, (n,). `before` and `after` are the residual forces [N] and moments [N m],
+    (n, 6), without the constants of the maneuver. `constants` are these as drag, lift and pitch-moment coefficients,
+    before and with the terms, (2, 3).
     """
 
     name: str
     held_out: bool
     channels: Mapping[str, ChannelGap]
     time: Array
+    before: Array
+    after: Array
+    constants: Array
+
+
+# The motions of an open-loop flight: heading, name and unit of each, as a person reads them.
+MOTIONS = (("airspeed", "kt"), ("angle of attack", "°"), ("pitch rate", "°/s"), ("pitch", "°"))
+
+
+@dataclass(frozen=True, slots=True)
+class OpenLoopFlight:
+    """A maneuver flown by a model with the measured controls: true airspeed [m/s], then angles and rate [rad].
+
+    `time` [s] counts from its begin, (n,); the others are (n, 4), in the order of `MOTIONS`.
+    """
+
+    name: str
+    held_out: bool
+    time: Array
+    measured: Array
     before: Array
     after: Array
 
@@ -107,7 +131,7 @@ class TermsAccount:
     """What measured maneuvers say about the aerodynamic terms of a model.
 
     `terms` come in the order of what they close. `silent` names, with the reason, what the maneuvers cannot show.
-    `zeros` are the added coefficients by aerodynamic axis that go with the terms into a patch.
+    `zeros` are the coefficients added to changed slopes, by function, so that they turn about the flown angle.
     """
 
     aircraft: str
@@ -116,3 +140,28 @@ class TermsAccount:
     silent: tuple[str, ...]
     zeros: Mapping[str, float]
     remarks: tuple[str, ...] = ()
+    flown: tuple[OpenLoopFlight, ...] = ()
+
+    @property
+    def held_out(self) -> tuple[ManeuverGap, ...]:
+        """The maneuvers to which no size was fitted; all of them where none was held out."""
+        return tuple(each for each in self.maneuvers if each.held_out) or self.maneuvers
+
+    def gap_of(self, channel: str) -> ChannelGap:
+        """The gap of a channel over the maneuvers held out, each sample with the same weight."""
+        found = [(each.channels[channel], len(each.time)) for each in self.held_out if channel in each.channels]
+        weights = np.array([count for _, count in found], dtype=np.float64)
+        sums = [[gap.before, gap.after, gap.noise] for gap, _ in found]
+        return ChannelGap(*(weights @ np.array(sums) / weights.sum()).tolist())
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that a maneuver held out shows."""
+        return tuple(name for name in CHANNELS if any(name in each.channels for each in self.held_out))
+
+    @property
+    def closed(self) -> float:
+        """The share of the explainable gap that the terms close, over all channels with a significant gap."""
+        gaps = [gap for name in self.channels if (gap := self.gap_of(name)).significant]
+        explainable = sum(gap.before - gap.noise for gap in gaps)
+        return sum(gap.before - gap.after for gap in gaps) / explainable if explainable > 0.0 else 0.0

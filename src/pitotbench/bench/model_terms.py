@@ -1,6 +1,6 @@
 """Hold the aerodynamic terms of a model against measured maneuvers, correct them, and fly the maneuvers again."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,15 +18,19 @@ from pitotbench.effects.overlay import (
     size,
     total,
 )
+from pitotbench.logbook.columns import write_text
 from pitotbench.logbook.identification import align_vane, is_identification, maneuvers_of, read_identification
 from pitotbench.reconciliation.terms import Regression, Term, judge_terms, regression_of, terms_of
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.records.terms import Maneuver, ManeuverGap, OpenLoopFlight, TermsAccount
+from pitotbench.show.columns import json_text
+from pitotbench.show.terms import terms_json, terms_page
 from pitotbench.simulation.aircraft import find_aircraft, read_baseline
 from pitotbench.simulation.force_meter import UNIT_AXES, measure_terms, unit_overlay
 from pitotbench.simulation.open_loop import fly_open_loop
 from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.variant import overlay_text
 
 RATE = 100.0  # Hz, of the force meter
 STEP = 0.05  # relative change of a function outside the axes, by which its own change of the forces is measured
@@ -41,9 +45,9 @@ class CorrectedModel:
     overlay: Overlay
 
 
-def maneuvers_in(path: Path, log: FlightLog | None = None) -> list[Maneuver]:
-    """Return the maneuvers of a file of system identification, or of a flight log that was read from it."""
-    return [read_identification(path)] if is_identification(path) or log is None else maneuvers_of(log, path.name)
+def maneuvers_in(path: Path, read: Callable[[], FlightLog]) -> list[Maneuver]:
+    """Return the maneuvers of a file: an array of system identification, else a flight log, which `read` reads."""
+    return [read_identification(path)] if is_identification(path) else maneuvers_of(read(), path.stem)
 
 
 def parted(maneuvers: Sequence[Maneuver]) -> tuple[list[Maneuver], list[Maneuver]]:
@@ -121,7 +125,9 @@ def _overlay(account: TermsAccount, baseline: Baseline) -> Overlay:
             lengths = [LENGTHS[axis]] if axis in LENGTHS else []
             added = product("aero/qbar-psf", "metrics/Sw-sqft", *lengths, zero) if axis else product(zero, 1.0)
         if axis:
-            functions.append(AxisFunction(axis, total(product(change, term.function), added)))
+            scaled = product(change, term.function)
+            turned = term.function in account.zeros
+            functions.append(AxisFunction(axis, total(scaled, added) if turned else scaled))
         else:
             scalings.append(FunctionScaling(term.function, total(1.0, change), added))
     return Overlay(sizes=tuple(sizes), functions=tuple(functions), scalings=tuple(scalings))
@@ -132,3 +138,20 @@ def _flown(aircraft: str, overlay: Overlay, maneuver: Maneuver, gap: ManeuverGap
     measured, before = fly_open_loop(_plant(aircraft, Overlay()), maneuver, gap.constants[0])
     _, after = fly_open_loop(_plant(aircraft, overlay), maneuver, gap.constants[1])
     return OpenLoopFlight(maneuver.name, gap.held_out, maneuver.motion.time, measured, before, after)
+
+
+def keep_terms(corrected: CorrectedModel, inputs: str, out: Path) -> list[str]:
+    """Write `verdict.json`, `report.html` and, where a term is off, `overlay.xml` to a folder.
+
+    `inputs` names the logs. Files of an earlier run are replaced. Returns the line to print.
+    """
+    account = corrected.account
+    overlay = overlay_text(find_aircraft(account.aircraft), corrected.overlay) if account.terms else ""
+    texts = {"verdict.json": json_text(terms_json(account)), "report.html": terms_page(account, overlay, inputs)}
+    if overlay:
+        texts["overlay.xml"] = overlay
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "overlay.xml").unlink(missing_ok=True)  # that of an earlier run would not belong to this account
+    for name, text in texts.items():
+        write_text(out / name, text)
+    return ["written: " + ", ".join(str(out / name) for name in texts)]

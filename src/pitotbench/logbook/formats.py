@@ -302,8 +302,9 @@ def read_mat(path: Path) -> Table:
     """Read the vectors of a .mat file, or of the only struct in it.
 
     A matrix with a row a sample gives the columns `NAME(:,1)`, `NAME(:,2)`, ... Beside the array `fdata` of SIDPAC
-    the other variables, which hold no samples, are left out. A struct with a field `data` (and `units`) is one channel. Single numbers and texts beside the vectors are left
-    out. Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of different lengths.
+    the other variables, which hold no samples, are left out. A struct with a field `data` (and `units`) is one
+    channel. Single numbers and texts beside the vectors are left out. Raises BadInputError for a file that is not
+    such a file, is cut off, or holds vectors of different lengths.
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.
@@ -312,7 +313,7 @@ def read_mat(path: Path) -> Table:
         variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}
     stored = variables.pop(_HEADER, "")
     header, warnings = parse_header(stored if isinstance(stored, str) else "")
-    if np.ndim(variables.get(_IDENTIFICATION)) == 2:
+    if np.ndim(variables.get(_IDENTIFICATION, 0.0)) == 2:
         variables = {_IDENTIFICATION: variables[_IDENTIFICATION]}
     found: dict[str, tuple[Column, str]] = {}
     for name, value in variables.items():

@@ -1,4 +1,4 @@
-"""Maneuvers of system identification: from the `fdata` files of SIDPAC, and from the lively parts of a flight log."""
+"""Maneuvers of system identification: those of SIDPAC's array `fdata`, and the lively parts of a flight log."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,7 +12,7 @@ from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Motion
 from pitotbench.records.log import FlightLog
 from pitotbench.records.terms import CHANNELS, Maneuver
-from pitotbench.timeline import minutes_text, pauses, stretches
+from pitotbench.timeline import fresh_fixes, minutes_text, pauses, stretches
 from pitotbench.units import DEGREE, FOOT, POUND, PSF, STANDARD_GRAVITY, Array, Booleans
 
 # The standard array of SIDPAC (Morelli, NASA, 2002): one row a sample, 90 columns, numbered from 1. Columns that
@@ -29,7 +29,7 @@ IDLE = 0.5  # of the throttles, whose position does not matter to the forces of 
 
 
 def is_identification(path: Path) -> bool:
-    """Return whether a file is a .mat file with the array of SIDPAC. Raises BadInputError for a broken .mat file."""
+    """Return whether a file is a .mat file with the array of SIDPAC. Raises BadInputError for a broken one."""
     if path.suffix.lower() != ".mat" or not path.is_file():
         return False
     return f"fdata(:,{COLUMNS})" in read_mat(path).names
@@ -96,7 +96,16 @@ def read_identification(path: Path) -> Maneuver:
         thrust if np.any(thrust) else None,
         mass if np.all(mass > 0.0) else None,
         tuple(inertia) if min(inertia[:3]) > 0.0 else None,
+        noise={each: _roughness(getattr(motion, each)) for each in NOISY},
     )
+
+
+NOISY = ("angle_of_attack", "sideslip", "roll_rate", "pitch_rate", "yaw_rate", "elevator", "aileron", "rudder")
+
+
+def _roughness(values: Array) -> float:
+    """The deviation of white noise that second differences show: those of a motion are far smaller."""
+    return float(np.sqrt(np.mean(np.diff(values, 2) ** 2) / 6.0)) if len(values) > 2 else 0.0
 
 
 def _offset(temperature: Array, pressure: Array) -> float:
@@ -111,7 +120,10 @@ LIVELY = 2.0 * DEGREE  # rad/s, of any body rate
 QUIET_LEAST, QUIET_MOST = 4.0, 12.0  # s of quiet flight before and behind a maneuver; a longer pause parts two
 SHORTEST, LONGEST = 6.0, 60.0  # s
 LEAST_MACH = 0.1
-SMOOTH = 5  # samples, of which the slope is the angular acceleration
+SLOWEST = 5.0  # Hz
+# Of all channels and of the slope of the rates alike: parabolas over so long follow a short period, and an error of
+# the sensors that stands in the regressors makes every term too small.
+SMOOTH = 0.5  # s
 NEEDED = (
     *("roll", "pitch", "roll_rate", "pitch_rate", "yaw_rate", "angle_of_attack"),
     *("specific_force_x", "specific_force_y", "specific_force_z", "elevator", "aileron", "rudder"),
@@ -122,7 +134,8 @@ def maneuvers_of(log: FlightLog, name: str) -> list[Maneuver]:
     """Return the maneuvers of a log: the parts in which a body rate exceeds 2°/s, with some quiet flight around.
 
     Without sideslip the channels of side force, roll and yaw are left out. Without mass the model's counts.
-    Raises BadInputError where the log lacks a channel that is needed, or holds no maneuver.
+    Raises BadInputError where the log lacks a channel that is needed, renews its rates too slowly, or holds no
+    maneuver.
     """
     channels = log.channels()
     missing = [each for each in NEEDED if each not in channels]
@@ -132,6 +145,12 @@ def maneuvers_of(log: FlightLog, name: str) -> list[Maneuver]:
         )
     time = log.time
     rates = np.stack([channels[f"{axis}_rate"] for axis in ("roll", "pitch", "yaw")], axis=1)
+    renewed = float(fresh_fixes(None, *rates.T).sum() / (time[-1] - time[0]))
+    if renewed < SLOWEST:
+        raise BadInputError(
+            f"{name}: the body rates are renewed {renewed:.1f} times a second, and their slope, the angular "
+            f"acceleration, needs at least {SLOWEST:g}; record them faster, or reconcile without --terms"
+        )
     mach = air.mach_from_impact_pressure(log.impact_pressure, log.static_pressure)
     lively = (np.abs(rates).max(axis=1) > LIVELY) & (mach > LEAST_MACH)
     parts = [
@@ -160,10 +179,15 @@ def _parts(time: Array, lively: Booleans, first: int) -> list[slice]:
 
 
 def _whole(log: FlightLog, mach: Array, rates: Array) -> Maneuver:
-    """A whole log as one maneuver."""
-    from scipy.signal import savgol_filter
+    """A whole log as one maneuver, every channel filtered alike."""
+    from scipy.signal import savgol_coeffs, savgol_filter
 
-    channels, count = log.channels(), len(log.time)
+    channels, count, step = log.channels(), len(log.time), float(np.median(np.diff(log.time)))
+    window = 2 * max(1, round(0.5 * SMOOTH / step)) + 1
+
+    def smooth(values: Array, slope: int = 0) -> Array:
+        return np.asarray(savgol_filter(values, window, 2, deriv=slope, delta=step, axis=0))
+
     temperature = log.air_temperature
     if temperature is None:
         total, standard = (
@@ -171,24 +195,26 @@ def _whole(log: FlightLog, mach: Array, rates: Array) -> Maneuver:
             air.standard_temperature(air.pressure_altitude(log.static_pressure)),
         )
         temperature = standard if total is None else air.air_temperature(total, mach)
-    turning = savgol_filter(rates, SMOOTH, 2, deriv=1, delta=float(np.median(np.diff(log.time))), axis=0)
     nothing, idle = np.zeros(count), np.full(count, IDLE)
     seen = channels.get("sideslip")
     motion = Motion(
         time=log.time,
-        static_pressure=log.static_pressure,
-        mach=mach,
-        sideslip=nothing if seen is None else seen,
+        static_pressure=smooth(log.static_pressure),
+        mach=smooth(mach),
+        sideslip=nothing if seen is None else smooth(seen),
         heading=channels.get("heading", nothing),  # no force depends on it
         throttle_left=channels.get("throttle_left", idle),
         throttle_right=channels.get("throttle_right", idle),
         mass=channels.get("mass", nothing),
         temperature_offset=_offset(temperature, log.static_pressure),
-        **{each: channels[each] for each in NEEDED if not each.startswith("specific_force")},
+        **{each: smooth(channels[each]) for each in NEEDED if not each.startswith("specific_force")},
     )
-    forces = np.stack([channels[f"specific_force_{axis}"] for axis in "xyz"], axis=1)
+    forces = smooth(np.stack([channels[f"specific_force_{axis}"] for axis in "xyz"], axis=1))
     kept = CHANNELS if seen is not None else ("drag", "lift", "pitch moment")
-    return Maneuver("", motion, forces, turning, mass=channels.get("mass"), channels=kept)
+    # Of white noise the filter leaves the share of its middle weight in the variance.
+    left = float(np.sqrt(savgol_coeffs(window, 2)[window // 2]))
+    noise = {each: left * _roughness(channels[each]) for each in NOISY if each in channels}
+    return Maneuver("", motion, forces, smooth(rates, 1), mass=channels.get("mass"), channels=kept, noise=noise)
 
 
 LAGS = 0.05 * np.arange(-4, 13)  # s, of the vane behind the accelerometers: vanes are damped, and buses slow

@@ -97,6 +97,7 @@ class Regression:
     scale: Array
     kept: Booleans
     pivots: Array
+    errors: Array
 
 
 Turn = Callable[[Array], Array]  # of coefficients in body axes, (n, 6)
@@ -186,6 +187,7 @@ def regression_of(
         scale,
         np.array([name in maneuver.channels for name in CHANNELS]),
         pivots,
+        np.stack([_errors(term, columns[:, :, i], maneuver) for i, term in enumerate(terms)], axis=1),
     )
 
 
@@ -238,10 +240,12 @@ def _free_columns(maneuver: Maneuver, force: Array, turn: Turn) -> Array:
     return np.stack(columns, axis=2)
 
 
+FIELDS = {"p": "roll_rate", "q": "pitch_rate", "r": "yaw_rate", "alpha": "angle_of_attack"}  # of a Motion
+
+
 def _variable(name: str, motion: Motion) -> Array | None:
     """A variable of the motion or of the controls, (n,); None for any other."""
-    fields = {"p": "roll_rate", "q": "pitch_rate", "r": "yaw_rate", "alpha": "angle_of_attack"}
-    field = fields.get(name, name)
+    field = FIELDS.get(name, name)
     return getattr(motion, field) if field in Motion.__dataclass_fields__ else None
 
 
@@ -252,6 +256,21 @@ def _move(term: Term, maneuver: Maneuver) -> float:
     if values is None:
         return np.inf
     return float(np.std(values - np.polyval(np.polyfit(motion.time, values, 1), motion.time)))
+
+
+ERRING = ("alpha", "sideslip", "p", "q", "r", "elevator", "aileron", "rudder")
+
+
+def _errors(term: Term, column: Array, maneuver: Maneuver) -> Array:
+    """The deviations of a column, (n, 6), by the errors of the variables, (6, v): its slope times that error."""
+    found = np.zeros((6, len(ERRING)))
+    name = term.function.variable
+    values = _variable(name, maneuver.motion)
+    if name in ERRING and values is not None and np.ptp(values) > 0.0:
+        moved = values - values.mean()
+        error = maneuver.noise.get(FIELDS.get(name, name), 0.0)
+        found[:, ERRING.index(name)] = error * (moved @ column) / (moved @ moved)
+    return found
 
 
 def _regressor(term: Term, maneuver: Maneuver, rate: Array, speed: Array, span: float, chord: float) -> Array:
@@ -278,16 +297,21 @@ RATES = {"p": "per p b/2V", "q": "per q c/2V", "r": "per r b/2V", "alpha_rate": 
 
 @dataclass(frozen=True, slots=True)
 class _Bare:
-    """A regression without its free columns, in the unit of the noise: residual (n, 6) and columns (n, 6, k)."""
+    """A regression without its free columns, in the unit of the noise: residual (n, 6) and columns (n, 6, k).
+
+    `errors` are the products of the errors of two columns, summed over channels and samples, (k, k).
+    """
 
     name: str
     time: Array
     residual: Array
     columns: Array
+    errors: Array
 
     def part(self, rows: slice) -> "_Bare":
         """Some rows."""
-        return _Bare(self.name, self.time[rows], self.residual[rows], self.columns[rows])
+        share = len(self.time[rows]) / len(self.time)
+        return _Bare(self.name, self.time[rows], self.residual[rows], self.columns[rows], share * self.errors)
 
     def left(self, sizes: Array) -> Array:
         """The residual with terms of some sizes, (n, 6)."""
@@ -301,7 +325,9 @@ def _bare(each: Regression, noise: Array) -> _Bare:
     flat = both.reshape(6 * count, -1)
     flat = flat - free @ np.linalg.lstsq(free, flat, rcond=None)[0]
     back = flat.reshape(count, 6, -1)
-    return _Bare(each.name, each.time, back[:, :, 0], back[:, :, 1:])
+    erring = each.errors * weight[:, :, None]
+    errors = count * np.einsum("ciw,cjw->ij", erring, erring)
+    return _Bare(each.name, each.time, back[:, :, 0], back[:, :, 1:], errors)
 
 
 def _products(several: Sequence[_Bare]) -> tuple[Array, Array, float]:
@@ -326,8 +352,8 @@ def _squares(several: Sequence[_Bare], sizes: Array) -> float:
 def _noise(several: Sequence[Regression]) -> list[Array]:
     """The deviation of each channel in each maneuver that all terms together leave, (6,) each.
 
-    A maneuver in which the file explains little, because flaps moved or the flow separated, thus weighs little. None
-    weighs more than the median.
+    A maneuver in which the file explains little, because flaps moved or the flow separated, thus weighs little.
+    None weighs more than the median.
     """
     left = np.empty((len(several), 6))
     for row, each in zip(left, several, strict=True):
@@ -337,6 +363,18 @@ def _noise(several: Sequence[Regression]) -> list[Array]:
             rest = target - design @ np.linalg.lstsq(design, target, rcond=1e-8)[0]
             row[i] = np.sqrt(np.mean(rest**2))
     return list(np.maximum(left, np.maximum(np.median(left, axis=0), 1e-9)))
+
+
+def _attenuation(several: Sequence[_Bare], sizes: Array, chosen: Sequence[int]) -> Array:
+    """By how much errors in the measured variables can have moved the sizes of the chosen terms.
+
+    They move no force, so they pull every measured coefficient toward zero, and the change toward -1 (Klein and
+    Morelli 2006, ch. 5.1.5; Fuller 1987, Measurement Error Models, eq. 1.2.2).
+    """
+    own = np.ix_(list(chosen), list(chosen))
+    errors = sum(each.errors[own] for each in several)
+    normal = _products(several)[0][own]
+    return np.abs(np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ errors @ (1.0 + sizes[list(chosen)]))
 
 
 def _covariance(several: Sequence[_Bare], sizes: Array, chosen: Sequence[int]) -> Array:
@@ -413,11 +451,16 @@ def _chosen(tests: Tests, fit: Sequence[_Bare], seen: Sequence[int]) -> list[int
     chosen: list[int] = []
     while True:
         rest = [i for i in seen if i not in chosen]
-        for group in (list(combinations(rest, 1)), list(combinations(rest, 2))):
-            gains = {new: _gain(tests, chosen, new) for new in group}
-            able = [new for new in group if gains[new] >= len(new) * least and _enter(fit, [*chosen, *new], new)]
+        singles: list[tuple[int, ...]] = [(i,) for i in rest]
+        for group in (singles, list(combinations(rest, 2))):
+            gains = [_gain(tests, chosen, new) for new in group]
+            able = [
+                (gain, new)
+                for gain, new in zip(gains, group, strict=True)
+                if gain >= len(new) * least and _enter(fit, [*chosen, *new], new)
+            ]
             if able:
-                chosen += max(able, key=lambda new: gains[new])
+                chosen += max(able)[1]
                 break
         else:
             break
@@ -432,7 +475,7 @@ def _chosen(tests: Tests, fit: Sequence[_Bare], seen: Sequence[int]) -> list[int
 
 
 def _vane(estimates: Sequence[TermEstimate]) -> tuple[str, ...]:
-    """What a wrong scale of the vane shares with the lift slope: it changes the pitch stiffness by the same share."""
+    """What a wrong scale of the vane would do: change lift slope and pitch stiffness by the same share."""
     changes = {each.name: each.change for each in estimates}
     lift = changes.get(NAMES["LIFT", "alpha"])
     if lift is None:
@@ -482,7 +525,8 @@ def _explainable(tests: Tests, seen: Sequence[int]) -> float:
 def _enter(fit: Sequence[_Bare], chosen: Sequence[int], new: Sequence[int]) -> bool:
     """Whether the sizes of some of the chosen terms are significant, and those of a term of its kind."""
     sizes = _sizes(fit, chosen)
-    deviations = dict(zip(chosen, np.sqrt(np.diag(_covariance(fit, sizes, chosen))).tolist(), strict=True))
+    found = np.sqrt(np.diag(_covariance(fit, sizes, chosen))) + _attenuation(fit, sizes, chosen)
+    deviations = dict(zip(chosen, found.tolist(), strict=True))
     return all(abs(sizes[i]) > SIGNIFICANT * deviations[i] and PLAUSIBLE[0] < sizes[i] < PLAUSIBLE[1] for i in new)
 
 
@@ -501,7 +545,7 @@ def _deviations(fit: Sequence[_Bare], held: Sequence[_Bare], sizes: Array, chose
     weights = weights / weights.sum(axis=0)
     mean = np.sum(weights * several, axis=0)
     spread = np.sum(weights**2 * (several - mean) ** 2, axis=0) * len(parts) / max(1, len(parts) - 1)
-    return np.asarray(np.sqrt(own + spread))
+    return np.asarray(np.sqrt(own + spread) + _attenuation(fit, sizes, chosen))
 
 
 def _gap(each: Regression, bare: _Bare, sizes: Array, best: Array, held_out: bool) -> ManeuverGap:
@@ -541,7 +585,7 @@ def _estimate(
     size: float,
     deviation: float,
     closes: float,
-    like: Iterator[str],
+    like: tuple[str, ...],
 ) -> TermEstimate:
     term = terms[i]
     variable = term.function.variable
@@ -564,7 +608,7 @@ def _estimate(
         Estimate(term.name, model * (1.0 + size), abs(model) * bound),
         Estimate("change", size, bound),
         closes,
-        tuple(like),
+        like,
     )
 
 

@@ -1,7 +1,7 @@
 """Aerodynamic terms: a measured maneuver with its forces, and what it says about each term of a model."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,7 +20,8 @@ class Maneuver:
     `specific_force` (n, 3) [m/s²] and `angular_acceleration` (n, 3) [rad/s²] are measured. `thrust` [N] is that of
     all engines along the body's x axis; None where it was not measured. `mass` [kg] and `inertia` (I_xx, I_yy,
     I_zz, I_xz) [kg m²] are None where those of the model count. `channels` are those of `CHANNELS` that the log
-    can show: without a measured sideslip, not those of side force, roll and yaw.
+    can show: without a measured sideslip, not those of side force, roll and yaw. `noise` are the deviations of the
+    errors left in fields of the motion that change from sample to sample, in their units.
     Raises RecordError where lengths differ.
     """
 
@@ -32,6 +33,7 @@ class Maneuver:
     mass: Array | None = None
     inertia: tuple[float, ...] | None = None
     channels: tuple[str, ...] = CHANNELS
+    noise: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         arrays = {
@@ -94,8 +96,8 @@ class ManeuverGap:
     """The gap of one maneuver by channel; `held_out` says that no size was fitted to it.
 
     `time` [s] counts from its begin, (n,). `before` and `after` are the residual forces [N] and moments [N m],
-    (n, 6), without the constants of the maneuver. `constants` are these as drag, lift and pitch-moment coefficients,
-    before and with the terms, (2, 3).
+    (n, 6), without the constants of the maneuver. `constants` are these as coefficients of drag, lift and pitch
+    moment, before and with the terms, (2, 3).
     """
 
     name: str

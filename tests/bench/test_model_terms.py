@@ -242,3 +242,23 @@ def test_the_citation_of_delft_is_corrected_on_maneuvers_held_out():
     assert abs(changes["lift slope"].measured.value - 4.7) < 0.6
     assert account.closed > 0.7
     assert "angle-of-attack vane lags" in account.remarks[0]
+
+
+def test_the_twin_otter_of_nasa_has_a_steeper_lift_slope_than_its_file():
+    """Estimates beside the data (Morelli): 6.35 and 6.76 per radian by C_Z, -1.87 and -1.83 by the elevator."""
+    fitted, held = (
+        read_identification(real_log("sidpac", f"totter_lon_020213f1_{number}.mat")) for number in ("018", "017")
+    )
+    account = correct_terms("DHC6", [fitted], [held]).account
+    assert account.terms[0].name == "lift slope"
+    assert 5.9 < account.terms[0].measured.value < 6.9
+    elevator = next(term for term in account.terms if term.name == "elevator effectiveness")
+    assert abs(elevator.measured.value + 1.87) < 0.15
+    assert account.gap_of("lift").closed > 0.9
+    assert account.closed > 0.8
+    before, after = (np.sqrt(np.mean((each - account.flown[1].measured)[:, 2] ** 2)) for each in _flown(account))
+    assert after < 0.6 * before
+
+
+def _flown(account):
+    return account.flown[1].before, account.flown[1].after

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from pitotbench.bench.flights import score as score
     from pitotbench.bench.flights import sense as sense
     from pitotbench.bench.planner import PlanRequest as PlanRequest
-    from pitotbench.bench.questions import plan as plan
-    from pitotbench.bench.questions import reconcile as reconcile
+    from pitotbench.bench.planner import plan as plan
     from pitotbench.bench.workflow import FullReconciliation as FullReconciliation
+    from pitotbench.bench.workflow import reconcile as reconcile
     from pitotbench.calibration import calibrate as calibrate
     from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
     from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
@@ -55,10 +55,10 @@ _MODULES = {
     "calibrate": "calibration",
     "fixed_speed": "calibration.leg_points",
     "fly": "simulation.sortie",
-    "plan": "bench.questions",
+    "plan": "bench.planner",
     "read_case": "records.case_file",
     "read_log": "logbook.reading",
-    "reconcile": "bench.questions",
+    "reconcile": "bench.workflow",
     "run_campaign": "bench.campaign",
     "score": "bench.flights",
     "sense": "bench.flights",

@@ -25,7 +25,6 @@ COMMANDS = {
     "blind generate": "pitotlab.blind.drawn:command",
     "blind develop": "pitotlab.blind.drawn:develop",
     "blind analyze": "pitotlab.blind.analyze:command",
-    "blind advised": "pitotlab.blind.flown_again:advised_command",
     "blind observer": "pitotlab.blind.observer:command",
     "blind score": "pitotlab.blind.score:command",
     "blind pooled": "pitotlab.blind.score:pooled_command",

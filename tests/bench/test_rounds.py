@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 
 from pitotbench import Case, fly, reconcile, sense
-from pitotbench.bench.reflight import wind_of_log
 from pitotbench.bench.rounds import (
     closure_checked,
     iterate,
@@ -13,6 +12,7 @@ from pitotbench.bench.rounds import (
     reconcile_log,
     with_calibrated_probabilities,
 )
+from pitotbench.bench.workflow import wind_of_log
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec

@@ -38,7 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="case file that says what was flown (default: the log's header); give it once, or once for each log",
     )
     parser.add_argument(
-        "--no-next-flight", action="store_true", help="do not choose the next flight where a doubt is left"
+        "--no-next-flight", action="store_true", help="without effect; accepted for scripts of earlier versions"
     )
     parser.add_argument(
         "--terms",
@@ -175,7 +175,6 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
         _setting(mapping_advice(options, logs)),
         refly,
         keep=not options.no_cache,
-        next_flight=not options.no_next_flight,
     )
 
 

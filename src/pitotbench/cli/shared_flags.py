@@ -7,8 +7,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.catalog import explain
-from pitotbench.records import BadInputError
-from pitotbench.records.accuracy import USUAL_ACCURACIES
+from pitotbench.records import USUAL_ACCURACIES, BadInputError
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -50,7 +50,7 @@ from pitotbench.records.verdict import (
     OwnSize,
     Verdict,
 )
-from pitotbench.units import Array, Booleans
+from pitotbench.units import Array
 
 # From what every check found to a verdict.
 
@@ -71,9 +71,9 @@ class Checks:
     `outweighed`, whether a wander or a line of a flight outweighs what the effects explain; `left_out` and
     `contradictions`, the sentences of flights that the others do not close or that contradict them; `hold_out`, the
     closure of a held-out log; `closure`, the objection of the closure of all passes; `formula`, why a formula
-    replaces the names; `added`, the positions of the effects that a later pass adds (None: all); `advice`, that of
-    the chosen next flight; `left`, the share of the gap that all passes leave, and `doubt`, a share of doubt beside
-    it (None: by the objections to these names).
+    replaces the names; `added`, the positions of the effects that a later pass adds (None: all); `left`, the share
+    of the gap that all passes leave, and `doubt`, a share of doubt beside it (None: by the objections to these
+    names).
     """
 
     found: Verdict
@@ -84,7 +84,6 @@ class Checks:
     closure: Objection | None = None
     formula: str = ""
     added: tuple[int, ...] | None = None
-    advice: tuple[str, ...] = ()
     left: float | None = None
     doubt: float | None = None
 
@@ -104,7 +103,7 @@ def verdict_of(checks: Checks) -> Verdict:
         kind: Kind = "one_of" if any(verdict.alternatives) else "named"
         verdict = _with_kind(verdict, kind, "a fault that was counted, or the level of turbulence")
     groups = [(e.name, *others) for e, others in zip(verdict.effects, verdict.alternatives, strict=True)]
-    verdict = replace(verdict, advice=checks.advice or flights_to_fly(verdict.kind, groups))
+    verdict = replace(verdict, advice=flights_to_fly(verdict.kind, groups))
     for why in checks.left_out:
         verdict = _objected(verdict, Objection(why, withdraws=False))
     for why in checks.contradictions:
@@ -366,17 +365,6 @@ def calibrated(probabilities: Mapping[str, float], left: float, further: float =
     """
     trusted = (1.0 - _of_other_form(left)) * (1.0 - further)
     return {cause: trusted * float(_nearer_even(p)) for cause, p in probabilities.items()}
-
-
-def is_named(probabilities: Array) -> Booleans:
-    """Return whether probabilities of the posterior, (n,), name a cause where the answer closes the gap, (n,)."""
-    named: Booleans = most_probable() * _nearer_even(probabilities) > THRESHOLDS.named_from
-    return named
-
-
-def most_probable() -> float:
-    """Return the largest probability that a cause can have: the rest is for causes of other form."""
-    return 1.0 - _of_other_form(0.0)
 
 
 def _of_other_form(left: float) -> float:

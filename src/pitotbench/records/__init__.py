@@ -1,4 +1,6 @@
-"""The records that packages exchange, and what all share: two errors, checks of arrays, views in a notebook."""
+"""The records that packages exchange, and what all share: two errors, usual accuracies, checks of arrays,
+views in a notebook.
+"""
 
 from collections.abc import Iterable
 from importlib import import_module
@@ -27,6 +29,19 @@ class OneHeadingError(NoAnswerError):
 
 class UndeterminedError(NoAnswerError):
     """The fit has no usable bound: because of what was flown, or because air data and GPS disagree."""
+
+
+# The usual accuracies: 2σ of constant errors of the sensors, which hold where no log, mapping or flag states them.
+# The bounds of a calibration, the reading of displays and the help text follow. Temperature: a calibrated
+# total-temperature probe with its installation. Recovery factor: the spread between probes of one type. Static
+# pressure: an air-data transducer. GPS velocity: a receiver without corrections.
+
+USUAL_ACCURACIES: dict[str, float] = {
+    "temperature_k": 1.5,
+    "recovery_factor": 0.02,
+    "static_pressure_pa": 30.0,
+    "velocity_mps": 0.05,  # of each horizontal component
+}
 
 
 # How a record shows itself in a notebook: as a line, as HTML, as a picture and as a table.

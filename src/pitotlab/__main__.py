@@ -38,6 +38,7 @@ COMMANDS = {
     "speed": "pitotlab.speed.ratios:command",
     "speed growth": "pitotlab.speed.growth:command",
     "speed packages": "pitotlab.speed.fits:command",
+    "parameters": "pitotlab.takehome:parameters_command",
     "drills": "pitotlab.drills.costs:command",
 }
 

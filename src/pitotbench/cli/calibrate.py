@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
+    add_table,
     mapping_advice,
     read_logs,
+    require_table,
     stated_accuracies,
     write_documents,
+    write_table,
 )
-from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -79,6 +81,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
     parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
+    add_table(parser)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +97,11 @@ class _Reduced:
         """The name of the file, with the number of the flight where the file holds several."""
         flight = self.flight
         return self.path.name + (f", flight {flight.number} of {flight.count}" if flight.count > 1 else "")
+
+    @property
+    def own_curve(self) -> bool:
+        """Whether the flight is the first of those that share its curve, or has a curve of its own."""
+        return self.flight.joined == 1 or (self.flight.place == 0 and self.flight.number == 1)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -112,6 +120,7 @@ def run(options: argparse.Namespace) -> int:
         if options.separately and len(options.logs) > 1:
             raise BadInputError("--card holds one curve: leave out --separately, or give one log")
         require_file(options.card, (".csv",), _inputs(options))
+    require_table(options, _inputs(options))
     limit = limit_named(options.limit)
     autopilot, _ = _stated_autopilot(options)
     reduced = _reduced(options)
@@ -120,6 +129,7 @@ def run(options: argparse.Namespace) -> int:
         _write_report(options.report, reduced, limit)
     if options.card is not None:
         write_text(options.card, card_csv(reduced[0].flight.calibration.curve))
+    write_table(options, {each.name: each.flight.calibration.curve for each in reduced if each.own_curve})
     if options.json:
         _print_json(reduced, limit, settings)
     else:
@@ -132,6 +142,7 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     from pitotbench.calibration import calibrate_flights
     from pitotbench.calibration.fit_checks import with_points
     from pitotbench.calibration.leg_points import cross_check
+    from pitotbench.logbook.columns import PARAMETERS
 
     choice = _choice(options, mapping_advice(options))  # a wrong flag is refused before a long log is read
     logs = read_logs(options.logs, options.mapping)
@@ -206,8 +217,9 @@ def _moment(flag: str, text: str) -> float:
 def _print_json(
     reduced: list[_Reduced], limit: "Limit | str | None", settings: "list[AutopilotSettings | None]"
 ) -> None:
-    from pitotbench.show.calibration import calibration_json, flight_json, settings_json
+    from pitotbench.show.calibration import calibration_json, flight_json
     from pitotbench.show.legs import points_json
+    from pitotbench.show.takehome import settings_json
 
     write_documents(
         [
@@ -232,9 +244,10 @@ def _print_tables(
 ) -> None:
     from rich.console import Console
 
-    from pitotbench.show.calibration import flight_lines, print_calibration, print_settings
+    from pitotbench.show.calibration import flight_lines, print_calibration
     from pitotbench.show.columns import outside
     from pitotbench.show.legs import print_points
+    from pitotbench.show.takehome import print_settings
 
     console = Console(highlight=False, soft_wrap=True)
     for each, found in zip(reduced, settings, strict=True):

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
+    add_table,
     mapping_advice,
     read_logs,
+    require_table,
     stated_accuracies,
     write_documents,
+    write_table,
 )
 from pitotbench.records import BadInputError
 
@@ -35,6 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sheet", type=Path, metavar="FILE", help="write an empty card to print and fill in (HTML)"
     )
+    add_table(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
 
 
@@ -42,6 +46,7 @@ def run(options: argparse.Namespace) -> int:
     """Print the answer; return exit code 0. Raises BadInputError unless either logs or legs are given."""
     from pitotbench.logbook.points_table import is_points_table
 
+    require_table(options, options.logs)
     typed = [options.ground_speed_kt, options.track_deg]
     if options.sheet is not None and not options.logs and typed == [None, None]:
         _write_sheet(options.sheet)
@@ -49,6 +54,8 @@ def run(options: argparse.Namespace) -> int:
         cards = [is_points_table(path) for path in options.logs]
         if any(cards) and not all(cards):
             raise BadInputError("give either logs or points tables")
+        if options.table is not None and not any(cards):
+            raise BadInputError("--table: points of a log are no curve; use calibrate LOG --table, or give a card")
         (_of_cards if any(cards) else _of_logs)(options)
     elif not options.logs and None not in typed:
         _of_legs(options)
@@ -82,6 +89,13 @@ def _of_cards(options: argparse.Namespace) -> None:
     stated = accuracies_of(stated_accuracies(options, {}).get("accuracies"), {})
     read = [(path, *read_points(path)) for path in options.logs]
     found = [(path, reduce_card(legs, steps, stated)) for path, legs, steps in read]
+    several = len(found) > 1
+    curves = {
+        " ".join(filter(None, (path.stem if several else "", name))): curve
+        for path, card in found
+        for name, curve in card.curves.items()
+    }
+    write_table(options, curves)
     if options.json:
         write_documents([card_json(card) for _, card in found])
         return

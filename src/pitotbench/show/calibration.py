@@ -12,13 +12,11 @@ import numpy as np
 
 from pitotbench.records.calibration import (
     Assumption,
-    AutopilotSettings,
     CalibratedFlight,
     Calibration,
     Criteria,
     ErrorCurve,
     Estimate,
-    Setting,
     Share,
     WeighedModel,
     WindEstimate,
@@ -579,58 +577,4 @@ def _share(share: Share) -> dict[str, Any]:
         "two_sigma": share.estimate.two_sigma,
         "curve_two_sigma_kt": share.curve / KNOT,
         "wind_two_sigma_kt": share.wind / KNOT,
-    }
-
-
-# The parameters of an autopilot, for a terminal and as plain data.
-
-SETTING_COLUMNS: tuple[Column[Setting], ...] = (
-    Column("parameter", lambda s: s.name, key="name"),
-    Column("set to", lambda s: s.value, style=".5g", key="value"),
-    Column("±2σ", lambda s: s.two_sigma, style=".2g", key="two_sigma"),
-    Column("old", lambda s: s.old, style=".5g", key="old"),
-    Column("from", lambda s: s.source, key="from"),
-)
-
-
-def print_settings(found: AutopilotSettings, console: "Console") -> None:
-    """Print the parameters to set, what they leave of the error, and a propeller's wash."""
-    console.print()
-    print_table(SETTING_COLUMNS, found.settings, console, f"parameters of {found.autopilot}")
-    for line in settings_lines(found):
-        console.print(outside(line))
-
-
-def settings_lines(found: AutopilotSettings) -> list[str]:
-    """What the new parameters leave of the error, and the wash of a propeller where power was recorded."""
-    speed, bound = found.calibrated_airspeed / KNOT, found.bound / KNOT
-    places = sorted({0, len(speed) // 2, len(speed) - 1})
-    left = ", ".join(f"±{bound[at]:.2f} kt at {speed[at]:.0f} KCAS" for at in places)
-    return [f"With them the airspeed shown is right within {left} (2σ of the curve and what the formula leaves).",
-            _wash_line(found.wash)]  # fmt: skip
-
-
-def _wash_line(wash: Estimate | None) -> str:
-    if wash is None:
-        return "A propeller's wash was not looked for: the log holds neither throttle nor power."
-    if not np.isfinite(wash.two_sigma):
-        return "A propeller's wash cannot be told: power follows airspeed here. Fly one speed in climb and descent."
-    size = f"{wash.value / KNOT:+.2f} ± {wash.two_sigma / KNOT:.2f} kt at full power against idle (2σ)".replace(
-        "-", "−"
-    )
-    if abs(wash.value) <= wash.two_sigma:
-        return f"No wash of a propeller shows: the airspeed reads {size}."
-    return f"A propeller's wash shows: the airspeed reads {size}. No parameter takes it out: move the tube."
-
-
-def settings_json(found: AutopilotSettings | None) -> dict[str, Any]:
-    """The parameters as plain data; nothing where they were not asked for."""
-    if found is None:
-        return {}
-    wash = found.wash
-    rows = zip(found.calibrated_airspeed / KNOT, found.bound / KNOT, strict=True)
-    return {
-        "params": json_rows(SETTING_COLUMNS, found.settings),
-        "params_bound": [{"calibrated_airspeed_kt": float(v), "bound_kt": float(b)} for v, b in rows],
-        "wash": None if wash is None else {"value_kt": wash.value / KNOT, "two_sigma_kt": wash.two_sigma / KNOT},
     }

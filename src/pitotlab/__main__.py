@@ -39,6 +39,7 @@ COMMANDS = {
     "speed growth": "pitotlab.speed.growth:command",
     "speed packages": "pitotlab.speed.fits:command",
     "parameters": "pitotlab.takehome:parameters_command",
+    "fly-bys": "pitotlab.takehome:fly_bys_command",
     "drills": "pitotlab.drills.costs:command",
 }
 

@@ -220,10 +220,11 @@ def fly_bys_command(parser: ArgumentParser, words: Sequence[str]) -> None:
     for pascals in (0.0, 30.0):
         rows = fly_by_rows(range(options.first, options.first + options.cards), pascals)
         inside = rows["error_ft"].abs() <= rows["two_sigma_ft"]
-        shares = inside.groupby(rows["seed"]).mean()
+        shares = inside.groupby(rows["seed"]).mean().to_numpy(np.float64)
+        error_of_share = shares.std() / np.sqrt(len(shares))
         two_sigma, error = (rows[name].to_numpy(np.float64) for name in ("two_sigma_ft", "error_ft"))
         print(
             f"altimeter ±{pascals:.0f} Pa (2σ): {options.cards} cards, {inside.sum()} of {len(inside)} passes "
-            f"inside ({inside.mean():.1%} ± {float(shares.sem()):.1%}), mean 2σ {two_sigma.mean():.1f} ft, "
+            f"inside ({inside.mean():.1%} ± {error_of_share:.1%}), mean 2σ {two_sigma.mean():.1f} ft, "
             f"rms error {np.sqrt(np.mean(error**2)):.1f} ft"
         )

@@ -423,8 +423,8 @@ def _fly_by(each: FlyBy, steps: Mapping[str, float], stated: Accuracies) -> FlyB
     if abs(error) - bound > LIMITS.curve_refused * impact:
         raise BadInputError(
             f"row {each.row}: the static pressure is off by {error / impact:+.0%} of the impact pressure, and no "
-            "airplane's is so far. The altimeter must stand on 1013.25 hPa (29.92 inHg), and tower_pressure is what "
-            "the barometer reads at its height, not the altimeter setting"
+            "airplane's is so far. The altimeter must stand on 1013.25 hPa (29.92 inHg), and tower_pressure is "
+            "what the barometer reads at its height, not the altimeter setting"
         )
     right = max(impact + error, 0.5 * impact)  # readings too coarse for the airspeed have a bound beyond that
     slope = float(air.calibrated_airspeed_slope(right))

@@ -3,8 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from math import atan2, degrees, hypot
+from pathlib import Path
+from typing import Any
 
-from pitotbench.records import NoAnswerError, Shown, check_lengths, freeze
+from pitotbench.records import NoAnswerError, Shown, check_lengths, freeze, views
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
 
@@ -365,6 +367,30 @@ class Calibration(Shown):
     def usable(self) -> bool:
         """Whether the answer may be used: its samples do not contradict it."""
         return not any(each.fatal for each in self.disagreements)
+
+    def write_page(self, path: str | Path) -> None:
+        """Write the answer, its picture and its card as a page (.html). Raises BadInputError for another name."""
+        views().write_page(self, Path(path))
+
+    def write_card(self, path: str | Path) -> None:
+        """Write the airspeed card (.csv), as `calibrate --card` does. Raises BadInputError for another name."""
+        views().write_card(self, Path(path))
+
+    def judge(self, rule: str = "auto") -> list[Any]:
+        """Return the judgments by a rule: `far23`, `far25`, `auto`, or your own, such as `2%,3kt,30ft`.
+
+        Each has the `rule`, its margins and a `sentence`. Raises BadInputError for another rule.
+        """
+        judged: list[Any] = views().judge(self, rule)
+        return judged
+
+    def params(self, autopilot: str) -> AutopilotSettings:
+        """Return the parameters to set, `ardupilot` or `px4`, as `calibrate --params` does.
+
+        Raises BadInputError for a log without the old ones.
+        """
+        found: AutopilotSettings = views().params(self, autopilot)
+        return found
 
 
 # One flight of a log with its calibration.

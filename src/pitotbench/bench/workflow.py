@@ -243,33 +243,6 @@ def reconcile_fully(
     return FullReconciliation(first, account, patch)
 
 
-def reconcile(
-    logs: FlightLog | Sequence[FlightLog],
-    aircraft: str = "navajo",
-    holdout: FlightLog | None = None,
-    card: Case | None = None,
-    setting: AnalysisSetting | None = None,
-    refly: bool = True,
-    progress: Progress | None = None,
-) -> FullReconciliation:
-    """Find where a simulation and measured logs disagree, and name the effect that the simulation lacks.
-
-    Parameters: logs, a measured one, or several of one airplane whose causes and sizes are the same; aircraft,
-    a model of the hangar, or `none` to judge the sensors alone; holdout, another log of the same airplane on which
-    the gap has to shrink too; card, what was flown (default: the card in the header of each log); setting, what is
-    known of the logs beyond their rows; refly, whether the card is flown again with the named effects; progress,
-    called with a line of text at each step.
-    Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch` and the figures
-    of each of the `flights`. It shows itself in a notebook.
-    Raises BadInputError for a log that cannot be used, UnknownNameError for an aircraft that is not known.
-    """
-    other = None if holdout is None else NamedLog("held-out log", holdout)
-    several = [logs] if isinstance(logs, FlightLog) else list(logs)
-    names = ["measured log"] if len(several) == 1 else [f"flight {i}" for i in range(1, len(several) + 1)]
-    measured = [NamedLog(name, log) for name, log in zip(names, several, strict=True)]
-    return reconcile_fully(measured, aircraft, other, card, progress, setting, refly)
-
-
 def _warnings(logs: Sequence[NamedLog]) -> tuple[str, ...]:
     """Return what was said of the logs as they were read, with the log's name where there are several."""
     return tuple(

@@ -4,14 +4,14 @@ import argparse
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.catalog import explain
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
+    from pitotbench.records.calibration import ErrorCurve
     from pitotbench.records.case import Wind
     from pitotbench.records.log import FlightLog
 
@@ -24,7 +24,7 @@ def add_mapping(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def read_logs(paths: "Sequence[Path]", mapping: str | None) -> "list[FlightLog]":
+def read_logs(paths: Sequence[Path], mapping: str | None) -> "list[FlightLog]":
     """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for unknown names."""
     from pitotbench.logbook.draft import MissingColumnsError
     from pitotbench.logbook.reading import read_log
@@ -39,7 +39,7 @@ def read_logs(paths: "Sequence[Path]", mapping: str | None) -> "list[FlightLog]"
     return logs
 
 
-def _drafted(path: "Path") -> str:
+def _drafted(path: Path) -> str:
     """Return in words what a drafted mapping would hold."""
     from pitotbench.logbook.drafting import draft_mapping
     from pitotbench.logbook.reading import read_table
@@ -161,3 +161,33 @@ def stated_accuracies(options: argparse.Namespace, advised: Mapping[str, Any]) -
     if options.accuracy is None:
         return {}
     return {"accuracies": {**advised.get("accuracies", {}), **parse_accuracies(options.accuracy)}}
+
+
+def add_table(parser: argparse.ArgumentParser) -> None:
+    """Add the flag of the tables: `--table`."""
+    parser.add_argument(
+        "--table",
+        type=Path,
+        metavar="FILE",
+        help="also write KCAS by KIAS and the altitude correction by height: .csv, .html (to print) or "
+        ".xml (a JSBSim system that reads as the airplane's airspeed indicator)",
+    )
+
+
+def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:
+    """Raise BadInputError unless the file of `--table` can be written."""
+    from pitotbench.logbook.formats import require_file
+    from pitotbench.show.takehome import TABLES
+
+    if options.table is not None:
+        require_file(options.table, TABLES, inputs)
+
+
+def write_table(options: argparse.Namespace, curves: "Mapping[str, ErrorCurve]") -> None:
+    """Write the tables of some curves, by configuration, where `--table` asks for them."""
+    from pitotbench.logbook.columns import write_text
+    from pitotbench.show.takehome import table_text
+
+    if options.table is not None:
+        subject = ", ".join(path.stem for path in options.logs)
+        write_text(options.table, table_text(options.table.suffix.lower(), curves, subject))

@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
 
 import numpy as np
 from scipy.special import expit, logit
 
 from pitotbench.catalog import Catalog
+from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect, Effect
 from pitotbench.reconciliation.equations import (
     Fit,
@@ -398,8 +401,37 @@ def doubt_beside(verdict: Verdict) -> float:
     return THRESHOLDS.doubt_taken_back if verdict.kind == "unknown" else THRESHOLDS.doubt_probable
 
 
+def parts_of(probabilities: Mapping[str, float]) -> dict[str, float]:
+    """Return the probability of each part of the airplane or the world, from those of its causes.
+
+    It is what such sums were worth on judged flights, and no less than that of the most probable cause.
+    """
+    summed: dict[str, float] = {}
+    largest: dict[str, float] = {}
+    for cause, p in probabilities.items():
+        part = effect_of(cause).part
+        summed[part], largest[part] = summed.get(part, 0.0) + p, max(largest.get(part, 0.0), p)
+    sums, shares = part_table()
+    told = {part: max(largest[part], float(np.interp(min(p, 1.0), sums, shares))) for part, p in summed.items()}
+    return dict(sorted(told.items(), key=lambda item: -item[1]))
+
+
+@cache
+def part_table() -> tuple[Array, Array]:
+    """Return summed probabilities of the causes of a part, (n,), and the share of such parts that is right, (n,).
+
+    The table was computed from sealed flights by a measurement, which gives it again.
+    """
+    text = files("pitotbench.reconciliation").joinpath("part_probability.csv").read_text("utf-8")
+    sums, shares, _ = np.loadtxt(text.splitlines(), delimiter=",", skiprows=2).T
+    return sums, shares
+
+
 def _with_calibrated_probabilities(verdict: Verdict, checks: Checks) -> Verdict:
-    """A verdict with calibrated probabilities. A cause that they do not name stands beside the next one."""
+    """A verdict with calibrated probabilities. A cause that they do not name stands beside the next one.
+
+    A counted fault and the level of the gusts have no posterior, and are as probable as they are told.
+    """
     beside = doubt_beside(verdict) if checks.doubt is None else checks.doubt
     found = calibrated(verdict.probabilities, checks.left or 0.0, beside)
     answered = set(map(_cause, verdict.effects))
@@ -413,12 +445,18 @@ def _with_calibrated_probabilities(verdict: Verdict, checks: Checks) -> Verdict:
     if verdict.kind == "named" and any(alternatives):
         told = ", ".join(f"{found.get(_cause(e), 1.0):.2f}" for e in verdict.effects)
         verdict = _with_kind(verdict, "one_of", f"the doubt of the table (probability {told})")
+    effects = tuple(_weighed(each, found) for each in verdict.effects)
+    sizes = {each.name: each.sizes for each in effects}
+    ranked = [replace(each, sizes=sizes.get(each.name, each.sizes)) for each in verdict.candidates]
+    parts = parts_of({_cause(e): e.probability for e in effects} | found)
     return replace(
         verdict,
-        effects=tuple(_weighed(each, found) for each in verdict.effects),
+        effects=effects,
         alternatives=alternatives,
-        candidates=tuple(_weighed(each, found) for each in verdict.candidates),
+        candidates=tuple(_weighed(each, found) for each in ranked),
         probabilities=found,
+        parts=parts,
+        named_parts=tuple(part for part, p in parts.items() if p > THRESHOLDS.named_from and verdict.kind in SURE),
     )
 
 

@@ -9,6 +9,7 @@ from hashlib import sha256
 from importlib.metadata import version
 from itertools import count
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -218,12 +219,18 @@ def null_distribution_of(
     if kept is not None:
         return kept
     say(f"first use of this card: {flights} flights without an effect ({card.maneuver}, {card.das.label})")
-    done = count(1)
+    done, begun = count(1), monotonic()
+
+    def tell() -> None:
+        number = next(done)
+        left = (monotonic() - begun) / number * (flights - number)
+        say(f"null flight {number} of {flights}" + (f", about {left:.0f} s left" if number < flights else ""))
+
     with open_fleet(tasks=flights) as fleet:
         layouts = fleet.perform(
             partial(_null_layout, card, setting),
             range(flights),
-            step=lambda: say(f"null flight {next(done)} of {flights}"),
+            step=tell,
         )
         null = learn_null_distribution(
             require_all(layouts), lambda work, each: require_all(fleet.perform(work, each))

@@ -72,11 +72,11 @@ class Checks:
 
     `found` is what all flights show, with the kind of the posterior's answer. Each step fills its own field:
     `outweighed`, whether a wander or a line of a flight outweighs what the effects explain; `left_out` and
-    `contradictions`, the sentences of flights that the others do not close or that contradict them; `hold_out`, the
-    closure of a held-out log; `closure`, the objection of the closure of all passes; `formula`, why a formula
-    replaces the names; `added`, the positions of the effects that a later pass adds (None: all); `advice`, that of
-    the chosen next flight; `left`, the share of the gap that all passes leave, and `doubt`, a share of doubt beside
-    it (None: by the objections to these names).
+    `contradictions`, the sentences of flights that the others do not close or that contradict them; `hold_out`,
+    the closure of a held-out log; `closure`, the objection of the closure of all passes; `formula`, why a formula
+    replaces the names; `maneuvers`, those flown, which no advice repeats; `added`, the positions of the effects
+    that a later pass adds (None: all); `advice`, that of the chosen next flight; `left`, the share of the gap that
+    all passes leave, and `doubt`, a share of doubt beside it (None: by the objections to these names).
     """
 
     found: Verdict
@@ -86,6 +86,7 @@ class Checks:
     hold_out: Closure | None = None
     closure: Objection | None = None
     formula: str = ""
+    maneuvers: tuple[str, ...] = ()
     added: tuple[int, ...] | None = None
     advice: tuple[str, ...] = ()
     left: float | None = None
@@ -107,7 +108,7 @@ def verdict_of(checks: Checks) -> Verdict:
         kind: Kind = "one_of" if any(verdict.alternatives) else "named"
         verdict = _with_kind(verdict, kind, "a fault that was counted, or the level of turbulence")
     groups = [(e.name, *others) for e, others in zip(verdict.effects, verdict.alternatives, strict=True)]
-    verdict = replace(verdict, advice=checks.advice or flights_to_fly(verdict.kind, groups))
+    verdict = replace(verdict, advice=checks.advice or flights_to_fly(verdict.kind, groups, checks.maneuvers))
     for why in checks.left_out:
         verdict = _objected(verdict, Objection(why, withdraws=False))
     for why in checks.contradictions:
@@ -271,22 +272,27 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
     notes = []
     if null.flights == 0:
         notes.append(
-            "no null flights of this card: the log's noise counts half as much again, "
-            f"a gap from e^{null.gap_bayes_factor:.0f} on"
+            "no null flights of this card: the noise is judged by this log alone, and a gap is told "
+            f"from a Bayes factor of e^{null.gap_bayes_factor:.0f} on"
         )
-    if layout.scene.force_model is None:
-        notes.append("no aircraft model: sensors and air alone are judged")
+    flies = layout.scene.force_model is not None
+    if not flies:
+        notes.append("no aircraft model: sensors and air alone are judged, and no card is flown")
     shown = {s.effect for s in layout.signatures}
     if not layout.setting.day_known:
         shown.add(DAY)
-        notes.append("the header does not tell the temperature of the day: another one is no gap")
-    hidden = [n for n, effect in FITTED.items() if n not in shown and not effect.variant_of]
+        if flies:
+            notes.append("the header does not tell the temperature of the day: another one is no gap")
+    plain = {n: e for n, e in FITTED.items() if not e.variant_of and (flies or e.acts_on != "aircraft")}
+    hidden = [n for n in plain if n not in shown]
     lacking = _without_the_parts(hidden, layout)
     if lacking:
         notes.append("left out, because the model of the aircraft lacks what they change: " + ", ".join(lacking))
     unseen = [n for n in hidden if n not in lacking]
     if unseen:
-        notes.append("cannot be seen in the channels of this log: " + ", ".join(unseen))
+        whole = {e.part for e in plain.values()} - {e.part for n, e in plain.items() if n not in unseen}
+        told = dict.fromkeys(f"all of {plain[n].part}" if plain[n].part in whole else n for n in unseen)
+        notes.append("cannot be seen in the channels of this log: " + ", ".join(told))
     notes += [
         f"{other} is one model with {effect.one_model_with}: it has the same terms in every channel"
         for other, effect in FITTED.items()

@@ -38,9 +38,15 @@ from pitotbench.records.verdict import (
     Verdict,
 )
 from pitotbench.show.gap_page import account_page, draw_trace, telling_drawings, telling_panels
-from pitotbench.show.gap_words import calibration_words, evidence_words, sentences
+from pitotbench.show.gap_words import (
+    calibration_words,
+    evidence_words,
+    features_limit,
+    part_words,
+    sentences,
+)
 from pitotbench.show.style import stacked
-from pitotbench.show.verdict import account_json, print_account
+from pitotbench.show.verdict import account_json, candidate_columns, print_account
 from pitotbench.show.words import CHANNELS, heading, name_and_unit, size_words, words
 from pitotbench.units import SYMBOLS
 
@@ -343,3 +349,89 @@ def test_a_notebook_shows_the_sentences_the_probabilities_and_the_sizes():
     assert (row["effect"], row["parameter"], row["value"]) == ("belly_pod", "drag_area_m2", 0.12)
     (bar,) = found.plot().axes[0].patches
     assert bar.get_width() == pytest.approx(0.91)
+
+
+LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.33, 0.06),), 30.0, 1.0, True, 0.74)
+WATER = Candidate(
+    "water_in_line", (Estimate("lag_s", 0.31, 0.06), Estimate("column_m", 0.02, 0.01)), 29.0, 1.0, True
+)
+PARTED = replace(
+    NAMED,
+    kind="one_of",
+    effects=(LAG,),
+    alternatives=(("water_in_line", "static_lag"),),
+    candidates=(LAG, WATER),
+    probabilities={"pitot_lag": 0.74, "water_in_line": 0.2, "static_lag": 0.03},
+    parts={"pitot line": 0.97, "static ports and line": 0.03, "loading": 0.0001},
+    named_parts=("pitot line",),
+)
+
+
+def test_the_part_is_told_first_then_its_causes_and_last_those_of_other_parts(capsys):
+    found = account(PARTED, added=("pitot_lag",))
+    assert sentences(found)[0] == (
+        "It is the pitot line (97 %): pitot lag (lag 0.33 ± 0.06 s; 74 %) or water in line (lag 0.31 ± 0.06 s; "
+        "column 0.02 ± 0.01 m; 20 %); less probably, it is static lag (3 %); ± is 2σ."
+    )
+    print_account(found, Console(width=200))
+    assert capsys.readouterr().out.startswith("pitot line: one of these causes\nIt is the pitot line (97 %)")
+    assert "It is the pitot line (97 %)" in account_page(found)
+    document = account_json(found)
+    assert document["part"] == "pitot line"
+    assert document["parts"] == {"pitot line": 0.97, "static ports and line": 0.03}
+    assert [row["part"] for row in document["candidates"]] == ["pitot line", "pitot line"]
+    assert account_json(account())["part"] is None
+
+
+def test_two_parts_and_a_part_that_shares_a_model_are_told():
+    both = replace(
+        NAMED,
+        effects=(LAG, POD),
+        alternatives=((), ()),
+        parts={"pitot line": 0.96, "drag": 0.91},
+        named_parts=("pitot line", "drag"),
+    )
+    told = sentences(account(both))[0]
+    assert told.startswith("It is the pitot line (96 %): pitot lag")
+    assert "; and it is the drag (91 %): belly pod" in told
+    assert part_words("pitot head", ["total_pressure_loss"]) == "the pitot head or the impact transducer"
+
+
+def test_title_and_table_agree_on_what_is_named():
+    assert "the most probable" in account_page(account(PARTED))
+    results = candidate_columns(PARTED)[-1], candidate_columns(NAMED)[-1]
+    assert [results[0].value(each) for each in PARTED.candidates] == [
+        "the most probable",
+        "cannot be distinguished",
+    ]
+    assert [results[1].value(each) for each in NAMED.candidates] == ["named", ""]
+
+
+def test_the_remaining_gap_is_the_first_map_and_the_patch_with_its_commands_stands_under_the_answer():
+    page = account_page(account())
+    assert page.index("The remaining gap [σ]") < page.index("The gap before the patch [σ]")
+    assert page.index("In short") < page.index("The patch") < page.index("Where the gap is")
+    assert "pitotbench fly case.toml" in page
+    assert "--apply NAME" in page
+    assert "--apply NAME" not in account_page(account(PARTED, added=("pitot_lag",)))  # nothing of the aircraft
+
+
+def numbers(*sigmas: float) -> FlownAgain:
+    """A card flown again with characteristic numbers that differ by some σ, and seventy that do not."""
+    features = [
+        Feature("leg", f"number {i}", "kt", s, 0.0, 0.0, 1.0, 4) for i, s in enumerate([*sigmas] + [1.0] * 70)
+    ]
+    return FlownAgain(tuple(features), (Tolerance("indicated airspeed", "kt", 1.2, 0.87, 0.89, 0.95),), ())
+
+
+def test_what_differs_by_chance_is_no_gap_and_what_differs_by_more_stands_beside_the_sentence_of_none():
+    # Student's t of four degrees of freedom exceeds 7 once in 450 numbers: one card of six has one among 77.
+    assert 8.0 < features_limit(numbers(7.0).features) < 11.0
+    chance, more = (replace(account(), flown=numbers(s)) for s in (7.0, 20.0))
+    assert "With that in the model, no significant gap remains." in sentences(chance)
+    assert "differ by more than chance, before" not in account_page(chance)
+    told = " ".join(sentences(more))
+    assert "no significant gap remains in the channels; flown again, 1 of 71 characteristic numbers" in told
+    assert "(1 of 71)" in account_page(more)
+    assert "indicated airspeed is within its tolerance less often" in account_page(chance)
+    assert "less often" not in account_page(account())

@@ -240,7 +240,7 @@ def reconcile_fully(
         next_flight=advised,
         telling=clearest_channel(first.naming, first.null, over_time),
         calibration=calibration_change(first.naming),
-        warnings=_warnings([*logs, *([holdout] if holdout else [])], looks.rounds[0].verdict),
+        warnings=told_warnings([*logs, *([holdout] if holdout else [])], looks.rounds[0].verdict),
     )
     return FullReconciliation(first, account, patch)
 
@@ -249,7 +249,7 @@ def reconcile_fully(
 EXPLAINED_BY = {"axes turned": {"GPS receiver and its clock", "attitude and vanes"}}
 
 
-def _warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
+def told_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
     """Return what was said of the logs as they were read, with the log's name where there are several.
 
     A warning that a named part explains is withdrawn: the answer tells its cause.

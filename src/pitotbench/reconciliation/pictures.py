@@ -88,7 +88,6 @@ MARKED = 0.75  # quantile of the size of the gap from which a place is marked
 RESPONSE = 400  # instants after which an autoregression has forgotten an innovation
 FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
 SPEEDS = 25  # airspeeds at which the correction is told
-VISIBLE = 2.0  # times the noise of a mean; a channel in which less is explained shows nothing to the eye
 TINY = 1e-30  # of a noise, so that it can be divided by
 DRAWN = ("airspeed", "bank", "altitude", "power")  # variables over which the gap is drawn, beside acceleration
 # Where a person looks for a gap of a part: its channels, of which the clearest is drawn. Of other parts, any.
@@ -123,7 +122,7 @@ def clearest_channel(naming: Naming, null: NullDistribution, found: Sequence[Tra
     noise = {n: deviation_of_mean(null.noise, names.index(n), instants) for n in by_name if n in names}
     shown = {n: _level(by_name[n], instants, np.hypot(d, _slack(layout, n))) for n, d in noise.items()}
     part = effect_of(naming.chosen[0]).part if naming.chosen else ""
-    looked_at = [n for n in LOOKED_AT.get(part, ()) if shown.get(n, 0.0) > VISIBLE]
+    looked_at = [n for n in LOOKED_AT.get(part, ()) if shown.get(n, 0.0) > 0.0]
     name = max(looked_at or shown, key=lambda n: shown[n])
     trace = by_name[name]
     what = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)

@@ -154,7 +154,8 @@ def reconcile_logs(
         replace(flight, maneuver=each.card.maneuver if each.card else "")
         for flight, each in zip(joint.flights, judged, strict=True)
     )
-    found = Reconciliation(joint.checks, joint, tuple(judged), flights)
+    checks = replace(joint.checks, maneuvers=tuple(flight.maneuver for flight in flights))
+    found = Reconciliation(checks, joint, tuple(judged), flights)
     if holdout is not None and any(map(returns, found.naming.chosen)):
         held = hold_out(holdout, model, found.null, found.naming, found.layout.setting)
         found = replace(found, checks=replace(found.checks, hold_out=held))

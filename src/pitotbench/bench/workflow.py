@@ -209,7 +209,9 @@ def reconcile_fully(
     first = looks.first
     patch = patch_of(looks, beyond.entries, source, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
-    flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
+    refly, refly_holdout = refly and aircraft != "none", refly_holdout and aircraft != "none"
+    why = "no aircraft model to fly it with" if aircraft == "none" else "not asked for"
+    flown, flown_holdout = FlownAgain(skipped=why), FlownAgain(skipped=why)
     shown = as_the_log_shows(first.card, first.naming, beyond.free_sizes) if refly else None
     if refly:
         say("flying the card again")
@@ -217,7 +219,7 @@ def reconcile_fully(
     if refly and refly_holdout and holdout is not None:
         say("flying the card of the held-out log again")
         again = holdout.card or card or card_of(holdout.log.header, aircraft)
-        if again is not None and aircraft != "none":
+        if again is not None:
             again = as_flown(again, holdout.log)
             again = again if shown is None else replace(again, pressure_error=shown.pressure_error)
         flown_holdout = fly_again(holdout.log, again, effects)
@@ -238,17 +240,25 @@ def reconcile_fully(
         flights=first.flights,
         telling=clearest_channel(first.naming, first.null, over_time),
         calibration=calibration_change(first.naming),
-        warnings=_warnings([*logs, *([holdout] if holdout else [])]),
+        warnings=told_warnings([*logs, *([holdout] if holdout else [])], looks.rounds[0].verdict),
     )
     return FullReconciliation(first, account, patch)
 
 
-def _warnings(logs: Sequence[NamedLog]) -> tuple[str, ...]:
-    """Return what was said of the logs as they were read, with the log's name where there are several."""
+# By the code of a warning, the parts that explain it: velocities that are late lag behind the heading in a turn.
+EXPLAINED_BY = {"axes turned": {"GPS receiver and its clock", "attitude and vanes"}}
+
+
+def told_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
+    """Return what was said of the logs as they were read, with the log's name where there are several.
+
+    A warning that a named part explains is withdrawn: the answer tells its cause.
+    """
     return tuple(
         text if len(logs) == 1 else f"{each.name}: {text}"
         for each in logs
         for text in each.log.header.get("warnings", ())
+        if not EXPLAINED_BY.get(getattr(text, "code", ""), set()) & set(verdict.named_parts)
     )
 
 

@@ -28,6 +28,7 @@ COMMANDS = {
     "blind observer": "pitotlab.blind.observer:command",
     "blind score": "pitotlab.blind.score:command",
     "blind pooled": "pitotlab.blind.score:pooled_command",
+    "blind parts": "pitotlab.blind.parts:command",
     "blind pack": "pitotlab.blind.sealed:command",
     "blind forced": "pitotlab.blind.flown_again:forced_command",
     "blind reflown": "pitotlab.blind.flown_again:reflown_command",
@@ -37,6 +38,8 @@ COMMANDS = {
     "speed": "pitotlab.speed.ratios:command",
     "speed growth": "pitotlab.speed.growth:command",
     "speed packages": "pitotlab.speed.fits:command",
+    "parameters": "pitotlab.takehome:parameters_command",
+    "fly-bys": "pitotlab.takehome:fly_bys_command",
     "drills": "pitotlab.drills.costs:command",
 }
 

@@ -22,7 +22,7 @@ def test_a_measured_log_without_an_aircraft_is_judged_with_its_doubt():
     assert account.null_flights == 0
     assert verdict.kind in ("unknown", "one_of", "named")  # something is there; which is told with its doubt
     assert any("no aircraft model" in note for note in verdict.notes)
-    assert "no card" in account.flown.skipped
+    assert "no aircraft model" in account.flown.skipped
     told = " ".join(sentences(account))
     assert ("believe" in told) or ("no effect of the table" in told)
     page = account_page(account)

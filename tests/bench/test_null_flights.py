@@ -15,7 +15,7 @@ from pitotbench import Case, FlightLog
 from pitotbench.bench import digests, null_flights, rounds, workflow
 from pitotbench.bench.digests import NOT_DECIDING
 from pitotbench.bench.fleet import open_fleet
-from pitotbench.bench.null_flights import MOST_KEPT, null_distribution_of
+from pitotbench.bench.null_flights import MOST_KEPT, flights_told, null_distribution_of
 from pitotbench.bench.rounds import NamedLog, reconcile_logs
 from pitotbench.cli.app import main
 from pitotbench.logbook import reading
@@ -289,3 +289,16 @@ def test_a_reconciliation_hands_on_setting_and_keeping(monkeypatch):
     with pytest.raises(BadInputError, match="far enough"):
         reconcile_logs([NamedLog("log", LOG, CARD)], setting=AnalysisSetting(static_error=True), keep=False)
     assert asked == [(AnalysisSetting(day_known=True, instruments_known=True, static_error=True), False)]
+
+
+def test_the_time_that_is_left_is_told_while_null_flights_are_flown():
+    lines: list[str] = []
+    hours = iter((0.0, 30.0, 50.0, 90.0))
+    tell = flights_told(3, lines.append, lambda: next(hours))
+    for _ in range(3):
+        tell()
+    assert lines == [
+        "null flight 1 of 3, about 60 s left",
+        "null flight 2 of 3, about 25 s left",
+        "null flight 3 of 3",
+    ]

@@ -1,6 +1,7 @@
 """Further looks: with the named effect in the model no gap remains, and with a wrong one the gap remains."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -13,10 +14,11 @@ from pitotbench.bench.rounds import (
     reconcile_logs,
     with_calibrated_probabilities,
 )
-from pitotbench.bench.workflow import wind_of_log
+from pitotbench.bench.workflow import told_warnings, wind_of_log
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec
+from pitotbench.records.log import Caution
 from pitotbench.units import DEGREE, KNOT
 
 
@@ -117,3 +119,12 @@ def test_a_correction_of_one_size_keeps_the_others(looks):
         ("further_s", 2.0),
     ]
     assert joined.score == 40.0
+
+
+def test_a_warning_that_the_named_part_explains_is_withdrawn():
+    turned, stuck = Caution("the axes are turned by -7°", "axes turned"), Caution("stuck", "stuck", "heading_deg")
+    log = SimpleNamespace(name="a.csv", log=SimpleNamespace(header={"warnings": [turned, stuck, "a text"]}))
+    late, lag = (SimpleNamespace(named_parts=(part,)) for part in ("GPS receiver and its clock", "pitot line"))
+    assert told_warnings([log], late) == ("stuck", "a text")
+    assert told_warnings([log], lag) == (turned, "stuck", "a text")
+    assert told_warnings([log, log], late)[0] == "a.csv: stuck"

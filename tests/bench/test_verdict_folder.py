@@ -12,7 +12,7 @@ from pitotbench.logbook.reading import read_log
 from pitotbench.reconciliation.patches import patch_of_effects
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.verdict import Candidate, Closure
+from pitotbench.records.verdict import Candidate, Closure, Verdict
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.units import INCH_OF_MERCURY
 
@@ -58,6 +58,23 @@ def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
     assert code == 2
     assert "there already" in capsys.readouterr().err
     assert (tmp_path / "aircraft" / "navajo+test" / "navajo+test.xml").read_bytes() == before
+
+
+def test_an_airplane_of_a_doubtful_answer_is_kept_with_its_doubt(tmp_path):
+    doubtful = Candidate("belly_pod", POD.sizes, 40.0, 1.0, True, 0.58)
+    verdict = Verdict(
+        "one_of", (doubtful,), (("turn_drag",),), (doubtful,), (), (), Closure(100.0, 11.0, 10.0), (),
+        ("to tell belly_pod, turn_drag apart: fly four_leg",), probabilities={"belly_pod": 0.58, "turn_drag": 0.4},
+    )  # fmt: skip
+    sure, made = outcome(POD), outcome(doubtful)
+    made.reconciliation.verdict = made.account.rounds[0].verdict = verdict
+    made.account.calibration, made.account.null_flights, made.account.holdout = None, 8, ""
+    told = " ".join(install(made, "doubtful", tmp_path))
+    assert "not sure: one of these" in told
+    assert "58 %" in told
+    assert "turn drag (40 %)" in told
+    assert "fly four_leg" in told
+    assert "not sure" not in " ".join(install(sure, "sure", tmp_path))
 
 
 @pytest.mark.parametrize(

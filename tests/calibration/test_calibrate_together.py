@@ -6,14 +6,10 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
-from pitotbench.calibration import calibrate, calibrate_flights
+from pitotbench.calibration import calibrate, calibrate_together
 from pitotbench.calibration.options import Accuracies, CalibrationOptions
 
 SEEDS = range(600, 612)
-
-
-def calibrate_together(logs, options=None):
-    return [flight.calibration for flight in calibrate_flights(logs, options)]
 
 
 def _log(seed, rate=10):

@@ -1,6 +1,7 @@
 """What an effect of the table says of itself is so; a case's effects are taken, or refused in one error."""
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -8,14 +9,26 @@ from tests.effects.sample_signals import turning
 
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import UnknownNameError
-from pitotbench.effects import EFFECTS, FORMS, air, airframe, chosen, pneumatic, propulsion, recorder
+from pitotbench.effects import (
+    EFFECTS,
+    FORMS,
+    FORMULAS,
+    air,
+    airframe,
+    chosen,
+    pneumatic,
+    propulsion,
+    recorder,
+    stability,
+)
 from pitotbench.effects.air import AIR
 from pitotbench.effects.airframe import AIRFRAME
-from pitotbench.effects.effect import AircraftEffect, Effect
+from pitotbench.effects.effect import AircraftEffect, Effect, Part
 from pitotbench.effects.pneumatic import PNEUMATIC
 from pitotbench.effects.propulsion import PROPULSION
 from pitotbench.effects.recorder import RECORDER
 from pitotbench.effects.response import Signals
+from pitotbench.effects.stability import STABILITY
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import read_case, write_case
@@ -106,7 +119,14 @@ def test_a_missing_channel_is_named(name):
 
 @pytest.mark.parametrize(
     ("page", "table"),
-    [(pneumatic, PNEUMATIC), (recorder, RECORDER), (air, AIR), (airframe, AIRFRAME), (propulsion, PROPULSION)],
+    [
+        (pneumatic, PNEUMATIC),
+        (recorder, RECORDER),
+        (air, AIR),
+        (airframe, AIRFRAME),
+        (stability, STABILITY),
+        (propulsion, PROPULSION),
+    ],
 )
 def test_a_page_ends_in_the_table_of_all_its_effects(page, table):
     """No effect is defined without a line in the table."""
@@ -116,7 +136,7 @@ def test_a_page_ends_in_the_table_of_all_its_effects(page, table):
 
 def test_the_table_is_that_of_its_pages_in_their_order():
     """Tables, and causes that are equally probable, stand in this order."""
-    pages = (PNEUMATIC, RECORDER, AIR, AIRFRAME, PROPULSION)
+    pages = (PNEUMATIC, RECORDER, AIR, AIRFRAME, STABILITY, PROPULSION)
     assert list(EFFECTS) == [effect.name for page in pages for effect in page]
     families = [effect.family for effect in EFFECTS.values()]
     assert list(dict.fromkeys(families)) == ["pneumatic", "das", "air", "airframe", "propulsion"]
@@ -179,3 +199,25 @@ def test_one_effect_twice_is_refused():
 def test_shapes_may_be_left_out_and_zero_is_none():
     (choice,) = chosen([EffectSpec("second_order_line", {"lag_s": 0.3}), EffectSpec("pitot_lag", {"lag_s": 0.0})])
     assert choice.effect.complete(choice.sizes) == {"lag_s": 0.3, "damping": 0.6}
+
+
+def test_every_effect_states_its_part_in_every_form_and_a_formula_has_none():
+    assert all(form.part in get_args(Part) and form.part for form in FORMS.values())
+    assert not any(formula.part for formula in FORMULAS.values())
+    assert {form.part for form in FORMS.values()} == set(get_args(Part)) - {""}
+    assert all(EFFECTS[e.variant_of].part == e.part for e in FORMS.values() if e.variant_of)
+
+
+def test_an_effect_with_a_defining_size_is_its_neighbor_without_it():
+    defined = {n: e for n, e in EFFECTS.items() if any(p.defining for p in e.parameters)}
+    assert defined
+    assert {n for n, e in EFFECTS.items() if e.neighbor} == set(defined)
+    for effect in defined.values():
+        neighbor = EFFECTS[effect.neighbor]
+        assert neighbor.part == effect.part
+        sizes = {p.name: 0.0 if p.defining else 0.4 for p in effect.parameters}
+        plain = {p.name: 0.4 for p in neighbor.parameters}
+        signals = turning()
+        with_it, without = effect.apply(signals, sizes), neighbor.apply(signals, plain)
+        for channel in effect.changes:
+            np.testing.assert_allclose(with_it[channel], without[channel], rtol=1e-9)

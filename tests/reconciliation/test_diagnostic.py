@@ -39,6 +39,14 @@ def test_it_is_advised_where_causes_of_two_kinds_cannot_be_separated():
     assert "look at the airplane" in flights_to_fly("one_of", [("gear_not_up", "belly_pod")])[0]
 
 
+def test_the_maneuver_that_did_not_tell_causes_apart_is_not_advised_for_it():
+    group = [("belly_pod", "turn_drag")]
+    assert "circle" in flights_to_fly("one_of", group)[0]
+    assert "circle" not in flights_to_fly("one_of", group, ["circle"])[0]
+    assert "four_leg" in flights_to_fly("one_of", group, ["diagnostic", "circle"])[0]
+    assert "look at the airplane" in flights_to_fly("one_of", group, ["diagnostic", "circle", "four_leg"])[0]
+
+
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_is_sharpened_by_a_maneuver_that_shows_it(name):
     (sentence,) = flights_to_fly("named", [(name,)])

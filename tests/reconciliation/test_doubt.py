@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from pitotbench.reconciliation.verdict import Checks, calibrated, doubt_beside, verdict_of
+from pitotbench.reconciliation.thresholds import THRESHOLDS
+from pitotbench.reconciliation.verdict import Checks, calibrated, doubt_beside, parts_of, verdict_of
+from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Closure, Verdict
 
 GAP = Closure(1000.0, 100.0, 100.0)
@@ -80,3 +82,29 @@ def test_what_a_check_speaks_against_is_worth_what_such_names_were():
 def test_what_was_counted_is_certain():
     counted = replace(verdict(mass=0.5), effects=(Candidate("dropped_samples", (), 99.0, 1.0, True),))
     assert verdict_of(Checks(counted, left=0.1)).kind == "named"
+
+
+def test_the_part_of_two_causes_is_named_where_neither_is():
+    either = replace(verdict(pitot_lag=0.6, water_in_line=0.4), kind="one_of", alternatives=(("water_in_line",),))
+    found = verdict_of(Checks(either, left=0.0))
+    assert found.named_parts == ("pitot line",)
+    assert found.parts["pitot line"] > THRESHOLDS.named_from > found.probabilities["pitot_lag"]
+    unknown = verdict_of(Checks(verdict(pitot_lag=0.6, water_in_line=0.4), contradictions=("a check",), left=0.0))
+    assert unknown.named_parts == ()
+
+
+def test_a_part_is_no_less_probable_than_its_causes_and_a_counted_fault_has_one():
+    told = parts_of({"pitot_lag": 0.97, "mass": 0.02})
+    assert told["pitot line"] == 0.97
+    assert list(told) == ["pitot line", "loading"]
+    counted = replace(verdict(mass=0.05), effects=(Candidate("dropped_samples", (), 99.0, 1.0, True),))
+    assert verdict_of(Checks(counted, left=0.0)).named_parts == ("recorder",)
+
+
+def test_a_candidate_of_the_answer_has_the_sizes_of_the_answer():
+    plain, wide = Estimate("lag_s", 0.4, 0.05), Estimate("lag_s", 0.4, 0.1)
+    named = verdict(pitot_lag=0.9999)
+    effect = replace(named.effects[0], sizes=(wide,))
+    listed = (replace(effect, sizes=(plain,)), Candidate("mass", (plain,), 1.0, 1.0, True))
+    told = verdict_of(Checks(replace(named, effects=(effect,), candidates=listed), left=0.0))
+    assert [each.sizes for each in told.candidates] == [(wide,), (plain,)]

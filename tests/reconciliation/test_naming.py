@@ -13,6 +13,7 @@ from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.patches import patch_of_effects
+from pitotbench.reconciliation.pictures import clearest_channel, traces
 from pitotbench.reconciliation.signatures import cause_of
 from pitotbench.reconciliation.verdict import judge
 from pitotbench.records.case import EffectSpec
@@ -44,6 +45,22 @@ def test_gps_latency_is_named_by_the_sensors_alone(sensed) -> None:
     assert [effect.name for effect in verdict.effects] == ["gps_latency"]
     size = verdict.effects[0].sizes[0]
     assert abs(size.value - 0.3) < size.two_sigma
+    notes = " ".join(verdict.notes)
+    assert "no aircraft model" in notes
+    assert "header" not in notes  # no temperature is asked of it: there is no airplane to fly in it
+    assert "belly_pod" not in notes  # nobody expects an airplane's effect without an airplane
+    assert "all of engine instruments" in notes
+
+
+def test_the_picture_of_a_late_pitot_line_is_airspeed_in_the_acceleration(flight) -> None:
+    late = (EffectSpec("pitot_lag", {"lag_s": 1.0}),)  # without null flights a lag must be large to be told
+    found = reconcile_logs(
+        [NamedLog("log", sense(replace(flight, case=replace(flight.case, effects=late)), "20/20"))], "none"
+    )
+    assert found.naming.chosen == ("pitot_lag",)
+    drawn = clearest_channel(found.naming, found.null, traces(found.naming))
+    assert drawn is not None
+    assert (drawn.channel, drawn.variable) == ("airspeed_along", "acceleration")
 
 
 def test_a_large_error_shows_in_two_minutes_without_null_flights(flight) -> None:

@@ -125,6 +125,17 @@ def test_a_line_without_water_is_late_and_one_with_water_is_not_just_late(column
     assert answer.groups == ((cause,),)
 
 
+def test_water_that_comes_out_at_nothing_is_no_rival_of_a_late_line() -> None:
+    """The column shows by 3σ at its typical size, so that without any it could still be there, and is not told."""
+    longer = (
+        AXES[0] * EFFECTS["water_in_line"].parameter("lag_s").typical / EFFECTS["pitot_lag"].parameters[0].typical
+    )
+    found = explained({LAG: AXES[0], WATER_LAG: longer, WATER: 0.15 * AXES[1]}, AXES[0])
+    assert answer_of(found).groups == (("pitot_lag",),)
+    assert "water_in_line" not in found.of_causes()
+    assert total(found) == pytest.approx(1.0)
+
+
 def test_the_forms_of_a_cause_share_its_prior() -> None:
     forms = ["pitot_lag", "height_dependent_lag", "second_order_line", "pitot_lag_from_a_time", "gps_latency"]
     along = {(name, FITTED[name].parameters[0].name): AXES[i] for i, name in enumerate(forms)}

@@ -36,9 +36,15 @@ from pitotbench.records.verdict import (
     Verdict,
 )
 from pitotbench.show.gap_page import account_page, draw_trace, telling_panels
-from pitotbench.show.gap_words import calibration_words, evidence_words, sentences
+from pitotbench.show.gap_words import (
+    calibration_words,
+    evidence_words,
+    features_limit,
+    part_words,
+    sentences,
+)
 from pitotbench.show.style import stacked
-from pitotbench.show.verdict import account_json, print_account
+from pitotbench.show.verdict import account_json, candidate_columns, print_account
 from pitotbench.show.words import CHANNELS, heading, name_and_unit, size_words, words
 from pitotbench.units import SYMBOLS
 
@@ -63,7 +69,7 @@ QUIET = replace(NAMED, kind="no_gap", effects=(), alternatives=(), closure_holdo
 
 def flown() -> FlownAgain:
     history = History("pitch", "°", TIME, np.sin(TIME), np.sin(TIME) + 1.0, np.sin(TIME))
-    feature = Feature("leg 150 kt 000°", "manifold pressure", "inHg", 33.1, 30.2, 33.0, 0.2)
+    feature = Feature("leg 150 kt 000°", "manifold pressure", "inHg", 33.1, 30.2, 33.0, 0.2, 4)
     return FlownAgain((feature,), (Tolerance("pitch", "°", 0.6, 0.25, 0.97, 0.98),), (history,))
 
 
@@ -87,8 +93,7 @@ def account(verdict: Verdict = NAMED, added: tuple[str, ...] = ("belly_pod",)) -
 
 def test_the_answer_is_in_sentences():
     text = " ".join(sentences(account()))
-    assert "The model lacks belly pod (drag area 0.12 ± 0.01 m²)" in text
-    assert "with a probability of 91 %" in text
+    assert text.startswith("It is belly pod (drag area 0.12 ± 0.01 m²; 91 %); ± is 2σ.")
     assert "specific force x over airspeed (-68σ)" in " ".join(evidence_words(account()))
     assert "closes 99 % of the explainable gap of this log, and 95 % of that of other.csv" in text
     assert "no significant gap remains" in text
@@ -98,7 +103,7 @@ def test_an_effect_that_cannot_be_distinguished_is_named_with_its_size():
     like = replace(NAMED, kind="one_of", alternatives=(("gear_not_up",),))
     text = sentences(account(like))[0]
     assert "one of these" in text
-    assert "or, less probably, gear not up (extension 0.26 ± 0.02)" in text
+    assert "or, less probably, gear not up (extension 0.26 ± 0.02; 99 %)" in text
 
 
 def doubted(**probabilities: float) -> Verdict:
@@ -126,7 +131,7 @@ def test_what_a_set_leaves_for_causes_of_another_form_is_told():
 def test_a_doubted_name_stands_without_a_cause_that_is_hardly_possible(capsys):
     print_account(account(doubted(belly_pod=0.8, gear_not_up=0.01)), Console(width=200))
     text = capsys.readouterr().out
-    assert text.startswith("a probable cause\nThe model lacks belly pod")
+    assert text.startswith("a probable cause\nIt is probably belly pod")
     assert "gear not up" not in text[: text.index("where the gap is")]
     assert "With 19 % it is a cause that the table does not hold in this form" in text
 
@@ -324,10 +329,96 @@ def test_a_single_flight_has_no_table_of_flights():
 
 def test_a_notebook_shows_the_sentences_the_probabilities_and_the_sizes():
     found = replace(joined(), rounds=(Round(replace(NAMED, probabilities={"belly_pod": 0.91}), ("belly_pod",)),))
-    assert "The model lacks belly pod" in repr(found)
+    assert "It is belly pod" in repr(found)
     assert "b.csv" in found._repr_html_()
     frame = found.to_frame()
     row = frame[frame["named"]].iloc[0]
     assert (row["effect"], row["parameter"], row["value"]) == ("belly_pod", "drag_area_m2", 0.12)
     (bar,) = found.plot().axes[0].patches
     assert bar.get_width() == pytest.approx(0.91)
+
+
+LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.33, 0.06),), 30.0, 1.0, True, 0.74)
+WATER = Candidate(
+    "water_in_line", (Estimate("lag_s", 0.31, 0.06), Estimate("column_m", 0.02, 0.01)), 29.0, 1.0, True
+)
+PARTED = replace(
+    NAMED,
+    kind="one_of",
+    effects=(LAG,),
+    alternatives=(("water_in_line", "static_lag"),),
+    candidates=(LAG, WATER),
+    probabilities={"pitot_lag": 0.74, "water_in_line": 0.2, "static_lag": 0.03},
+    parts={"pitot line": 0.97, "static ports and line": 0.03, "loading": 0.0001},
+    named_parts=("pitot line",),
+)
+
+
+def test_the_part_is_told_first_then_its_causes_and_last_those_of_other_parts(capsys):
+    found = account(PARTED, added=("pitot_lag",))
+    assert sentences(found)[0] == (
+        "It is the pitot line (97 %): pitot lag (lag 0.33 ± 0.06 s; 74 %) or water in line (lag 0.31 ± 0.06 s; "
+        "column 0.02 ± 0.01 m; 20 %); less probably, it is static lag (3 %); ± is 2σ."
+    )
+    print_account(found, Console(width=200))
+    assert capsys.readouterr().out.startswith("pitot line: one of these causes\nIt is the pitot line (97 %)")
+    assert "It is the pitot line (97 %)" in account_page(found)
+    document = account_json(found)
+    assert document["part"] == "pitot line"
+    assert document["parts"] == {"pitot line": 0.97, "static ports and line": 0.03}
+    assert [row["part"] for row in document["candidates"]] == ["pitot line", "pitot line"]
+    assert account_json(account())["part"] is None
+
+
+def test_two_parts_and_a_part_that_shares_a_model_are_told():
+    both = replace(
+        NAMED,
+        effects=(LAG, POD),
+        alternatives=((), ()),
+        parts={"pitot line": 0.96, "drag": 0.91},
+        named_parts=("pitot line", "drag"),
+    )
+    told = sentences(account(both))[0]
+    assert told.startswith("It is the pitot line (96 %): pitot lag")
+    assert "; and it is the drag (91 %): belly pod" in told
+    assert part_words("pitot head", ["total_pressure_loss"]) == "the pitot head or the impact transducer"
+
+
+def test_title_and_table_agree_on_what_is_named():
+    assert "the most probable" in account_page(account(PARTED))
+    results = candidate_columns(PARTED)[-1], candidate_columns(NAMED)[-1]
+    assert [results[0].value(each) for each in PARTED.candidates] == [
+        "the most probable",
+        "cannot be distinguished",
+    ]
+    assert [results[1].value(each) for each in NAMED.candidates] == ["named", ""]
+
+
+def test_the_remaining_gap_is_the_first_map_and_the_patch_with_its_commands_stands_under_the_answer():
+    page = account_page(account())
+    assert page.index("The remaining gap [σ]") < page.index("The gap before the patch [σ]")
+    assert page.index("In short") < page.index("The patch") < page.index("Where the gap is")
+    assert "pitotbench fly case.toml" in page
+    assert "--apply NAME" in page
+    assert "--apply NAME" not in account_page(account(PARTED, added=("pitot_lag",)))  # nothing of the aircraft
+
+
+def numbers(*sigmas: float) -> FlownAgain:
+    """A card flown again with characteristic numbers that differ by some σ, and seventy that do not."""
+    features = [
+        Feature("leg", f"number {i}", "kt", s, 0.0, 0.0, 1.0, 4) for i, s in enumerate([*sigmas] + [1.0] * 70)
+    ]
+    return FlownAgain(tuple(features), (Tolerance("indicated airspeed", "kt", 1.2, 0.87, 0.89, 0.95),), ())
+
+
+def test_what_differs_by_chance_is_no_gap_and_what_differs_by_more_stands_beside_the_sentence_of_none():
+    # Student's t of four degrees of freedom exceeds 7 once in 450 numbers: one card of six has one among 77.
+    assert 8.0 < features_limit(numbers(7.0).features) < 11.0
+    chance, more = (replace(account(), flown=numbers(s)) for s in (7.0, 20.0))
+    assert "With that in the model, no significant gap remains." in sentences(chance)
+    assert "differ by more than chance, before" not in account_page(chance)
+    told = " ".join(sentences(more))
+    assert "no significant gap remains in the channels; flown again, 1 of 71 characteristic numbers" in told
+    assert "(1 of 71)" in account_page(more)
+    assert "indicated airspeed is within its tolerance less often" in account_page(chance)
+    assert "less often" not in account_page(account())

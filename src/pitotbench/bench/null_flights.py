@@ -9,6 +9,7 @@ from hashlib import sha256
 from importlib.metadata import version
 from itertools import count
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -218,12 +219,11 @@ def null_distribution_of(
     if kept is not None:
         return kept
     say(f"first use of this card: {flights} flights without an effect ({card.maneuver}, {card.das.label})")
-    done = count(1)
     with open_fleet(tasks=flights) as fleet:
         layouts = fleet.perform(
             partial(_null_layout, card, setting),
             range(flights),
-            step=lambda: say(f"null flight {next(done)} of {flights}"),
+            step=flights_told(flights, say),
         )
         null = learn_null_distribution(
             require_all(layouts), lambda work, each: require_all(fleet.perform(work, each))
@@ -231,6 +231,18 @@ def null_distribution_of(
     if keep:
         write_entry(place, null, say)
     return null
+
+
+def flights_told(flights: int, say: Progress, clock: Callable[[], float] = monotonic) -> Callable[[], None]:
+    """Return what tells that a further flight of some is flown, and the time that the others will take [s]."""
+    done, begun = count(1), clock()
+
+    def tell() -> None:
+        number = next(done)
+        left = (clock() - begun) / number * (flights - number)
+        say(f"null flight {number} of {flights}" + (f", about {left:.0f} s left" if number < flights else ""))
+
+    return tell
 
 
 def _null_layout(card: Case, setting: AnalysisSetting, number: int) -> Layout:

@@ -12,6 +12,8 @@ from pitotbench.records.case import EffectSpec
 from pitotbench.records.verdict import SURE
 from pitotbench.show.columns import json_text
 from pitotbench.show.gap_page import account_page
+from pitotbench.show.gap_words import sentences
+from pitotbench.show.verdict import kind_words
 from pitotbench.simulation.modified import install_variant, overlay_xml
 
 WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")  # the files that a run writes
@@ -53,6 +55,8 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
     folder = install_variant(aircraft, variant, acting, provenance | _bounds(outcome), shelf)
     not_of_aircraft = [e.name for e in entries(outcome.patch) if e not in acting]
     lines = [f"written: {folder}; it flies as --aircraft {folder.name}"]
+    if verdict.kind in SURE and verdict.kind != "named":
+        lines.append(f"not sure: {kind_words(verdict)}. {sentences(outcome.account)[0]} {verdict.advice[0]}")
     if not_of_aircraft:
         names = ", ".join(not_of_aircraft)
         lines.append(f"not of the aircraft, to be put into the case file from patch.toml: {names}")

@@ -25,6 +25,7 @@ from pitotbench.bench.rounds import (
     reconcile_logs,
     with_calibrated_probabilities,
 )
+from pitotbench.effects.stability import OWN_TERMS
 from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
 from pitotbench.reconciliation.formula import closure_on, find_formula, free_sizes_beside
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, curve_of
@@ -85,7 +86,7 @@ def beyond_the_table(
         progress("looking for a formula of what the table does not explain")
     names = dict(patch_of(looks, (), "", "").entries)
     formula = find_formula(_remaining(looks), first.null)
-    if names:
+    if set(names) - OWN_TERMS:
         alone = find_formula(first.naming.layout, first.null)
         if alone is not None and _is_simpler(alone, formula, names):
             why = f"a formula explains more than {', '.join(names)} with a formula beside it"
@@ -208,7 +209,9 @@ def reconcile_fully(
     first = looks.first
     patch = patch_of(looks, beyond.entries, source, datetime.now(UTC).strftime("%Y-%m-%d"))
     effects = entries(patch)
-    flown, flown_holdout = FlownAgain(skipped="not asked for"), FlownAgain(skipped="not asked for")
+    refly, refly_holdout = refly and aircraft != "none", refly_holdout and aircraft != "none"
+    why = "no aircraft model to fly it with" if aircraft == "none" else "not asked for"
+    flown, flown_holdout = FlownAgain(skipped=why), FlownAgain(skipped=why)
     shown = as_the_log_shows(first.card, first.naming, beyond.free_sizes) if refly else None
     if refly:
         say("flying the card again")
@@ -216,7 +219,7 @@ def reconcile_fully(
     if refly and refly_holdout and holdout is not None:
         say("flying the card of the held-out log again")
         again = holdout.card or card or card_of(holdout.log.header, aircraft)
-        if again is not None and aircraft != "none":
+        if again is not None:
             again = as_flown(again, holdout.log)
             again = again if shown is None else replace(again, pressure_error=shown.pressure_error)
         flown_holdout = fly_again(holdout.log, again, effects)
@@ -237,44 +240,25 @@ def reconcile_fully(
         flights=first.flights,
         telling=clearest_channel(first.naming, first.null, over_time),
         calibration=calibration_change(first.naming),
-        warnings=_warnings([*logs, *([holdout] if holdout else [])]),
+        warnings=told_warnings([*logs, *([holdout] if holdout else [])], looks.rounds[0].verdict),
     )
     return FullReconciliation(first, account, patch)
 
 
-def reconcile(
-    logs: FlightLog | Sequence[FlightLog],
-    aircraft: str = "navajo",
-    holdout: FlightLog | None = None,
-    card: Case | None = None,
-    setting: AnalysisSetting | None = None,
-    refly: bool = True,
-    progress: Progress | None = None,
-) -> FullReconciliation:
-    """Find where a simulation and measured logs disagree, and name the effect that the simulation lacks.
+# By the code of a warning, the parts that explain it: velocities that are late lag behind the heading in a turn.
+EXPLAINED_BY = {"axes turned": {"GPS receiver and its clock", "attitude and vanes"}}
 
-    Parameters: logs, a measured one, or several of one airplane whose causes and sizes are the same; aircraft,
-    a model of the hangar, or `none` to judge the sensors alone; holdout, another log of the same airplane on which
-    the gap has to shrink too; card, what was flown (default: the card in the header of each log); setting, what is
-    known of the logs beyond their rows; refly, whether the card is flown again with the named effects; progress,
-    called with a line of text at each step.
-    Returns a record with the `verdict`, the `probabilities` of the causes, the `sizes`, the `patch` and the figures
-    of each of the `flights`. It shows itself in a notebook.
-    Raises BadInputError for a log that cannot be used, UnknownNameError for an aircraft that is not known.
+
+def told_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]:
+    """Return what was said of the logs as they were read, with the log's name where there are several.
+
+    A warning that a named part explains is withdrawn: the answer tells its cause.
     """
-    other = None if holdout is None else NamedLog("held-out log", holdout)
-    several = [logs] if isinstance(logs, FlightLog) else list(logs)
-    names = ["measured log"] if len(several) == 1 else [f"flight {i}" for i in range(1, len(several) + 1)]
-    measured = [NamedLog(name, log) for name, log in zip(names, several, strict=True)]
-    return reconcile_fully(measured, aircraft, other, card, progress, setting, refly)
-
-
-def _warnings(logs: Sequence[NamedLog]) -> tuple[str, ...]:
-    """Return what was said of the logs as they were read, with the log's name where there are several."""
     return tuple(
         text if len(logs) == 1 else f"{each.name}: {text}"
         for each in logs
         for text in each.log.header.get("warnings", ())
+        if not EXPLAINED_BY.get(getattr(text, "code", ""), set()) & set(verdict.named_parts)
     )
 
 

@@ -4,7 +4,7 @@ The estimators load with the first calibration, so that options and the arithmet
 All arrays are SI and radians; parameters of the error curve are without units.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -14,8 +14,9 @@ from pitotbench.calibration.options import AUTO
 from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibration.reduction import one_thread
+from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.records import BadInputError, NoAnswerError, OneHeadingError, UndeterminedError
-from pitotbench.records.calibration import CalibratedFlight, Calibration
+from pitotbench.records.calibration import CalibratedFlight, Calibration, RecordedAutopilot
 from pitotbench.records.log import Caution, FlightLog
 
 
@@ -40,14 +41,31 @@ def calibrate(log: FlightLog, options: CalibrationOptions | None = None) -> Cali
         return _judged(found, log)
 
 
+def calibrate_together(
+    logs: Sequence[FlightLog], options: CalibrationOptions | None = None
+) -> tuple[Calibration, ...]:
+    """Estimate one curve from several logs of one airplane, with a separate wind for each log.
+
+    Returns one Calibration per log; all have the same curve. A warning says where the logs disagree about the
+    curve. Raises as `calibrate` does, and BadInputError for the model `auto`.
+    """
+    from pitotbench.calibration.flights import assemble_together, reduce_together
+
+    chosen = options or CalibrationOptions()
+    if chosen.model == AUTO:
+        raise BadInputError("several logs have a curve in common only of one model: name it, or use --separately")
+    with one_thread():
+        calibrations = assemble_together(reduce_together(logs, chosen))
+    return tuple(_judged(calibration, log) for calibration, log in zip(calibrations, logs, strict=True))
+
+
 def calibrate_flights(
     logs: Sequence[FlightLog], options: CalibrationOptions | None = None
 ) -> tuple[CalibratedFlight, ...]:
     """Estimate one curve from all flights of the logs, with a separate wind for each flight.
 
-    A log that pauses for more than five minutes holds several flights. A single log may have the model `auto`,
-    which gives each of its flights a curve of its own. A warning says where the flights disagree about the curve.
-    Raises as `calibrate` does, and BadInputError for several logs with the model `auto`.
+    A log that pauses for more than five minutes holds several flights. Raises as `calibrate_together` does. A
+    single log may have the model `auto`, which gives each of its flights a curve of its own.
     """
     from pitotbench.calibration.flights import reduce_flights
 
@@ -96,10 +114,14 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
 
     Raises NoAnswerError where its bound is too wide, and BadInputError where no airplane has such a curve.
     """
-    from pitotbench.calibration.fit_checks import judge_curve, require_useful
+    from pitotbench.calibration.fit_checks import judge_curve, require_useful, wash_of
     from pitotbench.calibration.result import with_display_steps
 
     calibration = with_display_steps(calibration, log)
+    held = log.header.get(PARAMETERS)
+    if isinstance(held, Mapping) and all(isinstance(value, int | float) for value in held.values()):
+        recorded = RecordedAutopilot(held, wash_of(calibration.residuals, log))
+        calibration = replace(calibration, autopilot=recorded)
     require_useful(calibration)
     curve = calibration.curve
     verdict = judge_curve(curve.indicated_airspeed, curve.normalized_pressure_error, curve.normalized_two_sigma)

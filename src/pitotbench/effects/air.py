@@ -70,6 +70,7 @@ def _humid(signals: Signals, sizes: Sizes) -> Signals:
 HUMID_AIR = SensorEffect(
     name="humid_air",
     family="air",
+    part="air",
     parameters=(Parameter("relative_humidity", 0.7, 0.02, 1.0, "vapor pressure over that of saturation"),),
     source="Bolton 1980, Monthly Weather Review 108, eq. 10: saturation pressure; T_v = T/(1 − 0.378 e/p)",
     what="The air is humid: the temperature of the case is the virtual one, and the probe reads less.",
@@ -90,6 +91,7 @@ def _build_nonstandard_temperature(sizes: Sizes, baseline: Baseline) -> Overlay:
 NONSTANDARD_TEMPERATURE = AirEffect(
     name="nonstandard_temperature",
     family="air",
+    part="thermometer, or the day",
     parameters=(Parameter("warmer_k", 10.0, -40.0, 40.0, "temperature above that of the case"),),
     source="ISO 2533 standard atmosphere and its hot and cold days (MIL-STD-210)",
     what="The air is warmer or colder than the case says: power, true airspeed and heights change.",
@@ -119,6 +121,7 @@ def _wind_sea_breeze_front(signals: Signals, sizes: Sizes) -> tuple[Array, Array
 SEA_BREEZE_FRONT = AirEffect(
     name="sea_breeze_front",
     family="air",
+    part="air",
     parameters=(
         Parameter("north_mps", 2.5, -20.0, 20.0, "step of the wind toward north"),
         Parameter("east_mps", -2.0, -20.0, 20.0, "step of the wind toward east"),
@@ -148,6 +151,7 @@ def _build_turbulence_level(sizes: Sizes, baseline: Baseline) -> Overlay:
 TURBULENCE_LEVEL = AirEffect(
     name="turbulence_level",
     family="air",
+    part="air",
     parameters=(Parameter("change", 0.5, -1.0, 3.0, "gusts stronger by this share; -1 removes them"),),
     source="MIL-F-8785C 1980, §3.7: root-mean-square intensities, light to severe",
     what="The gusts are stronger or weaker than the case says; rotational gusts (p, q, r) stay the same.",
@@ -205,6 +209,7 @@ def _build_turbulence_scale(sizes: Sizes, baseline: Baseline) -> Overlay:
 TURBULENCE_SCALE = AirEffect(
     name="turbulence_scale",
     family="air",
+    part="air",
     parameters=(Parameter("change", -0.6, -0.9, 3.0, "gusts longer by this share"),),
     source="MIL-F-8785C 1980, §3.7.2: Dryden spectra, 1,750 ft above 2,000 ft",
     what="The gusts are longer or shorter than the case says.",
@@ -236,6 +241,7 @@ def _wind_updraft(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Array]:
 UPDRAFT = AirEffect(
     name="updraft",
     family="air",
+    part="air",
     parameters=(
         Parameter("up_mps", 1.0, -10.0, 10.0, "speed of the rising air"),
         Parameter("from_s", 60.0, 0.0, 1e5, "time since the first sample at which it begins", shape=True),
@@ -270,6 +276,7 @@ def _wind_wind_drift(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Arra
 WIND_DRIFT = AirEffect(
     name="wind_drift",
     family="air",
+    part="air",
     parameters=(
         Parameter("north_mps_per_min", 0.15, -2.0, 2.0, "change of the wind toward north, per minute"),
         Parameter("east_mps_per_min", -0.10, -2.0, 2.0, "change of the wind toward east, per minute"),
@@ -304,6 +311,7 @@ def _wind_wind_oscillation(signals: Signals, sizes: Sizes) -> tuple[Array, Array
 WIND_OSCILLATION = AirEffect(
     name="wind_oscillation",
     family="air",
+    part="air",
     parameters=(
         Parameter("north_mps", 0.8, -10.0, 10.0, "amplitude of the wind toward north"),
         Parameter("east_mps", -0.6, -10.0, 10.0, "amplitude of the wind toward east"),
@@ -342,6 +350,7 @@ def _wind_wind_shear(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Arra
 WIND_SHEAR = AirEffect(
     name="wind_shear",
     family="air",
+    part="air",
     parameters=(
         Parameter("north_mps_per_km", 4.0, -50.0, 50.0, "growth of the wind toward north with height"),
         Parameter("east_mps_per_km", 6.0, -50.0, 50.0, "growth of the wind toward east with height"),

@@ -67,6 +67,25 @@ TEMPERATURE = Excitation(
 
 Family = Literal["pneumatic", "das", "air", "airframe", "propulsion"]
 ActsOn = Literal["sensors", "air", "aircraft"]
+Part = Literal[  # what a mechanic looks at, or the day; an effect of a formula has none
+    "",
+    "pitot line",
+    "pitot head",
+    "static ports and line",
+    "static transducer",
+    "impact transducer",
+    "thermometer, or the day",
+    "GPS receiver and its clock",
+    "attitude and vanes",
+    "recorder",
+    "air",
+    "drag",
+    "loading",
+    "controls and trim",
+    "lift, stability and damping",
+    "engine or propeller, a side",
+    "engine instruments",
+]
 Sizes = Mapping[str, float]
 SensorFunction = Callable[[Signals, Sizes], Signals]
 
@@ -82,8 +101,8 @@ class Parameter:
 
     A size lies between `low` and `high`; zero means no effect and is always allowed. A `shape`, such as a time or a
     damping, says how the effect looks, not how large it is: a case may omit it, and then it is `typical`. A size
-    that `may_be_missing` is 0 where a case omits it. Without a size that is `defining` the effect would be another
-    one of the table: a line with water in it, but no water, is a line that is late.
+    that `may_be_missing` is 0 where a case omits it. Without a size that is `defining` the effect is its `neighbor`
+    in the table: a line with water in it, but no water, is a line that is late.
     """
 
     name: str
@@ -100,13 +119,14 @@ class Parameter:
 class Effect:
     """The fields that all effects share.
 
-    `what` says in a sentence what happens, `source` where form and sizes come from. `shows_in` says what to fly so
-    that the effect shows best. `variant_of` names the plain effect of the same cause: a second-order line is a
-    variant of a lag. `one_model_with` names an effect of the same terms in every channel: no log tells them apart.
-    An effect `for_whole_flight` is not looked for in a part of the flight: a workshop sets it, or it is a drift,
-    which would jump at the ends of the part. `part_of` names the effect that this one is for a part of the flight;
-    only the forms in time have it. An effect on the sensors changes the channels `changes`, and of the channels
-    `also` those that the log has; it changes no others.
+    `what` says in a sentence what happens, `source` where form and sizes come from. `part` is the part of the
+    airplane, of its instruments or of the world that has it. `shows_in` says what to fly so that the effect shows
+    best. `variant_of` names the plain effect of the same cause: a second-order line is a variant of a lag.
+    `neighbor` names the effect that this one is without its defining size. `one_model_with` names an effect of the
+    same terms in every channel: no log tells them apart. An effect `for_whole_flight` is not looked for in a part
+    of the flight: a workshop sets it, or it is a drift, which would jump at the ends of the part. `part_of` names
+    the effect that this one is for a part of the flight; only the forms in time have it. An effect on the sensors
+    changes the channels `changes`, and of the channels `also` those that the log has; it changes no others.
     """
 
     name: str
@@ -116,7 +136,9 @@ class Effect:
     source: str
     what: str
     shows_in: Excitation
+    part: Part = ""
     variant_of: str = ""
+    neighbor: str = ""
     one_model_with: str = ""
     for_whole_flight: bool = False
     part_of: str = ""

@@ -41,6 +41,7 @@ def _sideslip(signals: Signals, sizes: Sizes) -> Signals:
 ALPHA_STATIC_ERROR = SensorEffect(
     name="alpha_static_error",
     family="pneumatic",
+    part="static ports and line",
     parameters=(Parameter("slope_per_rad", 0.15, -1.0, 1.0, "static error over impact pressure per radian"),),
     source=FLOW_ANGLE_SOURCE,
     what="The static-pressure error depends on angle of attack, so it changes in turns and with weight.",
@@ -53,6 +54,7 @@ ALPHA_STATIC_ERROR = SensorEffect(
 SIDESLIP_STATIC_ERROR = SensorEffect(
     name="sideslip_static_error",
     family="pneumatic",
+    part="static ports and line",
     parameters=(
         Parameter("slope_per_rad", 0.10, -2.0, 2.0, "static error over impact pressure per radian: one port only"),
         Parameter("curvature_per_rad2", -1.5, -10.0, 10.0, "the same per square radian: two joined ports keep it"),
@@ -78,6 +80,7 @@ def _apply_creep(signals: Signals, sizes: Sizes) -> Signals:
 CREEP = SensorEffect(
     name="creep",
     family="pneumatic",
+    part="impact transducer",
     parameters=(
         Parameter("fraction", 0.02, -0.2, 0.3, "part of a change that appears slowly"),
         Parameter("creep_s", 40.0, 1.0, 1000.0, "time constant of that part", shape=True),
@@ -107,6 +110,7 @@ def _apply_height_dependent_lag(signals: Signals, sizes: Sizes) -> Signals:
 HEIGHT_DEPENDENT_LAG = SensorEffect(
     name="height_dependent_lag",
     family="pneumatic",
+    part="pitot line",
     parameters=(Parameter("sea_level_lag_s", 0.35, 0.01, 3.0, "time constant of the line at sea level"),),
     source="Gracey 1980, NASA RP-1046, pressure-system lag: time constant as viscosity over pressure",
     what="The total-pressure line is late, and later the higher the airplane flies.",
@@ -136,6 +140,7 @@ def play(values: Array, width: float) -> Array:
 HYSTERESIS = SensorEffect(
     name="hysteresis",
     family="pneumatic",
+    part="impact transducer",
     parameters=(Parameter("width_pa", 25.0, 1.0, 300.0, "reading at falling minus reading at rising pressure"),),
     source=HYSTERESIS_SOURCE,
     what="Decelerations read higher than accelerations at the same speed.",
@@ -147,6 +152,7 @@ HYSTERESIS = SensorEffect(
 STATIC_HYSTERESIS = SensorEffect(
     name="static_hysteresis",
     family="pneumatic",
+    part="static transducer",
     parameters=(Parameter("width_pa", 100.0, 5.0, 1500.0, "reading at falling minus reading at rising pressure"),),
     source=HYSTERESIS_SOURCE,
     what="The static pressure reads higher in a climb than in a descent at the same height.",
@@ -178,6 +184,7 @@ def _static_line_lag(signals: Signals, sizes: Sizes) -> Signals:
 PITOT_LAG = SensorEffect(
     name="pitot_lag",
     family="pneumatic",
+    part="pitot line",
     parameters=(Parameter("lag_s", 0.4, 0.01, 3.0, "time constant of the total-pressure line"),),
     source=LAG_SOURCE,
     what="The total-pressure line is long or thin: indicated airspeed follows late.",
@@ -190,6 +197,7 @@ PITOT_LAG = SensorEffect(
 STATIC_LAG = SensorEffect(
     name="static_lag",
     family="pneumatic",
+    part="static ports and line",
     parameters=(Parameter("lag_s", 0.6, 0.01, 5.0, "time constant of the static-pressure line"),),
     source=LAG_SOURCE,
     what="The static-pressure line is long or thin: altitude follows late, and airspeed errs in climbs.",
@@ -211,6 +219,7 @@ def _apply_line_leak(signals: Signals, sizes: Sizes) -> Signals:
 LINE_LEAK = SensorEffect(
     name="line_leak",
     family="pneumatic",
+    part="static ports and line",
     parameters=(
         Parameter("fraction", 0.02, 0.001, 0.3, "share of the impact pressure that leaks away"),
         Parameter("static_share", 0.5, 0.0, 1.0, "part of the loss that appears in the static line", shape=True),
@@ -236,6 +245,7 @@ def _apply_local_static_bump(signals: Signals, sizes: Sizes) -> Signals:
 LOCAL_STATIC_BUMP = SensorEffect(
     name="local_static_bump",
     family="pneumatic",
+    part="static ports and line",
     parameters=(
         Parameter("coefficient", 0.010, -0.1, 0.1, "static error over impact pressure at the band's center"),
         Parameter("center_mps", 65.0, 40.0, 100.0, "indicated airspeed at the center", shape=True),
@@ -273,6 +283,7 @@ def _apply_propwash_error(signals: Signals, sizes: Sizes) -> Signals:
 PROPWASH_ERROR = SensorEffect(
     name="propwash_error",
     family="pneumatic",
+    part="static ports and line",
     parameters=(Parameter("pressure_pa", 40.0, -300.0, 300.0, "static error at rated power and 130 KIAS"),),
     source="McCormick 1995, Aerodynamics, Aeronautics and Flight Mechanics, momentum theory: the slipstream's "
     "pressure goes with thrust over disk area, thrust with power over speed",
@@ -296,6 +307,7 @@ def _apply_second_order_line(signals: Signals, sizes: Sizes) -> Signals:
 SECOND_ORDER_LINE = SensorEffect(
     name="second_order_line",
     family="pneumatic",
+    part="pitot line",
     parameters=(
         Parameter("lag_s", 0.4, 0.01, 3.0, "delay of a ramp, 2 damping / natural frequency"),
         Parameter("damping", 0.6, 0.2, 2.0, "damping ratio", shape=True),
@@ -325,6 +337,7 @@ def _apply_static_source_change(signals: Signals, sizes: Sizes) -> Signals:
 STATIC_SOURCE_CHANGE = SensorEffect(
     name="static_source_change",
     family="pneumatic",
+    part="static ports and line",
     parameters=(
         Parameter("coefficient_at_100kt", 0.010, -0.1, 0.1, "static error over impact pressure at 100 KIAS"),
         Parameter("coefficient_at_160kt", 0.005, -0.1, 0.1, "the same at 160 KIAS; linear in airspeed"),
@@ -350,6 +363,7 @@ def _inclined(signals: Signals, sizes: Sizes) -> Signals:
 TOTAL_PRESSURE_LOSS = SensorEffect(
     name="total_pressure_loss",
     family="pneumatic",
+    part="pitot head",
     parameters=(Parameter("fraction", 0.01, -0.05, 0.15, "share of the impact pressure that is lost"),),
     source=LOSS_SOURCE,
     what="The pitot tube reads too low at all speeds; the static pressure is right.",
@@ -362,6 +376,7 @@ TOTAL_PRESSURE_LOSS = SensorEffect(
 INCLINED_PITOT_LOSS = SensorEffect(
     name="inclined_pitot_loss",
     family="pneumatic",
+    part="pitot head",
     parameters=(Parameter("loss_per_rad2", 1.0, -5.0, 10.0, "loss over impact pressure per square radian"),),
     source=LOSS_SOURCE,
     what="The pitot tube reads too low at high angles of attack.",
@@ -396,6 +411,7 @@ def _with_temperature(signals: Signals, sizes: Sizes) -> Signals:
 TIME_DRIFT = SensorEffect(
     name="time_drift",
     family="pneumatic",
+    part="impact transducer",
     parameters=(Parameter("rate_pa_per_min", 3.0, -30.0, 30.0, "zero shift per minute since the first sample"),),
     source=DRIFT_SOURCE,
     what="The impact-pressure transducer drifts while it warms up.",
@@ -408,6 +424,7 @@ TIME_DRIFT = SensorEffect(
 TEMPERATURE_DRIFT = SensorEffect(
     name="temperature_drift",
     family="pneumatic",
+    part="impact transducer",
     parameters=(Parameter("shift_pa_per_k", 6.0, -60.0, 60.0, "zero shift per kelvin from the first sample"),),
     source=DRIFT_SOURCE,
     what="The impact-pressure transducer drifts with temperature.",
@@ -427,6 +444,7 @@ SCALE_SOURCE = "transducer data sheets: span errors of 0.05 to 0.5 % (classes, n
 IMPACT_PRESSURE_SCALE = SensorEffect(
     name="impact_pressure_scale",
     family="pneumatic",
+    part="impact transducer",
     parameters=(Parameter("scale", 0.005, -0.1, 0.1, "impact pressure too large by this share"),),
     source=SCALE_SOURCE,
     what="The impact-pressure transducer has a wrong scale; in a log it is a total-pressure loss.",
@@ -439,6 +457,7 @@ IMPACT_PRESSURE_SCALE = SensorEffect(
 STATIC_PRESSURE_SCALE = SensorEffect(
     name="static_pressure_scale",
     family="pneumatic",
+    part="static transducer",
     parameters=(Parameter("scale", 0.002, -0.05, 0.05, "static pressure too large by this share"),),
     source=SCALE_SOURCE,
     what="The static-pressure transducer has a wrong scale.",
@@ -460,6 +479,7 @@ def _apply_warm_up_drift(signals: Signals, sizes: Sizes) -> Signals:
 WARM_UP_DRIFT = SensorEffect(
     name="warm_up_drift",
     family="pneumatic",
+    part="impact transducer",
     parameters=(
         Parameter("shift_pa", 30.0, -300.0, 300.0, "zero shift after the warm-up"),
         Parameter("warm_up_s", 180.0, 5.0, 3600.0, "time constant of the warming", shape=True),
@@ -488,6 +508,7 @@ def _apply_water_in_line(signals: Signals, sizes: Sizes) -> Signals:
 WATER_IN_LINE = SensorEffect(
     name="water_in_line",
     family="pneumatic",
+    part="pitot line",
     parameters=(
         Parameter(
             "column_m", 0.03, -0.3, 0.3, "length of the water column along the airplane, tube ahead", defining=True
@@ -497,6 +518,7 @@ WATER_IN_LINE = SensorEffect(
     source="hydrostatics, density times specific force times length; Gracey 1980, NASA RP-1046: water in lines",
     what="Water stands in the pitot line: the reading is late and changes with pitch and acceleration.",
     shows_in=CHANGING_AIRSPEED,
+    neighbor="pitot_lag",
     changes=("impact_pressure",),
     needs=("static_pressure", "specific_force_x"),
     function=_apply_water_in_line,
@@ -511,6 +533,7 @@ ZERO_SOURCE = "transducer data sheets: zero error up to some 0.1 % of full scale
 IMPACT_ZERO_OFFSET = SensorEffect(
     name="impact_zero_offset",
     family="pneumatic",
+    part="impact transducer",
     parameters=(Parameter("offset_pa", 15.0, -150.0, 150.0, "reading at zero impact pressure"),),
     source=ZERO_SOURCE,
     what="The impact-pressure transducer does not read zero at rest.",
@@ -522,6 +545,7 @@ IMPACT_ZERO_OFFSET = SensorEffect(
 STATIC_ZERO_OFFSET = SensorEffect(
     name="static_zero_offset",
     family="pneumatic",
+    part="static transducer",
     parameters=(Parameter("offset_pa", 80.0, -500.0, 500.0, "reading above the true static pressure"),),
     source=ZERO_SOURCE,
     what="The static-pressure transducer reads too high or too low by a constant.",

@@ -79,6 +79,7 @@ def _term(
     return AircraftEffect(
         name=name,
         family="airframe",
+        part="lift, stability and damping",
         parameters=(change, zero) if zero else (change,),
         source=SOURCE,
         what=what,
@@ -100,6 +101,7 @@ LIFT_SLOPE = _term(
 ZERO_LIFT = AircraftEffect(
     name="zero_lift",
     family="airframe",
+    part="lift, stability and damping",
     parameters=(Parameter("lift_coefficient", 0.05, -0.4, 0.4, "added lift coefficient at any angle of attack"),),
     source="wing incidence and body attitude are set to some 0.5°, which is 0.04 of lift coefficient (estimate)",
     what="The wing has more or less lift at the same angle of attack.",
@@ -141,3 +143,6 @@ STABILITY: tuple[Effect, ...] = (
     YAW_DAMPING,
     ROLL_BY_YAW_RATE,
 )
+
+# What every simulation gets wrong in several places at once: the terms of its own file.
+OWN_TERMS = frozenset({"control_effectiveness", "induced_drag", *(effect.name for effect in STABILITY)})

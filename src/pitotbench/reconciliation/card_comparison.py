@@ -158,7 +158,7 @@ def _features(label: str, measured: Parts, simulated: Sequence[Parts], patched: 
             chance = np.sqrt(sum(float(np.sum((side - side.mean()) ** 2)) for side in sides) / freedom)
             spread = float(chance * np.sqrt(1.0 + 1.0 / len(sides[0])))
             features.append(
-                Feature(label, name, unit, value, float(sides[0].mean()), float(sides[1].mean()), spread)
+                Feature(label, name, unit, value, float(sides[0].mean()), float(sides[1].mean()), spread, freedom)
             )
     return features
 

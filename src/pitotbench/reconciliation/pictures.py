@@ -1,11 +1,12 @@
 """The data of the pictures of a reconciliation: the gap by place, over time, and after each effect."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.signal import lfilter
 
 from pitotbench import air
+from pitotbench.effects import effect_of
 from pitotbench.reconciliation.equations import NormalEquations
 from pitotbench.reconciliation.free_parameters import curve_share
 from pitotbench.reconciliation.layout import Layout, flight_variables
@@ -15,7 +16,7 @@ from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.residuals import FAMILIES, UNITS
 from pitotbench.reconciliation.signatures import columns_of
 from pitotbench.records.gap import CalibrationChange, GapMap, Step, TellingChannel, Trace
-from pitotbench.units import Array, Seconds
+from pitotbench.units import Array, Booleans, Seconds
 
 
 def gap_map(naming: Naming, null: NullDistribution) -> GapMap:
@@ -88,13 +89,29 @@ RESPONSE = 400  # instants after which an autoregression has forgotten an innova
 FLOWN = (2.0, 98.0)  # percentiles of the indicated airspeed between which a correction is told
 SPEEDS = 25  # airspeeds at which the correction is told
 TINY = 1e-30  # of a noise, so that it can be divided by
-DRAWN = ("airspeed", "bank", "altitude", "power")  # variables over which the gap is drawn
+DRAWN = ("airspeed", "bank", "altitude", "power")  # variables over which the gap is drawn, beside acceleration
+# Where a person looks for a gap of a part: its channels, of which the clearest is drawn. Of other parts, any.
+_AIRSPEED = ("airspeed_along",)
+_TRIANGLE = FAMILIES["air data"][:3]
+LOOKED_AT: Mapping[str, tuple[str, ...]] = {
+    "pitot line": _AIRSPEED,
+    "pitot head": _AIRSPEED,
+    "impact transducer": _AIRSPEED,
+    "static ports and line": (*_AIRSPEED, "pressure_height"),
+    "static transducer": (*_AIRSPEED, "pressure_height"),
+    "thermometer, or the day": ("temperature",),
+    "GPS receiver and its clock": _TRIANGLE,
+    "attitude and vanes": _TRIANGLE,
+    "air": _TRIANGLE,
+    "drag": ("specific_force_x",),
+    "engine instruments": FAMILIES["engine"],
+}
 
 
 def clearest_channel(naming: Naming, null: NullDistribution, found: Sequence[Trace]) -> TellingChannel | None:
-    """Return the channel whose gap stands out most from its noise; None for a log without a gap.
+    """Return the channel of the named part whose gap stands out most from its noise; None for a log without a gap.
 
-    `found` are the residual channels over time.
+    `found` are the residual channels over time. Where no channel of the part shows the effects, it is any channel.
     """
     if naming.answer.kind == "no_gap" or not naming.located:
         return None
@@ -104,10 +121,12 @@ def clearest_channel(naming: Naming, null: NullDistribution, found: Sequence[Tra
     instants = max(1, round(AVERAGED / layout.grid.step))
     noise = {n: deviation_of_mean(null.noise, names.index(n), instants) for n in by_name if n in names}
     shown = {n: _level(by_name[n], instants, np.hypot(d, _slack(layout, n))) for n, d in noise.items()}
-    name = max(shown, key=lambda n: shown[n])
+    part = effect_of(naming.chosen[0]).part if naming.chosen else ""
+    looked_at = [n for n in LOOKED_AT.get(part, ()) if shown.get(n, 0.0) > 0.0]
+    name = max(looked_at or shown, key=lambda n: shown[n])
     trace = by_name[name]
-    variable, values = _variable(naming, name)
     what = trace.explained if np.any(trace.explained) else _means(trace.gap, instants)
+    variable, values = _variable(layout, what, trace.used)
     away = np.where(trace.used, np.abs(what), 0.0)
     north, east = _ground_track(layout)
     track = layout.track
@@ -185,15 +204,19 @@ def _means(values: Array, instants: int) -> Array:
     return np.convolve(values, np.full(instants, 1.0 / instants), mode="same")
 
 
-def _variable(naming: Naming, channel: str) -> tuple[str, Array]:
-    """The variable that the gap of a channel follows most, with its values at the instants in SI units."""
-    layout = naming.layout
+def _variable(layout: Layout, gap: Array, used: Booleans) -> tuple[str, Array]:
+    """The variable that a gap, (n,), follows most where it is used, with its values at the instants in SI units."""
     values = {n: v for n, v in flight_variables(layout.scene.clean, layout.grid).items() if n in DRAWN}
-    places = [(i, cell) for i, cell in layout.places if cell.channel == channel and cell.variable in values]
-    found = naming.equations.scores([i for i, _ in places], ())
-    scores = {cell.variable: abs(float(score)) for (_, cell), score in zip(places, found, strict=True)}
-    best = max(scores, key=lambda n: scores[n], default="airspeed")
+    values["acceleration"] = np.gradient(values["airspeed"], layout.track.time[layout.grid.rows])
+    follows = {n: _correlation(v[used], gap[used]) for n, v in values.items()}
+    best = max(follows, key=lambda n: follows[n])
     return best, values[best]
+
+
+def _correlation(values: Array, gap: Array) -> float:
+    """The size of the correlation of a gap with a variable; 0 where one of them is constant."""
+    spread = float(np.std(values) * np.std(gap))
+    return abs(float(np.mean((values - values.mean()) * (gap - gap.mean())))) / spread if spread > 0.0 else 0.0
 
 
 def _ground_track(layout: Layout) -> tuple[Array, Array]:

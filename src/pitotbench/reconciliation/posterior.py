@@ -367,8 +367,34 @@ def cause_posterior(logs: Sequence[LogEvidence]) -> CausePosterior:
     whole = float(logsumexp([w.total for w in tempered])) - gap
     normal = [replace(w, alone=w.alone - whole, with_rest=w.with_rest - whole) for w in tempered]
     normal = [w if w.causes else replace(w, alone=nothing) for w in normal]
+    normal = _with_plain_neighbors(normal)
     least = float(shares @ [log.least_bayes_factor for log in logs])
     return CausePosterior(tuple(sorted(normal, key=lambda w: -w.total)), log_bayes_factor, concentration, least)
+
+
+def _with_plain_neighbors(weights: Sequence[Weight]) -> list[Weight]:
+    """The weights, those of sets with an effect that came out at nothing added to those of its plain neighbor.
+
+    A line in which the water is within 2σ of none is a line that is late, and no rival of one.
+    """
+    found = {w.explained.effects: w for w in weights}
+    for each in weights:
+        effects = each.explained.effects
+        plain = tuple(sorted({_plain(each.explained, name) for name in effects}))
+        if plain != effects and plain in found:
+            into, moved = found[plain], found.pop(effects)
+            alone, rest = (float(np.logaddexp(getattr(into, n), getattr(moved, n))) for n in ("alone", "with_rest"))
+            found[plain] = replace(into, alone=alone, with_rest=rest)
+    return list(found.values())
+
+
+def _plain(each: Explained, name: str) -> str:
+    """The name of an effect of a set, or that of its neighbor where its defining size is within 2σ of zero."""
+    effect, deviations = FITTED[name], np.sqrt(np.diag(each.weighed.covariance))
+    defining = [i for i, (of, p) in enumerate(each.keys) if of == name and effect.parameter(p).defining]
+    if not defining or np.any(np.abs(each.weighed.sizes[defining]) > 2.0 * deviations[defining]):
+        return name
+    return effect.neighbor + name.removeprefix(effect.part_of or name)
 
 
 def tempering_power(log_bayes_factor: Array | float) -> Array:

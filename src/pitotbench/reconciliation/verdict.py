@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
 
 import numpy as np
 from scipy.special import expit, logit
 
 from pitotbench.catalog import Catalog
+from pitotbench.effects import effect_of
 from pitotbench.effects.effect import AircraftEffect, Effect
 from pitotbench.reconciliation.equations import (
     Fit,
@@ -69,11 +72,11 @@ class Checks:
 
     `found` is what all flights show, with the kind of the posterior's answer. Each step fills its own field:
     `outweighed`, whether a wander or a line of a flight outweighs what the effects explain; `left_out` and
-    `contradictions`, the sentences of flights that the others do not close or that contradict them; `hold_out`, the
-    closure of a held-out log; `closure`, the objection of the closure of all passes; `formula`, why a formula
-    replaces the names; `added`, the positions of the effects that a later pass adds (None: all); `left`, the share
-    of the gap that all passes leave, and `doubt`, a share of doubt beside it (None: by the objections to these
-    names).
+    `contradictions`, the sentences of flights that the others do not close or that contradict them; `hold_out`,
+    the closure of a held-out log; `closure`, the objection of the closure of all passes; `formula`, why a formula
+    replaces the names; `maneuvers`, those flown, which no advice repeats; `added`, the positions of the effects
+    that a later pass adds (None: all); `left`, the share of the gap that all passes leave, and `doubt`, a share of
+    doubt beside it (None: by the objections to these names).
     """
 
     found: Verdict
@@ -83,6 +86,7 @@ class Checks:
     hold_out: Closure | None = None
     closure: Objection | None = None
     formula: str = ""
+    maneuvers: tuple[str, ...] = ()
     added: tuple[int, ...] | None = None
     left: float | None = None
     doubt: float | None = None
@@ -103,7 +107,7 @@ def verdict_of(checks: Checks) -> Verdict:
         kind: Kind = "one_of" if any(verdict.alternatives) else "named"
         verdict = _with_kind(verdict, kind, "a fault that was counted, or the level of turbulence")
     groups = [(e.name, *others) for e, others in zip(verdict.effects, verdict.alternatives, strict=True)]
-    verdict = replace(verdict, advice=flights_to_fly(verdict.kind, groups))
+    verdict = replace(verdict, advice=flights_to_fly(verdict.kind, groups, checks.maneuvers))
     for why in checks.left_out:
         verdict = _objected(verdict, Objection(why, withdraws=False))
     for why in checks.contradictions:
@@ -267,22 +271,27 @@ def _notes(layout: Layout, null: NullDistribution, naming: Naming) -> tuple[str,
     notes = []
     if null.flights == 0:
         notes.append(
-            "no null flights of this card: the log's noise counts half as much again, "
-            f"a gap from e^{null.gap_bayes_factor:.0f} on"
+            "no null flights of this card: the noise is judged by this log alone, and a gap is told "
+            f"from a Bayes factor of e^{null.gap_bayes_factor:.0f} on"
         )
-    if layout.scene.force_model is None:
-        notes.append("no aircraft model: sensors and air alone are judged")
+    flies = layout.scene.force_model is not None
+    if not flies:
+        notes.append("no aircraft model: sensors and air alone are judged, and no card is flown")
     shown = {s.effect for s in layout.signatures}
     if not layout.setting.day_known:
         shown.add(DAY)
-        notes.append("the header does not tell the temperature of the day: another one is no gap")
-    hidden = [n for n, effect in FITTED.items() if n not in shown and not effect.variant_of]
+        if flies:
+            notes.append("the header does not tell the temperature of the day: another one is no gap")
+    plain = {n: e for n, e in FITTED.items() if not e.variant_of and (flies or e.acts_on != "aircraft")}
+    hidden = [n for n in plain if n not in shown]
     lacking = _without_the_parts(hidden, layout)
     if lacking:
         notes.append("left out, because the model of the aircraft lacks what they change: " + ", ".join(lacking))
     unseen = [n for n in hidden if n not in lacking]
     if unseen:
-        notes.append("cannot be seen in the channels of this log: " + ", ".join(unseen))
+        whole = {e.part for e in plain.values()} - {e.part for n, e in plain.items() if n not in unseen}
+        told = dict.fromkeys(f"all of {plain[n].part}" if plain[n].part in whole else n for n in unseen)
+        notes.append("cannot be seen in the channels of this log: " + ", ".join(told))
     notes += [
         f"{other} is one model with {effect.one_model_with}: it has the same terms in every channel"
         for other, effect in FITTED.items()
@@ -386,8 +395,37 @@ def doubt_beside(verdict: Verdict) -> float:
     return THRESHOLDS.doubt_taken_back if verdict.kind == "unknown" else THRESHOLDS.doubt_probable
 
 
+def parts_of(probabilities: Mapping[str, float]) -> dict[str, float]:
+    """Return the probability of each part of the airplane or the world, from those of its causes.
+
+    It is what such sums were worth on judged flights, and no less than that of the most probable cause.
+    """
+    summed: dict[str, float] = {}
+    largest: dict[str, float] = {}
+    for cause, p in probabilities.items():
+        part = effect_of(cause).part
+        summed[part], largest[part] = summed.get(part, 0.0) + p, max(largest.get(part, 0.0), p)
+    sums, shares = part_table()
+    told = {part: max(largest[part], float(np.interp(min(p, 1.0), sums, shares))) for part, p in summed.items()}
+    return dict(sorted(told.items(), key=lambda item: -item[1]))
+
+
+@cache
+def part_table() -> tuple[Array, Array]:
+    """Return summed probabilities of the causes of a part, (n,), and the share of such parts that is right, (n,).
+
+    The table was computed from sealed flights by a measurement, which gives it again.
+    """
+    text = files("pitotbench.reconciliation").joinpath("part_probability.csv").read_text("utf-8")
+    sums, shares, _ = np.loadtxt(text.splitlines(), delimiter=",", skiprows=2).T
+    return sums, shares
+
+
 def _with_calibrated_probabilities(verdict: Verdict, checks: Checks) -> Verdict:
-    """A verdict with calibrated probabilities. A cause that they do not name stands beside the next one."""
+    """A verdict with calibrated probabilities. A cause that they do not name stands beside the next one.
+
+    A counted fault and the level of the gusts have no posterior, and are as probable as they are told.
+    """
     beside = doubt_beside(verdict) if checks.doubt is None else checks.doubt
     found = calibrated(verdict.probabilities, checks.left or 0.0, beside)
     answered = set(map(_cause, verdict.effects))
@@ -401,12 +439,18 @@ def _with_calibrated_probabilities(verdict: Verdict, checks: Checks) -> Verdict:
     if verdict.kind == "named" and any(alternatives):
         told = ", ".join(f"{found.get(_cause(e), 1.0):.2f}" for e in verdict.effects)
         verdict = _with_kind(verdict, "one_of", f"the doubt of the table (probability {told})")
+    effects = tuple(_weighed(each, found) for each in verdict.effects)
+    sizes = {each.name: each.sizes for each in effects}
+    ranked = [replace(each, sizes=sizes.get(each.name, each.sizes)) for each in verdict.candidates]
+    parts = parts_of({_cause(e): e.probability for e in effects} | found)
     return replace(
         verdict,
-        effects=tuple(_weighed(each, found) for each in verdict.effects),
+        effects=effects,
         alternatives=alternatives,
-        candidates=tuple(_weighed(each, found) for each in verdict.candidates),
+        candidates=tuple(_weighed(each, found) for each in ranked),
         probabilities=found,
+        parts=parts,
+        named_parts=tuple(part for part, p in parts.items() if p > THRESHOLDS.named_from and verdict.kind in SURE),
     )
 
 

@@ -58,21 +58,22 @@ class Shown:
 
     def to_frame(self) -> "DataFrame":
         """Return the record as a table; each column ends in its unit."""
-        frame: DataFrame = _views().to_frame(self)
+        frame: DataFrame = views().to_frame(self)
         return frame
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the record on matplotlib's axes, or in a new figure without them; return the figure."""
-        return _views().plot(self, axes)
+        return views().plot(self, axes)
 
     def _repr_html_(self) -> str:
-        return str(_views().to_html(self))
+        return str(views().to_html(self))
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__}: {_views().in_one_line(self)}>"
+        return f"<{type(self).__name__}: {views().in_one_line(self)}>"
 
 
-def _views() -> Any:
+def views() -> Any:
+    """Return the module that shows and writes records."""
     return import_module(_VIEWS)
 
 

@@ -143,7 +143,7 @@ class Feature:
     """A characteristic number of a segment of the card, such as its mean power, with its unit.
 
     `measured` is from the log, `simulated` and `patched` from the card flown again without and with the patch.
-    `deviation` is the standard deviation between two flights of one airplane.
+    `deviation` is the standard deviation between two flights of one airplane, of `freedom` degrees of freedom.
     """
 
     segment: str
@@ -153,6 +153,7 @@ class Feature:
     simulated: float
     patched: float
     deviation: float
+    freedom: int
 
 
 @dataclass(frozen=True, slots=True)

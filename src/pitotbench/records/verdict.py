@@ -92,10 +92,12 @@ class Verdict:
 
     `effects` are those named. `alternatives` holds, for each of them, the names of the effects that the log cannot
     distinguish from it. `candidates` are all single explanations, the best first. `probabilities` is that of each
-    cause of the table, given a gap; the causes may act together, so they do not sum to 1. `log_bayes_factor` is the
-    logarithm of the Bayes factor of a gap against none. `remains` says whether something significant is left beside
-    the effects. `doubts` are the checks that speak against the effects, so that none of them is named. `changes`
-    has a line for each change of the kind after the posterior's own answer: `named -> one_of: why`.
+    cause of the table, given a gap; the causes may act together, so they do not sum to 1. `parts` is that of each
+    part of the airplane, its instruments or the world, the most probable first, and `named_parts` are those above
+    the probability of a name. `log_bayes_factor` is the logarithm of the Bayes factor of a gap against none.
+    `remains` says whether something significant is left beside the effects. `doubts` are the checks that speak
+    against the effects, so that none of them is named. `changes` has a line for each change of the kind after the
+    posterior's own answer: `named -> one_of: why`.
     """
 
     kind: Kind
@@ -110,6 +112,8 @@ class Verdict:
     notes: tuple[str, ...] = ()
     closure_holdout: Closure | None = None
     probabilities: Mapping[str, float] = field(default_factory=dict)
+    parts: Mapping[str, float] = field(default_factory=dict)
+    named_parts: tuple[str, ...] = ()
     log_bayes_factor: float = 0.0
     remains: bool = False
     doubts: tuple[str, ...] = ()

@@ -11,7 +11,7 @@ from pitotbench.effects import effect_of
 from pitotbench.records.gap import Account, FlownAgain, GapMap, History, TellingChannel, Trace
 from pitotbench.records.verdict import SURE, Candidate, Closure, Located
 from pitotbench.show.columns import html_table
-from pitotbench.show.gap_words import evidence_words, formula_closures, sentences
+from pitotbench.show.gap_words import evidence_words, features_limit, formula_closures, sentences
 from pitotbench.show.markup import render
 from pitotbench.show.pages import page_version
 from pitotbench.show.style import (
@@ -42,7 +42,16 @@ from pitotbench.show.verdict import (
     pilot_words,
     round_columns,
 )
-from pitotbench.show.words import CHANNELS, VARIABLES, FieldUnit, is_force, size_words, unit_without_mass, words
+from pitotbench.show.words import (
+    CHANNELS,
+    VARIABLES,
+    FieldUnit,
+    is_force,
+    listed,
+    size_words,
+    unit_without_mass,
+    words,
+)
 from pitotbench.timeline import interval, stretches
 from pitotbench.units import NAUTICAL_MILE, Array, Booleans
 
@@ -82,7 +91,7 @@ BIN = 4.0  # s: long enough to average the sensor noise, short enough for the ph
 
 
 def map_panels(found: GapMap) -> list[Panel]:
-    """The map of the gap without and with the named effects in the model, on one scale."""
+    """The map of the remaining gap first, then that without the named effects in the model, on one scale."""
     scale = max(2.0 * found.threshold, float(np.nanmax(np.abs(found.before))))
     note = (
         f"Flights without an effect stay below {found.threshold:.1f}σ; cells above it are framed. "
@@ -90,7 +99,7 @@ def map_panels(found: GapMap) -> list[Panel]:
     )
     tables = [("Where the gap is [σ]", found.before)]
     if np.any(found.before != found.after):
-        tables.append(("The remaining gap [σ]", found.after))
+        tables = [("The remaining gap [σ]", found.after), ("The gap before the patch [σ]", found.before)]
     return [_map_panel(title, found, values, scale, note) for title, values in tables]
 
 
@@ -354,8 +363,19 @@ def account_page(account: Account) -> str:
         checks=html_table(CHECK_COLUMNS, verdict.checks),
         detectable=html_table(DETECTABLE_COLUMNS, verdict.smallest_detectable),
         patch=account.patch if (verdict.effects and verdict.kind in SURE) or _has_formula(account) else "",
+        fly=flying_words(account),
         version=page_version(),
     )
+
+
+def flying_words(account: Account) -> list[str]:
+    """The commands that fly the patch: those of its aircraft, and those of a case file."""
+    every = [e for each in account.rounds if each.added for e in each.verdict.effects]
+    lines = ["cat patch.toml >> case.toml", "pitotbench fly case.toml -o patched.csv"]
+    if account.aircraft != "none" and any(effect_of(e.name).acts_on == "aircraft" for e in every):
+        apply = f"pitotbench reconcile {account.log.replace(', ', ' ')} --aircraft {account.aircraft} --apply NAME"
+        lines += ["", apply, f'# fly it with aircraft = "{account.aircraft}+NAME" in the case file']
+    return lines
 
 
 def _has_formula(account: Account) -> bool:
@@ -390,6 +410,21 @@ def _flights(account: Account) -> list[tuple[str, FlownAgain]]:
     return flights
 
 
+SHORT = 0.02  # of the time within a tolerance: a smaller difference from two flights of one airplane is chance
+
+
+def _shortfall(flown: FlownAgain) -> str:
+    """What the patch does not bring within the tolerance as often as two flights of one airplane are."""
+    short = [t.quantity for t in flown.tolerances if t.after < t.by_chance - SHORT]
+    if not short:
+        return ""
+    return (
+        f"With the patch, {listed(short)} is within its tolerance less often than between two flights of one "
+        "airplane: what differs there is not in the patch. The hand of the pilot, the wind and its gusts over the "
+        "flight are the card's, not the log's."
+    )
+
+
 def _flown(name: str, flown: FlownAgain) -> dict[str, object]:
     """The content of the section on a card flown again."""
     features = noticed(flown.features)
@@ -397,6 +432,8 @@ def _flown(name: str, flown: FlownAgain) -> dict[str, object]:
         "name": name,
         "skipped": flown.skipped,
         "pilot": pilot_words(flown),
+        "shortfall": _shortfall(flown),
+        "limit": features_limit(flown.features),
         "tolerances": html_table(TOLERANCE_COLUMNS, flown.tolerances),
         "panels": history_panels(flown.histories),
         "features": html_table(FEATURE_COLUMNS, features) if features else "",

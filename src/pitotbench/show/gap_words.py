@@ -1,10 +1,13 @@
 """A verdict in plain sentences: the missing effects, their sizes, the evidence, the formula of the rest."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.special import stdtrit
 
-from pitotbench.records.gap import Account, CalibrationChange, FormulaTerm, FoundFormula
+from pitotbench.effects import EFFECTS, effect_of
+from pitotbench.records.gap import Account, CalibrationChange, Feature, FormulaTerm, FoundFormula
 from pitotbench.records.verdict import SURE, Candidate, Closure, Located, Verdict
 from pitotbench.show.words import listed, name_and_unit, size_words, words
 from pitotbench.units import KNOT
@@ -115,9 +118,8 @@ TOLD_FROM = 0.02  # probability from which a further cause of a set is told: a d
 DOUBTED = 0.1  # probability of causes in no form of the table, from which it is told
 
 _WITHOUT_NULL_FLIGHTS = (
-    "There were no simulated flights without an effect to compare with: the noise level is that of this log, "
-    "which counts half as much again, and far more evidence is asked for. Repeat the flight before you believe a "
-    "size of a few σ."
+    "No simulated flights of this card were there to compare with, so that the noise is judged by this log alone. "
+    "Small gaps are not told. Repeat the flight before you believe a size of a few σ."
 )
 
 
@@ -139,14 +141,31 @@ def calibration_words(change: CalibrationChange) -> str:
     )
 
 
-def effect_words(effect: Candidate) -> str:
-    """An effect with its clear sizes, and the times at which it begins and ends.
+def effect_words(effect: Candidate, *more: str) -> str:
+    """An effect with its clear sizes, the times at which it begins and ends, and more to be told of it.
 
     A size within its bound of zero is left out beside one that is not.
     """
     clear = [s for s in effect.sizes if abs(s.value) > s.two_sigma] or effect.sizes
     sizes = [size_words(s.name, s.value, s.two_sigma) for s in clear]
-    return f"{words(effect.name)} ({'; '.join([*sizes, *(size_words(*time) for time in effect.times)])})"
+    return f"{words(effect.name)} ({'; '.join([*sizes, *(size_words(*time) for time in effect.times), *more])})"
+
+
+# Parts of which a sentence needs another wording than their name with an article.
+PART_WORDS = {
+    "static ports and line": "the static ports or their line",
+    "GPS receiver and its clock": "the GPS receiver or its clock",
+    "attitude and vanes": "the attitude or the vanes",
+    "controls and trim": "the controls or the trim",
+    "lift, stability and damping": "the lift, the stability or the damping",
+    "engine or propeller, a side": "the engine or the propeller of one side",
+}
+
+
+def part_words(part: str, causes: Sequence[str]) -> str:
+    """A part in a sentence, with that of effects which are one model with one of its causes."""
+    same = [effect.part for effect in EFFECTS.values() if effect.one_model_with in causes]
+    return listed([PART_WORDS.get(each, f"the {each}") for each in dict.fromkeys([part, *same])], "or")
 
 
 def place_words(place: Located) -> str:
@@ -185,6 +204,9 @@ def evidence_words(account: Account) -> list[str]:
         lines.append(
             f"The thresholds come from {account.null_flights} simulated flights of the same card without an effect."
         )
+    parts = [f"{part} {percent(p)}" for part, p in verdict.parts.items() if p >= TOLD_FROM]
+    if verdict.kind != "no_gap" and parts:
+        lines.append(f"By part: {', '.join(parts)}.")
     return lines
 
 
@@ -194,17 +216,43 @@ def _answer(verdict: Verdict) -> str:
     if verdict.kind == "unknown":
         gap = "There is a significant gap, and no effect of the table explains it."
         return f"{gap} {_best(verdict)}".strip()
-    candidates = {candidate.name: candidate for candidate in verdict.candidates}
-    effects = []
-    told = reported_rivals(verdict)
-    for effect, others in zip(verdict.effects, told, strict=True):
-        rivals = [candidates[n] for n in others if n in candidates]
-        names = [f"{effect_words(each)}{_chance(each)}" for each in rivals]
-        names += [words(n) for n in others if n not in candidates]
-        less = f" or, less probably, {listed(names, 'or')}" if names else ""
-        effects.append(f"{effect_words(effect)}{_chance(effect)}{less}")
-    lead = "The model lacks one of these: " if any(told) and len(effects) == 1 else "The model lacks "
-    return f"{lead}{listed(effects)}; ± is 2σ.{_doubt(verdict)}"
+    groups: dict[str, list[tuple[Candidate, list[str]]]] = {}
+    for effect, rivals in zip(verdict.effects, reported_rivals(verdict), strict=True):
+        part = _part_of(effect.name)
+        groups.setdefault(part if part in verdict.named_parts else effect.name, []).append((effect, rivals))
+    clauses = [_clause(verdict, key, members) for key, members in groups.items()]
+    doubt = "" if set(groups) <= set(verdict.named_parts) else _doubt(verdict)
+    return f"It is {'; and it is '.join(clauses)}; ± is 2σ.{doubt}"
+
+
+def _clause(verdict: Verdict, key: str, members: Sequence[tuple[Candidate, list[str]]]) -> str:
+    """A part with its causes, or a cause of no named part, each with those that would do as well."""
+    candidates = {effect_of(c.name).cause: c for c in reversed(verdict.candidates)}
+
+    def told(name: str) -> str:
+        chance = percent(
+            verdict.probabilities.get(name, candidates[name].probability if name in candidates else 0.0)
+        )
+        return effect_words(candidates[name], chance) if name in candidates else f"{words(name)} ({chance})"
+
+    if key not in verdict.named_parts:
+        ((effect, rivals),) = members
+        names = [effect_words(effect, percent(effect.probability)), *map(told, rivals)]
+        if len(names) > 1:
+            return f"one of these: {names[0]} or, less probably, {listed(names[1:], 'or')}"
+        return names[0] if verdict.kind == "named" else f"probably {names[0]}"
+    causes, elsewhere = [], []
+    for effect, rivals in members:
+        names = [effect_words(effect, percent(effect.probability))]
+        causes.append(listed([*names, *(told(n) for n in rivals if _part_of(n) == key)], "or"))
+        elsewhere += [told(n) for n in rivals if _part_of(n) != key]
+    less = f"; less probably, it is {listed(elsewhere, 'or')}" if elsewhere else ""
+    named = part_words(key, [effect_of(effect.name).cause for effect, _ in members])
+    return f"{named} ({percent(verdict.parts[key])}): {listed(causes)}{less}"
+
+
+def _part_of(name: str) -> str:
+    return effect_of(name).part
 
 
 def reported_rivals(verdict: Verdict) -> list[list[str]]:
@@ -224,9 +272,9 @@ def _doubt(verdict: Verdict) -> str:
     return f" With {100.0 * max(left):.0f} % it is a cause that the table does not hold in this form."
 
 
-def _chance(effect: Candidate) -> str:
-    """The probability of an effect in percent, never told as more than 99."""
-    return f", with a probability of {min(100.0 * effect.probability, 99.0):.0f} %"
+def percent(probability: float) -> str:
+    """A probability in percent, never told as more than 99."""
+    return f"{min(100.0 * probability, 99.0):.0f} %"
 
 
 def _best(verdict: Verdict) -> str:
@@ -247,6 +295,24 @@ def _closed(verdict: Verdict, holdout: str) -> str:
     return line + "."
 
 
+BY_CHANCE = 0.05  # share of cards, flown again by one airplane, of which a characteristic number differs
+
+
+def remaining_features(features: Sequence[Feature]) -> list[Feature]:
+    """The characteristic numbers that differ with the patch by more than chance."""
+    limit = features_limit(features)
+    return [f for f in features if abs(f.measured - f.patched) > limit * f.deviation]
+
+
+def features_limit(features: Sequence[Feature]) -> float:
+    """The deviations that the largest of some characteristic numbers exceeds by chance in one card of twenty.
+
+    The deviation is that of a few flights, so the numbers are Student's; there are many of them (Bonferroni 1936).
+    """
+    least = min((f.freedom for f in features), default=1)
+    return float(stdtrit(least, 1.0 - 0.5 * BY_CHANCE / max(len(features), 1)))
+
+
 def closure_percent(closed: Closure) -> str:
     """A closure in percent."""
     return f"{100.0 * closed.share:.0f} %"
@@ -257,8 +323,14 @@ def _later_passes(account: Account) -> list[str]:
         return []
     more = [words(name) for each in account.rounds[1:] for name in each.added]
     added = f"A further pass added {listed(more)}. " if more else ""
+    features = account.flown.features
+    differing = len(remaining_features(features))
+    beside = (
+        f" in the channels; flown again, {differing} of {len(features)} characteristic numbers of the card still "
+        "differ by more than chance"
+    )
     end = {
-        "no_gap": "With that in the model, no significant gap remains.",
+        "no_gap": f"With that in the model, no significant gap remains{beside if differing else ''}.",
         "unknown": "With that in the model, a gap remains that no effect of the table explains.",
     }
     more_possible = "More may remain: the number of passes over one log is limited."

@@ -4,7 +4,7 @@ from typing import Any
 
 from rich.console import Console
 
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import EFFECTS, effect_of
 from pitotbench.records.gap import Account, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
     Candidate,
@@ -16,7 +16,14 @@ from pitotbench.records.verdict import (
     Verdict,
 )
 from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
-from pitotbench.show.gap_words import effect_words, evidence_words, formula_json, reported_rivals, sentences
+from pitotbench.show.gap_words import (
+    effect_words,
+    evidence_words,
+    features_limit,
+    formula_json,
+    reported_rivals,
+    sentences,
+)
 from pitotbench.show.words import listed, size_words, with_unit, words
 
 # The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features, smallest sizes.
@@ -27,7 +34,6 @@ KIND_WORDS = {
     "unknown": "a gap with a cause that is not in the table",
     "no_gap": "no significant gap",
 }
-NOTICED = 2.0  # standard deviations between two flights of one airplane: only larger differences are shown
 
 PLACE_COLUMNS: tuple[Column[Located], ...] = (
     Column("channel", lambda place: words(place.channel)),
@@ -89,11 +95,10 @@ def pilot_words(flown: FlownAgain) -> str:
 
 
 def noticed(features: tuple[Feature, ...]) -> list[Feature]:
-    """The features that differ, with or without the patch, by more than two flights of one airplane do."""
+    """The features that differ, with or without the patch, by more than two flights of one airplane by chance."""
+    limit = features_limit(features)
     return [
-        f
-        for f in features
-        if max(abs(f.measured - f.simulated), abs(f.measured - f.patched)) > NOTICED * f.deviation
+        f for f in features if max(abs(f.measured - f.simulated), abs(f.measured - f.patched)) > limit * f.deviation
     ]
 
 
@@ -101,22 +106,25 @@ def kind_words(verdict: Verdict) -> str:
     """The kind of a verdict in words. A set of which one cause alone is worth telling is a doubted name."""
     if verdict.kind == "one_of" and not any(reported_rivals(verdict)):
         return "a probable cause"
+    if verdict.kind == "one_of" and all(effect_of(e.name).part in verdict.named_parts for e in verdict.effects):
+        return f"{listed(verdict.named_parts)}: one of these causes"
     return KIND_WORDS[verdict.kind]
 
 
 def candidate_columns(verdict: Verdict) -> list[Column[Candidate]]:
     """The columns of a verdict's candidates; the last one says which of them the verdict names."""
-    named = {effect.name for effect in verdict.effects}
+    told = zip(verdict.effects, verdict.alternatives, strict=True)
+    results = {effect.name: "the most probable" if others else "named" for effect, others in told}
     alternatives = {name for names in verdict.alternatives for name in names}
 
     def result(each: Candidate) -> str:
-        if each.name in named:
-            return "named"
-        return "cannot be distinguished" if each.name in alternatives else ""
+        rival = "cannot be distinguished" if effect_of(each.name).cause in alternatives else ""
+        return results.get(each.name, rival)
 
     return [
         Column("effect", lambda each: words(each.name)),
         Column("", lambda each: each.name, key="name"),
+        Column("part", lambda each: effect_of(each.name).part, key="part"),
         Column("size (± is 2σ)", _sizes),
         Column("probability", lambda each: each.probability, style=".2f", key="probability"),
         Column("score", lambda each: each.score, "σ", ".1f", "score"),
@@ -262,6 +270,8 @@ def verdict_json(verdict: Verdict) -> dict[str, Any]:
         "remains": verdict.remains,
         "doubts": list(verdict.doubts),
         "changes": list(verdict.changes),
+        "part": verdict.named_parts[0] if verdict.named_parts else None,
+        "parts": {part: p for part, p in verdict.parts.items() if p > LEAST_PROBABILITY},
         "probabilities": {name: p for name, p in verdict.probabilities.items() if p > LEAST_PROBABILITY},
         "log_bayes_factor": verdict.log_bayes_factor,
         "candidates": json_rows(candidate_columns(verdict), verdict.candidates),

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor, log10
 
-from pitotbench.units import DEGREE, POUND, STANDARD_GRAVITY, SUFFIXES, SYMBOLS
+from pitotbench.units import DEGREE, KNOT, POUND, STANDARD_GRAVITY, SUFFIXES, SYMBOLS
 
 # Names of the code as words: `drag_area_m2` is a drag area in m².
 
@@ -130,6 +130,7 @@ VARIABLES = {
     "altitude": _in("ft", "altitude"),
     "power": _in("inhg", "manifold pressure"),
     "time": _in("min", "time"),
+    "acceleration": FieldUnit("change of airspeed", "kt/s", KNOT),
 }
 
 

@@ -135,8 +135,19 @@ class Plant:
         Raises UnknownNameError for an unknown aircraft or a property that it lacks, SimulationError where
         JSBSim refuses the file.
         """
+        return cls.load_folder(aircraft, find_aircraft(aircraft), rate, overlay, at_once)
+
+    @classmethod
+    def load_folder(
+        cls,
+        aircraft: str,
+        folder: Path,
+        rate: float = USUAL_RATE,
+        overlay: Overlay | None = None,
+        at_once: bool = False,
+    ) -> "Plant":
+        """Load an aircraft from its folder, which holds its autopilot; otherwise as `load`."""
         with ExitStack() as stack:
-            folder = find_aircraft(aircraft)
             added = overlay or Overlay()
             file = parse_xml(folder / f"{folder.name}.xml").getroot() if at_once else None
             at_once = file is not None and bool(lagging_actuators(file))
@@ -197,6 +208,11 @@ class Plant:
     def engines(self) -> int:
         """The number of engines."""
         return len(self._engines)
+
+    @property
+    def engine_paths(self) -> tuple[str, ...]:
+        """The property of each engine that says whether it runs."""
+        return tuple(self._engines)
 
     def serves(self, path: str) -> bool:
         """Return whether the aircraft has a property of this path."""

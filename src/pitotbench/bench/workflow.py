@@ -19,6 +19,7 @@ from pitotbench.bench.rounds import (
     reconcile_logs,
     with_calibrated_probabilities,
 )
+from pitotbench.effects.stability import OWN_TERMS
 from pitotbench.reconciliation.formula import closure_on, find_formula, free_sizes_beside
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout
@@ -75,7 +76,7 @@ def beyond_the_table(
         progress("looking for a formula of what the table does not explain")
     names = dict(patch_of(looks, (), "", "").entries)
     formula = find_formula(_remaining(looks), first.null)
-    if names:
+    if set(names) - OWN_TERMS:
         alone = find_formula(first.naming.layout, first.null)
         if alone is not None and _is_simpler(alone, formula, names):
             why = f"a formula explains more than {', '.join(names)} with a formula beside it"

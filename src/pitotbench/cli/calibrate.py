@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
+    add_part,
     mapping_advice,
     read_logs,
     stated_accuracies,
+    stated_part,
     write_documents,
 )
 from pitotbench.records import BadInputError
@@ -33,10 +35,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
     add_mapping(parser)
-    parser.add_argument(
-        "--from", dest="begin", metavar="MIN:S", help="use the log from this minute on, such as 12:30"
-    )
-    parser.add_argument("--to", dest="end", metavar="MIN:S", help="use the log up to this minute, such as 25:00")
+    add_part(parser)
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
     parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
@@ -125,9 +124,7 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     from pitotbench.calibration.leg_points import cross_check
 
     choice = _choice(options, mapping_advice(options))  # a wrong flag is refused before a long log is read
-    logs = read_logs(options.logs, options.mapping)
-    if options.begin is not None or options.end is not None:
-        logs = [_stated_part(log, options) for log in logs]
+    logs = [stated_part(log, options) for log in read_logs(options.logs, options.mapping)]
     choice = _choice(options, mapping_advice(options, logs))
     if options.separately:
         paired = [
@@ -144,33 +141,6 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
         held = replace(flight, calibration=with_points(flight.calibration, points))
         reduced.append(_Reduced(path, held, points))
     return reduced
-
-
-def _stated_part(log: "FlightLog", options: argparse.Namespace) -> "FlightLog":
-    """Return the part of a log between `--from` and `--to`. Raises BadInputError where it holds no such part."""
-    from pitotbench.timeline import minutes_text
-
-    since = log.time - log.time[0]
-    begin = 0.0 if options.begin is None else _moment("--from", options.begin)
-    end = float(since[-1]) if options.end is None else _moment("--to", options.end)
-    rows = (since >= begin) & (since <= end)
-    if begin >= end or rows.sum() < 2:
-        raise BadInputError(
-            f"--from {minutes_text(begin)} --to {minutes_text(end)}: the log runs from 0:00 to "
-            f"{minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
-        )
-    return log.select(rows)
-
-
-def _moment(flag: str, text: str) -> float:
-    """Return the seconds of a moment such as 12:30, 1:02:03 or 750 (seconds)."""
-    try:
-        parts = [float(part) for part in text.split(":")]
-    except ValueError:
-        parts = []
-    if not 1 <= len(parts) <= 3 or any(not 0.0 <= part < 1e6 for part in parts):
-        raise BadInputError(f"{flag} {text!r}: give minutes and seconds of the log, such as 12:30")
-    return sum(part * 60.0**power for power, part in enumerate(reversed(parts)))
 
 
 def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:

@@ -54,6 +54,43 @@ def _drafted(path: "Path") -> str:
     return (", ".join(lines) or "none of its columns is recognized") + missing
 
 
+def add_part(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of a part of a log: `--from` and `--to`."""
+    parser.add_argument(
+        "--from", dest="begin", metavar="MIN:S", help="use the log from this minute on, such as 12:30"
+    )
+    parser.add_argument("--to", dest="end", metavar="MIN:S", help="use the log up to this minute, such as 25:00")
+
+
+def stated_part(log: "FlightLog", options: argparse.Namespace) -> "FlightLog":
+    """Return the part of a log between `--from` and `--to`. Raises BadInputError where it holds no such part."""
+    from pitotbench.timeline import minutes_text
+
+    if options.begin is None and options.end is None:
+        return log
+    since = log.time - log.time[0]
+    begin = 0.0 if options.begin is None else _moment("--from", options.begin)
+    end = float(since[-1]) if options.end is None else _moment("--to", options.end)
+    rows = (since >= begin) & (since <= end)
+    if begin >= end or rows.sum() < 2:
+        raise BadInputError(
+            f"--from {minutes_text(begin)} --to {minutes_text(end)}: the log runs from 0:00 to "
+            f"{minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
+        )
+    return log.select(rows)
+
+
+def _moment(flag: str, text: str) -> float:
+    """Return the seconds of a moment such as 12:30, 1:02:03 or 750 (seconds)."""
+    try:
+        parts = [float(part) for part in text.split(":")]
+    except ValueError:
+        parts = []
+    if not 1 <= len(parts) <= 3 or any(not 0.0 <= part < 1e6 for part in parts):
+        raise BadInputError(f"{flag} {text!r}: give minutes and seconds of the log, such as 12:30")
+    return sum(part * 60.0**power for power, part in enumerate(reversed(parts)))
+
+
 def mapping_advice(options: argparse.Namespace, logs: "Sequence[FlightLog]" = ()) -> dict[str, Any]:
     """Return the calibration choices of the mapping: of the one given, else of the one that recognized a log."""
     from pitotbench.logbook.mapping import find_mapping, shipped

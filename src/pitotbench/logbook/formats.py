@@ -293,6 +293,7 @@ def _value(item: Any, held: type) -> Any:
 # Files of version 7.3 are HDF5; `mat73_format` reads them. Written are files of version 5.
 
 _HEADER = "header"
+_IDENTIFICATION = "fdata"
 _COMPRESSED = 15  # miCOMPRESSED: kind of a variable that is compressed
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
 
@@ -300,9 +301,10 @@ _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one chan
 def read_mat(path: Path) -> Table:
     """Read the vectors of a .mat file, or of the only struct in it.
 
-    A matrix with a row a sample, such as `fdata` of SIDPAC, gives the columns `fdata(:,1)`, `fdata(:,2)`, ... A
-    struct with a field `data` (and `units`) is one channel. Single numbers and texts beside the vectors are left
-    out. Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of different lengths.
+    A matrix with a row a sample gives the columns `NAME(:,1)`, `NAME(:,2)`, ... Beside the array `fdata` of SIDPAC
+    the other variables, which hold no samples, are left out. A struct with a field `data` (and `units`) is one
+    channel. Single numbers and texts beside the vectors are left out. Raises BadInputError for a file that is not
+    such a file, is cut off, or holds vectors of different lengths.
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.
@@ -311,13 +313,15 @@ def read_mat(path: Path) -> Table:
         variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}
     stored = variables.pop(_HEADER, "")
     header, warnings = parse_header(stored if isinstance(stored, str) else "")
+    if np.ndim(variables.get(_IDENTIFICATION, 0.0)) == 2:
+        variables = {_IDENTIFICATION: variables[_IDENTIFICATION]}
     found: dict[str, tuple[Column, str]] = {}
     for name, value in variables.items():
         found |= _columns_of(name, value)
     vectors = {name: pair for name, pair in found.items() if len(pair[0]) > 1} or found
-    lengths = {name: len(column) for name, (column, _) in vectors.items()}
-    if len(set(lengths.values())) > 1:
-        listing = ", ".join(f"{name} {length}" for name, length in lengths.items())
+    lengths = {len(column): name for name, (column, _) in reversed(vectors.items())}  # the first name of each
+    if len(lengths) > 1:
+        listing = ", ".join(f"{name} {length}" for length, name in reversed(lengths.items()))
         raise BadInputError(f"the variables differ in length ({listing}); keep one row a sample")
     columns, units = zip(*vectors.values(), strict=True) if vectors else ((), ())
     return Table(tuple(vectors), columns, header, tuple(warnings), units if any(units) else ())

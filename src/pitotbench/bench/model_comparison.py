@@ -7,18 +7,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pitotbench import air
 from pitotbench.effects.overlay import Baseline
 from pitotbench.reconciliation.terms import AXIS_CHANNEL, Term, coefficient_of, terms_of
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import ChannelChange, ModelComparison, ModelForces, Motion, TermChange
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
-from pitotbench.records.terms import CHANNELS, Maneuver
+from pitotbench.records.terms import CHANNELS
 from pitotbench.simulation.aircraft import find_aircraft, parse_xml, read_baseline, read_record
 from pitotbench.simulation.autopilot.attach import aircraft_name, take_in
 from pitotbench.simulation.autopilot.loops import open_all_tanks
@@ -32,7 +32,7 @@ from pitotbench.units import FOOT, POUND, STANDARD_GRAVITY, Array
 # difference of the files is put alone into the old one, which gives its own part of the change.
 
 STEP = 0.5  # s between the states
-SAME = 1e-7  # share of a channel below which a change is rounding
+SAME = 1e-5  # share of a channel below which a change is rounding
 APART = 0.05  # share of the whole change that the terms may miss before it is told
 ALONE, TOGETHER = "", "several parts that do not load one by one"
 IGNORED = ("fileheader", "documentation", "description")
@@ -53,8 +53,8 @@ def compare_models(
     """Return what changed in flight between two JSBSim files, given by their paths.
 
     `card` names the maneuver that the old one flies. `say` is called with each line of progress.
-    Raises UnknownNameError, BadInputError or SimulationError where a file is not taken, the old one cannot be flown,
-    or the new one cannot be put into the states of that flight.
+    Raises UnknownNameError, BadInputError or SimulationError where a file is not taken, the old one cannot be
+    flown, or the new one cannot be put into the states of that flight.
     """
     with TemporaryDirectory(prefix="pitotbench-") as scratch:
         shelf = Path(scratch)
@@ -67,7 +67,7 @@ def compare_models(
         flight = fly(Case(aircraft=old, maneuver=card))
         motion, phase = _motion(flight)
         baselines = [read_baseline(folder) for folder in folders]
-        meter = _Meter(shelf, base, motion, _functions(baselines))
+        meter = _Meter(shelf, base, motion, _functions(baselines), _defined(base) | _defined(folders[1]))
         before = meter.forces((), "old")
         say(f"put {len(edits)} differences of the files into its states")
         terms, refused = [], []
@@ -76,11 +76,17 @@ def compare_models(
                 terms.append(_term(edit, before, meter.forces((edit,), edit.part), meter, baselines))
             except SimulationError:
                 refused.append(edit)
-        if len(refused) > 0:
-            change = _changes(before, meter.forces(refused, TOGETHER), motion)
-            parts = ", ".join(edit.part for edit in refused)
-            terms.append(TermChange(TOGETHER, parts, "", None, None, tuple(_whole(change, before, motion))))
         after = meter.forces(edits, "new")
+        if refused:
+            # What the refused parts read may be a part that is new.
+            group = [edit for edit in edits if edit in refused or edit.old is None]
+            try:
+                change = _changes(before, meter.forces(group, TOGETHER), motion)
+            except SimulationError:
+                group, change = edits, _changes(before, after, motion)
+            terms = [term for term in terms if term.part not in {edit.part for edit in group}]
+            parts = ", ".join(edit.part for edit in group)
+            terms.append(TermChange(TOGETHER, parts, "", None, None, tuple(_whole(change, before, motion))))
         traces = _changes(before, after, motion)
         channels = tuple(_whole(traces, before, motion))
         located = tuple(_located(traces, before, motion, phase))
@@ -114,30 +120,38 @@ Key = tuple[str, ...]
 
 @dataclass(frozen=True, slots=True)
 class _Edit:
-    """A difference: the part's key, its element or file in the old and in the new one (None: it has none)."""
+    """A difference: the part's key, its element or file in the old and in the new one (None: it has none).
+
+    `place` is that of the part in its section of the new file.
+    """
 
     key: Key
     old: ET.Element | Path | None
     new: ET.Element | Path | None
+    place: int = 0
 
     @property
     def part(self) -> str:
         """The part in the file's words."""
         kind, *names = self.key
         told = " ".join(name for name in names if name)
-        change = "" if self.old is not None and self.new is not None else " (added)" if self.old is None else " (gone)"
+        change = (
+            "" if self.old is not None and self.new is not None else " (added)" if self.old is None else " (gone)"
+        )
         return (told if kind == "aerodynamics" and len(names) == 2 else f"{kind}: {told}") + change
 
 
 def _edits(old: Path, new: Path) -> list[_Edit]:
-    parts = [dict(_parts(parse_xml(f / f"{f.name}.xml").getroot())) for f in (old, new)]
+    roots = [parse_xml(f / f"{f.name}.xml").getroot() for f in (old, new)]
+    parts = [dict(_parts(root)) for root in roots]
+    places = {id(child): i for section in roots[1].iter() for i, child in enumerate(section)}
     files = [{("file", p.relative_to(f).as_posix()): p for p in f.glob("*/*.xml")} for f in (old, new)]
     found = []
     for before, after in (parts, files):
         for key in dict.fromkeys((*before, *after)):
             a, b = before.get(key), after.get(key)
             if a is None or b is None or _content(a) != _content(b):
-                found.append(_Edit(key, a, b))
+                found.append(_Edit(key, a, b, places.get(id(b), 0)))
     return found
 
 
@@ -188,7 +202,7 @@ def _edited(root: ET.Element, edits: Sequence[_Edit], folder: Path) -> None:
             continue
         if isinstance(edit.old, Path):
             continue  # a file that nothing names any more does nothing
-        sections = dict((head, section) for section, head in _sections(root))
+        sections = {head: section for section, head in _sections(root)}
         section = sections.get(edit.key[:2])
         if section is None:
             above = root if edit.key[0] != "aerodynamics" else sections.get(("aerodynamics", ""), root)
@@ -196,7 +210,7 @@ def _edited(root: ET.Element, edits: Sequence[_Edit], folder: Path) -> None:
             section = ET.SubElement(above, tag, name=edit.key[1])
         children = list(section)
         place = dict(_parts(root)).get(edit.key)
-        at = children.index(place) if place is not None else sum(child.tag != "axis" for child in children)
+        at = children.index(place) if place is not None else min(edit.place, len(children))
         if place is not None:
             section.remove(place)
         if edit.new is not None:
@@ -214,6 +228,7 @@ class _Meter:
     base: Path
     motion: Motion
     names: frozenset[str]
+    defined: frozenset[str]
     count: int = 0
 
     def forces(self, edits: Sequence[_Edit], name: str) -> ModelForces:
@@ -227,8 +242,39 @@ class _Meter:
         if read_record(self.base) is not None:
             open_all_tanks(tree.getroot())
         tree.write(file, encoding="utf-8", xml_declaration=True)
+        _require_whole(folder, self.defined)
         plant = Plant.load_folder(name, folder, at_once=True)
         return measure_forces(plant, self.motion, self.names)
+
+
+# JSBSim ends the whole process at a property that nothing defines: such a mixture of two files is never loaded.
+
+
+def _defined(folder: Path) -> frozenset[str]:
+    """Return the properties that the files of an aircraft define: functions, components, outputs, declarations."""
+    found: set[str] = set()
+    for element in _elements(folder):
+        name = element.get("name", "")
+        text = (element.text or "").strip() if element.tag == "output" or element.get("value") is not None else ""
+        found |= {name, f"fcs/{name.lower().replace(' ', '-')}", text}
+    return frozenset(found - {"", "fcs/"})
+
+
+def _require_whole(folder: Path, known: frozenset[str]) -> None:
+    """Raise SimulationError where an aircraft reads a property that it lacks, and one of the two files defines."""
+    read = {
+        (element.text or "").strip().lstrip("-")
+        for element in _elements(folder)
+        if element.tag in ("property", "independentVar", "input")
+    }
+    lost = sorted((read & known) - _defined(folder))
+    if lost:
+        raise SimulationError(f"{folder.name}: nothing defines {lost[0]}, which a function reads")
+
+
+def _elements(folder: Path) -> Iterator[ET.Element]:
+    for file in folder.rglob("*.xml"):
+        yield from parse_xml(file).getroot().iter()
 
 
 def _motion(flight: Flight) -> tuple[Motion, NDArray[np.str_]]:
@@ -237,11 +283,9 @@ def _motion(flight: Flight) -> tuple[Motion, NDArray[np.str_]]:
     rows = np.arange(0, len(flight), every)
     absent = np.full(len(rows), np.nan)
     names = [name for name in Motion.__dataclass_fields__ if name not in ("temperature_offset", *CONTROLS)]
-    motion = Motion(
-        **{name: flight[name][rows] for name in names},
-        **{name: flight[name][rows] if name in flight.channels else absent for name in CONTROLS},
-    )
-    return motion, np.array([re.split(r" [\d.]+ kt", str(label))[0] for label in flight.segment[rows]])
+    states: dict[str, Any] = {name: flight[name][rows] for name in names}
+    states |= {name: flight[name][rows] if name in flight.channels else absent for name in CONTROLS}
+    return Motion(**states), np.array([re.split(r" [\d.]+ kt", str(label))[0] for label in flight.segment[rows]])
 
 
 def _functions(baselines: Sequence[Baseline]) -> frozenset[str]:
@@ -313,9 +357,8 @@ def _term(
     function = edit.key[2] if edit.key[0] == "aerodynamics" else ""
     known = [term for baseline in baselines for term in terms_of(baseline) if term.function.name == function]
     if not function or not known:
-        old, new = (None if isinstance(part, Path) else _number(part) for part in (edit.old, edit.new))
-        unit = (edit.new.get("unit") or "") if isinstance(edit.new, ET.Element) else ""
-        return TermChange(edit.part, edit.part, unit, old, new, effects)
+        leaf, unit, old, new = _only_number(edit)
+        return TermChange(f"{edit.part} {leaf}".rstrip(), edit.part, unit, old, new, effects)
     values = [_coefficient(known[-1], forces, motion) for forces in (before, after)]
     (old, unit), (new, _) = values
     name = known[-1].name
@@ -325,10 +368,22 @@ def _term(
     return TermChange(name, edit.part, unit, old, new, effects)
 
 
-def _number(part: ET.Element | None) -> float | None:
-    """Return the number that a part is; None where it is none, or more than one."""
-    token = _token((part.text or "").strip()) if part is not None and not len(part) else ""
-    return token if isinstance(token, float) else None
+def _only_number(edit: _Edit) -> tuple[str, str, float | None, float | None]:
+    """Return the only number of a part that differs: its element below the part, unit, old and new value."""
+    if edit.old is None or edit.new is None:
+        return "", "", None, None
+    pair = [parse_xml(part).getroot() if isinstance(part, Path) else part for part in (edit.old, edit.new)]
+    leaves = [[each for each in part.iter() if (each.text or "").strip()] for part in pair]
+    apart = [(a, b) for a, b in zip(*leaves, strict=False) if a.tag != b.tag or _content(a) != _content(b)]
+    if len(leaves[0]) != len(leaves[1]) or len(apart) != 1:
+        return "", "", None, None
+    old, new = (_token((each.text or "").strip()) for each in apart[0])
+    if isinstance(old, str) or isinstance(new, str):
+        return "", "", None, None
+    changed = apart[0][1]
+    around = [each for each in pair[1].iter() if each is changed or changed in list(each)]
+    unit = next((each.get("unit", "") for each in around[::-1] if each.get("unit")), "")
+    return "" if changed is pair[1] else changed.tag, unit, old, new
 
 
 def _values(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
@@ -346,9 +401,8 @@ def _coefficient(term: Term, forces: ModelForces, motion: Motion) -> tuple[float
     values = _values(term, forces, motion)
     if values is None:
         return None, ""
-    nothing = np.zeros((len(motion.time), 3))
     wing = (forces.wing[0] * FOOT**2, forces.wing[1] * FOOT, forces.wing[2] * FOOT)
-    return coefficient_of(term, Maneuver("", motion, nothing, nothing), values, wing)
+    return coefficient_of(term, motion, values, wing)
 
 
 def _mean(term: Term, forces: ModelForces, motion: Motion) -> float | None:

@@ -213,11 +213,11 @@ class AeroTerms:
 class ModelForces:
     """All that a model answers to a `Motion` of n states, engines running.
 
-    `air` are forces [lb] and moments [lb ft] of the air and of what is not an engine, in body axes about the center
-    of gravity, (n, 6). `thrust` [lb] and `power` [hp] are those of all engines, `weight` [lb] and `gravity_center`
-    [in, x aft] those of the loaded airplane, (n,) each; `inertia` is I_xx, I_yy, I_zz, I_xz [slug ft²], (n, 4).
-    `values` holds functions of the file by name, (n,).
-    `wing` is area [ft²], span and chord [ft].
+    `air` are the forces [lb] of all but the engines, and the moments [lb ft] of all with the engines, in body axes
+    about the center of gravity, (n, 6). `thrust` [lb] and `power` [hp] are those of all engines, `weight` [lb] and
+    `gravity_center` [in, x aft] those of the loaded airplane, (n,) each; `inertia` is I_xx, I_yy, I_zz, I_xz
+    [slug ft²], (n, 4). `values` holds functions of the file by name, (n,). `wing` is area [ft²], span and chord
+    [ft].
     """
 
     air: Array

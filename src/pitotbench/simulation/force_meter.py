@@ -360,7 +360,8 @@ def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelF
     engines = [path.removesuffix("set-running") for path in plant.engine_paths]
     powers = [f"{path}{kind}" for path in engines for kind in ("thrust-lbs", "power-hp")]
     outside = [path.replace("-aero-", "-external-") for path in AERO_FORCES]
-    paths = [*AERO_FORCES, *outside, *powers, *_BODY, *known]
+    turned = [path.replace("-aero-", "-prop-") for path in AERO_FORCES[3:]]
+    paths = [*AERO_FORCES, *outside, *turned, *powers, *_BODY, *known]
     reads = [plant.getter(path)[0] if plant.serves(path) else _nothing for path in paths]
     rows = np.empty((len(motion.time), len(paths)))
     starts = np.isin(np.arange(len(rows)), [0, *gaps(motion.time)])
@@ -373,7 +374,8 @@ def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelF
         rows[k] = [read() for read in reads]
         if k + 1 < len(rows) and not starts[k + 1]:
             plant.advance(int(steps[k]))
-    engine, body = rows[:, 12 : 12 + len(powers)], rows[:, 12 + len(powers) :]
+    rows[:, 3:6] += rows[:, 12:15]
+    engine, body = rows[:, 15 : 15 + len(powers)], rows[:, 15 + len(powers) :]
     return ModelForces(
         air=rows[:, :6] + rows[:, 6:12],
         thrust=engine[:, ::2].sum(axis=1),

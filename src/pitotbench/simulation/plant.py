@@ -201,7 +201,13 @@ class Plant:
 
         Raises SimulationError where JSBSim refuses them.
         """
-        if not self.fdm.run_ic():
+        import jsbsim
+
+        try:
+            taken = self.fdm.run_ic()
+        except jsbsim.BaseError as error:  # such as a property that nothing defines
+            raise SimulationError(f"{self.aircraft}: JSBSim stopped: {' '.join(str(error).split())}") from error
+        if not taken:
             raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
 
     @property

@@ -43,6 +43,7 @@ COMMANDS = (
     Command("results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"),
     Command("reproduce", "pitotbench.cli.reproduce", "fly one stored result again, and compare"),
     Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
+    Command("compare", "pitotbench.cli.compare", "two versions of an airplane's file: what changed in flight"),
     Command("plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"),
     Command("completion", "pitotbench.cli.completion", "print the script with which bash, zsh or fish completes"),
 )

@@ -1,16 +1,19 @@
-"""`pitotbench compare`: two calibrations, or two logs, side by side."""
+"""`pitotbench compare`: two calibrations, two logs, or two versions of an airplane's file, side by side."""
 
 import argparse
 import sys
 from collections.abc import Callable
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
+from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, say, stated_accuracies
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.records.calibration import ErrorCurve
+
+BEYOND = 1  # the exit code of a change beyond the tolerance, as of diff and cmp
 
 
 class Kind(NamedTuple):
@@ -18,22 +21,37 @@ class Kind(NamedTuple):
 
     name: str
     known_by: Callable[[Path], bool]
-    compare: Callable[[argparse.Namespace], None]
+    compare: Callable[[argparse.Namespace], int | None]
 
 
 def add(parser: argparse.ArgumentParser) -> None:
     """Add the flags of `pitotbench compare`."""
-    parser.add_argument("first", type=Path, metavar="A", help="a calibration (--json of calibrate), or a log")
+    parser.add_argument(
+        "first", type=Path, metavar="A", help="a calibration (--json of calibrate), a log, or a JSBSim file (.xml)"
+    )
     parser.add_argument("second", type=Path, metavar="B", help="another of the same kind, held against the first")
     add_mapping(parser)
     add_accuracy(parser)
     parser.add_argument("--model", help="of two logs: the pressure-error model, or auto (as for calibrate)")
     parser.add_argument("--json", action="store_true", help="print one JSON document")
     parser.add_argument("--report", type=Path, help="also write a page with a picture (HTML)")
+    parser.add_argument(
+        "--card", metavar="MANEUVER", help="of two airplanes: the card that A flies (default: diagnostic)"
+    )
+    parser.add_argument(
+        "--tolerance",
+        type=float,
+        metavar="PERCENT",
+        help="of two airplanes: exit code 1 where a force, a moment, power or mass changes by more than this share "
+        "of its largest value in the flight",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compare what the two arguments are; return exit code 0. Raises BadInputError where they are of two kinds."""
+    """Compare what the two arguments are; return exit code 0, or 1 beyond a tolerance.
+
+    Raises BadInputError where they are of two kinds.
+    """
     from pitotbench.logbook.formats import PAGES, require_file
 
     if options.report is not None:
@@ -43,8 +61,7 @@ def run(options: argparse.Namespace) -> int:
         raise BadInputError(
             f"{options.first.name} is a {kinds[0].name}, {options.second.name} a {kinds[1].name}: give two alike"
         )
-    kinds[0].compare(options)
-    return 0
+    return kinds[0].compare(options) or 0
 
 
 def _calibrations(options: argparse.Namespace) -> None:
@@ -124,8 +141,33 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
     return path.stem, curve
 
 
+def _airplanes(options: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from pitotbench.bench.model_comparison import compare_models
+    from pitotbench.logbook.columns import write_text
+    from pitotbench.show.columns import json_text
+    from pitotbench.show.terms import comparison_json, comparison_page, print_comparison
+    from pitotbench.simulation.maneuvers import MANEUVERS
+
+    tolerance = options.tolerance
+    if tolerance is not None and not (isfinite(tolerance) and tolerance >= 0.0):
+        raise BadInputError(f"--tolerance {tolerance:g}: give a share in percent, 0 or more")
+    card = options.card or "diagnostic"
+    _ = MANEUVERS[card]  # a spelling mistake is told before anything is flown
+    found = compare_models(str(options.first), str(options.second), card, say)
+    if options.report is not None:
+        write_text(options.report, comparison_page(found))
+    if options.json:
+        sys.stdout.write(json_text(comparison_json(found)))
+    else:
+        print_comparison(found, Console(highlight=False, soft_wrap=True))
+    return BEYOND if tolerance is not None and 100.0 * found.largest > tolerance else 0
+
+
 # A new kind is a line here, above the last one, which takes what no other does.
 KINDS = (
+    Kind("JSBSim file", lambda path: path.suffix.lower() == ".xml", _airplanes),
     Kind("calibration", lambda path: path.suffix.lower() == ".json", _calibrations),
     Kind("log", lambda path: True, _logs),
 )

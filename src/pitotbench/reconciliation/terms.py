@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 from scipy.linalg import toeplitz
 
+from pitotbench import air
 from pitotbench.effects.overlay import AeroFunction, Baseline
 from pitotbench.records.aircraft import AeroTerms, Motion
 from pitotbench.records.calibration import Estimate
@@ -280,6 +281,22 @@ def _regressor(term: Term, maneuver: Maneuver, rate: Array, speed: Array, span: 
     found = rate if variable == "alpha_rate" else _variable(variable, motion)
     value = np.ones(len(motion.time)) if found is None else found
     return np.asarray(value * lengths[variable] / (2.0 * speed)) if variable in lengths else value
+
+
+def coefficient_of(term: Term, motion: Motion, values: Array, wing: Sequence[float]) -> tuple[float, str]:
+    """Return what the values of a term, (n,), are over a motion: a slope with its unit, else their mean.
+
+    `wing` is area, span and chord [m].
+    """
+    variable = term.function.variable
+    if variable not in UNITS and variable not in RATES:
+        return float(np.mean(values)), ""
+    still = np.zeros((len(motion.time), 3))
+    rate = np.gradient(np.unwrap(motion.angle_of_attack), motion.time)
+    temperature = air.standard_temperature(air.pressure_altitude(motion.static_pressure))
+    speed = np.asarray(motion.mach * air.sound_speed(temperature + motion.temperature_offset))
+    regressor = _regressor(term, Maneuver("", motion, still, still), rate, speed, *wing[1:])
+    return float(np.polyfit(regressor, values, 1)[0]), UNITS.get(variable, RATES.get(variable, ""))
 
 
 UNITS = {

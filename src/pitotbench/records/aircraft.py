@@ -88,6 +88,35 @@ class AircraftCheck:
     maneuvers: tuple[ManeuverCheck, ...]
 
 
+# The performance of a model in steady flight, beside a handbook.
+
+
+@dataclass(frozen=True, slots=True)
+class PerformanceFigure:
+    """One figure of a model's performance [`unit`] in a condition, and the published one where there is any."""
+
+    name: str
+    condition: str
+    model: float
+    unit: str
+    published: float | None = None
+
+    @property
+    def difference(self) -> float | None:
+        """The model's figure less the published one [`unit`]."""
+        return None if self.published is None else self.model - self.published
+
+
+@dataclass(frozen=True, slots=True)
+class Performance:
+    """The performance of an aircraft at a mass [kg]; `skipped` holds what it lacks: name and reason."""
+
+    aircraft: str
+    mass: float
+    figures: tuple[PerformanceFigure, ...]
+    skipped: tuple[tuple[str, str], ...]
+
+
 # The two sides of an equation-error comparison: a measured motion, and the forces of a model in that motion.
 
 
@@ -178,6 +207,88 @@ class AeroTerms:
     wing: tuple[float, ...]
     inertia: tuple[float, ...]
     mass: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelForces:
+    """All that a model answers to a `Motion` of n states, engines running.
+
+    `air` are the forces [lb] of all but the engines, and the moments [lb ft] of all with the engines, in body axes
+    about the center of gravity, (n, 6). `thrust` [lb] and `power` [hp] are those of all engines, `weight` [lb] and
+    `gravity_center` [in, x aft] those of the loaded airplane, (n,) each; `inertia` is I_xx, I_yy, I_zz, I_xz
+    [slug ft²], (n, 4). `values` holds functions of the file by name, (n,). `wing` is area [ft²], span and chord
+    [ft].
+    """
+
+    air: Array
+    thrust: Array
+    power: Array
+    weight: Array
+    gravity_center: Array
+    inertia: Array
+    values: Mapping[str, Array]
+    wing: tuple[float, ...]
+
+
+# Two versions of a model compared along one flown motion.
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelChange:
+    """What changed in a channel in a phase of a flown motion: root mean square and largest change [`unit`].
+
+    `share` is the largest change over the channel's largest value in the whole motion, `coefficient` the root mean
+    square as a coefficient; None where the channel has none.
+    """
+
+    channel: str
+    phase: str
+    unit: str
+    change: float
+    largest: float
+    share: float
+    coefficient: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class TermChange:
+    """One difference between two files, and what it alone changes in flight.
+
+    `name` is the field's, `part` that of the file. `old` and `new` are the coefficient or the number [`unit`], None
+    where the part holds none. `effects` are its changes by channel, each over the whole motion, the largest share
+    first; it is empty for a difference without an effect.
+    """
+
+    name: str
+    part: str
+    unit: str
+    old: float | None
+    new: float | None
+    effects: tuple[ChannelChange, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ModelComparison:
+    """What changed in flight between two files of an airplane, along a motion that the old one flew.
+
+    `time` [s] is that of the motion, (n,), and `traces` the change of each channel that changed, (n,). `located`
+    holds the phases of each channel. `remarks` say what the terms do not add up to.
+    """
+
+    old: str
+    new: str
+    card: str
+    time: Array
+    traces: Mapping[str, Array]
+    channels: tuple[ChannelChange, ...]
+    located: tuple[ChannelChange, ...]
+    terms: tuple[TermChange, ...]
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def largest(self) -> float:
+        """The largest change of any channel, as a share of the channel's largest value."""
+        return max((each.share for each in self.channels), default=0.0)
 
 
 def _settle(record: Motion | Reaction, length: int) -> None:

@@ -5,12 +5,19 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from pitotbench.records.aircraft import AircraftCheck, Attached, ManeuverCheck, StepResponse
+from pitotbench.records.aircraft import (
+    AircraftCheck,
+    Attached,
+    ManeuverCheck,
+    Performance,
+    PerformanceFigure,
+    StepResponse,
+)
 from pitotbench.records.log import HeldChannel, LogInspection, Question
 from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
 from pitotbench.show.words import words
 from pitotbench.timeline import minutes_text
-from pitotbench.units import DEGREE, FOOT, KNOT, SYMBOLS
+from pitotbench.units import DEGREE, FOOT, KNOT, POUND, SYMBOLS
 
 # The account of a log: for the terminal and as plain data.
 
@@ -147,3 +154,49 @@ def print_check(check: AircraftCheck, console: Console) -> None:
     print_table(MANEUVER_COLUMNS, check.maneuvers, console, "In light turbulence")
     console.print()
     print_table(STEP_COLUMNS, check.steps, console, "Steps of the autopilot, in smooth air")
+
+
+# The performance of an aircraft: for the terminal and as plain data.
+
+
+def _rounded(value: float | None) -> str:
+    return "–" if value is None else f"{value:,.0f}" if abs(value) >= 300.0 else f"{value:,.1f}"
+
+
+PERFORMANCE_COLUMNS: tuple[Column[PerformanceFigure], ...] = (
+    Column("figure", lambda f: f.name, key="name"),
+    Column("condition", lambda f: f.condition, key="condition"),
+    Column("model", lambda f: _rounded(f.model), "", "s"),
+    Column("handbook", lambda f: None if f.published is None else _rounded(f.published), "", "s", optional=True),
+    Column(
+        "difference", lambda f: None if f.difference is None else f"{f.difference:+,.1f}", "", "s", optional=True
+    ),
+    Column("unit", lambda f: f.unit or "1", key="unit"),
+    Column("", lambda f: f.model, key="model"),
+    Column("", lambda f: f.published, key="published"),
+    Column("", lambda f: f.difference, key="difference"),
+)
+SKIPPED_COLUMNS: tuple[Column[tuple[str, str]], ...] = (
+    Column("left out", lambda s: s[0], key="name"),
+    Column("reason", lambda s: s[1], key="reason"),
+)
+
+
+def print_performance(found: Performance, console: Console) -> None:
+    """Print the performance of an aircraft, beside its handbook where there is one, and what was left out."""
+    loading = f"{found.mass / POUND:,.0f} lb"
+    console.print(outside(f"{found.aircraft}: steady flight at {loading}, the loading of its file.", "bold"))
+    console.print()
+    print_table(PERFORMANCE_COLUMNS, found.figures, console)
+    console.print()
+    print_table(SKIPPED_COLUMNS, found.skipped, console)
+
+
+def performance_json(found: Performance) -> dict[str, Any]:
+    """The performance as plain data; each figure in its unit."""
+    return {
+        "aircraft": found.aircraft,
+        "weight_lb": found.mass / POUND,
+        "figures": json_rows(PERFORMANCE_COLUMNS, found.figures),
+        "skipped": json_rows(SKIPPED_COLUMNS, found.skipped),
+    }

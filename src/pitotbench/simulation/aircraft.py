@@ -138,11 +138,24 @@ def find_aircraft(name: str, places: tuple[Path, ...] | None = None) -> Path:
     known = known_aircraft(places)
     if name in known:
         folder = known[name]
-        return folder if places is not None or _has_autopilot(folder) else _attached(folder)
+        return folder if places is not None or has_autopilot(folder) else _attached(folder)
     if places is None and name in library_aircraft():
         return _attached(library_aircraft()[name].parent)
     lost = explain("aircraft", name, list(known))
     raise UnknownNameError(f"{lost}; or a path, or a name of JSBSim's library such as c172x")
+
+
+def original(name: str) -> Path:
+    """Return the folder or file of an aircraft as its author wrote it, without the bench's autopilot.
+
+    Parameters and errors are those of `find_aircraft`.
+    """
+    if is_path(name):
+        return Path(name)
+    known = {each: file.parent for each, file in library_aircraft().items()} | known_aircraft()
+    if name not in known:
+        raise UnknownNameError(explain("aircraft", name, list(known_aircraft())))
+    return known[name]
 
 
 def is_path(name: str) -> bool:
@@ -157,7 +170,7 @@ def _attached(source: Path) -> Path:
 
 
 @cache
-def _has_autopilot(folder: Path) -> bool:
+def has_autopilot(folder: Path) -> bool:
     """Return whether any file of an aircraft defines the targets of the bench's autopilot."""
     return any(b"ap/kcas-target-kt" in file.read_bytes() for file in folder.rglob("*.xml"))
 

@@ -8,7 +8,7 @@ import numpy as np
 from pitotbench import air
 from pitotbench.axes import flow_direction
 from pitotbench.effects.overlay import AxisFunction, Overlay, product, size
-from pitotbench.records.aircraft import AeroTerms, Motion, Reaction, UnitForces
+from pitotbench.records.aircraft import AeroTerms, ModelForces, Motion, Reaction, UnitForces
 from pitotbench.simulation.modified import tanks
 from pitotbench.simulation.plant import Plant, SimulationError
 from pitotbench.simulation.properties import PROPERTIES, SLUG, Air
@@ -344,6 +344,54 @@ def measure_terms(plant: Plant, motion: Motion, names: Iterable[str]) -> AeroTer
         ),
         mass=plant.get("mass"),
     )
+
+
+def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelForces:
+    """Return the forces, power, weight and inertia of a model along a measured motion, engines running.
+
+    Parameters: plant, freshly loaded; motion, the measured states, whose mass counts from its first state: as much
+    fuel is taken out of the tanks; names of functions, of which those that the model has are read.
+    Raises SimulationError where JSBSim refuses a state or the engines do not start.
+    """
+    plant.run_initial_conditions()  # until then JSBSim's mass lacks the fuel
+    loaded = plant.get("mass")
+    rig = Rig.set_up(plant, replace(motion, mass=motion.mass - motion.mass[0] + loaded), loaded)
+    known = tuple(sorted(name for name in names if plant.serves(name)))
+    engines = [path.removesuffix("set-running") for path in plant.engine_paths]
+    powers = [f"{path}{kind}" for path in engines for kind in ("thrust-lbs", "power-hp")]
+    outside = [path.replace("-aero-", "-external-") for path in AERO_FORCES]
+    turned = [path.replace("-aero-", "-prop-") for path in AERO_FORCES[3:]]
+    paths = [*AERO_FORCES, *outside, *turned, *powers, *_BODY, *known]
+    reads = [plant.getter(path)[0] if plant.serves(path) else _nothing for path in paths]
+    rows = np.empty((len(motion.time), len(paths)))
+    starts = np.isin(np.arange(len(rows)), [0, *gaps(motion.time)])
+    steps = np.maximum(1, np.round(np.diff(motion.time, append=motion.time[-1] + TENTH) / plant.time_step))
+    for k in range(len(rows)):
+        if starts[k]:
+            rig.run_in(k)
+        for _ in range(CALLS + 1):
+            rig.place(k)
+        rows[k] = [read() for read in reads]
+        if k + 1 < len(rows) and not starts[k + 1]:
+            plant.advance(int(steps[k]))
+    rows[:, 3:6] += rows[:, 12:15]
+    engine, body = rows[:, 15 : 15 + len(powers)], rows[:, 15 + len(powers) :]
+    return ModelForces(
+        air=rows[:, :6] + rows[:, 6:12],
+        thrust=engine[:, ::2].sum(axis=1),
+        power=engine[:, 1::2].sum(axis=1),
+        weight=body[:, 0],
+        gravity_center=body[:, 1],
+        inertia=body[:, 2:6],
+        values=dict(zip(known, body[:, len(_BODY) :].T, strict=True)),
+        wing=tuple(plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")),
+    )
+
+
+_BODY = (
+    *("inertia/weight-lbs", "inertia/cg-x-in"),
+    *(f"inertia/{part}-slugs_ft2" for part in ("ixx", "iyy", "izz", "ixz")),
+)
 
 
 def measure_unit_forces(plant: Plant, motion: Motion, loaded_mass: float, paths: Iterable[str]) -> UnitForces:

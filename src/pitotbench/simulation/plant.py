@@ -135,8 +135,19 @@ class Plant:
         Raises UnknownNameError for an unknown aircraft or a property that it lacks, SimulationError where
         JSBSim refuses the file.
         """
+        return cls.load_folder(aircraft, find_aircraft(aircraft), rate, overlay, at_once)
+
+    @classmethod
+    def load_folder(
+        cls,
+        aircraft: str,
+        folder: Path,
+        rate: float = USUAL_RATE,
+        overlay: Overlay | None = None,
+        at_once: bool = False,
+    ) -> "Plant":
+        """Load an aircraft from its folder, which holds its autopilot; otherwise as `load`."""
         with ExitStack() as stack:
-            folder = find_aircraft(aircraft)
             added = overlay or Overlay()
             file = parse_xml(folder / f"{folder.name}.xml").getroot() if at_once else None
             at_once = file is not None and bool(lagging_actuators(file))
@@ -190,13 +201,24 @@ class Plant:
 
         Raises SimulationError where JSBSim refuses them.
         """
-        if not self.fdm.run_ic():
+        import jsbsim
+
+        try:
+            taken = self.fdm.run_ic()
+        except jsbsim.BaseError as error:  # such as a property that nothing defines
+            raise SimulationError(f"{self.aircraft}: JSBSim stopped: {' '.join(str(error).split())}") from error
+        if not taken:
             raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
 
     @property
     def engines(self) -> int:
         """The number of engines."""
         return len(self._engines)
+
+    @property
+    def engine_paths(self) -> tuple[str, ...]:
+        """The property of each engine that says whether it runs."""
+        return tuple(self._engines)
 
     def serves(self, path: str) -> bool:
         """Return whether the aircraft has a property of this path."""

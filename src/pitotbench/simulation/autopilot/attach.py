@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory, mkdtemp
 
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import ELECTRIC, TURBOPROP, Attached, cache_folder
-from pitotbench.simulation.aircraft import ENGINES, SYSTEMS, library, parse_xml, write_record
+from pitotbench.simulation.aircraft import ENGINES, SYSTEMS, has_autopilot, library, parse_xml, write_record
 from pitotbench.simulation.autopilot.envelope import Engines, Envelope, HeldAircraft, explore
 from pitotbench.simulation.autopilot.loops import (
     Gains,
@@ -245,7 +245,8 @@ def _attach(source: Path, stamps: tuple[int, ...], shelf: Path) -> Path:
             with suppress(OSError):
                 os.utime(place)
             return place / name
-        make_flyable(folder)
+        if not has_autopilot(folder):  # a copy of one of the bench's own aircraft has it
+            make_flyable(folder)
         return _keep(folder.parent, place) / name
 
 
@@ -256,7 +257,7 @@ def make_flyable(folder: Path) -> Attached:
     """
     file = folder / f"{folder.name}.xml"
     tree = parse_xml(file)
-    kind = _engines(folder, tree.getroot())
+    kind = engines_of(folder, tree.getroot())
     aircraft = _held(folder, kind)
     envelope = explore(aircraft)
     lag = engine_time(aircraft, envelope.points[len(envelope.points) // 2])
@@ -313,7 +314,7 @@ def _held(folder: Path, kind: Engines) -> HeldAircraft:
         raise SimulationError(f"{folder.name}: JSBSim stopped: {' '.join(str(error).split())}") from error
 
 
-def _engines(folder: Path, root: ET.Element) -> Engines:
+def engines_of(folder: Path, root: ET.Element) -> Engines:
     """Return what the files say of the engines.
 
     Raises BadInputError for an aircraft without one that the bench can use.

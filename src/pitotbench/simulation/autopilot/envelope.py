@@ -26,6 +26,7 @@ IDLE_STEP, MOST_IDLE, IDLE_TIME = 0.05, 0.3, 5.0  # of the lever's travel; s
 STEADY, SPOOL_LIMIT = 0.002, 25.0  # share of the thrust a look of 0.5 s; s until an engine is steady
 LATITUDE = 35.4  # deg
 CONTROLS = ("elevator", "aileron", "rudder")
+OWN_LEVER = "ap/throttle-command-norm"  # of the bench's own aircraft
 ENGINE = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
 SPOOL = re.compile(r"propulsion/engine(\[\d+\])?/n1")
 BEST_POWER = 0.85  # of a rich mixture at the density of the air
@@ -33,7 +34,10 @@ BEST_POWER = 0.85  # of a rich mixture at the density of the air
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """A flight state: airspeed [m/s, true], angles [rad], rates [rad/s], controls and lever [-1 to 1, 0 to 1]."""
+    """A flight state: airspeed [m/s, true], angles [rad], rates [rad/s], controls [-1 to 1].
+
+    `climb` is the angle of the path above the horizon.
+    """
 
     speed: float
     alpha: float = 0.0
@@ -45,6 +49,7 @@ class State:
     elevator: float = 0.0
     aileron: float = 0.0
     rudder: float = 0.0
+    climb: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +111,21 @@ class HeldAircraft:
         """Return whether the aircraft has a property of this path."""
         return path in self.properties
 
+    def write(self, path: str, value: float) -> None:
+        """Set a property of JSBSim, in its unit, where the aircraft has it."""
+        self._write((path,), value)
+
+    def climb_to(self, altitude: float, speed: float) -> None:
+        """Hold the aircraft at another height [m] and a true airspeed [m/s], with its engines running."""
+        if not self._turn():
+            self.start_engines()  # at the height before, where they have started once
+        self._altitude = altitude
+        self.place(State(speed))
+        self._lean()
+        self.run(RATE)
+        if not self._turn():
+            self.start_engines()
+
     def _write(self, paths: Iterable[str], value: float) -> None:
         for path in paths:
             if path in self.properties:
@@ -122,29 +142,37 @@ class HeldAircraft:
         for what in ("rate", "position"):
             for part in ("translational", "rotational"):
                 self._fdm[f"simulation/integrator/{what}/{part}"] = 0
-        self._write(("gear/gear-cmd-norm", "gear/gear-pos-norm"), 0.0)
+        # The autopilot of the bench's own aircraft leaves the controls alone.
+        self._write(("gear/gear-cmd-norm", "gear/gear-pos-norm", "ap/guidance", "ap/throttle-mode"), 0.0)
 
     def start_engines(self) -> None:
         """Start the engines in the present state, or again where they have stopped.
 
         Raises SimulationError for an engine that does not start.
         """
-        ratio = self.read("atmosphere/P-psf") / 2116.2
-        self._write(self._each("fcs/mixture-cmd-norm"), BEST_POWER * ratio)
+        self._lean()
         self._write(self._each("fcs/advance-cmd-norm"), 1.0)
         self._write(("propulsion/magneto_cmd",), 3)
         self._write(("propulsion/cutoff_cmd",), 0)
         self._write(("propulsion/starter_cmd",), 1)
-        self._write(self._each("fcs/throttle-cmd-norm"), 0.5)
+        self.move_lever(0.5)
         self._fdm["propulsion/set-running"] = -1
-        # An electric motor needs no start, and JSBSim never says that it runs.
-        running = [path for path in self.properties if ENGINE.fullmatch(path) and ELECTRIC not in self._kind.kind]
         for _ in range(round(STARTER_TIME)):
             self.run(RATE)
-            if all(self.read(path) for path in running):
+            if self._turn():
                 self._write(("propulsion/starter_cmd",), 0)
                 return
         raise SimulationError(f"{self.name}: the engines do not start.{self._transcript.said()}")
+
+    def _lean(self) -> None:
+        """Set the mixture for the height."""
+        ratio = self.read("atmosphere/P-psf") / 2116.2
+        self._write(self._each("fcs/mixture-cmd-norm"), BEST_POWER * ratio)
+
+    def _turn(self) -> bool:
+        """Return whether all engines run. JSBSim never says so of an electric motor, which needs no start."""
+        running = (path for path in self.properties if ENGINE.fullmatch(path))
+        return ELECTRIC in self._kind.kind or all(self.read(path) for path in running)
 
     def run(self, steps: float) -> None:
         """Let engines and controls run on for a number of steps of 0.01 s."""
@@ -166,7 +194,7 @@ class HeldAircraft:
 
     def move_lever(self, lever: float) -> None:
         """Set all throttles, 0 to 1, at least to idle."""
-        self._write(self._each("fcs/throttle-cmd-norm"), max(lever, self.idle))
+        self._write((*self._each("fcs/throttle-cmd-norm"), OWN_LEVER), max(lever, self.idle))
 
     def find_idle(self, speeds: Iterable[float]) -> None:
         """Raise `idle` until a piston engine turns at its stated idle speed at all airspeeds [m/s, true].
@@ -188,16 +216,23 @@ class HeldAircraft:
 
     def thrust(self) -> float:
         """Return the thrust of all engines [lb]."""
-        paths = [path.replace("set-running", "thrust-lbs") for path in self.properties if ENGINE.fullmatch(path)]
-        return sum(self.read(path) for path in paths)
+        return self._of_engines("thrust-lbs")
+
+    def power(self) -> float:
+        """Return the power of all engines [hp], 0 for jets."""
+        return self._of_engines("power-hp")
+
+    def _of_engines(self, reading: str) -> float:
+        paths = [path.replace("set-running", reading) for path in self.properties if ENGINE.fullmatch(path)]
+        return sum(self.read(path) for path in paths if path in self.properties)
 
     def place(self, state: State) -> None:
-        """Put the aircraft into a state, in level flight but for the roll."""
+        """Put the aircraft into a state, with its path in the plane of symmetry but for the roll."""
         fps = state.speed / FOOT
         for path, value in (
             ("ic/h-sl-ft", self._altitude / FOOT),
             ("ic/phi-rad", state.roll),
-            ("ic/theta-rad", state.alpha),
+            ("ic/theta-rad", state.alpha + state.climb),
             ("ic/psi-true-rad", 0.0),
             ("ic/u-fps", fps * cos(state.alpha) * cos(state.beta)),
             ("ic/v-fps", fps * sin(state.beta)),
@@ -430,7 +465,7 @@ def _stall(aircraft: HeldAircraft) -> float:
 def _carries(aircraft: HeldAircraft, speed: float) -> bool:
     """Return whether the wing carries the weight at a true airspeed [m/s], at any angle that the elevator holds."""
     for alpha in ALPHAS:
-        elevator = _held_by(aircraft, speed, float(alpha))
+        elevator = held_by(aircraft, speed, float(alpha))
         if elevator is None:
             continue
         if aircraft.accelerations(State(speed, float(alpha), elevator=elevator)).normal(float(alpha)) <= 0.0:
@@ -438,7 +473,7 @@ def _carries(aircraft: HeldAircraft, speed: float) -> bool:
     return False
 
 
-def _held_by(aircraft: HeldAircraft, speed: float, alpha: float) -> float | None:
+def held_by(aircraft: HeldAircraft, speed: float, alpha: float) -> float | None:
     """Return the elevator at which the pitching moment is zero; None where its travel does not suffice."""
     low, high = (aircraft.accelerations(State(speed, alpha, elevator=e)).q for e in (-MOST_ELEVATOR, MOST_ELEVATOR))
     if low * high > 0.0:

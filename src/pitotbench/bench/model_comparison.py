@@ -1,0 +1,420 @@
+"""Compare two versions of an airplane's file: what changed in flight, by channel, by phase and by term."""
+
+import re
+import shutil
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench.effects.overlay import Baseline
+from pitotbench.reconciliation.terms import AXIS_CHANNEL, Term, coefficient_of, terms_of
+from pitotbench.records import BadInputError
+from pitotbench.records.aircraft import ChannelChange, ModelComparison, ModelForces, Motion, TermChange
+from pitotbench.records.case import Case
+from pitotbench.records.flight import Flight
+from pitotbench.records.terms import CHANNELS
+from pitotbench.simulation.aircraft import find_aircraft, parse_xml, read_baseline, read_record
+from pitotbench.simulation.autopilot.attach import aircraft_name, take_in
+from pitotbench.simulation.autopilot.loops import open_all_tanks
+from pitotbench.simulation.force_meter import measure_forces
+from pitotbench.simulation.plant import Plant, SimulationError
+from pitotbench.simulation.sortie import fly
+from pitotbench.units import FOOT, POUND, STANDARD_GRAVITY, Array
+
+# The old file flies the card once, in light turbulence. Both files are then put into its states on the force meter,
+# with the surfaces and throttles of the old one. Nothing is random there: equal files give equal numbers. Each
+# difference of the files is put alone into the old one, which gives its own part of the change.
+
+STEP = 0.5  # s between the states
+SAME = 1e-5  # share of a channel below which a change is rounding
+APART = 0.05  # share of the whole change that the terms may miss before it is told
+ALONE, TOGETHER = "", "several parts that do not load one by one"
+IGNORED = ("fileheader", "documentation", "description")
+CONTROLS = ("elevator", "aileron", "rudder", "throttle_left", "throttle_right")
+OTHERS = ("thrust", "power", "weight", "center of gravity", "I_xx", "I_yy", "I_zz", "I_xz")
+UNITS = dict(
+    zip(
+        (*CHANNELS, *OTHERS),
+        (*["lb"] * 3, *["lb ft"] * 3, "lb", "hp", "lb", "in aft", *["slug ft²"] * 4),
+        strict=True,
+    )
+)
+
+
+def compare_models(
+    old: str, new: str, card: str = "diagnostic", say: Callable[[str], None] = lambda text: None
+) -> ModelComparison:
+    """Return what changed in flight between two JSBSim files, given by their paths.
+
+    `card` names the maneuver that the old one flies. `say` is called with each line of progress.
+    Raises UnknownNameError, BadInputError or SimulationError where a file is not taken, the old one cannot be
+    flown, or the new one cannot be put into the states of that flight.
+    """
+    with TemporaryDirectory(prefix="pitotbench-") as scratch:
+        shelf = Path(scratch)
+        folders = [_taken(shelf / side, path) for side, path in (("old", old), ("new", new))]
+        edits = _edits(*folders)
+        if not edits:
+            return ModelComparison(old, new, card, np.empty(0), {}, (), (), ())
+        say(f"fly {card} with {old}")
+        base = find_aircraft(old)
+        flight = fly(Case(aircraft=old, maneuver=card))
+        motion, phase = _motion(flight)
+        baselines = [read_baseline(folder) for folder in folders]
+        meter = _Meter(shelf, base, motion, _functions(baselines), _defined(base) | _defined(folders[1]))
+        before = meter.forces((), "old")
+        say(f"put {len(edits)} differences of the files into its states")
+        terms, refused = [], []
+        for edit in edits:
+            try:
+                terms.append(_term(edit, before, meter.forces((edit,), edit.part), meter, baselines))
+            except SimulationError:
+                refused.append(edit)
+        after = meter.forces(edits, "new")
+        if refused:
+            # What the refused parts read may be a part that is new.
+            group = [edit for edit in edits if edit in refused or edit.old is None]
+            try:
+                change = _changes(before, meter.forces(group, TOGETHER), motion)
+            except SimulationError:
+                group, change = edits, _changes(before, after, motion)
+            terms = [term for term in terms if term.part not in {edit.part for edit in group}]
+            parts = ", ".join(edit.part for edit in group)
+            terms.append(TermChange(TOGETHER, parts, "", None, None, tuple(_whole(change, before, motion))))
+        traces = _changes(before, after, motion)
+        channels = tuple(_whole(traces, before, motion))
+        located = tuple(_located(traces, before, motion, phase))
+        return ModelComparison(
+            old,
+            new,
+            card,
+            motion.time,
+            traces,
+            channels,
+            located,
+            tuple(sorted(terms, key=lambda t: -t.effects[0].share if t.effects else 0.0)),
+            tuple(_remarks(channels, terms)),
+        )
+
+
+def _taken(folder: Path, path: str) -> Path:
+    source = Path(path)
+    if not source.exists():
+        raise BadInputError(f"{path}: no such aircraft file")
+    place = folder / aircraft_name(source)
+    place.mkdir(parents=True)
+    take_in(source, place)
+    return place
+
+
+# The differences of two files, part by part.
+
+Key = tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Edit:
+    """A difference: the part's key, its element or file in the old and in the new one (None: it has none).
+
+    `place` is that of the part in its section of the new file.
+    """
+
+    key: Key
+    old: ET.Element | Path | None
+    new: ET.Element | Path | None
+    place: int = 0
+
+    @property
+    def part(self) -> str:
+        """The part in the file's words."""
+        kind, *names = self.key
+        told = " ".join(name for name in names if name)
+        change = (
+            "" if self.old is not None and self.new is not None else " (added)" if self.old is None else " (gone)"
+        )
+        return (told if kind == "aerodynamics" and len(names) == 2 else f"{kind}: {told}") + change
+
+
+def _edits(old: Path, new: Path) -> list[_Edit]:
+    roots = [parse_xml(f / f"{f.name}.xml").getroot() for f in (old, new)]
+    parts = [dict(_parts(root)) for root in roots]
+    places = {id(child): i for section in roots[1].iter() for i, child in enumerate(section)}
+    files = [{("file", p.relative_to(f).as_posix()): p for p in f.glob("*/*.xml")} for f in (old, new)]
+    found = []
+    for before, after in (parts, files):
+        for key in dict.fromkeys((*before, *after)):
+            a, b = before.get(key), after.get(key)
+            if a is None or b is None or _content(a) != _content(b):
+                found.append(_Edit(key, a, b, places.get(id(b), 0)))
+    return found
+
+
+def _parts(root: ET.Element) -> Iterator[tuple[Key, ET.Element]]:
+    """Yield the parts of an aircraft's file with their keys: each function of the aerodynamics, each child else."""
+    for section, head in _sections(root):
+        seen: dict[Key, int] = {}
+        for child in section:
+            if child.tag in IGNORED or child.tag == "axis":
+                continue
+            name = child.get("name") or child.get("file") or ""
+            key = (*head, name if child.tag == "function" else f"{child.tag} {name}".strip())
+            number = seen[key] = seen.get(key, 0) + 1
+            yield (key if number == 1 else (*key[:-1], f"{key[-1]} {number}")), child
+
+
+def _sections(root: ET.Element) -> Iterator[tuple[ET.Element, Key]]:
+    for section in root:
+        if section.tag in IGNORED:
+            continue
+        name = "" if section.tag == "aerodynamics" else section.get("name", section.get("file", ""))
+        yield section, (section.tag, name)
+        if section.tag == "aerodynamics":
+            yield from ((axis, (section.tag, axis.get("name", ""))) for axis in section.findall("axis"))
+
+
+def _content(part: ET.Element | Path) -> object:
+    """Return all that JSBSim reads of a part; numbers count by their value, comments and spaces do not."""
+    element = parse_xml(part).getroot() if isinstance(part, Path) else part
+    inner = [_content(child) for child in element if child.tag not in IGNORED]
+    return element.tag, sorted(element.attrib.items()), [_token(t) for t in (element.text or "").split()], inner
+
+
+def _token(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _edited(root: ET.Element, edits: Sequence[_Edit], folder: Path) -> None:
+    """Put differences into the file, and into the files of parts, of an aircraft."""
+    for edit in edits:
+        if isinstance(edit.new, Path):
+            target = folder / edit.key[1]
+            target.parent.mkdir(exist_ok=True)
+            shutil.copyfile(edit.new, target)
+            continue
+        if isinstance(edit.old, Path):
+            continue  # a file that nothing names any more does nothing
+        sections = {head: section for section, head in _sections(root)}
+        section = sections.get(edit.key[:2])
+        if section is None:
+            above = root if edit.key[0] != "aerodynamics" else sections.get(("aerodynamics", ""), root)
+            tag = "axis" if edit.key[0] == "aerodynamics" else edit.key[0]
+            section = ET.SubElement(above, tag, name=edit.key[1])
+        children = list(section)
+        place = dict(_parts(root)).get(edit.key)
+        at = children.index(place) if place is not None else min(edit.place, len(children))
+        if place is not None:
+            section.remove(place)
+        if edit.new is not None:
+            section.insert(at, edit.new)
+
+
+# The old airplane with some differences, in the states of its flight.
+
+
+@dataclass(slots=True)
+class _Meter:
+    """The force meter along a motion, for the aircraft in a folder with some differences."""
+
+    shelf: Path
+    base: Path
+    motion: Motion
+    names: frozenset[str]
+    defined: frozenset[str]
+    count: int = 0
+
+    def forces(self, edits: Sequence[_Edit], name: str) -> ModelForces:
+        """Return the forces with some differences. Raises SimulationError where JSBSim refuses them."""
+        self.count += 1
+        folder = self.shelf / str(self.count) / self.base.name
+        shutil.copytree(self.base, folder)
+        file = folder / f"{folder.name}.xml"
+        tree = parse_xml(file)
+        _edited(tree.getroot(), edits, folder)
+        if read_record(self.base) is not None:
+            open_all_tanks(tree.getroot())
+        tree.write(file, encoding="utf-8", xml_declaration=True)
+        _require_whole(folder, self.defined)
+        plant = Plant.load_folder(name, folder, at_once=True)
+        return measure_forces(plant, self.motion, self.names)
+
+
+# JSBSim ends the whole process at a property that nothing defines: such a mixture of two files is never loaded.
+
+
+def _defined(folder: Path) -> frozenset[str]:
+    """Return the properties that the files of an aircraft define: functions, components, outputs, declarations."""
+    found: set[str] = set()
+    for element in _elements(folder):
+        name = element.get("name", "")
+        text = (element.text or "").strip() if element.tag == "output" or element.get("value") is not None else ""
+        found |= {name, f"fcs/{name.lower().replace(' ', '-')}", text}
+    return frozenset(found - {"", "fcs/"})
+
+
+def _require_whole(folder: Path, known: frozenset[str]) -> None:
+    """Raise SimulationError where an aircraft reads a property that it lacks, and one of the two files defines."""
+    read = {
+        (element.text or "").strip().lstrip("-")
+        for element in _elements(folder)
+        if element.tag in ("property", "independentVar", "input")
+    }
+    lost = sorted((read & known) - _defined(folder))
+    if lost:
+        raise SimulationError(f"{folder.name}: nothing defines {lost[0]}, which a function reads")
+
+
+def _elements(folder: Path) -> Iterator[ET.Element]:
+    for file in folder.rglob("*.xml"):
+        yield from parse_xml(file).getroot().iter()
+
+
+def _motion(flight: Flight) -> tuple[Motion, NDArray[np.str_]]:
+    """Return the states of a flight every `STEP`, and the phase of each: the label without speed and heading."""
+    every = round(STEP / float(np.median(np.diff(flight["time"]))))
+    rows = np.arange(0, len(flight), every)
+    absent = np.full(len(rows), np.nan)
+    names = [name for name in Motion.__dataclass_fields__ if name not in ("temperature_offset", *CONTROLS)]
+    states: dict[str, Any] = {name: flight[name][rows] for name in names}
+    states |= {name: flight[name][rows] if name in flight.channels else absent for name in CONTROLS}
+    return Motion(**states), np.array([re.split(r" [\d.]+ kt", str(label))[0] for label in flight.segment[rows]])
+
+
+def _functions(baselines: Sequence[Baseline]) -> frozenset[str]:
+    return frozenset(function.name for baseline in baselines for function in baseline.functions if function.name)
+
+
+def _channels(forces: ModelForces, motion: Motion) -> dict[str, Array]:
+    """Return every channel of the forces, (n,) each, in its unit of `UNITS`."""
+    x, y, z = forces.air[:, :3].T
+    forward, down = np.cos(motion.angle_of_attack), np.sin(motion.angle_of_attack)
+    wind = (-x * forward - z * down, y, x * down - z * forward)
+    series = (*wind, *forces.air[:, 3:].T, forces.thrust, forces.power, forces.weight, forces.gravity_center)
+    return dict(zip(UNITS, (*series, *forces.inertia.T), strict=True))
+
+
+def _scales(forces: ModelForces, motion: Motion) -> dict[str, float]:
+    """Return the largest value of each channel; of the center of gravity the chord [in]."""
+    largest = {name: float(np.max(np.abs(series))) for name, series in _channels(forces, motion).items()}
+    return largest | {"center of gravity": 12.0 * forces.wing[2]}
+
+
+def _changes(before: ModelForces, after: ModelForces, motion: Motion) -> dict[str, Array]:
+    """Return the change of each channel that changed, (n,) each."""
+    old, new, scale = _channels(before, motion), _channels(after, motion), _scales(before, motion)
+    apart = {name: new[name] - old[name] for name in old}
+    smallest = {name: SAME * (scale[name] or float(np.max(np.abs(new[name])))) for name in old}
+    return {name: change for name, change in apart.items() if np.max(np.abs(change)) > smallest[name]}
+
+
+def _whole(changes: Mapping[str, Array], before: ModelForces, motion: Motion) -> list[ChannelChange]:
+    """Return the change of each channel over the whole motion, the largest share first."""
+    everywhere = np.full(len(motion.time), ALONE)
+    found = _located(changes, before, motion, everywhere)
+    return sorted(found, key=lambda each: -each.share)
+
+
+def _located(
+    changes: Mapping[str, Array], before: ModelForces, motion: Motion, phase: NDArray[np.str_]
+) -> Iterator[ChannelChange]:
+    """Yield the change of each channel in each phase, in the order of the flight."""
+    scale = _scales(before, motion)
+    area, span, chord = before.wing
+    pressure = 0.7 * motion.static_pressure * motion.mach**2 / (POUND * STANDARD_GRAVITY) * FOOT**2
+    arms = dict(zip(CHANNELS, (1.0, 1.0, 1.0, span, chord, span), strict=True))
+    for name, change in changes.items():
+        for where in dict.fromkeys(phase.tolist()):
+            own = change[phase == where]
+            coefficient = own / (pressure[phase == where] * area * arms[name]) if name in arms else None
+            largest = float(np.max(np.abs(own)))
+            yield ChannelChange(
+                name,
+                where,
+                UNITS[name],
+                float(np.sqrt(np.mean(own**2))),
+                largest,
+                largest / (scale[name] or largest or 1.0),
+                None if coefficient is None else float(np.sqrt(np.mean(coefficient**2))),
+            )
+
+
+# What each difference is called, and what it was and is.
+
+
+def _term(
+    edit: _Edit, before: ModelForces, after: ModelForces, meter: _Meter, baselines: Sequence[Baseline]
+) -> TermChange:
+    motion = meter.motion
+    effects = tuple(_whole(_changes(before, after, motion), before, motion))
+    function = edit.key[2] if edit.key[0] == "aerodynamics" else ""
+    known = [term for baseline in baselines for term in terms_of(baseline) if term.function.name == function]
+    if not function or not known:
+        leaf, unit, old, new = _only_number(edit)
+        return TermChange(f"{edit.part} {leaf}".rstrip(), edit.part, unit, old, new, effects)
+    values = [_coefficient(known[-1], forces, motion) for forces in (before, after)]
+    (old, unit), (new, _) = values
+    name = known[-1].name
+    if old is not None and new is not None and abs(new - old) < 1e-6 * abs(old) and unit:
+        # The slope is the same: what changed is the value at no angle or rate.
+        (old, new), name, unit = (_mean(known[-1], f, motion) for f in (before, after)), f"{name}, its mean", ""
+    return TermChange(name, edit.part, unit, old, new, effects)
+
+
+def _only_number(edit: _Edit) -> tuple[str, str, float | None, float | None]:
+    """Return the only number of a part that differs: its element below the part, unit, old and new value."""
+    if edit.old is None or edit.new is None:
+        return "", "", None, None
+    pair = [parse_xml(part).getroot() if isinstance(part, Path) else part for part in (edit.old, edit.new)]
+    leaves = [[each for each in part.iter() if (each.text or "").strip()] for part in pair]
+    apart = [(a, b) for a, b in zip(*leaves, strict=False) if a.tag != b.tag or _content(a) != _content(b)]
+    if len(leaves[0]) != len(leaves[1]) or len(apart) != 1:
+        return "", "", None, None
+    old, new = (_token((each.text or "").strip()) for each in apart[0])
+    if isinstance(old, str) or isinstance(new, str):
+        return "", "", None, None
+    changed = apart[0][1]
+    around = [each for each in pair[1].iter() if each is changed or changed in list(each)]
+    unit = next((each.get("unit", "") for each in around[::-1] if each.get("unit")), "")
+    return "" if changed is pair[1] else changed.tag, unit, old, new
+
+
+def _values(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
+    """Return the coefficient of a term along a motion: its force or moment over pressure, area and length."""
+    values = forces.values.get(term.function.name)
+    if values is None or not term.function.axis:
+        return values
+    area, span, chord = forces.wing
+    arm = dict(zip(CHANNELS, (1.0, 1.0, 1.0, span, chord, span), strict=True))[AXIS_CHANNEL[term.axis]]
+    pressure = 0.7 * motion.static_pressure * motion.mach**2 / (POUND * STANDARD_GRAVITY) * FOOT**2
+    return np.asarray(values / (pressure * area * arm))
+
+
+def _coefficient(term: Term, forces: ModelForces, motion: Motion) -> tuple[float | None, str]:
+    values = _values(term, forces, motion)
+    if values is None:
+        return None, ""
+    wing = (forces.wing[0] * FOOT**2, forces.wing[1] * FOOT, forces.wing[2] * FOOT)
+    return coefficient_of(term, motion, values, wing)
+
+
+def _mean(term: Term, forces: ModelForces, motion: Motion) -> float | None:
+    values = _values(term, forces, motion)
+    return None if values is None else float(np.mean(values))
+
+
+def _remarks(channels: Sequence[ChannelChange], terms: Sequence[TermChange]) -> Iterator[str]:
+    """Yield what the terms do not add up to: differences that act together."""
+    for channel in channels:
+        alone = [e.largest for term in terms for e in term.effects if e.channel == channel.channel]
+        if not alone or max(alone) < APART * channel.largest:
+            yield f"The change of {channel.channel} is made by several differences together, by none alone."
+        elif len(alone) > 1 and channel.largest > (1.0 + APART) * sum(alone):
+            yield f"The change of {channel.channel} is larger than those by each difference alone."

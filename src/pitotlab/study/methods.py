@@ -143,7 +143,7 @@ def _powers(flight: Flight, kind: str) -> Array:
 
 def _bank_row(seed: int, bank: float, level: Array) -> Row:
     card = {"bank_deg": bank, "bank_limit_deg": max(35.0, bank + 5.0)}
-    flight = _fly(seed, "circle", **card)
+    flight = _fly(seed, "circle", "light", **card)
     circling = np.char.startswith(flight.segment, "circle")
     held = np.degrees(np.abs(flight["roll"][circling]))
     extra = _powers(flight, "circle") - level

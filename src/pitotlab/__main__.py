@@ -12,6 +12,7 @@ COMMANDS = {
     "house": "pitotlab.house:command",
     "tables": "pitotlab.tables:command",
     "study": "pitotlab.study.conduct:command",
+    "study methods": "pitotlab.study.methods:command",
     "coverage": "pitotlab.coverage:command",
     "auto": "pitotlab.auto:command",
     "fixed-speed": "pitotlab.fixed_speed:command",

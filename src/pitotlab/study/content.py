@@ -9,6 +9,7 @@ from pitotbench.bench.flights import rms
 from pitotlab.experiment import made_with
 from pitotlab.study.claims import CLAIMS, Finding
 from pitotlab.study.looks import BOTH_WAYS, NAMES, PAPER_ORDER, named
+from pitotlab.study.methods import parts
 from pitotlab.study.parts import Chart, Lines, LineSeries, Part, StudyPage
 from pitotlab.study.questions import Reply
 from pitotlab.study.sweeps import SWEEPS
@@ -154,6 +155,7 @@ def study_page_of(evidence: StudyTables, findings: dict[str, Finding]) -> StudyP
         truth=[
             _reply("both rankings", "Both rankings", rankings),
             _reply("confounding", "Why Step Decrease knows less than its residual says", confounding(evidence)),
+            *parts(),
         ],
         questions=_questions(evidence),
         method=_method(evidence),

@@ -249,11 +249,25 @@ def _ratings(evidence: StudyTables) -> Finding:
         "Fly Circle as the paper's pilot did: set the power in the turn before the circle begins, leave it there, "
         "and hold airspeed and altitude together by pitch. Fly it also with the throttle on airspeed. Fly every "
         "maneuver with the autopilot alone, the good pilot and the busy pilot.",
-        f"{_fixed_power(evidence)} {_pilots(evidence, found)} {_test_power()} A rating is one person's opinion of "
+        f"{_fixed_power(evidence)} {_pilots(evidence, found)} {_test_power()} {_CONTRADICTION} {_NO_RULE} A rating "
+        "is one person's opinion of "
         "a task in a cockpit, and the paper's depend on where the manifold-pressure gauges are. The measures are "
         "not ratings. The autopilot moves stick and rudder here; only their targets are a person's.",
         tables=(_measures(evidence), table),
     )
+
+
+_CONTRADICTION = (
+    "The paper contradicts itself here. Its section IV says that Step Decrease and Circle had more workload than "
+    "4-Leg; its Table 1 rates Step Decrease and 4-Leg alike, 4 in the airplane and 3 in the simulator; its section "
+    "III.A calls the workload of 4-Leg the highest in general. Only Circle, in the simulator, is rated above 4-Leg."
+)
+_NO_RULE = (
+    "No published rule that makes a rating from a structural pilot is added. Those of Anderson (1970), Neal and "
+    "Smith (1970) and Hess (1980s on) rate one tracking task from the loop of airplane and stick. All five "
+    "maneuvers have the same loop; they differ in their scan, length and gauges, for which the rules have no "
+    "term. Weights fitted to five ratings of three values could not fail."
+)
 
 
 def _fixed_power(evidence: StudyTables) -> str:

@@ -1,0 +1,138 @@
+"""The methods against which the source measures itself: tower fly-by, pacer and trailing cone, as sensors.
+
+Each gives points of the pressure error. Their errors are of two kinds: a point's own, and those that all points
+of a flight share, which no number of passes makes smaller. The sizes are ours, written beside each method.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pitotbench import air
+from pitotbench.bench.flights import Comparison, true_correction
+from pitotbench.pressure_error import MODELS
+from pitotbench.records.case import PressureErrorSpec
+from pitotbench.records.flight import Flight
+from pitotbench.records.log import FlightLog
+from pitotbench.units import KNOT, Array
+from pitotlab.study.looks import TURNING
+
+AIRSPEEDS = np.arange(100.0, 161.0, 2.0) * KNOT  # indicated, at which curves are scored
+HEIGHT, BLOCK_CHECK = 1.0, 5.0  # 1σ: m of a fly-by's height; Pa between tower and airplane, compared when parked
+PACER, READING = 0.25 * KNOT, 0.5 * KNOT  # 1σ of the pacer's own calibration, and of a reading in formation
+CONE, TUBE_ZERO = 0.002, 3.0  # 1σ of the cone's own error [of q_c], and of the zero of its transducer [Pa]
+LAG = 1.0  # s, of the pressure in the cone's tube
+BLOCK = 5.0  # s over which the cone's samples are averaged
+_READ = 2.0  # s over which a gauge is read as the airplane passes the tower
+
+Rows = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class Points:
+    """Points of a pressure error: indicated impact pressure and Δp, (n,) [Pa].
+
+    `own` is 1σ of a point's own error [Pa], (n,), or None where the scatter of the points tells it. A row of
+    `shared`, (k, n), is 1σ at each point of one error that all points have together [Pa].
+    """
+
+    impact_pressure: Array
+    pressure_error: Array
+    own: Array | None
+    shared: Array
+
+
+def fit_points(points: Points, model: str = "inverse+") -> tuple[Array, Array]:
+    """Return the airspeed correction and its 2σ [m/s] at `AIRSPEEDS`, by generalized least squares of Δp/q_c."""
+    true_impact = points.impact_pressure + points.pressure_error
+    reference = PressureErrorSpec().reference_pressure
+    terms = MODELS[model]
+    basis = terms.basis(points.impact_pressure / reference)
+    share = points.pressure_error / true_impact
+    own = points.own
+    if own is None:
+        left = share - basis @ np.linalg.lstsq(basis, share, rcond=None)[0]
+        freedom = len(share) - basis.shape[1]
+        own = np.sqrt(left @ left / freedom) * true_impact
+    shared = points.shared / true_impact
+    weight = np.linalg.inv(np.diag((own / true_impact) ** 2) + shared.T @ shared)
+    covariance = np.linalg.inv(basis.T @ weight @ basis)
+    found = covariance @ basis.T @ weight @ share
+    indicated = air.impact_pressure(AIRSPEEDS)
+    at = terms.basis(indicated / reference)
+    true = indicated / (1.0 - at @ found)
+    slope = air.calibrated_airspeed_slope(true) * true**2 / indicated
+    two_sigma = 2.0 * slope * np.sqrt(np.einsum("ij,jk,ik->i", at, covariance, at))
+    return air.calibrated_airspeed(true) - AIRSPEEDS, two_sigma
+
+
+def against_truth(answer: tuple[Array, Array], truth: PressureErrorSpec) -> Comparison:
+    """Compare a correction at `AIRSPEEDS`, with its 2σ, with the truth [m/s]."""
+    return Comparison(answer[0] - true_correction(truth, AIRSPEEDS), answer[1])
+
+
+def _legs(flight: Flight, log: FlightLog) -> list[Rows]:
+    """Return the rows of the log on each straight leg."""
+    segment = flight.segment[np.searchsorted(flight["time"], log.time - 1e-6)]
+    return [np.flatnonzero(segment == name) for name in dict.fromkeys(segment) if name.startswith("leg")]
+
+
+def _true(flight: Flight, log: FlightLog, channel: str) -> Array:
+    return np.interp(log.time, flight["time"], flight[channel])
+
+
+def _points(indicated: list[float], error: list[float], own: list[float], shared: Array) -> Points:
+    return Points(np.array(indicated), np.array(error), np.array(own), shared[None, :])
+
+
+def tower(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
+    """Return a point a pass: static pressure in flight against the tower's, reduced to the height of the pass."""
+    static, impact, error = _true(flight, log, "static_pressure"), [], []
+    own: list[float] = []
+    check = BLOCK_CHECK * rng.standard_normal()
+    for rows in _legs(flight, log):
+        middle = log.time[rows].mean()
+        near = rows[np.abs(log.time[rows] - middle) <= 0.5 * _READ]
+        temperature = float(_true(flight, log, "air_temperature")[near].mean())
+        own.append(HEIGHT * air.GRAVITY * float(static[near].mean()) / (air.GAS_CONSTANT * temperature))
+        impact.append(float(log.impact_pressure[near].mean()))
+        error.append(float((log.static_pressure - static)[near].mean() + own[-1] * rng.standard_normal() + check))
+    return _points(impact, error, own, np.full(len(own), BLOCK_CHECK))
+
+
+def pacer(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
+    """Return a point a leg: the airspeed of a calibrated airplane in formation against the airplane's own."""
+    true = _true(flight, log, "total_pressure") - _true(flight, log, "static_pressure")
+    own: list[float] = []
+    shared, impact, error = [], [], []
+    calibration = PACER * rng.standard_normal()
+    for rows in _legs(flight, log):
+        known = air.calibrated_airspeed(true[rows]).mean() + calibration + READING * rng.standard_normal()
+        indicated = float(air.impact_pressure(air.calibrated_airspeed(log.impact_pressure[rows]).mean()))
+        paced = float(air.impact_pressure(known))
+        slope = float(air.calibrated_airspeed_slope(paced))
+        impact.append(indicated)
+        error.append(paced - indicated)
+        own.append(READING / slope)
+        shared.append(PACER / slope)
+    return _points(impact, error, own, np.array(shared))
+
+
+def cone(flight: Flight, log: FlightLog, rng: np.random.Generator) -> Points:
+    """Return a point each `BLOCK` of straight flight: the airplane's static pressure against the cone's.
+
+    The cone has an error in proportion to the impact pressure, its tube a lag and its transducer a zero.
+    """
+    static = _true(flight, log, "static_pressure")
+    impact = _true(flight, log, "total_pressure") - static
+    behind = np.interp(log.time - LAG, log.time, static)  # a pure delay: to first order the lag of a tube
+    seen = behind + CONE * rng.standard_normal() * impact + TUBE_ZERO * rng.standard_normal()
+    straight = np.abs(_true(flight, log, "roll")) < TURNING
+    block = np.floor(log.time / BLOCK).astype(int)
+    kept = [
+        np.flatnonzero((block == b) & straight) for b in np.unique(block[straight])
+    ]  # a block that a turn cuts short counts too: it holds as little lag
+    mean = np.array([log.impact_pressure[rows].mean() for rows in kept])
+    error = np.array([(log.static_pressure - seen)[rows].mean() for rows in kept])
+    return Points(mean, error, None, np.array([CONE * mean, np.full(len(mean), TUBE_ZERO)]))

@@ -58,13 +58,11 @@ SEED ?= 900000
 JOBS ?= 2
 LAB := $(BIN)/python -m pitotlab
 
-# Signatures, a sealed set, its answers, those with the flight advised, the ideal observer, the score: in out/lab.
+# Signatures, a sealed set, its answers, the ideal observer, the score: in out/lab.
 lab-blind: $(STAMP)
 	$(LAB) blind signatures --jobs $(JOBS)
 	$(LAB) blind generate --seed $(SEED) --jobs $(JOBS)
-	$(LAB) blind analyze --jobs $(JOBS) --advise 25
-	$(LAB) blind advised --jobs $(JOBS)
-	$(LAB) blind analyze --jobs $(JOBS) --results out/lab/blind/advised.jsonl --advised
+	$(LAB) blind analyze --jobs $(JOBS)
 	$(LAB) blind observer --jobs $(JOBS)
 	$(LAB) blind score
 

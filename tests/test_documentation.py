@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from pitotbench import Case
-from pitotbench.records.accuracy import USUAL_ACCURACIES
+from pitotbench.records import USUAL_ACCURACIES
 from pitotbench.records.case_file import case_table
 from pitotbench.simulation.card import Card
 from pitotlab.tables import TABLES, card_numbers, pages

@@ -13,12 +13,13 @@ if TYPE_CHECKING:
     from pitotbench.bench.flights import score as score
     from pitotbench.bench.flights import sense as sense
     from pitotbench.bench.planner import PlanRequest as PlanRequest
-    from pitotbench.bench.questions import plan as plan
+    from pitotbench.bench.planner import plan as plan
+    from pitotbench.bench.questions import calibrate as calibrate
     from pitotbench.bench.questions import reconcile as reconcile
     from pitotbench.bench.workflow import FullReconciliation as FullReconciliation
-    from pitotbench.calibration import calibrate as calibrate
     from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
     from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
+    from pitotbench.catalog import UnknownNameError as UnknownNameError
     from pitotbench.logbook.formats import write_log as write_log
     from pitotbench.logbook.reading import read_log as read_log
     from pitotbench.records import BadInputError as BadInputError
@@ -51,11 +52,12 @@ _MODULES = {
     "Plan": "records.forecast",
     "PlanRequest": "bench.planner",
     "Score": "records.flight",
+    "UnknownNameError": "catalog",
     "Verdict": "records.verdict",
-    "calibrate": "calibration",
+    "calibrate": "bench.questions",
     "fixed_speed": "calibration.leg_points",
     "fly": "simulation.sortie",
-    "plan": "bench.questions",
+    "plan": "bench.planner",
     "read_case": "records.case_file",
     "read_log": "logbook.reading",
     "reconcile": "bench.questions",
@@ -79,4 +81,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

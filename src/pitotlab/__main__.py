@@ -25,7 +25,6 @@ COMMANDS = {
     "blind generate": "pitotlab.blind.drawn:command",
     "blind develop": "pitotlab.blind.drawn:develop",
     "blind analyze": "pitotlab.blind.analyze:command",
-    "blind advised": "pitotlab.blind.flown_again:advised_command",
     "blind observer": "pitotlab.blind.observer:command",
     "blind score": "pitotlab.blind.score:command",
     "blind pooled": "pitotlab.blind.score:pooled_command",
@@ -39,6 +38,8 @@ COMMANDS = {
     "speed": "pitotlab.speed.ratios:command",
     "speed growth": "pitotlab.speed.growth:command",
     "speed packages": "pitotlab.speed.fits:command",
+    "parameters": "pitotlab.takehome:parameters_command",
+    "fly-bys": "pitotlab.takehome:fly_bys_command",
     "drills": "pitotlab.drills.costs:command",
 }
 

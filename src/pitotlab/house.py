@@ -101,7 +101,7 @@ def reach_of_jobs(folder: Path, reconcile: bool = True) -> dict[str, list[str]]:
         "run_campaign.py": [str(ROOT / "scripts" / "run_campaign.py"), *_CAMPAIGN],
     }
     if reconcile:
-        jobs["reconcile"] = ["pitotbench", "reconcile", "flight.csv", "--aircraft", "navajo", "--no-next-flight"]
+        jobs["reconcile"] = ["pitotbench", "reconcile", "flight.csv", "--aircraft", "navajo"]
     return {name: entered(arguments, folder) for name, arguments in jobs.items()}
 
 

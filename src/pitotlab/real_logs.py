@@ -19,13 +19,17 @@ from typing import Any
 import numpy as np
 
 from pitotbench import air
+from pitotbench.bench.model_terms import correct_terms, parted
 from pitotbench.calibration import calibrate_flights
 from pitotbench.calibration.options import options_from
+from pitotbench.logbook.identification import maneuvers_of, read_identification
 from pitotbench.logbook.mapping import find_mapping
 from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.log import FlightLog
+from pitotbench.records.terms import Maneuver
+from pitotbench.show.terms import print_terms
 from pitotbench.units import FOOT, KNOT, Array
 
 LOGS = ("garmin/c172s-g1000-2011.csv.gz", "garmin/pa28-gifd-2024.csv.gz", "citation/2019-03-12.parquet")
@@ -41,19 +45,37 @@ BALLOON_KT = np.array([260.0, 300.0, 340.0, 380.0, 420.0])
 BALLOON = {"CLASS55": [0.032, 0.035, 0.035, 0.035, 0.035], "CLASS65": [0.036, 0.037, 0.036, 0.036, 0.037]}
 BALLOON_PA = 50.0
 ONE_HEADING = np.radians(8.0)  # spread of the track within a deceleration
+TWIN_OTTER = ("totter_lon_020213f1_018", "totter_lon_020213f1_017")  # of SIDPAC (NASA), in the folder sidpac
+CITATION_CLEAN = (46.0, 71.0)  # min, with flaps and gear up
 FIT = 1.5  # joined 2σ within which two answers of one log agree
 
 
 def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Print what real logs give, and how it stands beside what is known of them."""
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("PITOTBENCH_DATA", "../shared/data")))
-    data = parser.parse_args(words).data
-    for name in LOGS:
+    parser.add_argument("--terms", action="store_true", help="the terms of models alone")
+    options = parser.parse_args(words)
+    data = options.data
+    for name in LOGS if not options.terms else ():
         _consistent(data / name)
-    for name in GLIDERS:
+    for name in GLIDERS if not options.terms else ():
         _against_sonde(data / "perlan", name)
-    for name in JETS:
+    for name in JETS if not options.terms else ():
         _against_balloon(data / "jmoss" / f"{name}.csv", name)
+    for fitted, held in (TWIN_OTTER, TWIN_OTTER[::-1]):
+        _terms("DHC6", *([read_identification(data / "sidpac" / f"{each}.mat")] for each in (fitted, held)))
+    log = read_log(data / "citation/2019-03-12.parquet")
+    since = log.time - log.time[0]
+    clean = log.select((since > CITATION_CLEAN[0] * 60.0) & (since < CITATION_CLEAN[1] * 60.0))
+    _terms("citation", *parted(maneuvers_of(clean, "citation")))
+
+
+def _terms(aircraft: str, fitted: Sequence[Maneuver], held_out: Sequence[Maneuver]) -> None:
+    """The terms of a model beside maneuvers, and what they close on others."""
+    from rich.console import Console
+
+    print(f"{aircraft}: fitted to {fitted[0].name}, {len(fitted)} in all; held out {len(held_out)}")
+    print_terms(correct_terms(aircraft, fitted, held_out).account, Console(highlight=False, soft_wrap=True))
 
 
 def _answer(log: FlightLog, **choices: Any) -> Calibration | str:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import pitotbench
 from pitotbench import bench
 from pitotbench.bench.planner import (
     PlanRequest,
@@ -12,7 +13,6 @@ from pitotbench.bench.planner import (
     forecast,
     free_numbers,
     known_noise_two_sigma,
-    make_plan,
     smooth_flight,
 )
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
@@ -32,7 +32,7 @@ SPEEDS = np.arange(100.0, 161.0, 10.0) * KNOT
 
 @pytest.fixture(scope="module")
 def plan():
-    return make_plan(REQUEST)
+    return pitotbench.plan(REQUEST)
 
 
 def known(flight, level):
@@ -107,14 +107,14 @@ def test_information_adds_up(plan):
 
 def test_box_and_minutes_exclude(plan):
     small = replace(REQUEST, maneuvers=("step_decrease",), draws=2, box=1852.0)
-    assert make_plan(small).best is None
-    assert make_plan(replace(small, box=None, minutes=1.0)).best is None
+    assert pitotbench.plan(small).best is None
+    assert pitotbench.plan(replace(small, box=None, minutes=1.0)).best is None
 
 
 def test_what_cannot_be_flown_is_said():
     crawling = replace(REQUEST, speeds=(45.0 * KNOT, 160.0 * KNOT), maneuvers=("decel_circle",))
     with pytest.raises(NoAnswerError, match="no maneuver can be flown"):
-        make_plan(crawling)
+        pitotbench.plan(crawling)
 
 
 def test_speeds_of_a_card_keep_their_places():

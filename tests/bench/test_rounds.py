@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import pytest
 
 from pitotbench import Case, fly, reconcile, sense
-from pitotbench.bench.reflight import wind_of_log
 from pitotbench.bench.rounds import (
     closure_checked,
     iterate,
@@ -14,7 +13,7 @@ from pitotbench.bench.rounds import (
     reconcile_log,
     with_calibrated_probabilities,
 )
-from pitotbench.bench.workflow import told_warnings
+from pitotbench.bench.workflow import told_warnings, wind_of_log
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import EffectSpec

@@ -26,7 +26,6 @@ def outcome(*effects: Candidate, kind: str = "named"):
     account = SimpleNamespace(
         log="flight.csv",
         aircraft="navajo",
-        next_flight=None,
         formula=None,
         rounds=(SimpleNamespace(verdict=verdict),),
     )

@@ -167,6 +167,11 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(command, out, t
     assert (tmp_path / "taken").read_text() == "mine"
 
 
+def test_a_script_may_still_leave_out_the_next_flight(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert "no-such-log.csv" in refused(["reconcile", "no-such-log.csv", "--no-next-flight"], capsys)
+
+
 def test_a_reconciliation_does_not_overwrite_its_card(log, case, capsys):
     card = case.rename(case.with_name("patch.toml"))
     error = refused(["reconcile", log, "--card", card, "--out", card.parent], capsys)

@@ -44,7 +44,6 @@ from pitotlab.blind.flown import (
     longitudinal,
     recorded,
 )
-from pitotlab.blind.flown_again import card_in
 from pitotlab.blind.forms import OWN_FORMS
 from pitotlab.blind.outsiders import OUTSIDERS, Part
 from pitotlab.blind.score import score, table, tenths, wilson
@@ -307,12 +306,6 @@ def test_flights_are_matched_by_their_place_in_each_segment() -> None:
     segments, wanted = np.array(["a"] * 5 + ["b"] * 3), np.array(["a"] * 9 + ["b"] * 2)
     values = np.concatenate([np.linspace(0.0, 1.0, 5), [5.0, 6.0, 7.0]])
     assert matched(values, segments, wanted) == pytest.approx([*np.linspace(0.0, 1.0, 9), 5.0, 7.0])
-
-
-def test_the_advised_card_is_that_of_the_forecast() -> None:
-    assert card_in({"advised": 'maneuver = "circle"\n', "advice": ["fly diagnostic"]}).maneuver == "circle"
-    assert card_in({"advised": "", "advice": ["no card of this airplane can part them"]}) is None
-    assert card_in({"advice": ["to part a, b: fly figure_eight at 6000 ft, 6 minutes"]}) is None
 
 
 def test_wilson_is_the_published_interval() -> None:

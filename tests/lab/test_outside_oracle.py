@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.records.accuracy import USUAL_ACCURACIES
+from pitotbench.records import USUAL_ACCURACIES
 from pitotlab.outside import oracle
 from pitotlab.outside import physics as physics
 from pitotlab.outside.generator import generate

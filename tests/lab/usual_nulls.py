@@ -27,7 +27,7 @@ def answered(card: tuple[str, str, str], seed: int) -> str:
     maneuver, system, air = card
     case = Case(maneuver=maneuver, das=data_system(system), turbulence=air, truth_seed=seed, sensor_seed=seed)
     log = record(fly(case), case.das, seed)
-    verdict = reconcile_fully(NamedLog(str(seed), log), refly=False, next_flight=False).verdict
+    verdict = reconcile_fully(NamedLog(str(seed), log), refly=False).verdict
     names = " + ".join(effect.name for effect in verdict.effects)
     return "" if verdict.kind == "no_gap" else f"{seed} {verdict.kind} {names}".strip()
 

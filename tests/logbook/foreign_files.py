@@ -1,7 +1,7 @@
 """One flight as the files of other systems, each written after its public description or by its own library."""
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -226,6 +226,7 @@ _FORMATS = {  # kind of message: number, letters of its fields, names
     "ARSP": (150, "QBffcffBBB", "TimeUS,I,Airspeed,DiffPress,Temp,RawPress,Offset,U,H,Pri"),
     "BARO": (151, "QBffcf", "TimeUS,I,Alt,Press,Temp,CRt"),
     "GPS": (152, "QBBIHBcLLeffffB", "TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,Yaw,U"),
+    "PARM": (154, "QNf", "TimeUS,Name,Value"),
     "ATT": (153, "QccccCC", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw"),
 }
 
@@ -244,21 +245,27 @@ def _message(kind: str, values: list[object]) -> bytes:
     return struct.pack("<BBB", 0xA3, 0x95, number) + body
 
 
-def dataflash(path: Path, flown: dict[str, Array]) -> Path:
-    """ArduPilot: two airspeed sensors, the second one wrong; a GPS message between two of the air data."""
+def dataflash(path: Path, flown: dict[str, Array], parameters: Mapping[str, float] | None = None) -> Path:
+    """ArduPilot: two airspeed sensors, the second one wrong; a GPS message between two of the air data.
+
+    With `parameters`, the impact pressure is what the first sensor gave without its offset.
+    """
     from pymavlink.DFReader import FORMAT_TO_STRUCT
 
     parts = []
     for name, (number, letters, columns) in _FORMATS.items():
         length = 3 + sum(struct.calcsize("<" + FORMAT_TO_STRUCT[letter][0]) for letter in letters)
         parts.append(_message("FMT", [number, length, name, letters, columns]))
+    held = parameters or {}
+    parts += [_message("PARM", [0, name, value]) for name, value in held.items()]
+    offset = held.get("ARSPD_OFFSET", 0.0)
     speed = np.hypot(flown["velocity_north"], flown["velocity_east"])
     course = np.arctan2(flown["velocity_east"], flown["velocity_north"]) / DEGREE % 360.0
     for i in every_row(flown):
         us = int(flown["time"][i] * 1e6) + 5_000_000
         q, p = float(flown["impact_pressure"][i]), float(flown["static_pressure"][i])
         for sensor in (0, 1):
-            parts.append(_message("ARSP", [us, sensor, 60.0, q / (1 + sensor), 31.0, q, 0.0, 1, 1, 0]))
+            parts.append(_message("ARSP", [us, sensor, 60.0, q / (1 + sensor), 31.0, q, offset, 1, 1, 0]))
         parts.append(_message("BARO", [us, 0, 0.0, p, 31.0, 0.0]))
         at = [float(values[i]) for values in (flown["altitude"], speed, course)]
         fix = [3, 1000 * i, 2300, 14, 0.7, 47.1, 8.5, *at]
@@ -268,7 +275,7 @@ def dataflash(path: Path, flown: dict[str, Array]) -> Path:
     return path
 
 
-def ulog_bytes(topics: dict[str, tuple[str, Array]]) -> bytes:
+def ulog_bytes(topics: dict[str, tuple[str, Array]], parameters: Mapping[str, float] | None = None) -> bytes:
     """A ULog (PX4 file format, version 1): header, flags, formats, subscriptions, data.
 
     A topic is the types of its fields, such as `float alt;`, and rows of a clock [s] and values.
@@ -278,6 +285,9 @@ def ulog_bytes(topics: dict[str, tuple[str, Array]]) -> bytes:
         return struct.pack("<HB", len(body), ord(kind)) + body
 
     parts = [b"ULog\x01\x12\x35\x01", struct.pack("<Q", 0), message("B", bytes(40))]
+    for key, value in (parameters or {}).items():
+        typed = f"float {key}".encode()
+        parts.append(message("P", bytes([len(typed)]) + typed + struct.pack("<f", value)))
     for name, (fields, _) in topics.items():
         parts.append(message("F", f"{name}:uint64_t timestamp;{fields}".encode()))
     for number, name in enumerate(topics):
@@ -289,7 +299,9 @@ def ulog_bytes(topics: dict[str, tuple[str, Array]]) -> bytes:
     return b"".join(parts)
 
 
-def ulog(path: Path, flown: dict[str, Array], renewed: bool = False) -> Path:
+def ulog(
+    path: Path, flown: dict[str, Array], renewed: bool = False, parameters: Mapping[str, float] | None = None
+) -> Path:
     """PX4, of a version that calls its GPS topic `vehicle_gps_position`; with `renewed`, of the next ones."""
     time = flown["time"] + 100.0
     height = "double altitude_msl_m;" if renewed else "float alt;"
@@ -306,7 +318,7 @@ def ulog(path: Path, flown: dict[str, Array], renewed: bool = False) -> Path:
             gps,
         ),
     }
-    path.write_bytes(ulog_bytes(topics))
+    path.write_bytes(ulog_bytes(topics, parameters))
     return path
 
 

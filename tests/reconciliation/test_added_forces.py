@@ -63,7 +63,7 @@ def test_added_forces_are_those_of_the_force_meter(measured: Measured, name: str
     sizes = {p.name: 1.7 * p.typical for p in effect.parameters if p.shape or p.name == parameter}
     overlay = effect.overlay(effect.complete(sizes), model.baseline)
     on_meter = answer(lambda m: model.react(m, overlay, False), motion) - held
-    assert np.abs(on_meter).max() > 1e-3
+    assert np.abs(on_meter).max() > 3e-4  # m/s², rad/s²: far above rounding
     assert np.allclose(added_forces(overlay, units), on_meter, rtol=0.0, atol=SAME * np.abs(on_meter).max())
 
 

@@ -10,7 +10,7 @@ import pytest
 from pitotbench import Case, air, fly, sense
 from pitotbench.bench.flights import true_correction
 from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.bench.reflight import as_the_log_shows, error_curve_of, fly_again
+from pitotbench.bench.workflow import as_the_log_shows, error_curve_of, fly_again
 from pitotbench.catalog import Catalog
 from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.card_comparison import compare_cards, features_of, hand_apart

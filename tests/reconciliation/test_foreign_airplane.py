@@ -11,7 +11,6 @@ from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import lay_out
 from pitotbench.reconciliation.null_distribution import theoretical_distribution
 from pitotbench.reconciliation.verdict import judge
-from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
 
 # It declares no speed of its governors, and its engines state no fuel flow for their power.
@@ -48,7 +47,10 @@ def test_a_hidden_effect_of_another_twin_is_named(effect, parameter, true):
     assert [note for note in verdict.notes if "model of the aircraft lacks" in note and "governor_speed" in note]
 
 
-@pytest.mark.parametrize("aircraft", ["T38", "c172x"])
-def test_an_airplane_that_cannot_follow_the_log_is_refused_with_the_way_out(aircraft):
-    with pytest.raises(BadInputError, match=f"{aircraft}.* has no .*--aircraft none to judge the sensors alone"):
-        aircraft_model(aircraft)
+def test_the_force_meter_takes_what_an_airplane_has():
+    """One engine has one throttle; the thrust of a turboprop, which comes to its power slowly, is not known."""
+    single, twin, turboprop = (aircraft_model(name) for name in ("c172x", "c310", "DHC6"))
+    assert "throttle_right" not in single.controls
+    assert set(twin.controls) - set(single.controls) == {"throttle_right"}
+    assert twin.thrust_known
+    assert not turboprop.thrust_known

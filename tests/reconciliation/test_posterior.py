@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from pitotbench.effects import EFFECTS
-from pitotbench.reconciliation.discrimination import doubt_of
 from pitotbench.reconciliation.equations import noise_of_log, whitened_columns
 from pitotbench.reconciliation.evidence import Evidence, LogEvidence, Prior, Rest, weigh
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -205,12 +204,12 @@ def test_two_logs_name_what_neither_can_and_one_that_contradicts_takes_it_back()
 
 
 def test_the_prior_of_an_explanation_is_that_of_its_effects() -> None:
-    """The next flight starts from it. It held the difference between the tempered evidence and the whole one."""
+    """It held the difference between the tempered evidence and the whole one."""
     log = log_of({LAG: AXES[0], LATE: AXES[0] + AXES[3] / 4.0, POD: AXES[2]}, AXES[0])
     search = CauseSearch([log])  # type: ignore[list-item]
-    contenders = doubt_of(cause_posterior([log])).contenders  # type: ignore[list-item]
-    assert len(contenders) > 1
-    for each in contenders:
+    explained = [w.explained for w in cause_posterior([log]).weights if w.causes]  # type: ignore[list-item]
+    assert len(explained) > 1
+    for each in explained:
         assert each.log_prior == pytest.approx(search.log_prior(each.effects))
 
 

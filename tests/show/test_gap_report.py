@@ -26,9 +26,7 @@ from pitotbench.records.gap import (
     Trace,
 )
 from pitotbench.records.verdict import (
-    AdvisedFlight,
     Candidate,
-    CardForecast,
     Check,
     Closure,
     Detectable,
@@ -301,12 +299,6 @@ def test_what_a_calibration_suffers_is_said_with_its_sign(change, said):
     assert said in calibration_words(CalibrationChange(np.array([50.0, 60.0]), np.array([0.0, change])))
 
 
-CARD = CardForecast("diagnostic", {"sideslip_deg": 6.0}, 1828.8, 5.7, 0.93, 0.21)
-NEXT = AdvisedFlight(
-    ((("belly_pod",), 0.6), (("turn_drag",), 0.4)), (CARD,), True, 'maneuver = "diagnostic"\n', 0.97
-)
-
-
 def joined() -> Account:
     def flight(log: str, apart: float, left_out: float) -> JoinedFlight:
         own = OwnSize("belly_pod", Estimate("drag_area_m2", 0.11, 0.02), apart)
@@ -315,12 +307,12 @@ def joined() -> Account:
             log, "circle", 8.1, "one_of", (("belly_pod", "turn_drag"),), 80.0, closure, held, (own,), 8
         )
 
-    return replace(account(), flights=(flight("a.csv", 1.4, 0.97), flight("b.csv", 6.3, 0.31)), next_flight=NEXT)
+    return replace(account(), flights=(flight("a.csv", 1.4, 0.97), flight("b.csv", 6.3, 0.31)))
 
 
-def test_several_flights_and_the_next_one_are_told_on_the_page_and_in_json():
+def test_several_flights_are_told_on_the_page_and_in_json():
     page, document = account_page(joined()), account_json(joined())
-    for part in ("a.csv", "b.csv", "belly pod or turn drag", "6.3", "0.31", "0.93", "sideslip_deg = 6.0"):
+    for part in ("a.csv", "b.csv", "belly pod or turn drag", "6.3", "0.31"):
         assert part in page, part
     # Its steps are of one flight, and the gap is that of all.
     assert "effect by effect" in account_page(account())
@@ -329,11 +321,6 @@ def test_several_flights_and_the_next_one_are_told_on_the_page_and_in_json():
     assert document["flights"][1]["closure_left_out"] == pytest.approx(0.31)
     assert document["flights"][1]["own_sizes"][0]["apart"] == pytest.approx(6.3)
     assert document["flights"][0]["causes_alone"] == [["belly_pod", "turn_drag"]]
-    assert document["next_flight"]["maneuver"] == "diagnostic"
-    assert document["next_flight"]["card"] == {"sideslip_deg": 6.0}
-    assert document["next_flight"]["probability"] == pytest.approx(0.93)
-    assert document["next_flight"]["altitude_ft"] == pytest.approx(6000.0)
-    assert account_json(account())["next_flight"] is None
 
 
 def test_a_single_flight_has_no_table_of_flights():

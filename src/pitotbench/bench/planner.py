@@ -411,11 +411,12 @@ _LEAST_GAIN = 0.99  # an improved card must have at most this share of the given
 _MOST_MINUTES = 1.02  # in at most this share of its minutes
 
 
-def make_plan(request: PlanRequest, search_flights: int = 0, step: Callable[[], None] = lambda: None) -> Plan:
-    """Forecast every maneuver of the request, choose the best one, and improve its card.
+def plan(request: PlanRequest, search_flights: int = 0, step: Callable[[], None] = lambda: None) -> Plan:
+    """Predict the 2σ bound of every maneuver of a request, choose the maneuver to fly, and improve its card.
 
-    The search for a better card uses `search_flights` simulated flights, none where it is 0. `step` is called after
-    each maneuver and each flight of the search. Raises NoAnswerError where no maneuver can be flown.
+    The search for a better card uses `search_flights` simulated flights, none where it is 0 (the command
+    `pitotbench plan` spends 40). `step` is called after each maneuver and each flight of the search.
+    Raises NoAnswerError where no maneuver of the request can be flown.
     """
     found, refused = _forecasts(request, step)
     ranked = sorted(found, key=lambda each: plan_merit(request, each))

@@ -12,6 +12,7 @@ from pitotbench.bench.null_flights import (
     null_distribution_of,
     tells_the_day,
 )
+from pitotbench.effects.stability import OWN_TERMS
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.naming import Naming
@@ -263,7 +264,7 @@ def iterate(
     Ends with a verdict of no gap or of an unknown cause, or after the third pass.
     """
     looks, model = first_pass(first), aircraft_model(aircraft)
-    while looks.rounds[-1].added and len(looks.rounds) < THRESHOLDS.looks_most:
+    while looks.rounds[-1].added and len(looks.rounds) < _most(looks):
         if progress is not None:
             progress(f"looking again with {', '.join(looks.rounds[-1].added)} in the model")
         entries = dict(patch_of(looks, (), "", "").entries)
@@ -281,6 +282,12 @@ def iterate(
     return looks
 
 
+def _most(looks: Looks) -> int:
+    """The number of passes: one more for every term of the model's own file that the last one names."""
+    own = sum(name in OWN_TERMS for each in looks.rounds for name in each.added)
+    return min(THRESHOLDS.looks_most + own, 2 * THRESHOLDS.looks_most)
+
+
 def closure_checked(looks: Looks) -> Looks:
     """Return the passes with the objection of their closure, where they close too little of the gap.
 
@@ -295,7 +302,8 @@ def closure_checked(looks: Looks) -> Looks:
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
     fitted = [e.name for e in looks.effects if e.name in FITTED and e.name not in GUSTS]
     names = ", ".join(fitted)
-    if len(fitted) > THRESHOLDS.effects_most:
+    # Faults are few. The terms of a model's own file may be off in many places at once.
+    if len(set(fitted) - OWN_TERMS) > THRESHOLDS.effects_most:
         return _objected(first_pass(looks.first), f"so many effects would be needed that none is named: {names}")
     if verdict.kind != "named" or not looks.first.naming.chosen or closed.share >= least or by_chance:
         return looks

@@ -16,20 +16,13 @@ from pitotbench.show.gap_words import sentences
 from pitotbench.show.verdict import kind_words
 from pitotbench.simulation.modified import install_variant, overlay_xml
 
-WRITTEN = (
-    "verdict.json",
-    "patch.toml",
-    "report.html",
-    "overlay.xml",
-    "next_flight.toml",
-)  # the files that a run writes
+WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")  # the files that a run writes
 
 
 def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) -> list[str]:
     """Write `verdict.json`, `patch.toml` and `report.html` to a folder, and replace those of an earlier run.
 
-    Where an effect acts on the aircraft, `overlay.xml` is written too, and `next_flight.toml` where a flight would
-    part the causes that are left. Returns the lines to print.
+    Where an effect acts on the aircraft, `overlay.xml` is written too. Returns the lines to print.
     """
     texts = {
         "verdict.json": json_text(document),
@@ -40,12 +33,8 @@ def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) ->
     overlay = overlay_xml(aircraft, _of_aircraft(outcome)) if aircraft != "none" else ""
     if overlay:
         texts["overlay.xml"] = overlay
-    advised = outcome.account.next_flight
-    if advised is not None and advised.case:
-        texts["next_flight.toml"] = advised.case
     out.mkdir(parents=True, exist_ok=True)
-    for name in ("overlay.xml", "next_flight.toml"):  # that of an earlier run would not belong to this verdict
-        (out / name).unlink(missing_ok=True)
+    (out / "overlay.xml").unlink(missing_ok=True)  # that of an earlier run would not belong to this verdict
     for name, text in texts.items():
         write_text(out / name, text)
     return ["written: " + ", ".join(str(out / name) for name in texts)]

@@ -1,13 +1,19 @@
-"""Run one reconciliation, from the logs to the content of its report."""
+"""Run one reconciliation, from the logs to the content of its report, and fly the card again with its patch."""
 
+import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from math import atan2, hypot, pi
 from typing import TYPE_CHECKING, Any
 
-from pitotbench.bench.next_flight import advice_of, next_flight_after
+import numpy as np
+
+from pitotbench import air
+from pitotbench.bench.fleet import require_all, run_tasks
+from pitotbench.bench.flights import flown as fly_case
 from pitotbench.bench.null_flights import Progress, aircraft_model, as_flown, card_of
-from pitotbench.bench.reflight import as_the_log_shows, fly_again
 from pitotbench.bench.rounds import (
     Looks,
     NamedLog,
@@ -19,17 +25,22 @@ from pitotbench.bench.rounds import (
     reconcile_logs,
     with_calibrated_probabilities,
 )
+from pitotbench.effects.stability import OWN_TERMS
+from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
 from pitotbench.reconciliation.formula import closure_on, find_formula, free_sizes_beside
-from pitotbench.reconciliation.free_parameters import AnalysisSetting
-from pitotbench.reconciliation.layout import Layout
+from pitotbench.reconciliation.free_parameters import AnalysisSetting, curve_of
+from pitotbench.reconciliation.layout import DAY, Layout, below_range_end, check_log, mean_wind_of
+from pitotbench.reconciliation.naming import Naming
 from pitotbench.reconciliation.patches import Patch, name_in_case
 from pitotbench.reconciliation.pictures import calibration_change, clearest_channel, gap_map, traces, waterfall
 from pitotbench.reconciliation.renewal import lay_out_with
+from pitotbench.reconciliation.track import track_of
+from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.case import Case, EffectSpec
+from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.gap import Account, FlownAgain, FoundFormula
 from pitotbench.records.log import FlightLog
-from pitotbench.records.verdict import SURE, AdvisedFlight, Candidate, JoinedFlight, Verdict
+from pitotbench.records.verdict import SURE, Candidate, JoinedFlight, Verdict
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -75,7 +86,7 @@ def beyond_the_table(
         progress("looking for a formula of what the table does not explain")
     names = dict(patch_of(looks, (), "", "").entries)
     formula = find_formula(_remaining(looks), first.null)
-    if names:
+    if set(names) - OWN_TERMS:
         alone = find_formula(first.naming.layout, first.null)
         if alone is not None and _is_simpler(alone, formula, names):
             why = f"a formula explains more than {', '.join(names)} with a formula beside it"
@@ -153,11 +164,6 @@ class FullReconciliation:
         """What each flight says."""
         return self.account.flights
 
-    @property
-    def next_flight(self) -> AdvisedFlight | None:
-        """The flight that would part the causes that are left; None where none is needed, or none was asked for."""
-        return self.account.next_flight
-
     def to_frame(self) -> "DataFrame":
         """Return the causes as a table, the most probable first."""
         return self.account.to_frame()
@@ -183,14 +189,12 @@ def reconcile_fully(
     refly: bool = True,
     refly_holdout: bool = True,
     keep: bool = True,
-    next_flight: bool = True,
 ) -> FullReconciliation:
     """Reconcile logs, judge them again until nothing significant remains, and fly a card again.
 
     `card` is that of all logs that state none of their own. With `refly` the card of the log with the largest gap
-    is flown again, with `refly_holdout` that of the held-out log as well. With `next_flight` a card is chosen that
-    parts the causes between which the logs leave a doubt. Without `keep` the cache of null flights is neither read
-    nor written.
+    is flown again, with `refly_holdout` that of the held-out log as well. Without `keep` the cache of null flights
+    is neither read nor written.
     Raises BadInputError for a log that cannot be used.
     """
     say = progress or (lambda text: None)
@@ -198,9 +202,6 @@ def reconcile_fully(
     logs = [replace(each, card=each.card or card) for each in several]
     other = holdout.log if holdout else None
     first = reconcile_logs(logs, aircraft, other, progress=progress, setting=setting, keep=keep)
-    advised = next_flight_after(first, progress) if next_flight else None
-    if advised is not None:
-        first = replace(first, checks=replace(first.checks, advice=advice_of(advised)))
     looks = closure_checked(iterate(aircraft, first, progress))
     source = ", ".join(each.name for each in logs)
     beyond = beyond_the_table(aircraft, looks, other, progress)
@@ -237,7 +238,6 @@ def reconcile_fully(
         null_flights=first.null.flights,
         formula=beyond.formula,
         flights=first.flights,
-        next_flight=advised,
         telling=clearest_channel(first.naming, first.null, over_time),
         calibration=calibration_change(first.naming),
         warnings=told_warnings([*logs, *([holdout] if holdout else [])], looks.rounds[0].verdict),
@@ -265,3 +265,98 @@ def told_warnings(logs: Sequence[NamedLog], verdict: Verdict) -> tuple[str, ...]
 def entries(patch: Patch) -> tuple[EffectSpec, ...]:
     """Return a patch as effects of a case."""
     return tuple(EffectSpec(name_in_case(name), sizes) for name, sizes in patch.entries)
+
+
+# Fly the card of a log again in the simulator, without and with the patch.
+
+OTHER_HAND = 0.3  # apart from which another pilot is tried: two flights by one hand are some 0.15 apart
+SAME_GUSTS = 0.25  # apart, in the logarithm, below which other gusts are no reason for another motion
+FLIGHTS = 3  # of each airplane, unpatched and patched, so that the differences between flights show chance
+# The free parameters of the temperature, where no header tells it: by its effect on the airplane, and as measured
+WARMER, MEASURED_WARMER = f"{DAY} warmer_k", "temperature offset"
+CURVE_POINTS = 96  # of the error curve: lines between them are within 0.01 kt of it, for errors of up to 0.15 q_c
+SEED = 760_001  # truth and sensor seeds count up from here
+
+
+def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) -> FlownAgain:
+    """Compare a log with its card as the simulator flies it, in the wind of the log, without and with effects.
+
+    Where the airplane of the log moves to and fro as under another hand than that of the card, in gusts of the same
+    strength, the card is flown by the pilot whose hand is nearest. Returns only a reason where there is no card, or
+    where it cannot be flown.
+    """
+    if card is None:
+        return FlownAgain(skipped="no card: the header of the log holds none and --card was not given")
+    if log.segment is None:
+        return FlownAgain(
+            skipped="the log has no column `segment`: its parts cannot be matched to those of the card"
+        )
+    base = replace(card, wind=wind_of_log(log), effects=())
+    try:
+        found = _flights([base], effects)
+    except BadInputError as error:
+        return FlownAgain(skipped=f"the card cannot be flown: {error}")
+    pilot, (_, after) = base.pilot, found[base.pilot]
+    if hand_apart(log, after) > OTHER_HAND and gusts_apart(log, after) < SAME_GUSTS:
+        with suppress(BadInputError):  # a card may be too hard for another pilot
+            found |= _flights([replace(base, pilot=p) for p in PILOTS if p != base.pilot], effects)
+        pilot = min(found, key=lambda p: hand_apart(log, found[p][1]))
+    compared = compare_cards(log, *found[pilot])
+    return compared if pilot == base.pilot else replace(compared, pilot=pilot)
+
+
+def _flights(
+    cards: Sequence[Case], effects: Sequence[EffectSpec]
+) -> dict[str, tuple[list[FlightLog], list[FlightLog]]]:
+    """Flights of some cards by their pilots, without and with effects."""
+    numbers = range(SEED, SEED + FLIGHTS)
+    plain = [replace(card, truth_seed=n, sensor_seed=n) for card in cards for n in numbers]
+    patched = [replace(case, effects=tuple(effects)) for case in plain] if effects else []
+    logs = require_all(run_tasks(fly_case, [*plain, *patched], min(os.cpu_count() or 1, FLIGHTS)))
+    before, after = logs[: len(plain)], logs[len(plain) :] or logs
+    parts = [slice(i * FLIGHTS, (i + 1) * FLIGHTS) for i in range(len(cards))]
+    return {card.pilot: (before[part], after[part]) for card, part in zip(cards, parts, strict=True)}
+
+
+def as_the_log_shows(
+    card: Case | None, naming: Naming, beside_formula: Mapping[str, float] | None = None
+) -> Case | None:
+    """Return a card with the error curve of a log and, where its header does not tell the day, in its temperature.
+
+    The free parameters beside the named effects tell how much warmer the air is than the card says. Where a formula
+    takes a part of the gap, `beside_formula` holds them as they are beside it.
+    """
+    if card is None:
+        return card
+    layout = naming.layout
+    sizes = dict(zip(layout.free.names, naming.equations.free_sizes(naming.fit.columns), strict=True))
+    sizes |= beside_formula or {}
+    card = replace(card, pressure_error=error_curve_of(layout, sizes))
+    if WARMER not in sizes:
+        return card
+    # A card counts from the standard day at its geometric height, a log from that at its pressure height. In warmer
+    # air a pressure lies higher, where the standard day is cooler.
+    height = air.pressure_altitude(layout.scene.clean["static_pressure"])
+    steeper = air.SEA_LEVEL_TEMPERATURE / float(np.mean(air.standard_temperature(height)))
+    measured = sizes.get(MEASURED_WARMER, 0.0)  # a log may lack the thermometer
+    return replace(card, temperature_offset=card.temperature_offset + sizes[WARMER] + steeper * measured)
+
+
+def error_curve_of(layout: Layout, sizes: Mapping[str, float]) -> PressureErrorSpec:
+    """Return the error curve that a log shows, with `sizes` of its free parameters.
+
+    It reaches over the airspeeds of the log as they are after correction, and is constant beyond them.
+    """
+    shown = layout.scene.clean["impact_pressure"][layout.measured]
+    indicated = np.linspace(float(shown.min()), float(shown.max()), CURVE_POINTS)
+    share = curve_of(indicated, (*layout.curves, sizes))
+    location = "static" if layout.setting.static_error else "impact"
+    speeds = air.calibrated_airspeed(indicated).tolist()
+    return PressureErrorSpec("table", airspeed=tuple(speeds), values=tuple(share.tolist()), location=location)
+
+
+def wind_of_log(log: FlightLog) -> Wind:
+    """Return the mean wind of a log: ground velocity less velocity through the air."""
+    track = track_of(log, check_log(log).fresh)
+    north, east, _ = mean_wind_of(track, below_range_end(track, log))
+    return Wind(hypot(north, east), (atan2(-east, -north)) % (2.0 * pi), 0.0)

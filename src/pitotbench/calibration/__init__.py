@@ -4,7 +4,7 @@ The estimators load with the first calibration, so that options and the arithmet
 All arrays are SI and radians; parameters of the error curve are without units.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -15,8 +15,9 @@ from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
 from pitotbench.calibration.options import accuracies_from as accuracies_from
 from pitotbench.calibration.reduction import one_thread
+from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.records import BadInputError, NoAnswerError, OneHeadingError, UndeterminedError
-from pitotbench.records.calibration import CalibratedFlight, Calibration
+from pitotbench.records.calibration import CalibratedFlight, Calibration, RecordedAutopilot
 from pitotbench.records.log import Caution, FlightLog
 
 
@@ -114,10 +115,14 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
 
     Raises NoAnswerError where its bound is too wide, and BadInputError where no airplane has such a curve.
     """
-    from pitotbench.calibration.fit_checks import judge_curve, require_useful
+    from pitotbench.calibration.fit_checks import judge_curve, require_useful, wash_of
     from pitotbench.calibration.result import with_display_steps
 
     calibration = with_display_steps(calibration, log)
+    held = log.header.get(PARAMETERS)
+    if isinstance(held, Mapping) and all(isinstance(value, int | float) for value in held.values()):
+        recorded = RecordedAutopilot(held, wash_of(calibration.residuals, log))
+        calibration = replace(calibration, autopilot=recorded)
     require_useful(calibration)
     curve = calibration.curve
     verdict = judge_curve(curve.indicated_airspeed, curve.normalized_pressure_error, curve.normalized_two_sigma)

@@ -373,6 +373,7 @@ def _curve(choice: ModelChoice, of_best: ErrorCurve, curve: CurveMap, nuisances:
         simultaneous_two_sigma=choice.answer.simultaneous(gradient, bounds),
         normalized_pressure_error=curve.normalized(k),
         normalized_two_sigma=choice.answer.two_sigma(basis),
+        correlation=choice.answer.correlation(gradient),
     )
 
 

@@ -547,6 +547,13 @@ class Posterior:
             deviations = np.sqrt(variances)
         return half_width(self.weights, means, deviations)
 
+    def correlation(self, gradient: Array) -> Array:
+        """Correlation of the errors of linear functions of θ with gradient (c, p), as (c, c)."""
+        covariance = gradient @ self.covariance @ gradient.T
+        with np.errstate(invalid="ignore"):  # as above
+            deviation = np.sqrt(np.diag(covariance))
+            return np.asarray(covariance / np.outer(deviation, deviation))
+
     def simultaneous(self, gradient: Array, bounds: Array) -> Array:
         """Half-widths that hold at all points together: the pointwise `bounds` (c,) times one factor."""
         return bounds * simultaneous_factor(self.weights, self.means, self.covariances, gradient, bounds)

@@ -22,9 +22,9 @@ from pitotbench.calibration.observations import Observations
 from pitotbench.calibration.prediction import Nuisance, PredictionModel
 from pitotbench.logbook.plausible_air import LIMITS
 from pitotbench.records import NoAnswerError, OneHeadingError, UndeterminedError
-from pitotbench.records.calibration import Calibration, Disagreement, ErrorCurve, Residuals
+from pitotbench.records.calibration import Calibration, Disagreement, ErrorCurve, Estimate, Residuals
 from pitotbench.records.legs import FixedSpeedPoint
-from pitotbench.records.log import Caution
+from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, MetersPerSecond
 
 # Checks that a log determines the requested answer. A number that it does not determine is never returned.
@@ -222,6 +222,44 @@ def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[
         if abs(mean) - _CLEAR * error > max(_BOUNDS * bound, _LEAST_OFF) and abs(mean) > worst[0]:
             worst = (abs(mean), at)
     return worst
+
+
+# The wash of a propeller shows as an error that goes with power, beside the one that goes with airspeed.
+
+_WASH_OVER = 30.0  # s: residuals within it share a gust and count as one
+_FEWEST_BLOCKS = 8
+_OWN_POWER = 0.05  # of full power: rms of power beside what airspeed explains, below which nothing is told
+
+
+def wash_of(residuals: Residuals, log: FlightLog) -> Estimate | None:
+    """Return by how much the indicated airspeed reads higher at full power than at idle [m/s]; None without power.
+
+    The residual is regressed on the power that is left when constant, airspeed and its square are taken out (Frisch
+    and Waugh 1933); its 2σ is that of blocks of 30 s (Liang and Zeger 1986). It is infinite where power follows
+    airspeed.
+    """
+    levers = [each for each in (log.throttle_left, log.throttle_right) if each is not None]
+    engines = ("left", "right")
+    pairs = [(getattr(log, f"manifold_pressure_{e}"), getattr(log, f"propeller_speed_{e}")) for e in engines]
+    powers = [a * b for a, b in pairs if a is not None and b is not None]
+    if not levers and not powers:
+        return None
+    lever = np.mean(levers or powers, axis=0)
+    lever = lever if levers else lever / np.max(np.abs(lever))
+    power = np.interp(residuals.time, log.time, lever)
+    speed = residuals.indicated_airspeed - residuals.airspeed
+    speed = (speed - np.mean(speed)) / max(float(np.std(speed)), 1e-9)
+    known = np.vander(speed, 3)
+    both = np.column_stack([power, residuals.airspeed])
+    own, airspeed = (both - known @ np.linalg.lstsq(known, both, rcond=None)[0]).T
+    _, block = np.unique(np.floor((residuals.time - residuals.time[0]) / _WASH_OVER), return_inverse=True)
+    blocks, size = int(block[-1]) + 1, float(own @ own)
+    if blocks < _FEWEST_BLOCKS or np.sqrt(size / len(own)) < _OWN_POWER:
+        return Estimate("wash", 0.0, np.inf)
+    value = float(own @ airspeed) / size
+    scores = np.bincount(block, own * (airspeed - value * own))
+    spread = np.sqrt(scores @ scores * blocks / (blocks - len(known[0]) - 1)) / size
+    return Estimate("wash", value, 2.0 * float(spread))
 
 
 # Warnings for nuisances and noise parameters that the log puts far outside their priors.

@@ -7,8 +7,7 @@ from typing import Any
 
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.pressure_error import MODELS
-from pitotbench.records import BadInputError
-from pitotbench.records.accuracy import USUAL_ACCURACIES
+from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Assumption
 
 # Accuracies of constant errors that the residual does not show. Each widens the bound.

@@ -114,6 +114,7 @@ def assemble_by_height(log: FlightLog, options: CalibrationOptions) -> Calibrati
         white_two_sigma=bounds,
         normalized_pressure_error=curve.normalized(k),
         normalized_two_sigma=found.answer.two_sigma(curve.basis()),
+        correlation=found.answer.correlation(gradient),
     )
     airspeed = found.left * air.calibrated_airspeed_slope(found.impact_pressure, indicated)
     residuals = Residuals(found.time, indicated, airspeed, obs.used)
@@ -205,6 +206,7 @@ def _curve(curve: CurveMap, white: OutputErrorFit, answer: Posterior, nuisances:
         white_two_sigma=2.0 * np.sqrt(white_variance),
         normalized_pressure_error=curve.normalized(k),
         normalized_two_sigma=answer.two_sigma(basis),
+        correlation=answer.correlation(gradient),
     )
 
 

@@ -34,6 +34,7 @@ class Command(NamedTuple):
 COMMANDS = (
     Command("fly", "pitotbench.cli.fly", "fly a case file and write the log"),
     Command("calibrate", "pitotbench.cli.calibrate", "recover the error curve and the wind from a log"),
+    Command("compare", "pitotbench.cli.compare", "two calibrations or two logs: where their error curves differ"),
     Command("inspect", "pitotbench.cli.inspect", "what a log holds, and what can be learned from it"),
     Command("map", "pitotbench.cli.map", "draft a mapping for a log with unknown column names"),
     Command("fixed-speed", "pitotbench.cli.fixed_speed", "leg and turn GPS methods: of a log, a card, typed legs"),

@@ -8,16 +8,21 @@ from typing import TYPE_CHECKING, Any
 from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
+    add_part,
+    add_table,
     mapping_advice,
     read_logs,
+    require_table,
     stated_accuracies,
+    stated_part,
     write_documents,
+    write_table,
 )
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.calibration.options import CalibrationOptions
-    from pitotbench.records.calibration import CalibratedFlight
+    from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight
     from pitotbench.records.legs import FixedSpeedPoint
     from pitotbench.records.log import FlightLog
     from pitotbench.show.limits import Limit
@@ -33,10 +38,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--model", help="pressure-error model, or auto (default: the mapping's, else inverse+)")
     add_mapping(parser)
-    parser.add_argument(
-        "--from", dest="begin", metavar="MIN:S", help="use the log from this minute on, such as 12:30"
-    )
-    parser.add_argument("--to", dest="end", metavar="MIN:S", help="use the log up to this minute, such as 25:00")
+    add_part(parser)
     parser.add_argument("--mach-max", type=float, help="leave out rows above this Mach number")
     parser.add_argument("--ground-speed-min-kt", type=float, help="leave out rows below this ground speed [kt]")
     parser.add_argument("--on-condition", action="store_true", help="use only rows flagged on condition")
@@ -70,8 +72,15 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="judge the curve by far25, far23, none, or your own, such as 2%%,3kt,30ft (altitude for each 100 kt) "
         "(default: far23 below Mach 0.6, else far25, where the curve reaches 60 kt)",
     )
+    parser.add_argument(
+        "--params",
+        metavar="AUTOPILOT",
+        help="also the parameters to set: ardupilot or px4, with the old values where the log has none "
+        "(px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0)",
+    )
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
     parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
+    add_table(parser)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +96,11 @@ class _Reduced:
         """The name of the file, with the number of the flight where the file holds several."""
         flight = self.flight
         return self.path.name + (f", flight {flight.number} of {flight.count}" if flight.count > 1 else "")
+
+    @property
+    def own_curve(self) -> bool:
+        """Whether the flight is the first of those that share its curve, or has a curve of its own."""
+        return self.flight.joined == 1 or (self.flight.place == 0 and self.flight.number == 1)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -105,16 +119,20 @@ def run(options: argparse.Namespace) -> int:
         if options.separately and len(options.logs) > 1:
             raise BadInputError("--card holds one curve: leave out --separately, or give one log")
         require_file(options.card, (".csv",), _inputs(options))
+    require_table(options, _inputs(options))
     limit = limit_named(options.limit)
+    autopilot, _ = _stated_autopilot(options)
     reduced = _reduced(options)
+    settings = [_settings(each, autopilot) for each in reduced]
     if options.report is not None:
         _write_report(options.report, reduced, limit)
     if options.card is not None:
         write_text(options.card, card_csv(reduced[0].flight.calibration.curve))
+    write_table(options, {each.name: each.flight.calibration.curve for each in reduced if each.own_curve})
     if options.json:
-        _print_json(reduced, limit)
+        _print_json(reduced, limit, settings)
     else:
-        _print_tables(reduced, limit, options)
+        _print_tables(reduced, limit, settings, options)
     return 0
 
 
@@ -123,11 +141,18 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     from pitotbench.calibration import calibrate_flights
     from pitotbench.calibration.fit_checks import with_points
     from pitotbench.calibration.leg_points import cross_check
+    from pitotbench.logbook.columns import PARAMETERS
 
     choice = _choice(options, mapping_advice(options))  # a wrong flag is refused before a long log is read
-    logs = read_logs(options.logs, options.mapping)
-    if options.begin is not None or options.end is not None:
-        logs = [_stated_part(log, options) for log in logs]
+    logs = [stated_part(log, options) for log in read_logs(options.logs, options.mapping)]
+    _, stated = _stated_autopilot(options)
+    if stated:
+        logs = [replace(log, header={**log.header, PARAMETERS: stated}) for log in logs]
+    if options.params and not options.separately and len({str(log.header.get(PARAMETERS)) for log in logs}) > 1:
+        raise BadInputError(
+            "--params: the logs were flown with different parameters, so their airspeeds have no curve in common; "
+            "use --separately"
+        )
     choice = _choice(options, mapping_advice(options, logs))
     if options.separately:
         paired = [
@@ -146,36 +171,25 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
     return reduced
 
 
-def _stated_part(log: "FlightLog", options: argparse.Namespace) -> "FlightLog":
-    """Return the part of a log between `--from` and `--to`. Raises BadInputError where it holds no such part."""
-    from pitotbench.timeline import minutes_text
+def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float]]:
+    """Return the autopilot of `--params`, empty where none is named, and the old values that it states."""
+    from pitotbench.logbook.autopilot import stated_parameters
 
-    since = log.time - log.time[0]
-    begin = 0.0 if options.begin is None else _moment("--from", options.begin)
-    end = float(since[-1]) if options.end is None else _moment("--to", options.end)
-    rows = (since >= begin) & (since <= end)
-    if begin >= end or rows.sum() < 2:
-        raise BadInputError(
-            f"--from {minutes_text(begin)} --to {minutes_text(end)}: the log runs from 0:00 to "
-            f"{minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
-        )
-    return log.select(rows)
+    return ("", {}) if options.params is None else stated_parameters(options.params)
 
 
-def _moment(flag: str, text: str) -> float:
-    """Return the seconds of a moment such as 12:30, 1:02:03 or 750 (seconds)."""
-    try:
-        parts = [float(part) for part in text.split(":")]
-    except ValueError:
-        parts = []
-    if not 1 <= len(parts) <= 3 or any(not 0.0 <= part < 1e6 for part in parts):
-        raise BadInputError(f"{flag} {text!r}: give minutes and seconds of the log, such as 12:30")
-    return sum(part * 60.0**power for power, part in enumerate(reversed(parts)))
+def _settings(each: _Reduced, autopilot: str) -> "AutopilotSettings | None":
+    from pitotbench.logbook.autopilot import autopilot_settings
+
+    return autopilot_settings(each.flight.calibration, autopilot) if autopilot else None
 
 
-def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:
+def _print_json(
+    reduced: list[_Reduced], limit: "Limit | str | None", settings: "list[AutopilotSettings | None]"
+) -> None:
     from pitotbench.show.calibration import calibration_json, flight_json
     from pitotbench.show.legs import points_json
+    from pitotbench.show.takehome import settings_json
 
     write_documents(
         [
@@ -185,27 +199,36 @@ def _print_json(reduced: list[_Reduced], limit: "Limit | str | None") -> None:
                 **calibration_json(each.flight.calibration, limit),
                 **flight_json(each.flight),
                 "fixed_speed": points_json(each.points),
+                **settings_json(found),
             }
-            for each in reduced
+            for each, found in zip(reduced, settings, strict=True)
         ]
     )
 
 
-def _print_tables(reduced: list[_Reduced], limit: "Limit | str | None", options: argparse.Namespace) -> None:
+def _print_tables(
+    reduced: list[_Reduced],
+    limit: "Limit | str | None",
+    settings: "list[AutopilotSettings | None]",
+    options: argparse.Namespace,
+) -> None:
     from rich.console import Console
 
     from pitotbench.show.calibration import flight_lines, print_calibration
     from pitotbench.show.columns import outside
     from pitotbench.show.legs import print_points
+    from pitotbench.show.takehome import print_settings
 
     console = Console(highlight=False, soft_wrap=True)
-    for each in reduced:
+    for each, found in zip(reduced, settings, strict=True):
         console.print(outside(f"{each.name} ({_origin(each.flight.log)})", "bold"))
         for line in flight_lines(each.flight):
             console.print(outside(line))
         print_calibration(each.flight.calibration, console, limit, options.verbose)
         if options.verbose:
             print_points(each.points, console, each.flight.calibration.curve)
+        if found is not None:
+            print_settings(found, console)
     if not options.verbose:
         console.print(f"More: -v for all numbers{'' if options.report else ', --report PAGE.html for pictures'}.")
 

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
+    add_table,
     mapping_advice,
     read_logs,
+    require_table,
     stated_accuracies,
     write_documents,
+    write_table,
 )
 from pitotbench.records import BadInputError
 
@@ -26,7 +29,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         type=Path,
         metavar="LOG",
-        help="log files: legs and turns are found; or a points table (CSV): a card, one row a leg",
+        help="log files: legs and turns are found; or a card (CSV), one row a leg, or a tower fly-by",
     )
     add_mapping(parser)
     add_accuracy(parser)
@@ -35,13 +38,15 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sheet", type=Path, metavar="FILE", help="write an empty card to print and fill in (HTML)"
     )
+    add_table(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON document (a list for several logs)")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the answer; return exit code 0. Raises BadInputError unless either logs or legs are given."""
-    from pitotbench.logbook.points_table import is_points_table
+    from pitotbench.logbook.points_table import is_fly_by_card, is_points_table
 
+    require_table(options, options.logs)
     typed = [options.ground_speed_kt, options.track_deg]
     if options.sheet is not None and not options.logs and typed == [None, None]:
         _write_sheet(options.sheet)
@@ -49,7 +54,12 @@ def run(options: argparse.Namespace) -> int:
         cards = [is_points_table(path) for path in options.logs]
         if any(cards) and not all(cards):
             raise BadInputError("give either logs or points tables")
-        (_of_cards if any(cards) else _of_logs)(options)
+        if options.table is not None and not (any(cards) and not any(map(is_fly_by_card, options.logs))):
+            raise BadInputError("--table: points are no curve; use calibrate LOG --table, or give a card of legs")
+        fly_bys = [is_fly_by_card(path) for path in options.logs]
+        if any(fly_bys) and not all(fly_bys):
+            raise BadInputError("give either points tables or fly-by cards")
+        (_of_fly_bys if any(fly_bys) else _of_cards if any(cards) else _of_logs)(options)
     elif not options.logs and None not in typed:
         _of_legs(options)
     else:
@@ -82,6 +92,13 @@ def _of_cards(options: argparse.Namespace) -> None:
     stated = accuracies_of(stated_accuracies(options, {}).get("accuracies"), {})
     read = [(path, *read_points(path)) for path in options.logs]
     found = [(path, reduce_card(legs, steps, stated)) for path, legs, steps in read]
+    several = len(found) > 1
+    curves = {
+        " ".join(filter(None, (path.stem if several else "", name))): curve
+        for path, card in found
+        for name, curve in card.curves.items()
+    }
+    write_table(options, curves)
     if options.json:
         write_documents([card_json(card) for _, card in found])
         return
@@ -89,6 +106,26 @@ def _of_cards(options: argparse.Namespace) -> None:
         console = Console(highlight=False, soft_wrap=True)
         console.print(outside(path.name, "bold"))
         print_card(card, console)
+
+
+def _of_fly_bys(options: argparse.Namespace) -> None:
+    from rich.console import Console
+
+    from pitotbench.calibration.hand_card import reduce_fly_bys
+    from pitotbench.calibration.options import accuracies_of
+    from pitotbench.logbook.points_table import read_fly_bys
+    from pitotbench.show.columns import outside
+    from pitotbench.show.legs import fly_bys_json, print_fly_bys
+
+    stated = accuracies_of(stated_accuracies(options, {}).get("accuracies"), {})
+    found = [(path, reduce_fly_bys(*read_fly_bys(path), stated)) for path in options.logs]
+    if options.json:
+        write_documents([fly_bys_json(points) for _, points in found])
+        return
+    for path, points in found:
+        console = Console(highlight=False, soft_wrap=True)
+        console.print(outside(path.name, "bold"))
+        print_fly_bys(points, console)
 
 
 def _of_logs(options: argparse.Namespace) -> None:

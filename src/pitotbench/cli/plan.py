@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
     from rich.console import Console
 
     from pitotbench.bench.fleet import progress
-    from pitotbench.bench.planner import make_plan
+    from pitotbench.bench.planner import plan as plan_flight
     from pitotbench.logbook.formats import require_folder
     from pitotbench.show.columns import json_text, printable
     from pitotbench.show.plan import plan_json, print_plan
@@ -78,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
     if options.out is not None:
         require_folder(options.out, (_PAGE, _CASE))
     with progress("flying", len(request.maneuvers) + options.search) as step:
-        plan = make_plan(request, options.search, step)
+        plan = plan_flight(request, options.search, step)
     if options.json:
         sys.stdout.write(json_text(plan_json(plan)))
     else:

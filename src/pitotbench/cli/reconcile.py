@@ -5,12 +5,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.shared_flags import add_mapping, mapping_advice, read_logs, say
+from pitotbench.cli.shared_flags import add_mapping, add_part, mapping_advice, read_logs, say, stated_part
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.bench.workflow import FullReconciliation
     from pitotbench.reconciliation.free_parameters import AnalysisSetting
+    from pitotbench.records.terms import Maneuver
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -37,8 +38,15 @@ def add(parser: argparse.ArgumentParser) -> None:
         help="case file that says what was flown (default: the log's header); give it once, or once for each log",
     )
     parser.add_argument(
-        "--no-next-flight", action="store_true", help="do not choose the next flight where a doubt is left"
+        "--no-next-flight", action="store_true", help="without effect; accepted for scripts of earlier versions"
     )
+    parser.add_argument(
+        "--terms",
+        action="store_true",
+        help="correct the aerodynamic terms of the model's file in the maneuvers of the log (default: for logs of "
+        "system identification, such as SIDPAC's fdata)",
+    )
+    add_part(parser)
     parser.add_argument("--apply", metavar="NAME", help="keep the patched aircraft as ./aircraft/<aircraft>+NAME")
     parser.add_argument(
         "--no-cache", action="store_true", help="fly the null flights of the card anew, and do not keep them"
@@ -57,6 +65,8 @@ def run(options: argparse.Namespace) -> int:
 
     _check_variant(options)
     _check_folder(options)
+    if options.terms or _are_identification(options.log):
+        return _run_terms(options)
     outcome = _outcome(options)
     document = account_json(outcome.account)
     written = keep(outcome, document, options.out) if options.out is not None else []
@@ -69,6 +79,50 @@ def run(options: argparse.Namespace) -> int:
     if options.apply:
         for line in install(outcome, options.apply):
             say(line)
+    return 0
+
+
+def _are_identification(paths: list[Path]) -> bool:
+    """Whether the logs are arrays of system identification. Raises BadInputError where only some of them are."""
+    from pitotbench.logbook.identification import is_identification
+
+    found = [is_identification(path) for path in paths]
+    if any(found) and not all(found):
+        raise BadInputError(
+            f"{paths[found.index(False)]}: a flight log beside arrays of system identification; judge them apart"
+        )
+    return all(found)
+
+
+def _run_terms(options: argparse.Namespace) -> int:
+    """Correct the terms of a model, print the account, and write its page and its overlay."""
+    from rich.console import Console
+
+    from pitotbench.bench.model_terms import correct_terms, keep_terms, maneuvers_in, parted
+    from pitotbench.show.columns import json_text
+    from pitotbench.show.terms import print_terms, terms_json
+
+    if options.aircraft == "none":
+        raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
+    if options.apply:
+        raise BadInputError("--apply is not for terms: overlay.xml of --out holds what is added to the file")
+
+    def maneuvers(path: Path) -> "list[Maneuver]":
+        return maneuvers_in(path, lambda: stated_part(read_logs([path], options.mapping)[0], options))
+
+    fitted = [each for path in options.log for each in maneuvers(path)]
+    held = maneuvers(options.holdout) if options.holdout else []
+    if not held and len(fitted) > len(options.log):  # several maneuvers of one log: every second one is held out
+        fitted, held = parted(fitted)
+    corrected = correct_terms(options.aircraft, fitted, held)
+    names = ", ".join(path.name for path in options.log)
+    written = keep_terms(corrected, names, options.out) if options.out is not None else []
+    if options.json:
+        sys.stdout.write(json_text(terms_json(corrected.account)))
+    else:
+        print_terms(corrected.account, Console(highlight=False, soft_wrap=True))
+    for line in written:
+        say(line)
     return 0
 
 
@@ -105,7 +159,8 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
         )
     own = cards if len(cards) > 1 else [None] * len(options.log)
     held = [options.holdout] if options.holdout else []
-    paths, logs = [*options.log, *held], read_logs([*options.log, *held], options.mapping)
+    paths = [*options.log, *held]
+    logs = [stated_part(log, options) for log in read_logs(paths, options.mapping)]
     named = [
         NamedLog(path.name, log, card)
         for path, log, card in zip(paths, logs, [*own, *(None for _ in held)], strict=True)
@@ -120,7 +175,6 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
         _setting(mapping_advice(options, logs)),
         refly,
         keep=not options.no_cache,
-        next_flight=not options.no_next_flight,
     )
 
 

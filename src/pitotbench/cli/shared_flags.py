@@ -4,15 +4,14 @@ import argparse
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from math import isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pitotbench.catalog import explain
-from pitotbench.records import BadInputError
-from pitotbench.records.accuracy import USUAL_ACCURACIES
+from pitotbench.records import USUAL_ACCURACIES, BadInputError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
+    from pitotbench.records.calibration import ErrorCurve
     from pitotbench.records.case import Wind
     from pitotbench.records.log import FlightLog
 
@@ -25,7 +24,7 @@ def add_mapping(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def read_logs(paths: "Sequence[Path]", mapping: str | None) -> "list[FlightLog]":
+def read_logs(paths: Sequence[Path], mapping: str | None) -> "list[FlightLog]":
     """Read logs. Raises BadInputError as `read_log` does, with the offer to draft a mapping for unknown names."""
     from pitotbench.logbook.draft import MissingColumnsError
     from pitotbench.logbook.reading import read_log
@@ -40,7 +39,7 @@ def read_logs(paths: "Sequence[Path]", mapping: str | None) -> "list[FlightLog]"
     return logs
 
 
-def _drafted(path: "Path") -> str:
+def _drafted(path: Path) -> str:
     """Return in words what a drafted mapping would hold."""
     from pitotbench.logbook.drafting import draft_mapping
     from pitotbench.logbook.reading import read_table
@@ -52,6 +51,43 @@ def _drafted(path: "Path") -> str:
     lines = [f"{line.guess.theirs} → {line.guess.target(line.unit)}" for line in drafted.lines]
     missing = f"; no column was found for {', '.join(drafted.missing)}" if drafted.missing else ""
     return (", ".join(lines) or "none of its columns is recognized") + missing
+
+
+def add_part(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of a part of a log: `--from` and `--to`."""
+    parser.add_argument(
+        "--from", dest="begin", metavar="MIN:S", help="use the log from this minute on, such as 12:30"
+    )
+    parser.add_argument("--to", dest="end", metavar="MIN:S", help="use the log up to this minute, such as 25:00")
+
+
+def stated_part(log: "FlightLog", options: argparse.Namespace) -> "FlightLog":
+    """Return the part of a log between `--from` and `--to`. Raises BadInputError where it holds no such part."""
+    from pitotbench.timeline import minutes_text
+
+    if options.begin is None and options.end is None:
+        return log
+    since = log.time - log.time[0]
+    begin = 0.0 if options.begin is None else _moment("--from", options.begin)
+    end = float(since[-1]) if options.end is None else _moment("--to", options.end)
+    rows = (since >= begin) & (since <= end)
+    if begin >= end or rows.sum() < 2:
+        raise BadInputError(
+            f"--from {minutes_text(begin)} --to {minutes_text(end)}: the log runs from 0:00 to "
+            f"{minutes_text(float(since[-1]))} (minutes and seconds from its first row)"
+        )
+    return log.select(rows)
+
+
+def _moment(flag: str, text: str) -> float:
+    """Return the seconds of a moment such as 12:30, 1:02:03 or 750 (seconds)."""
+    try:
+        parts = [float(part) for part in text.split(":")]
+    except ValueError:
+        parts = []
+    if not 1 <= len(parts) <= 3 or any(not 0.0 <= part < 1e6 for part in parts):
+        raise BadInputError(f"{flag} {text!r}: give minutes and seconds of the log, such as 12:30")
+    return sum(part * 60.0**power for power, part in enumerate(reversed(parts)))
 
 
 def mapping_advice(options: argparse.Namespace, logs: "Sequence[FlightLog]" = ()) -> dict[str, Any]:
@@ -125,3 +161,33 @@ def stated_accuracies(options: argparse.Namespace, advised: Mapping[str, Any]) -
     if options.accuracy is None:
         return {}
     return {"accuracies": {**advised.get("accuracies", {}), **parse_accuracies(options.accuracy)}}
+
+
+def add_table(parser: argparse.ArgumentParser) -> None:
+    """Add the flag of the tables: `--table`."""
+    parser.add_argument(
+        "--table",
+        type=Path,
+        metavar="FILE",
+        help="also write KCAS by KIAS and the altitude correction by height: .csv, .html (to print) or "
+        ".xml (a JSBSim system that reads as the airplane's airspeed indicator)",
+    )
+
+
+def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:
+    """Raise BadInputError unless the file of `--table` can be written."""
+    from pitotbench.logbook.formats import require_file
+    from pitotbench.show.takehome import TABLES
+
+    if options.table is not None:
+        require_file(options.table, TABLES, inputs)
+
+
+def write_table(options: argparse.Namespace, curves: "Mapping[str, ErrorCurve]") -> None:
+    """Write the tables of some curves, by configuration, where `--table` asks for them."""
+    from pitotbench.logbook.columns import write_text
+    from pitotbench.show.takehome import table_text
+
+    if options.table is not None:
+        subject = ", ".join(path.stem for path in options.logs)
+        write_text(options.table, table_text(options.table.suffix.lower(), curves, subject))

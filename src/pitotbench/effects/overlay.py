@@ -239,7 +239,13 @@ class AeroFunction:
             return "setting"
         if "aero/cl-squared" in factors:
             return "lift"
-        for name, start in (("alpha_rate", "aero/alphadot"), ("sideslip", "aero/beta"), ("alpha", "aero/alpha")):
+        angles = [("alpha_rate", "aero/alphadot"), ("sideslip", "aero/beta"), ("alpha", "aero/alpha")]
+        if self.axis in (
+            "LIFT",
+            "PITCH",
+        ):  # a slope that also depends on the sideslip is one over the angle of attack
+            angles = [angles[0], angles[2], angles[1]]
+        for name, start in angles:
             if any(path.replace("mag-", "").startswith(start) for path in inputs):
                 return name
         return "setting" if any(path.startswith(_SETTING) for path in inputs) else ""

@@ -143,3 +143,6 @@ STABILITY: tuple[Effect, ...] = (
     YAW_DAMPING,
     ROLL_BY_YAW_RATE,
 )
+
+# What every simulation gets wrong in several places at once: the terms of its own file.
+OWN_TERMS = frozenset({"control_effectiveness", "induced_drag", *(effect.name for effect in STABILITY)})

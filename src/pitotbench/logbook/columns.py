@@ -207,6 +207,7 @@ _TOML_LINE = re.compile(r"^\s*(\[.*\]\s*$|[\w.-]+\s*=\s*\S)", re.MULTILINE)  # a
 MAPPING = "mapping"  # header entry: the shipped mapping by which a log was recognized
 AIR_DATA = "air_data"  # header entry: the air data computer whose output is calibrated
 START = "start"  # header entry: date and time of day at which the seconds of the log begin
+PARAMETERS = "parameters"  # header entry: the airspeed parameters with which an autopilot showed the log's airspeed
 WARNINGS = "warnings"  # header entry: remarks made when the log was read or written
 
 

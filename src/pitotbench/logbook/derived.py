@@ -24,8 +24,7 @@ from pitotbench.logbook.columns import (
     zone_seconds,
 )
 from pitotbench.logbook.draft import Draft
-from pitotbench.records import BadInputError
-from pitotbench.records.accuracy import USUAL_ACCURACIES
+from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.units import Array, Booleans, Seconds, from_si, to_si
 
 # 2σ of a value known to one step, in steps.

@@ -15,6 +15,7 @@ import numpy as np
 import tomli_w
 
 from pitotbench.catalog import Catalog
+from pitotbench.logbook.autopilot import with_parameters
 from pitotbench.logbook.columns import (
     QUANTITIES,
     Column,
@@ -86,7 +87,8 @@ _MAGIC = b"\xa3\x95"  # begins every message
 def read_messages(path: Path, topics: Sequence[str]) -> dict[str, Table]:
     """Return the tables of some kinds of message, or of all for none; those that the log lacks are left out.
 
-    Of a message that several sensors send, only the first sensor's are kept. Values are in the units that the log
+    Of a message that several sensors send, only the first sensor's are kept. Pressures are those of the airspeed
+    that the autopilot showed, as `with_parameters` makes them. Values are in the units that the log
     states for its fields (a latitude in degrees, not in 1e-7 of them).
     Raises BadInputError where pymavlink is not installed or the file is not a DataFlash log.
     """
@@ -100,18 +102,22 @@ def read_messages(path: Path, topics: Sequence[str]) -> dict[str, Table]:
         if file.read(2) != _MAGIC:
             raise BadInputError("not an ArduPilot DataFlash log: it does not begin with a message")
     rows: dict[str, list[Any]] = {}
+    held: dict[str, float] = {}
     said: list[str] = []
     try:
         with _heard(said):
             log = DFReader_binary(str(path), zero_time_base=True)
-            while (message := log.recv_match(type=list(topics) or None)) is not None:
-                if getattr(message, _INSTANCE, 0) == 0:
+            while (message := log.recv_match(type=[*topics, "PARM"] if topics else None)) is not None:
+                if message.get_type() == "PARM":
+                    held[message.Name] = message.Value
+                elif getattr(message, _INSTANCE, 0) == 0:
                     rows.setdefault(message.get_type(), []).append(message)
     except Exception as error:  # pymavlink lets struct, index and key errors out of a broken file
         raise BadInputError(f"not a complete DataFlash log: {error or type(error).__name__}") from error
     ends = [log.offsets[kind][-1] + form.len for kind, form in log.formats.items() if log.offsets[kind]]
     warnings = _damage("pymavlink", said, max(ends, default=0) > log.data_len)
-    return {kind: replace(_dataflash_table(messages), warnings=warnings) for kind, messages in rows.items()}
+    tables = {kind: replace(_dataflash_table(messages), warnings=warnings) for kind, messages in rows.items()}
+    return with_parameters(tables, held)
 
 
 @contextmanager
@@ -161,9 +167,11 @@ def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
     if log.file_corruption and not said:
         said.append("a message of the wrong length")
     warnings = _damage("pyulog", said, file.broken)
-    return {
+    tables = {
         f"{data.name}_{data.multi_id}": replace(_ulog_table(data.data), warnings=warnings) for data in log.data_list
     }
+    changed = {name: value for _, name, value in log.changed_parameters}
+    return with_parameters(tables, {**log.initial_parameters, **changed})
 
 
 class _Watched(BufferedReader):
@@ -293,6 +301,7 @@ def _value(item: Any, held: type) -> Any:
 # Files of version 7.3 are HDF5; `mat73_format` reads them. Written are files of version 5.
 
 _HEADER = "header"
+_IDENTIFICATION = "fdata"
 _COMPRESSED = 15  # miCOMPRESSED: kind of a variable that is compressed
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
 
@@ -300,9 +309,10 @@ _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one chan
 def read_mat(path: Path) -> Table:
     """Read the vectors of a .mat file, or of the only struct in it.
 
-    A matrix with a row a sample, such as `fdata` of SIDPAC, gives the columns `fdata(:,1)`, `fdata(:,2)`, ... A
-    struct with a field `data` (and `units`) is one channel. Single numbers and texts beside the vectors are left
-    out. Raises BadInputError for a file that is not such a file, is cut off, or holds vectors of different lengths.
+    A matrix with a row a sample gives the columns `NAME(:,1)`, `NAME(:,2)`, ... Beside the array `fdata` of SIDPAC
+    the other variables, which hold no samples, are left out. A struct with a field `data` (and `units`) is one
+    channel. Single numbers and texts beside the vectors are left out. Raises BadInputError for a file that is not
+    such a file, is cut off, or holds vectors of different lengths.
     """
     variables = {k: v for k, v in _load(path).items() if not k.startswith("__")}
     # MATLAB users often save one struct with a field a channel instead of many variables.
@@ -311,13 +321,15 @@ def read_mat(path: Path) -> Table:
         variables = {_HEADER: variables.get(_HEADER, ""), **structs[0]}
     stored = variables.pop(_HEADER, "")
     header, warnings = parse_header(stored if isinstance(stored, str) else "")
+    if np.ndim(variables.get(_IDENTIFICATION, 0.0)) == 2:
+        variables = {_IDENTIFICATION: variables[_IDENTIFICATION]}
     found: dict[str, tuple[Column, str]] = {}
     for name, value in variables.items():
         found |= _columns_of(name, value)
     vectors = {name: pair for name, pair in found.items() if len(pair[0]) > 1} or found
-    lengths = {name: len(column) for name, (column, _) in vectors.items()}
-    if len(set(lengths.values())) > 1:
-        listing = ", ".join(f"{name} {length}" for name, length in lengths.items())
+    lengths = {len(column): name for name, (column, _) in reversed(vectors.items())}  # the first name of each
+    if len(lengths) > 1:
+        listing = ", ".join(f"{name} {length}" for length, name in reversed(lengths.items()))
         raise BadInputError(f"the variables differ in length ({listing}); keep one row a sample")
     columns, units = zip(*vectors.values(), strict=True) if vectors else ((), ())
     return Table(tuple(vectors), columns, header, tuple(warnings), units if any(units) else ())

@@ -1,6 +1,9 @@
-"""Read a points table: a card written by hand, one row a leg."""
+"""Read a card written by hand: a points table, one row a leg, or tower fly-bys, one row a pass."""
 
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -8,8 +11,8 @@ from pitotbench.logbook.columns import Column, Table, numbers, parse_column, tex
 from pitotbench.logbook.csv import read_csv
 from pitotbench.logbook.derived import display_step
 from pitotbench.records import BadInputError
-from pitotbench.records.legs import CardLeg, ReadingSteps
-from pitotbench.units import DEGREE, FOOT, KNOT, Array, to_si
+from pitotbench.records.legs import CardLeg, FlyBy, ReadingSteps
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, SUFFIXES, Array, to_si
 
 POINT, CONFIGURATION = "point", "configuration"
 COLUMNS = (
@@ -21,22 +24,48 @@ COLUMNS = (
     "ground_speed_kt",
     "track_deg",
 )
+FLY_BY_COLUMNS = (
+    "indicated_airspeed_kt",
+    "pressure_altitude_ft",
+    "grid_height_ft",
+    "tower_pressure_inhg",
+    "tower_temperature_degc",
+)
 _QUANTITIES = ("indicated_airspeed", "pressure_altitude", "air_temperature", "ground_speed", "track")
 # The steps of usual displays, where the numbers of a short card show none [SI].
 _ROUND_STEPS = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
+_FLY_BY_STEPS = {
+    "indicated_airspeed": KNOT,
+    "pressure_altitude": 10.0 * FOOT,
+    "grid_height": 5.0 * FOOT,
+    "tower_pressure": 0.01 * INCH_OF_MERCURY,
+    "tower_temperature": 1.0,
+}
+_OF_TOWER = {"grid_height": "length", "tower_pressure": "pressure", "tower_temperature": "temperature"}
 
 _FINEST = 0.02  # of the usual step: what was computed, not read, has steps too
 
 
 def is_points_table(path: Path) -> bool:
-    """Return whether a file is a points table: a CSV with a column `point` and none of time."""
+    """Return whether a file is a points table: a CSV with a column `point` and none of time, or fly-bys."""
+    names = _names(path)
+    return (POINT in names or is_fly_by_card(path)) and not any(
+        n.startswith(("time_", "clock_time")) for n in names
+    )
+
+
+def is_fly_by_card(path: Path) -> bool:
+    """Return whether a file is a card of tower fly-bys: a CSV with a grid height."""
+    return any(name.startswith("grid_height") for name in _names(path))
+
+
+def _names(path: Path) -> tuple[str, ...]:
     if path.suffix.lower() != ".csv" or not path.is_file():
-        return False
+        return ()
     try:
-        names = read_csv(path).names
+        return read_csv(path).names
     except BadInputError:
-        return False
-    return POINT in names and not any(name.startswith(("time_", "clock_time")) for name in names)
+        return ()
 
 
 def read_points(path: Path) -> tuple[tuple[CardLeg, ...], ReadingSteps]:
@@ -44,42 +73,74 @@ def read_points(path: Path) -> tuple[tuple[CardLeg, ...], ReadingSteps]:
 
     Raises BadInputError, with the file, for a missing column or a cell that is no number.
     """
+    rows, steps = _read(path, _QUANTITIES, COLUMNS[2:], asdict(_ROUND_STEPS))
+    return tuple(CardLeg(**row) for row in rows), ReadingSteps(**steps)
+
+
+def read_fly_bys(path: Path) -> tuple[tuple[FlyBy, ...], dict[str, float]]:
+    """Return the passes of a card of tower fly-bys, and the step [SI] in which each quantity was read, by name.
+
+    Raises BadInputError as `read_points` does.
+    """
+    rows, steps = _read(path, tuple(_FLY_BY_STEPS), FLY_BY_COLUMNS, _FLY_BY_STEPS)
+    return tuple(FlyBy(**row) for row in rows), steps
+
+
+def _read(
+    path: Path, quantities: tuple[str, ...], columns: tuple[str, ...], usual: Mapping[str, float]
+) -> tuple[list[dict[str, Any]], dict[str, float]]:
+    """Return the rows of a card by the fields of their record, and the steps of the readings [SI]."""
     try:
-        return _legs(read_csv(path))
+        return _rows(read_csv(path), quantities, columns, usual)
     except BadInputError as error:
         raise BadInputError(f"{path}: {error}") from error
     except OSError as error:
         raise BadInputError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
-def _legs(table: Table) -> tuple[tuple[CardLeg, ...], ReadingSteps]:
+def _rows(
+    table: Table, quantities: tuple[str, ...], columns: tuple[str, ...], usual: Mapping[str, float]
+) -> tuple[list[dict[str, Any]], dict[str, float]]:
     values: dict[str, Array] = {}
     suffixes: dict[str, str] = {}
     for name, column in zip(table.names, table.columns, strict=True):
-        parsed = None if name in (POINT, CONFIGURATION) else parse_column(name)
-        if parsed is not None and parsed[0].name in _QUANTITIES:
-            values[parsed[0].name], suffixes[parsed[0].name] = to_si(numbers(name, column), parsed[1]), parsed[1]
-    missing = [column for column in COLUMNS[2:] if column.rpartition("_")[0] not in values]
+        quantity, suffix = _parsed(name)
+        if quantity in quantities:
+            values[quantity], suffixes[quantity] = to_si(numbers(name, column), suffix), suffix
+    missing = [column for column in columns if column.rpartition("_")[0] not in values]
     if missing:
         raise BadInputError(
             f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)} of a points table"
         )
-    blank = ~np.all([np.isfinite(values[name]) for name in _QUANTITIES], axis=0)
+    blank = ~np.all([np.isfinite(values[name]) for name in quantities], axis=0)
     if blank.any():
         raise BadInputError(f"row {int(np.argmax(blank)) + 1}: a number is missing; fill it in or remove the leg")
-    points = _labels(table.column(POINT))
-    configurations = _labels(table.column(CONFIGURATION)) if CONFIGURATION in table.names else [""] * len(points)
-    legs = tuple(
-        CardLeg(
-            row=i + 1,
-            point=points[i],
-            configuration=configurations[i],
-            **{n: float(values[n][i]) for n in _QUANTITIES},
-        )
-        for i in range(len(points))
-    )
-    steps = {name: _step(values[name], suffixes[name], getattr(_ROUND_STEPS, name)) for name in _QUANTITIES}
-    return legs, ReadingSteps(**steps)
+    count = len(table)
+    points = _labels(table.column(POINT)) if POINT in table.names else [str(i + 1) for i in range(count)]
+    configurations = _labels(table.column(CONFIGURATION)) if CONFIGURATION in table.names else [""] * count
+    rows = [
+        {
+            "row": i + 1,
+            "point": points[i],
+            "configuration": configurations[i],
+            **{n: float(values[n][i]) for n in quantities},
+        }
+        for i in range(count)
+    ]
+    return rows, {name: _step(values[name], suffixes[name], usual[name]) for name in quantities}
+
+
+def _parsed(name: str) -> tuple[str, str]:
+    """Return the quantity of a column and its suffix; empty for another. Raises BadInputError for a wrong unit."""
+    for quantity, dimension in _OF_TOWER.items():
+        if name.startswith(quantity):
+            suffix = name[len(quantity) + 1 :]
+            if suffix not in SUFFIXES or SUFFIXES[suffix].dimension != dimension:
+                known = ", ".join(f"{quantity}_{s}" for s, unit in SUFFIXES.items() if unit.dimension == dimension)
+                raise BadInputError(f"column {name!r}: a {dimension}; name it {known}")
+            return quantity, suffix
+    parsed = None if name in (POINT, CONFIGURATION) else parse_column(name)
+    return ("", "") if parsed is None else (parsed[0].name, parsed[1])
 
 
 def _labels(column: Column) -> list[str]:

@@ -2,15 +2,16 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from scipy.linalg import toeplitz
 
 from pitotbench.effects.overlay import AeroFunction, Baseline
-from pitotbench.records.aircraft import AeroTerms
+from pitotbench.records.aircraft import AeroTerms, Motion
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.terms import CHANNELS, ChannelGap, Maneuver, ManeuverGap, TermEstimate, TermsAccount
-from pitotbench.units import FOOT, POUND, STANDARD_GRAVITY, Array
+from pitotbench.units import DEGREE, FOOT, POUND, STANDARD_GRAVITY, Array, Booleans
 
 # Equation error: the measured force and moment coefficients less those of the model in the measured state are a
 # sum of terms, each a function of the file times its relative change (Klein and Morelli 2006, Aircraft System
@@ -55,8 +56,15 @@ VARIABLES = {
 SIGNIFICANT = 3.0  # deviations from which a term enters
 LEAST_GAIN = 0.005  # of the explainable gap that a term must close on what it was not fitted to
 UNSEEN = 3.0  # times the noise that a change by half must move a channel, so that the maneuver can show the term
-PLAUSIBLE = (-2.0, 4.0)  # relative change; beyond it the term stands for something else
+PLAUSIBLE = (-1.0, 4.0)  # relative change; a term that turns its sign stands for something else
 ALIKE = 0.95  # correlation from which two terms cannot be told apart
+# Deviation of a variable from which a maneuver says something of a term in it, twice the usual error of its sensor.
+# Below it the errors of the sensor, which move no force, make every term seem too small.
+LEAST_MOVE = {
+    **dict.fromkeys(("alpha", "alpha_rate", "sideslip"), 0.2 * DEGREE),
+    **dict.fromkeys(("p", "q", "r"), 0.5 * DEGREE),
+    **dict.fromkeys(("elevator", "aileron", "rudder"), 0.1 * DEGREE),
+}
 LONGEST_MEMORY = 300  # samples of the residual's autocovariance
 LEAST_RATE = 1e-4  # rad/s of the angle of attack from which a function over its rate is a coefficient
 
@@ -85,6 +93,11 @@ class Regression:
     free: Array
     model: Array
     regressors: Array
+    moves: Array
+    scale: Array
+    kept: Booleans
+    pivots: Array
+    errors: Array
 
 
 Turn = Callable[[Array], Array]  # of coefficients in body axes, (n, 6)
@@ -129,7 +142,8 @@ def regression_of(
     """Return a maneuver as a regression on the terms of a model.
 
     `differences` holds, by function outside the axes, the change of the forces [lb, lb ft] by one whole relative
-    change of it, (n, 6).
+    change of it, (n, 6). A slope over the angle of attack turns about its mean: its zero is one of the constants
+    that are free, and the drag that reads the lift is to see both.
     """
     motion = maneuver.motion
     area, span, chord = model.wing
@@ -141,6 +155,7 @@ def regression_of(
     model_force = model.total * _SI
     columns = np.zeros((len(motion.time), 6, len(terms)))
     coefficients = np.zeros((len(motion.time), len(terms)))
+    pivots = np.zeros(len(terms))
     for i, term in enumerate(terms):
         function = term.function
         if function.axis:
@@ -150,8 +165,13 @@ def regression_of(
                 moved = value * (_ratio(rate, model.alpha_rate) - 1.0)
                 model_force = model_force + model.units[function.axis] * _SI * moved[:, None]
                 value = value + moved
+            if function.variable == "alpha":
+                whole = (scale / _SI)[:, CHANNELS.index(AXIS_CHANNEL[function.axis])]  # lb, lb ft
+                pivots[i] = np.mean(value / whole)
+                value = value - pivots[i] * whole
             columns[:, :, i] = turn(model.units[function.axis] * _SI * value[:, None] / scale)
         else:
+            pivots[i] = np.mean(model.values[function.name]) if function.variable == "alpha" else 0.0
             columns[:, :, i] = turn(differences[function.name] * _SI / scale)
         coefficients[:, i] = columns[:, CHANNELS.index(AXIS_CHANNEL[term.axis]), i]
     measured = _measured_force(maneuver, model)
@@ -163,6 +183,11 @@ def regression_of(
         _free_columns(maneuver, pressure * area, turn),
         coefficients,
         np.stack([_regressor(term, maneuver, rate, speed, span, chord) for term in terms], axis=1),
+        np.array([_move(term, maneuver) for term in terms]),
+        scale,
+        np.array([name in maneuver.channels for name in CHANNELS]),
+        pivots,
+        np.stack([_errors(term, columns[:, :, i], maneuver) for i, term in enumerate(terms)], axis=1),
     )
 
 
@@ -215,22 +240,45 @@ def _free_columns(maneuver: Maneuver, force: Array, turn: Turn) -> Array:
     return np.stack(columns, axis=2)
 
 
+FIELDS = {"p": "roll_rate", "q": "pitch_rate", "r": "yaw_rate", "alpha": "angle_of_attack"}  # of a Motion
+
+
+def _variable(name: str, motion: Motion) -> Array | None:
+    """A variable of the motion or of the controls, (n,); None for any other."""
+    field = FIELDS.get(name, name)
+    return getattr(motion, field) if field in Motion.__dataclass_fields__ else None
+
+
+def _move(term: Term, maneuver: Maneuver) -> float:
+    """The deviation of the variable of a term about a straight line."""
+    motion, name = maneuver.motion, term.function.variable
+    values = _variable("alpha" if name == "alpha_rate" else name, motion)
+    if values is None:
+        return np.inf
+    return float(np.std(values - np.polyval(np.polyfit(motion.time, values, 1), motion.time)))
+
+
+ERRING = ("alpha", "sideslip", "p", "q", "r", "elevator", "aileron", "rudder")
+
+
+def _errors(term: Term, column: Array, maneuver: Maneuver) -> Array:
+    """The deviations of a column, (n, 6), by the errors of the variables, (6, v): its slope times that error."""
+    found = np.zeros((6, len(ERRING)))
+    name = term.function.variable
+    values = _variable(name, maneuver.motion)
+    if name in ERRING and values is not None and np.ptp(values) > 0.0:
+        moved = values - values.mean()
+        error = maneuver.noise.get(FIELDS.get(name, name), 0.0)
+        found[:, ERRING.index(name)] = error * (moved @ column) / (moved @ moved)
+    return found
+
+
 def _regressor(term: Term, maneuver: Maneuver, rate: Array, speed: Array, span: float, chord: float) -> Array:
     """What a coefficient multiplies: an angle [rad], a rate times half a length over the speed, or 1."""
     motion, variable = maneuver.motion, term.function.variable
     lengths = {"p": span, "q": chord, "r": span, "alpha_rate": chord}
-    values = {
-        "p": motion.roll_rate,
-        "q": motion.pitch_rate,
-        "r": motion.yaw_rate,
-        "alpha_rate": rate,
-        "alpha": motion.angle_of_attack,
-        "sideslip": motion.sideslip,
-        "elevator": motion.elevator,
-        "aileron": motion.aileron,
-        "rudder": motion.rudder,
-    }
-    value = values.get(variable, np.ones(len(motion.time)))
+    found = rate if variable == "alpha_rate" else _variable(variable, motion)
+    value = np.ones(len(motion.time)) if found is None else found
     return np.asarray(value * lengths[variable] / (2.0 * speed)) if variable in lengths else value
 
 
@@ -249,16 +297,21 @@ RATES = {"p": "per p b/2V", "q": "per q c/2V", "r": "per r b/2V", "alpha_rate": 
 
 @dataclass(frozen=True, slots=True)
 class _Bare:
-    """A regression without its free columns, in the unit of the noise: residual (n, 6) and columns (n, 6, k)."""
+    """A regression without its free columns, in the unit of the noise: residual (n, 6) and columns (n, 6, k).
+
+    `errors` are the products of the errors of two columns, summed over channels and samples, (k, k).
+    """
 
     name: str
     time: Array
     residual: Array
     columns: Array
+    errors: Array
 
     def part(self, rows: slice) -> "_Bare":
         """Some rows."""
-        return _Bare(self.name, self.time[rows], self.residual[rows], self.columns[rows])
+        share = len(self.time[rows]) / len(self.time)
+        return _Bare(self.name, self.time[rows], self.residual[rows], self.columns[rows], share * self.errors)
 
     def left(self, sizes: Array) -> Array:
         """The residual with terms of some sizes, (n, 6)."""
@@ -266,13 +319,15 @@ class _Bare:
 
 
 def _bare(each: Regression, noise: Array) -> _Bare:
-    count = len(each.time)
-    free = (each.free / noise[:, None]).reshape(6 * count, -1)
-    both = np.concatenate([each.residual[:, :, None], each.columns], axis=2) / noise[:, None]
+    count, weight = len(each.time), (each.kept / noise)[:, None]
+    free = (each.free * weight).reshape(6 * count, -1)
+    both = np.concatenate([each.residual[:, :, None], each.columns], axis=2) * weight
     flat = both.reshape(6 * count, -1)
     flat = flat - free @ np.linalg.lstsq(free, flat, rcond=None)[0]
     back = flat.reshape(count, 6, -1)
-    return _Bare(each.name, each.time, back[:, :, 0], back[:, :, 1:])
+    erring = each.errors * weight[:, :, None]
+    errors = count * np.einsum("ciw,cjw->ij", erring, erring)
+    return _Bare(each.name, each.time, back[:, :, 0], back[:, :, 1:], errors)
 
 
 def _products(several: Sequence[_Bare]) -> tuple[Array, Array, float]:
@@ -294,16 +349,32 @@ def _squares(several: Sequence[_Bare], sizes: Array) -> float:
     return float(sum(np.sum(each.left(sizes) ** 2) for each in several))
 
 
-def _noise(several: Sequence[Regression]) -> Array:
-    """The deviation of each channel that all terms together leave, (6,): fitted channel by channel."""
-    left = []
-    for each in several:
+def _noise(several: Sequence[Regression]) -> list[Array]:
+    """The deviation of each channel in each maneuver that all terms together leave, (6,) each.
+
+    A maneuver in which the file explains little, because flaps moved or the flow separated, thus weighs little.
+    None weighs more than the median.
+    """
+    left = np.empty((len(several), 6))
+    for row, each in zip(left, several, strict=True):
         for i in range(6):
             design = np.concatenate([each.free[:, i], each.columns[:, i]], axis=1)
             target = each.residual[:, i]
-            left.append(target - design @ np.linalg.lstsq(design, target, rcond=1e-8)[0])
-    squares = [np.concatenate(left[i::6]) for i in range(6)]
-    return np.array([max(float(np.sqrt(np.mean(each**2))), 1e-9) for each in squares])
+            rest = target - design @ np.linalg.lstsq(design, target, rcond=1e-8)[0]
+            row[i] = np.sqrt(np.mean(rest**2))
+    return list(np.maximum(left, np.maximum(np.median(left, axis=0), 1e-9)))
+
+
+def _attenuation(several: Sequence[_Bare], sizes: Array, chosen: Sequence[int]) -> Array:
+    """By how much errors in the measured variables can have moved the sizes of the chosen terms.
+
+    They move no force, so they pull every measured coefficient toward zero, and the change toward -1 (Klein and
+    Morelli 2006, ch. 5.1.5; Fuller 1987, Measurement Error Models, eq. 1.2.2).
+    """
+    own = np.ix_(list(chosen), list(chosen))
+    errors = sum(each.errors[own] for each in several)
+    normal = _products(several)[0][own]
+    return np.abs(np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ errors @ (1.0 + sizes[list(chosen)]))
 
 
 def _covariance(several: Sequence[_Bare], sizes: Array, chosen: Sequence[int]) -> Array:
@@ -331,6 +402,9 @@ def _autocovariance(left: Array) -> Array:
     return np.asarray(toeplitz(tapered))
 
 
+Tests = Sequence[tuple[Sequence[_Bare], Sequence[_Bare]]]
+
+
 def judge_terms(
     aircraft: str,
     terms: Sequence[Term],
@@ -341,41 +415,89 @@ def judge_terms(
     """Choose the terms that are off, in the order of what they close, and return them with their bounds.
 
     A term enters while its size is significant and it closes some of the gap that it was not fitted to: of the
-    maneuvers held out, else of each half of a maneuver with sizes of the other half.
+    maneuvers held out, else of each half of a maneuver with sizes of the other half. It leaves again where those
+    that entered after it close that part better.
     """
-    noise = _noise([*fitted, *held_out])
-    fit, held = [_bare(each, noise) for each in fitted], [_bare(each, noise) for each in held_out]
-    seen = _seen(fit)
-    chosen: list[int] = []
-    closes: dict[int, float] = {}
+    some = [*fitted, *held_out]
+    bare = [_bare(each, noise) for each, noise in zip(some, _noise(some), strict=True)]
+    fit, held = bare[: len(fitted)], bare[len(fitted) :]
+    seen = _seen(fit, np.max([each.moves for each in fitted], axis=0), terms)
     tests = _tests(fit, held)
-    explainable = _explainable(tests, seen)
-    while True:
-        gains = {i: _gain(tests, chosen, i) for i in seen if i not in chosen and _enters(fit, [*chosen, i])}
-        best = max(gains, key=lambda i: gains[i], default=None)
-        if best is None or gains[best] < LEAST_GAIN * explainable:
-            break
-        chosen.append(best)
-        closes[best] = gains[best] / explainable
+    chosen = _chosen(tests, fit, seen)
     sizes = _sizes(fit, chosen)
-    deviations = _deviations(fit, sizes, chosen)
-    gaps = [_gap(each, bare, sizes, seen, False) for each, bare in zip(fitted, fit, strict=True)]
-    gaps += [_gap(each, bare, sizes, seen, True) for each, bare in zip(held_out, held, strict=True)]
-    estimates = tuple(
-        _estimate(terms, i, fitted, float(sizes[i]), float(deviations[k]), closes[i], _alike(terms, fit, seen, i))
-        for k, i in enumerate(chosen)
-    )
+    deviations = _deviations(fit, held, sizes, chosen)
+    # Any one model could close no more than all terms of the file fitted to the maneuvers themselves.
+    best = [_sizes(some, seen) if some else sizes for some in (fit, held)]
+    gaps = [_gap(each, bare, sizes, best[0], False) for each, bare in zip(fitted, fit, strict=True)]
+    gaps += [_gap(each, bare, sizes, best[1], True) for each, bare in zip(held_out, held, strict=True)]
+    explainable = _explainable(tests, seen)
+    estimates = []
+    for k, i in enumerate(chosen):
+        closes = _gain(tests, chosen[:k], (i,)) / explainable
+        like = tuple(_alike(terms, fit, seen, i))
+        estimates.append(_estimate(terms, i, fitted, float(sizes[i]), float(deviations[k]), closes, like))
     silent = tuple(term.name for i, term in enumerate(terms) if i not in seen)
-    return TermsAccount(aircraft, estimates, tuple(gaps), silent, _zeros(terms, chosen, fitted, sizes), remarks)
+    zeros = _zeros(terms, chosen, fitted, sizes)
+    return TermsAccount(aircraft, tuple(estimates), tuple(gaps), silent, zeros, (*remarks, *_vane(estimates)))
 
 
-def _seen(fit: Sequence[_Bare]) -> list[int]:
-    """The terms that the maneuvers can show: half of them stands clear of the noise."""
-    power = np.sqrt(np.diag(_products(fit)[0]))
-    return [int(i) for i in np.flatnonzero(0.5 * power > UNSEEN)]
+def _chosen(tests: Tests, fit: Sequence[_Bare], seen: Sequence[int]) -> list[int]:
+    """The terms that close something on what they were not fitted to, those that close most first.
+
+    Where no further term does so alone, two of them may: in slow flight the elevator balances the stability, and a
+    change of either alone explains nothing.
+    """
+    least = LEAST_GAIN * _explainable(tests, seen)
+    chosen: list[int] = []
+    while True:
+        rest = [i for i in seen if i not in chosen]
+        singles: list[tuple[int, ...]] = [(i,) for i in rest]
+        for group in (singles, list(combinations(rest, 2))):
+            gains = [_gain(tests, chosen, new) for new in group]
+            able = [
+                (gain, new)
+                for gain, new in zip(gains, group, strict=True)
+                if gain >= len(new) * least and _enter(fit, [*chosen, *new], new)
+            ]
+            if able:
+                chosen += max(able)[1]
+                break
+        else:
+            break
+    while chosen:
+        without = {i: [each for each in chosen if each != i] for i in chosen}
+        lost = {i: _gain(tests, without[i], (i,)) for i in chosen}
+        weakest = min(lost, key=lambda i: lost[i])
+        if lost[weakest] >= least and _enter(fit, chosen, chosen):
+            break
+        chosen = without[weakest]
+    return chosen
 
 
-Tests = Sequence[tuple[Sequence[_Bare], Sequence[_Bare]]]
+def _vane(estimates: Sequence[TermEstimate]) -> tuple[str, ...]:
+    """What a wrong scale of the vane would do: change lift slope and pitch stiffness by the same share."""
+    changes = {each.name: each.change for each in estimates}
+    lift = changes.get(NAMES["LIFT", "alpha"])
+    if lift is None:
+        return ()
+    pitch = changes.get(NAMES["PITCH", "alpha"])
+    other, bound = (pitch.value, pitch.two_sigma) if pitch is not None else (0.0, 0.0)
+    apart = abs(lift.value - other) > np.hypot(lift.two_sigma, bound)
+    told = f"the lift slope changes by {100.0 * lift.value:+.0f} %, the pitch stiffness by {100.0 * other:+.0f} %"
+    if apart:
+        return (
+            f"A wrong scale of the angle-of-attack vane would change both alike. It is not the vane alone: {told}.",
+        )
+    return (
+        f"A wrong scale of the angle-of-attack vane would change both alike. The log cannot exclude it: {told}.",
+    )
+
+
+def _seen(fit: Sequence[_Bare], moves: Array, terms: Sequence[Term]) -> list[int]:
+    """The terms that the maneuvers can show: half of one stands clear of the noise, and its variable moves."""
+    clear = 0.5 * np.sqrt(np.diag(_products(fit)[0])) > UNSEEN
+    moved = [move > LEAST_MOVE.get(term.function.variable, 0.0) for move, term in zip(moves, terms, strict=True)]
+    return [int(i) for i in np.flatnonzero(clear & np.array(moved))]
 
 
 def _tests(fit: Sequence[_Bare], held: Sequence[_Bare]) -> Tests:
@@ -389,9 +511,9 @@ def _tests(fit: Sequence[_Bare], held: Sequence[_Bare]) -> Tests:
     return [([parts[0]], [parts[1]]), ([parts[1]], [parts[0]])]
 
 
-def _gain(tests: Tests, chosen: Sequence[int], new: int) -> float:
-    """The fall of the sum of squares by a further term on what it was not fitted to."""
-    with_new = [*chosen, new]
+def _gain(tests: Tests, chosen: Sequence[int], new: Sequence[int]) -> float:
+    """The fall of the sum of squares by further terms on what they were not fitted to."""
+    with_new = [*chosen, *new]
     return sum(_squares(test, _sizes(on, chosen)) - _squares(test, _sizes(on, with_new)) for on, test in tests)
 
 
@@ -400,19 +522,20 @@ def _explainable(tests: Tests, seen: Sequence[int]) -> float:
     return sum(_squares(test, _sizes(test, ())) - _squares(test, _sizes(test, seen)) for _, test in tests)
 
 
-def _enters(fit: Sequence[_Bare], with_new: Sequence[int]) -> bool:
-    sizes = _sizes(fit, with_new)
-    new = with_new[-1]
-    deviation = float(np.sqrt(np.diag(_covariance(fit, sizes, with_new))[-1]))
-    return bool(abs(sizes[new]) > SIGNIFICANT * deviation and PLAUSIBLE[0] < sizes[new] < PLAUSIBLE[1])
+def _enter(fit: Sequence[_Bare], chosen: Sequence[int], new: Sequence[int]) -> bool:
+    """Whether the sizes of some of the chosen terms are significant, and those of a term of its kind."""
+    sizes = _sizes(fit, chosen)
+    found = np.sqrt(np.diag(_covariance(fit, sizes, chosen))) + _attenuation(fit, sizes, chosen)
+    deviations = dict(zip(chosen, found.tolist(), strict=True))
+    return all(abs(sizes[i]) > SIGNIFICANT * deviations[i] and PLAUSIBLE[0] < sizes[i] < PLAUSIBLE[1] for i in new)
 
 
-def _deviations(fit: Sequence[_Bare], sizes: Array, chosen: Sequence[int]) -> Array:
+def _deviations(fit: Sequence[_Bare], held: Sequence[_Bare], sizes: Array, chosen: Sequence[int]) -> Array:
     """The deviations of the sizes: of the noise, and of what the parts of the data say each for itself."""
     if not chosen:
         return np.empty(0)
     own = np.diag(_covariance(fit, sizes, chosen))
-    parts = list(fit)
+    parts = [*fit, *held]
     if len(parts) == 1:
         half = len(fit[0].time) // 2
         parts = [fit[0].part(slice(None, half)), fit[0].part(slice(half, None))]
@@ -422,18 +545,29 @@ def _deviations(fit: Sequence[_Bare], sizes: Array, chosen: Sequence[int]) -> Ar
     weights = weights / weights.sum(axis=0)
     mean = np.sum(weights * several, axis=0)
     spread = np.sum(weights**2 * (several - mean) ** 2, axis=0) * len(parts) / max(1, len(parts) - 1)
-    return np.asarray(np.sqrt(own + spread))
+    return np.asarray(np.sqrt(own + spread) + _attenuation(fit, sizes, chosen))
 
 
-def _gap(each: Regression, bare: _Bare, sizes: Array, seen: Sequence[int], held_out: bool) -> ManeuverGap:
-    best = _sizes([bare], seen)
+def _gap(each: Regression, bare: _Bare, sizes: Array, best: Array, held_out: bool) -> ManeuverGap:
     parts = [np.mean(bare.left(s) ** 2, axis=0) for s in (np.zeros(len(sizes)), sizes, best)]
     channels = {
         name: ChannelGap(float(parts[0][i]), float(parts[1][i]), float(parts[2][i]))
         for i, name in enumerate(CHANNELS)
+        if each.kept[i]
     }
     raw = _bare(each, np.ones(6))
-    return ManeuverGap(each.name, held_out, channels, each.time, raw.residual, raw.left(sizes))
+    constants = np.stack([_constants(each, s) for s in (np.zeros(len(sizes)), sizes)])
+    before, after = raw.residual * each.scale, raw.left(sizes) * each.scale
+    return ManeuverGap(each.name, held_out, channels, each.time, before, after, constants)
+
+
+def _constants(each: Regression, sizes: Array) -> Array:
+    """The constants of a maneuver with terms of some sizes: drag, lift and pitch-moment coefficients, (3,)."""
+    weight = each.kept[:, None].astype(np.float64)
+    left = ((each.residual - each.columns @ sizes)[:, :, None] * weight).reshape(-1)
+    free = (each.free * weight).reshape(len(left), -1)
+    found = np.linalg.lstsq(free, left, rcond=None)[0]
+    return np.asarray(found[[CHANNELS.index(name) for name in ("drag", "lift", "pitch moment")]])
 
 
 def _alike(terms: Sequence[Term], fit: Sequence[_Bare], seen: Sequence[int], own: int) -> Iterator[str]:
@@ -451,14 +585,18 @@ def _estimate(
     size: float,
     deviation: float,
     closes: float,
-    like: Iterator[str],
+    like: tuple[str, ...],
 ) -> TermEstimate:
     term = terms[i]
     variable = term.function.variable
     values = np.concatenate([each.model[:, i] for each in fitted])
-    regressor = np.concatenate([each.regressors[:, i] for each in fitted])
-    constant = variable not in UNITS and variable not in RATES
-    model = float(values.mean()) if constant else float(np.polyfit(regressor, values, 1)[0])
+    model = float(values.mean())
+    if variable in UNITS or variable in RATES:
+        moved = [(each.model[:, i], each.regressors[:, i]) for each in fitted]
+        values, regressor = (
+            np.concatenate([part - part.mean() for part in parts]) for parts in zip(*moved, strict=True)
+        )
+        model = float(regressor @ values / (regressor @ regressor))
     bound = 2.0 * deviation
     return TermEstimate(
         term.name,
@@ -470,18 +608,13 @@ def _estimate(
         Estimate(term.name, model * (1.0 + size), abs(model) * bound),
         Estimate("change", size, bound),
         closes,
-        tuple(like),
+        like,
     )
 
 
 def _zeros(
     terms: Sequence[Term], chosen: Sequence[int], fitted: Sequence[Regression], sizes: Array
 ) -> dict[str, float]:
-    """The added coefficients that let the changed slopes turn about the flown angle of attack, by axis."""
-    zeros = {}
-    for axis in ("LIFT", "PITCH"):
-        if any(terms[i].axis == axis and terms[i].function.variable == "alpha" for i in chosen):
-            place = CHANNELS.index(AXIS_CHANNEL[axis])
-            left = [each.residual[:, place] - each.columns[:, place] @ sizes for each in fitted]
-            zeros[axis] = float(np.mean(np.concatenate(left)))
-    return zeros
+    """What is added to each changed slope so that it turns about the flown angle of attack, by function."""
+    pivots = np.mean([each.pivots for each in fitted], axis=0)
+    return {terms[i].function.name: -float(sizes[i] * pivots[i]) for i in chosen if pivots[i] != 0.0}

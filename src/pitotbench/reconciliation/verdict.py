@@ -53,7 +53,7 @@ from pitotbench.records.verdict import (
     OwnSize,
     Verdict,
 )
-from pitotbench.units import Array, Booleans
+from pitotbench.units import Array
 
 # From what every check found to a verdict.
 
@@ -75,8 +75,8 @@ class Checks:
     `contradictions`, the sentences of flights that the others do not close or that contradict them; `hold_out`,
     the closure of a held-out log; `closure`, the objection of the closure of all passes; `formula`, why a formula
     replaces the names; `maneuvers`, those flown, which no advice repeats; `added`, the positions of the effects
-    that a later pass adds (None: all); `advice`, that of the chosen next flight; `left`, the share of the gap that
-    all passes leave, and `doubt`, a share of doubt beside it (None: by the objections to these names).
+    that a later pass adds (None: all); `left`, the share of the gap that all passes leave, and `doubt`, a share of
+    doubt beside it (None: by the objections to these names).
     """
 
     found: Verdict
@@ -88,7 +88,6 @@ class Checks:
     formula: str = ""
     maneuvers: tuple[str, ...] = ()
     added: tuple[int, ...] | None = None
-    advice: tuple[str, ...] = ()
     left: float | None = None
     doubt: float | None = None
 
@@ -108,7 +107,7 @@ def verdict_of(checks: Checks) -> Verdict:
         kind: Kind = "one_of" if any(verdict.alternatives) else "named"
         verdict = _with_kind(verdict, kind, "a fault that was counted, or the level of turbulence")
     groups = [(e.name, *others) for e, others in zip(verdict.effects, verdict.alternatives, strict=True)]
-    verdict = replace(verdict, advice=checks.advice or flights_to_fly(verdict.kind, groups, checks.maneuvers))
+    verdict = replace(verdict, advice=flights_to_fly(verdict.kind, groups, checks.maneuvers))
     for why in checks.left_out:
         verdict = _objected(verdict, Objection(why, withdraws=False))
     for why in checks.contradictions:
@@ -375,17 +374,6 @@ def calibrated(probabilities: Mapping[str, float], left: float, further: float =
     """
     trusted = (1.0 - _of_other_form(left)) * (1.0 - further)
     return {cause: trusted * float(_nearer_even(p)) for cause, p in probabilities.items()}
-
-
-def is_named(probabilities: Array) -> Booleans:
-    """Return whether probabilities of the posterior, (n,), name a cause where the answer closes the gap, (n,)."""
-    named: Booleans = most_probable() * _nearer_even(probabilities) > THRESHOLDS.named_from
-    return named
-
-
-def most_probable() -> float:
-    """Return the largest probability that a cause can have: the rest is for causes of other form."""
-    return 1.0 - _of_other_form(0.0)
 
 
 def _of_other_form(left: float) -> float:

@@ -1,4 +1,6 @@
-"""The records that packages exchange, and what all share: two errors, checks of arrays, views in a notebook."""
+"""The records that packages exchange, and what all share: two errors, usual accuracies, checks of arrays,
+views in a notebook.
+"""
 
 from collections.abc import Iterable
 from importlib import import_module
@@ -29,6 +31,19 @@ class UndeterminedError(NoAnswerError):
     """The fit has no usable bound: because of what was flown, or because air data and GPS disagree."""
 
 
+# The usual accuracies: 2σ of constant errors of the sensors, which hold where no log, mapping or flag states them.
+# The bounds of a calibration, the reading of displays and the help text follow. Temperature: a calibrated
+# total-temperature probe with its installation. Recovery factor: the spread between probes of one type. Static
+# pressure: an air-data transducer. GPS velocity: a receiver without corrections.
+
+USUAL_ACCURACIES: dict[str, float] = {
+    "temperature_k": 1.5,
+    "recovery_factor": 0.02,
+    "static_pressure_pa": 30.0,
+    "velocity_mps": 0.05,  # of each horizontal component
+}
+
+
 # How a record shows itself in a notebook: as a line, as HTML, as a picture and as a table.
 # The records know nothing of drawing. `show.notebook` holds the views; it is loaded when a view is first asked
 # for.
@@ -43,21 +58,22 @@ class Shown:
 
     def to_frame(self) -> "DataFrame":
         """Return the record as a table; each column ends in its unit."""
-        frame: DataFrame = _views().to_frame(self)
+        frame: DataFrame = views().to_frame(self)
         return frame
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the record on matplotlib's axes, or in a new figure without them; return the figure."""
-        return _views().plot(self, axes)
+        return views().plot(self, axes)
 
     def _repr_html_(self) -> str:
-        return str(_views().to_html(self))
+        return str(views().to_html(self))
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__}: {_views().in_one_line(self)}>"
+        return f"<{type(self).__name__}: {views().in_one_line(self)}>"
 
 
-def _views() -> Any:
+def views() -> Any:
+    """Return the module that shows and writes records."""
     return import_module(_VIEWS)
 
 

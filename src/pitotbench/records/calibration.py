@@ -1,9 +1,12 @@
 """The result of a calibration: what the log says, and how far to trust it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from math import atan2, degrees, hypot
+from pathlib import Path
+from typing import Any
 
-from pitotbench.records import NoAnswerError, Shown, check_lengths, freeze
+from pitotbench.records import NoAnswerError, Shown, check_lengths, freeze, views
 from pitotbench.records.log import Caution, FlightLog
 from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
 
@@ -83,10 +86,12 @@ class ErrorCurve:
     # True minus indicated pressure altitude; None where the static source is taken to be right.
     altitude_correction: Meters | None = None
     altitude_two_sigma: Meters | None = None
+    correlation: Array | None = None  # (n, n), of the errors of the correction; None where it is not known
 
     def __post_init__(self) -> None:
         arrays = [(f.name, array) for f in fields(self) if (array := getattr(self, f.name)) is not None]
-        check_lengths("ErrorCurve", arrays, len(self.indicated_airspeed))
+        lines = [(name, array) for name, array in arrays if name != "correlation"]
+        check_lengths("ErrorCurve", lines, len(self.indicated_airspeed))
         for name, array in arrays:
             object.__setattr__(self, name, freeze(array))
 
@@ -265,6 +270,50 @@ class Diagnostics:
     departures: dict[str, float] | None = field(default=None, metadata={"key": "departure"})
 
 
+# What an autopilot computes its airspeed with.
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedAutopilot:
+    """The airspeed parameters that a log was flown with, by name, and the wash of a propeller that it shows.
+
+    `wash`: by how much the indicated airspeed [m/s] reads higher at full power than at idle; its 2σ is infinite
+    where power follows airspeed, so that the log does not tell them apart. None where no power was recorded.
+    """
+
+    parameters: Mapping[str, float]
+    wash: Estimate | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A parameter to set: its new value with 2σ, the old value, and how it was derived.
+
+    A switch has no 2σ; a parameter that the log does not hold has no old value.
+    """
+
+    name: str
+    value: float
+    two_sigma: float | None
+    old: float | None
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class AutopilotSettings:
+    """The parameters that take the error out of an autopilot's airspeed, and what they leave.
+
+    At each `calibrated_airspeed` [m/s], (n,), the airspeed shown with the new parameters is right within `bound`
+    [m/s], (n,): the 2σ of the curve plus what the autopilot's formula cannot follow. `wash` as in the log.
+    """
+
+    autopilot: str
+    settings: tuple[Setting, ...]
+    calibrated_airspeed: MetersPerSecond
+    bound: MetersPerSecond
+    wash: Estimate | None = None
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class Calibration(Shown):
     """An error curve and a wind with their bounds, and the numbers to check them by.
@@ -277,7 +326,7 @@ class Calibration(Shown):
     None where none was looked for. `winds`: the wind of each window of a long flight, else of the whole log.
     `parts`: first and last time [s] of each part of the log that was used, and `left_out`: why others were not.
     `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach number used.
-    `log_start`: time of the first row [s].
+    `log_start`: time of the first row [s]. `autopilot`: the parameters in the log, None for another log.
     """
 
     model: str
@@ -305,6 +354,7 @@ class Calibration(Shown):
     place_assumed: bool = False
     mach: float = 0.0
     log_start: float = 0.0
+    autopilot: RecordedAutopilot | None = None
 
     @property
     def known_wind(self) -> WindEstimate:
@@ -317,6 +367,30 @@ class Calibration(Shown):
     def usable(self) -> bool:
         """Whether the answer may be used: its samples do not contradict it."""
         return not any(each.fatal for each in self.disagreements)
+
+    def write_page(self, path: str | Path) -> None:
+        """Write the answer, its picture and its card as a page (.html). Raises BadInputError for another name."""
+        views().write_page(self, Path(path))
+
+    def write_card(self, path: str | Path) -> None:
+        """Write the airspeed card (.csv), as `calibrate --card` does. Raises BadInputError for another name."""
+        views().write_card(self, Path(path))
+
+    def judge(self, rule: str = "auto") -> list[Any]:
+        """Return the judgments by a rule: `far23`, `far25`, `auto`, or your own, such as `2%,3kt,30ft`.
+
+        Each has the `rule`, its margins and a `sentence`. Raises BadInputError for another rule.
+        """
+        judged: list[Any] = views().judge(self, rule)
+        return judged
+
+    def params(self, autopilot: str) -> AutopilotSettings:
+        """Return the parameters to set, `ardupilot` or `px4`, as `calibrate --params` does.
+
+        Raises BadInputError for a log without the old ones.
+        """
+        found: AutopilotSettings = views().params(self, autopilot)
+        return found
 
 
 # One flight of a log with its calibration.

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from pitotbench.records import Shown
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.verdict import AdvisedFlight, Closure, JoinedFlight, Verdict
+from pitotbench.records.verdict import Closure, JoinedFlight, Verdict
 from pitotbench.units import Array, Booleans
 
 # A formula that describes a gap which the table of effects does not explain.
@@ -200,10 +200,9 @@ class Account(Shown):
     """The content of a reconciliation's report.
 
     `rounds[0].verdict` is the answer. `patch` is the text of the patch, `flown` and `flown_holdout` are the cards
-    flown again, and `closures` holds each measured gap by name. `flights` says what each log says, `next_flight`
-    what to fly to part the causes that are left (None where nothing is to be parted). `telling` is the channel of
-    the first picture, and `calibration` what the effects do to a calibration; None without a gap or an effect.
-    `warnings` are those of the logs as they were read.
+    flown again, and `closures` holds each measured gap by name. `flights` says what each log says. `telling` is the
+    channel of the first picture, and `calibration` what the effects do to a calibration; None without a gap or an
+    effect. `warnings` are those of the logs as they were read.
     `formula` describes a gap that the table does not explain; None where there is no such gap, or no formula.
     """
 
@@ -221,7 +220,6 @@ class Account(Shown):
     null_flights: int = 0
     formula: FoundFormula | None = None
     flights: tuple[JoinedFlight, ...] = ()
-    next_flight: AdvisedFlight | None = None
     telling: TellingChannel | None = None
     calibration: CalibrationChange | None = None
     warnings: tuple[str, ...] = ()

@@ -79,6 +79,43 @@ class HandCard:
     warnings: tuple[str, ...]
 
 
+# A card of tower fly-bys: the passes as they were read, and the position error of each.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlyBy:
+    """One pass of a tower as it was read [SI]; `row` counts from 1.
+
+    `pressure_altitude` is the airplane's altimeter on 1013.25 hPa. `grid_height` is the airplane's height above the
+    tower's barometer, which reads `tower_pressure` (not reduced to sea level) in air of `tower_temperature` [K].
+    """
+
+    row: int
+    point: str
+    configuration: str
+    indicated_airspeed: float
+    pressure_altitude: float
+    grid_height: float
+    tower_pressure: float
+    tower_temperature: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlyByPoint:
+    """What a pass gives, each with 2σ: true minus indicated pressure altitude [m], Δp/q_c [-], and calibrated minus
+    indicated airspeed [m/s] where the total source is right."""
+
+    point: str
+    configuration: str
+    indicated_airspeed: float
+    altitude_correction: float
+    altitude_two_sigma: float
+    correction: float
+    two_sigma: float
+    normalized_pressure_error: float
+    normalized_two_sigma: float
+
+
 @dataclass(frozen=True, slots=True)
 class HandPlan:
     """A card to fly: legs a point, airspeeds [m/s] in the order to fly them, how often, minutes, and 2σ [m/s] of

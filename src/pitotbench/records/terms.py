@@ -1,7 +1,7 @@
 """Aerodynamic terms: a measured maneuver with its forces, and what it says about each term of a model."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,7 +19,9 @@ class Maneuver:
 
     `specific_force` (n, 3) [m/s²] and `angular_acceleration` (n, 3) [rad/s²] are measured. `thrust` [N] is that of
     all engines along the body's x axis; None where it was not measured. `mass` [kg] and `inertia` (I_xx, I_yy,
-    I_zz, I_xz) [kg m²] are None where those of the model count.
+    I_zz, I_xz) [kg m²] are None where those of the model count. `channels` are those of `CHANNELS` that the log
+    can show: without a measured sideslip, not those of side force, roll and yaw. `noise` are the deviations of the
+    errors left in fields of the motion that change from sample to sample, in their units.
     Raises RecordError where lengths differ.
     """
 
@@ -30,6 +32,8 @@ class Maneuver:
     thrust: Array | None = None
     mass: Array | None = None
     inertia: tuple[float, ...] | None = None
+    channels: tuple[str, ...] = CHANNELS
+    noise: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         arrays = {
@@ -37,7 +41,8 @@ class Maneuver:
             for name in ("specific_force", "angular_acceleration", "thrust", "mass")
             if (value := getattr(self, name)) is not None
         }
-        check_lengths("Maneuver", arrays.items(), len(self.motion.time))
+        columns = ((name, column) for name, each in arrays.items() for column in np.atleast_2d(np.transpose(each)))
+        check_lengths("Maneuver", columns, len(self.motion.time))
         for name, array in arrays.items():
             object.__setattr__(self, name, freeze(np.asarray(array, dtype=np.float64)))
 
@@ -90,13 +95,35 @@ class ChannelGap:
 class ManeuverGap:
     """The gap of one maneuver by channel; `held_out` says that no size was fitted to it.
 
-    `time` [s] counts from its begin, (n,). `before` and `after` are the residual coefficients, (n, 6).
+    `time` [s] counts from its begin, (n,). `before` and `after` are the residual forces [N] and moments [N m],
+    (n, 6), without the constants of the maneuver. `constants` are these as coefficients of drag, lift and pitch
+    moment, before and with the terms, (2, 3).
     """
 
     name: str
     held_out: bool
     channels: Mapping[str, ChannelGap]
     time: Array
+    before: Array
+    after: Array
+    constants: Array
+
+
+# The motions of an open-loop flight: heading, name and unit of each, as a person reads them.
+MOTIONS = (("airspeed", "kt"), ("angle of attack", "°"), ("pitch rate", "°/s"), ("pitch", "°"))
+
+
+@dataclass(frozen=True, slots=True)
+class OpenLoopFlight:
+    """A maneuver flown by a model with the measured controls: true airspeed [m/s], then angles and rate [rad].
+
+    `time` [s] counts from its begin, (n,); the others are (n, 4), in the order of `MOTIONS`.
+    """
+
+    name: str
+    held_out: bool
+    time: Array
+    measured: Array
     before: Array
     after: Array
 
@@ -106,7 +133,7 @@ class TermsAccount:
     """What measured maneuvers say about the aerodynamic terms of a model.
 
     `terms` come in the order of what they close. `silent` names, with the reason, what the maneuvers cannot show.
-    `zeros` are the added coefficients by aerodynamic axis that go with the terms into a patch.
+    `zeros` are the coefficients added to changed slopes, by function, so that they turn about the flown angle.
     """
 
     aircraft: str
@@ -115,3 +142,28 @@ class TermsAccount:
     silent: tuple[str, ...]
     zeros: Mapping[str, float]
     remarks: tuple[str, ...] = ()
+    flown: tuple[OpenLoopFlight, ...] = ()
+
+    @property
+    def held_out(self) -> tuple[ManeuverGap, ...]:
+        """The maneuvers to which no size was fitted; all of them where none was held out."""
+        return tuple(each for each in self.maneuvers if each.held_out) or self.maneuvers
+
+    def gap_of(self, channel: str) -> ChannelGap:
+        """The gap of a channel over the maneuvers held out, each sample with the same weight."""
+        found = [(each.channels[channel], len(each.time)) for each in self.held_out if channel in each.channels]
+        weights = np.array([count for _, count in found], dtype=np.float64)
+        sums = [[gap.before, gap.after, gap.noise] for gap, _ in found]
+        return ChannelGap(*(weights @ np.array(sums) / weights.sum()).tolist())
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that a maneuver held out shows."""
+        return tuple(name for name in CHANNELS if any(name in each.channels for each in self.held_out))
+
+    @property
+    def closed(self) -> float:
+        """The share of the explainable gap that the terms close, over all channels with a significant gap."""
+        gaps = [gap for name in self.channels if (gap := self.gap_of(name)).significant]
+        explainable = sum(gap.before - gap.noise for gap in gaps)
+        return sum(gap.before - gap.after for gap in gaps) / explainable if explainable > 0.0 else 0.0

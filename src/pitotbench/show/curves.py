@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from pitotbench import air
-from pitotbench.records.calibration import Calibration
+from pitotbench.records.calibration import Calibration, ErrorCurve
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.show.legs import method_words
@@ -30,6 +30,7 @@ from pitotbench.show.style import (
     svg,
     thin,
 )
+from pitotbench.show.takehome import CurveDifference
 from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
 
 # Pictures of an error curve: the correction, its bounds, and the limit of the certification rule.
@@ -93,6 +94,28 @@ def draw_curve(
     draw_points(axes, points)
     axes.axhline(0.0, color=INK, lw=0.5)
     axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
+
+
+def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> str:
+    """Two curves, and below them their difference, each with its 2σ, as an SVG element."""
+
+    def draw_both(axes: Axes) -> None:
+        for name, curve, color in ((found.first, one, ORANGE), (found.second, other, BLUE)):
+            speed, value, bound = (a / KNOT for a in (curve.indicated_airspeed, curve.correction, curve.two_sigma))
+            axes.fill_between(speed, value - bound, value + bound, color=color, alpha=0.25, lw=0)
+            axes.plot(speed, value, color=color, label=f"{name} (±2σ)")
+        axes.axhline(0.0, color=INK, lw=0.5)
+        axes.set(ylabel=_CORRECTION)
+
+    def draw_difference(axes: Axes) -> None:
+        speed, value, bound = (a / KNOT for a in (found.indicated_airspeed, found.difference, found.two_sigma))
+        axes.fill_between(speed, value - bound, value + bound, color=PURPLE, alpha=0.25, lw=0)
+        axes.plot(speed, value, color=PURPLE, label="difference of the corrections (±2σ)")
+        axes.axhline(0.0, color=INK, lw=0.5)
+        axes.set(xlabel=_AIRSPEED, ylabel="difference [kt]")
+
+    with stacked([draw_both, draw_difference], (1.6 * WIDE[0], 1.6 * WIDE[1]), 3) as figure:
+        return svg(figure, f"{found.second} against {found.first}".replace('"', "'"))
 
 
 def parts_panel(log: FlightLog, result: Calibration) -> Panel:

@@ -32,12 +32,10 @@ from pitotbench.show.style import (
     thin,
 )
 from pitotbench.show.verdict import (
-    CARD_COLUMNS,
     CHECK_COLUMNS,
     DETECTABLE_COLUMNS,
     FEATURE_COLUMNS,
     FLIGHT_COLUMNS,
-    LISTED_CARDS,
     TOLERANCE_COLUMNS,
     candidate_columns,
     kind_words,
@@ -376,8 +374,6 @@ def account_page(account: Account) -> str:
         closing=_closing(account),
         rounds=html_table(round_columns(account), range(len(account.rounds))),
         flights=html_table(FLIGHT_COLUMNS, account.flights) if len(account.flights) > 1 else "",
-        cards=html_table(CARD_COLUMNS, account.next_flight.ranked[:LISTED_CARDS]) if account.next_flight else "",
-        next_case=account.next_flight.case if account.next_flight else "",
         candidates=html_table(candidate_columns(verdict), verdict.candidates),
         flown=[_flown(name, flown) for name, flown in _flights(account)],
         checks=html_table(CHECK_COLUMNS, verdict.checks),

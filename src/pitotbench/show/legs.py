@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.records.legs import CardPoint, FixedSpeedPoint, HandCard, HandPlan
+from pitotbench.records.legs import CardPoint, FixedSpeedPoint, FlyByPoint, HandCard, HandPlan
 from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table, print_warnings
 from pitotbench.show.markup import render
 from pitotbench.show.words import listed
@@ -168,6 +168,29 @@ def card_json(card: HandCard) -> dict[str, Any]:
         ],
         "warnings": list(card.warnings),
     }
+
+
+FLY_BY_COLUMNS: tuple[Column[FlyByPoint], ...] = (
+    Column("point", lambda p: p.point, key="point"),
+    Column("configuration", lambda p: p.configuration or None, key="configuration", optional=True),
+    Column("KIAS", lambda p: p.indicated_airspeed / KNOT, "kt", ".1f", "indicated_airspeed_kt"),
+    Column("altitude correction", lambda p: p.altitude_correction / FOOT, "ft", "+.0f", "altitude_correction_ft"),
+    Column("±2σ", lambda p: p.altitude_two_sigma / FOOT, "ft", ".0f", "two_sigma_ft"),
+    Column("correction", lambda p: p.correction / KNOT, "kt", "+.2f", "correction_kt"),
+    Column("±2σ", lambda p: p.two_sigma / KNOT, "kt", ".2f", "two_sigma_kt"),
+    Column("Δp/q_c", lambda p: p.normalized_pressure_error, "", "+.4f", "normalized_pressure_error"),
+    Column("±2σ", lambda p: p.normalized_two_sigma, "", ".4f", "normalized_two_sigma"),
+)
+
+
+def print_fly_bys(points: Sequence[FlyByPoint], console: Console) -> None:
+    """Print the position error of each pass of a tower."""
+    print_table(FLY_BY_COLUMNS, points, console, "tower fly-bys")
+
+
+def fly_bys_json(points: Sequence[FlyByPoint]) -> dict[str, Any]:
+    """The position error of each pass as plain data, in knots and feet."""
+    return {"points": json_rows(FLY_BY_COLUMNS, points), "warnings": []}
 
 
 # The plan of a card flown by hand: for the terminal and as plain data.

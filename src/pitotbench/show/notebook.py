@@ -2,6 +2,7 @@
 
 from functools import singledispatch
 from html import escape
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,10 @@ from matplotlib.figure import Figure
 
 from pitotbench.air import calibrated_airspeed
 from pitotbench.channels import CHANNELS
-from pitotbench.records.calibration import Calibration
+from pitotbench.logbook.autopilot import autopilot_settings
+from pitotbench.logbook.columns import write_text
+from pitotbench.logbook.formats import PAGES, require_file
+from pitotbench.records.calibration import AutopilotSettings, Calibration
 from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog
@@ -19,14 +23,18 @@ from pitotbench.show.calibration import (
     CURVE_COLUMNS,
     GLANCE_COLUMNS,
     assumption_lines,
+    card_csv,
     curve_points,
     glance_points,
+    headline,
+    location_lines,
     short_answer_of,
 )
 from pitotbench.show.columns import html_table, json_rows
-from pitotbench.show.curves import draw_curve
+from pitotbench.show.curves import curve_panels, draw_curve
 from pitotbench.show.gap_words import sentences
-from pitotbench.show.limits import judgments, limit_for
+from pitotbench.show.limits import LimitJudgment, judgments, limit_for, limit_named
+from pitotbench.show.markup import render
 from pitotbench.show.pages import draw_front
 from pitotbench.show.plan import plan_advice, plan_columns, plan_json
 from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
@@ -96,6 +104,43 @@ def _(record: Calibration) -> pd.DataFrame:
 @draw_record.register
 def _(record: Calibration, axes: Axes) -> None:
     draw_curve(axes, {record.model: record}, None, (), limit_for(record))
+
+
+def write_page(record: Calibration, path: Path) -> None:
+    """Write a calibration with its pictures and its card as a page."""
+    require_file(path, PAGES)
+    answer = short_answer_of(record, "")
+    page = render(
+        "takehome.html",
+        title="Pitot-static calibration",
+        lines=[
+            *headline(record),
+            answer.correction_sentence,
+            answer.wind_sentence,
+            *(judgment.sentence for judgment in judgments(record)),
+            *(f"Warning: {text}" for text in record.warnings),
+        ],
+        drawing=curve_panels({record.model: record}, None)[0].drawing,
+        tables=[("Airspeed card", html_table(GLANCE_COLUMNS, glance_points(record.curve)))],
+        notes=[*location_lines(record), *assumption_lines(record)],
+    )
+    write_text(path, page)
+
+
+def write_card(record: Calibration, path: Path) -> None:
+    """Write the airspeed card of a calibration."""
+    require_file(path, (".csv",))
+    write_text(path, card_csv(record.curve))
+
+
+def judge(record: Calibration, rule: str) -> list[LimitJudgment]:
+    """Judge the curve of a calibration by a rule of the flag `--limit`."""
+    return judgments(record, limit_named(rule))
+
+
+def params(record: Calibration, autopilot: str) -> AutopilotSettings:
+    """Derive the parameters of an autopilot from a calibration."""
+    return autopilot_settings(record, autopilot)
 
 
 @in_one_line.register

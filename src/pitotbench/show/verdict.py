@@ -7,9 +7,7 @@ from rich.console import Console
 from pitotbench.effects import EFFECTS, effect_of
 from pitotbench.records.gap import Account, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
-    AdvisedFlight,
     Candidate,
-    CardForecast,
     Check,
     Closure,
     Detectable,
@@ -27,7 +25,6 @@ from pitotbench.show.gap_words import (
     sentences,
 )
 from pitotbench.show.words import listed, size_words, with_unit, words
-from pitotbench.units import FOOT
 
 # The tables of a reconciliation: places of the gap, candidates, checks, tolerances, features, smallest sizes.
 
@@ -165,9 +162,7 @@ def _sizes(each: Candidate) -> str:
     return "; ".join(size_words(size.name, size.value, size.two_sigma) for size in each.sizes)
 
 
-# The tables of several flights reconciled together, and of the cards for the next flight.
-
-LISTED_CARDS = 8  # on a page: more do not help to choose
+# The table of several flights reconciled together.
 
 
 def _alone(flight: JoinedFlight) -> str:
@@ -207,21 +202,6 @@ FLIGHT_COLUMNS: tuple[Column[JoinedFlight], ...] = (
 )
 
 
-def _changes(card: CardForecast) -> str:
-    return ", ".join(f"{key} = {value}" for key, value in card.card.items())
-
-
-CARD_COLUMNS: tuple[Column[CardForecast], ...] = (
-    Column("card", lambda card: words(card.maneuver)),
-    Column("", lambda card: card.maneuver, key="maneuver"),
-    Column("changed numbers", _changes),
-    Column("altitude", lambda card: card.altitude / FOOT, "ft", ".0f", "altitude_ft"),
-    Column("recorded", lambda card: card.minutes, "min", ".1f", "minutes"),
-    Column("probability of a name", lambda card: card.name, style=".2f", key="probability"),
-    Column("doubt left", lambda card: card.entropy, "bit", ".2f", "entropy_bit"),
-)
-
-
 def flight_json(flight: JoinedFlight) -> dict[str, Any]:
     """What a flight of several says, as plain data."""
     plain = {column.key: column.value(flight) for column in FLIGHT_COLUMNS if column.key}
@@ -236,21 +216,6 @@ def flight_json(flight: JoinedFlight) -> dict[str, Any]:
         for own in flight.own_sizes
     ]
     return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
-
-
-def advised_json(advised: AdvisedFlight | None) -> dict[str, Any] | None:
-    """The next flight as plain data; None where there is none."""
-    if advised is None:
-        return None
-
-    def plain(card: CardForecast) -> dict[str, Any]:
-        return {c.key: c.value(card) for c in CARD_COLUMNS if c.key} | {"card": dict(card.card)}
-
-    return plain(advised.best) | {
-        "parts": advised.parts,
-        "causes": [{"causes": list(causes), "probability": p} for causes, p in advised.causes],
-        "ranked": [plain(card) for card in advised.ranked],
-    }
 
 
 _PLACES = 6
@@ -336,7 +301,6 @@ def account_json(account: Account) -> dict[str, Any]:
         "null_flights": account.null_flights,
         "formula": formula_json(account.formula),
         "flights": [flight_json(flight) for flight in account.flights],
-        "next_flight": advised_json(account.next_flight),
         "warnings": list(account.warnings),
     }
 

@@ -11,7 +11,6 @@ from argparse import ArgumentParser
 from collections import defaultdict
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
@@ -20,7 +19,6 @@ from time import monotonic
 from typing import Any
 from zlib import crc32
 
-from pitotbench.bench.next_flight import choose_next_flight
 from pitotbench.bench.null_flights import (
     NULL_FLIGHTS,
     aircraft_model,
@@ -37,7 +35,6 @@ from pitotbench.reconciliation.signatures import returns
 from pitotbench.reconciliation.verdict import hold_out
 from pitotbench.records import BadInputError
 from pitotbench.records.case_file import write_case
-from pitotbench.records.log import FlightLog
 from pitotbench.records.verdict import SURE, Closure
 from pitotlab.experiment import OUT
 
@@ -63,11 +60,10 @@ def is_warm(path: Path, aircraft: str) -> bool:
     return cache_entry(card, NULL_FLIGHTS, setting).is_file()
 
 
-def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None, advise: bool = False) -> dict[str, Any]:
+def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dict[str, Any]:
     """Return the answer on the flights of one case. A crash of the tool is an answer as well.
 
-    `held` is a flight to close with what was named. With `advise` the tool chooses the next flight where it did not
-    come to a name: a minute of simulation.
+    `held` is a flight to close with what was named.
     """
     wall, processor = monotonic(), spent()
     told: dict[str, Any] = {"name": paths[0].stem, "flights": len(paths), "warm": True}
@@ -81,9 +77,6 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None, advise
         return {**told, "kind": "crash", "why": f"{type(error).__name__}: {error}", **_seconds(wall, processor)}
     told |= _seconds(wall, processor)
     first = made.reconciliation
-    if advise and told["kind"] == "one_of" and len(paths) == 1:
-        with suppress(Exception):
-            told |= _next_flight(first, read_log(paths[0]))
     if (
         held is not None
         and held.is_file()
@@ -103,7 +96,7 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None, advise
 def _reconciled(paths: Sequence[Path], aircraft: str) -> FullReconciliation:
     """One log or several as the command judges them, with all its looks and the formula of what they leave."""
     logs = [NamedLog(f"flight {i}", read_log(path)) for i, path in enumerate(paths, start=1)]
-    return reconcile_fully(logs, aircraft, refly=False, next_flight=False)
+    return reconcile_fully(logs, aircraft, refly=False)
 
 
 def _told(made: FullReconciliation) -> dict[str, Any]:
@@ -146,13 +139,6 @@ def _formula(made: FullReconciliation) -> dict[str, Any]:
     return {"formula": {"closure": _share(found.closure), "terms": [t.effect for t in found.terms]}}
 
 
-def _next_flight(made: Any, log: FlightLog) -> dict[str, Any]:
-    """The case file of the flight that the tool advises, where it can choose one; empty where no card can part."""
-    begun = spent()
-    found = choose_next_flight(made.naming.posterior, log, made.card, made.layout, made.null)
-    return {"advised": found.case if found is not None else "", "advised_s": round(spent() - begun, 2)}
-
-
 def _share(closure: Closure) -> float:
     return round(closure.share, 4)
 
@@ -161,7 +147,7 @@ def _seconds(wall: float, processor: float) -> dict[str, float]:
     return {"wall_s": round(monotonic() - wall, 2), "processor_s": round(spent() - processor, 2)}
 
 
-FURTHER = ("-b", "-c", "-advised")  # ends of the names of the further flights of a case
+FURTHER = ("-b", "-c")  # ends of the names of the further flights of a case
 
 
 def analyze(
@@ -170,22 +156,18 @@ def analyze(
     jobs: int = 1,
     aircraft: str = "navajo",
     part: str = "1/1",
-    advised: bool = False,
-    advise: int = 0,
 ) -> None:
     """Judge every case of a folder that has no line in the results yet."""
     told = results.read_text("utf-8").splitlines() if results.is_file() else []
     done = {json.loads(line)["name"] for line in told}
     flown = [flights_of(path) for path in sorted(logs.glob("log-????.parquet"))]
-    if advised:
-        flown = [[*flights, extra] for flights in flown if (extra := _ending(flights[0], "-advised")).is_file()]
     cards: dict[str, list[list[Path]]] = defaultdict(list)
     for flights in flown:
         cards[_card(flights, aircraft)].append(flights)
     mine, parts = (int(number) for number in part.split("/"))
     cards = {key: each for key, each in cards.items() if crc32(key.encode()) % parts == mine - 1}
     todo = [[f for f in each if f[0].stem not in done] for each in cards.values()]
-    work = partial(judged, aircraft, advise)
+    work = partial(judged, aircraft)
     count, begun = sum(map(len, todo)), monotonic()
     results.parent.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(jobs, get_context("spawn")) as pool, results.open("a", encoding="utf-8") as out:
@@ -202,15 +184,14 @@ def analyze(
                     waiting[pool.submit(work, flights)] = []
 
 
-def judged(aircraft: str, advise: int, flights: Sequence[Path]) -> dict[str, Any]:
+def judged(aircraft: str, flights: Sequence[Path]) -> dict[str, Any]:
     """The answer on one case."""
-    asks = crc32(flights[0].stem.encode()) % 100 < advise
-    return judge(flights, aircraft, _ending(flights[0], "-held"), asks)
+    return judge(flights, aircraft, _ending(flights[0], "-held"))
 
 
 def flights_of(path: Path) -> list[Path]:
     """The logs of a case: its own, and those of further flights of the same airplane."""
-    return [path, *(more for end in FURTHER[:2] if (more := _ending(path, end)).is_file())]
+    return [path, *(more for end in FURTHER if (more := _ending(path, end)).is_file())]
 
 
 def _ending(path: Path, end: str) -> Path:
@@ -239,6 +220,4 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--part", default="1/1", help="which part of the cards, for several machines: 2/3")
     parser.add_argument("--aircraft", default="navajo")
-    parser.add_argument("--advised", action="store_true", help="judge only the cases with an advised flight")
-    parser.add_argument("--advise", type=int, default=0, help="percent of the cases that ask for the next flight")
     analyze(**vars(parser.parse_args(words)))

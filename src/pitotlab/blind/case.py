@@ -28,7 +28,7 @@ def _joined(cause: str) -> str:
 class JudgedCase:
     """One case, as read from the files of truth, answers and observations.
 
-    `advised` is the answer with the flight that the tool advised; empty where there is none.
+    `advised` is the answer with a flight that earlier versions advised; empty where there is none.
     """
 
     truth: Mapping[str, Any]

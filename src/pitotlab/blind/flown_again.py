@@ -1,25 +1,21 @@
-"""Further looks at judged cases: the card that was advised, the card with the patch, a wrong effect forced in.
+"""Further looks at judged cases: the card with the patch, a wrong effect forced in.
 
-`blind advised` stands between the analyzer and the truth: it reads the card of an answer and writes
-`<case>-advised.parquet`; `blind analyze --advised` then judges both flights together. `blind reflown` and
-`blind forced` take cases of one flight whose effect was named rightly. A gap flown again is the root mean square
-over the segments of the card, of measured less simulated, in units of the chance between two flights; the chance
-itself is taken out. The effects forced in are drawn among those that improve the log at a plausible size, and whose
-cause is neither the hidden one nor left by the answer.
+`blind reflown` and `blind forced` take cases of one flight whose effect was named rightly. A gap flown again is the
+root mean square over the segments of the card, of measured less simulated, in units of the chance between two
+flights; the chance itself is taken out. The effects forced in are drawn among those that improve the log at a
+plausible size, and whose cause is neither the hidden one nor left by the answer.
 """
 
 import json
 from argparse import ArgumentParser
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 from zlib import crc32
 
 import numpy as np
 
-from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.bench.rounds import NamedLog, reconcile_log
 from pitotbench.bench.workflow import reconcile_fully
@@ -30,23 +26,13 @@ from pitotbench.logbook.reading import read_log
 from pitotbench.reconciliation.evidence import is_in_range, significance
 from pitotbench.reconciliation.signatures import columns_of, returns
 from pitotbench.reconciliation.verdict import hold_out
-from pitotbench.records.case import Case
-from pitotbench.records.case_file import read_case
 from pitotbench.records.gap import Feature
 from pitotbench.records.log import FlightLog
 from pitotlab.blind.case import JudgedCase, model_of
-from pitotlab.blind.drawn import APART, HiddenCase, HiddenEffect, bend_of, log_of
-from pitotlab.blind.flown import SETTINGS, Environment, Setting
+from pitotlab.blind.drawn import HiddenCase, HiddenEffect, bend_of, log_of
+from pitotlab.blind.flown import SETTINGS, Environment
 from pitotlab.blind.outsiders import HIDDEN_EFFECTS
-from pitotlab.blind.sealed import PLACE, judged_in, opened
-
-ADVISED = 5  # number of the flight
-ASKED_BANDS = ("above 7", "4 to 7")
-
-
-def card_in(answer: Mapping[str, Any]) -> Case | None:
-    """The card that an answer advises by forecast; none where it asked for none, or where no card can part."""
-    return read_case(answer["advised"]) if answer.get("advised") else None
+from pitotlab.blind.sealed import PLACE, judged_in
 
 
 def case_of(told: Mapping[str, Any]) -> HiddenCase:
@@ -56,32 +42,6 @@ def case_of(told: Mapping[str, Any]) -> HiddenCase:
         for e in told["effects"]
     )
     return HiddenCase(told["kind"], tuple(told["settings"]), effects, Environment(**told["environment"]))
-
-
-def setting_with(setting: Setting, card: Case) -> Setting:
-    """The setting of the first flight with another card: the same day, pilot, loading and data system."""
-    flown, told = (replace(case, maneuver=card.maneuver, card=card.card) for case in (setting.flown, setting.told))
-    return Setting(flown, told)
-
-
-def _write_advised(logs: Path, work: tuple[Mapping[str, Any], Case]) -> None:
-    told, card = work
-    setting = setting_with(SETTINGS[told["settings"][0]], card)
-    log = log_of(case_of(told), setting, told["seed"] + APART * ADVISED, bend_of(told["seed"]))
-    write_log(log, logs / f"{told['name']}-advised.parquet")
-
-
-def fly_advised(results: Path, logs: Path, seal: Path, most: int, jobs: int) -> int:
-    """Fly the advised cards of the first `most` cases that were not named; returns how many were flown."""
-    answers = {each["name"]: each for each in map(json.loads, results.read_text("utf-8").splitlines())}
-    todo = []
-    for told in opened(seal)["cases"]:
-        answer = answers.get(told["name"], {})
-        asked = told["kind"] in ASKED_BANDS and len(told["settings"]) == 1 and answer.get("kind") == "one_of"
-        if asked and (card := card_in(answer)) is not None:
-            todo.append((told, card))
-    require_all(run_tasks(partial(_write_advised, logs), todo[:most], jobs))
-    return len(todo[:most])
 
 
 KNOWN: Mapping[str, Effect] = {**FORMS, **HIDDEN_EFFECTS}
@@ -107,7 +67,7 @@ def reflown(logs: Path, cases: Sequence[JudgedCase], most: int) -> Iterator[Mapp
         if case.flights != 1 or not case.named or any(isinstance(KNOWN[n], SensorEffect) for n in names):
             continue
         name = case.truth["name"]
-        full = reconcile_fully(NamedLog(name, _flown_log(logs / f"{name}.parquet", case.truth)), next_flight=False)
+        full = reconcile_fully(NamedLog(name, _flown_log(logs / f"{name}.parquet", case.truth)))
         every = full.account.flown.features
         wanted = [f for f in every if f.name in QUANTITIES]
         if gap(wanted, patched=False) < SHOWN:
@@ -166,16 +126,6 @@ def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapp
                 "closure": round(closed.share, 3),
                 "named": case.answer.get("held_out"),
             }
-
-
-def advised_command(parser: ArgumentParser, words: Sequence[str]) -> None:
-    """Fly the card that the tool advised for cases whose cause it could not name, with the same hidden effects."""
-    parser.add_argument("--results", type=Path, default=PLACE / "results.jsonl")
-    parser.add_argument("--logs", type=Path, default=PLACE / "logs")
-    parser.add_argument("--seal", type=Path, default=PLACE / "seal")
-    parser.add_argument("--most", type=int, default=20)
-    parser.add_argument("--jobs", type=int, default=1)
-    print(f"flown: {fly_advised(**vars(parser.parse_args(words)))}")
 
 
 def reflown_command(parser: ArgumentParser, words: Sequence[str]) -> None:

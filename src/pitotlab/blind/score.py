@@ -218,12 +218,10 @@ def hidden_in(case: JudgedCase) -> str:
     return " + ".join(sorted(names)) or "none"
 
 
-def score(
-    results: Path, seal: Path, out: Path, observed: Path | None = None, advised: Path | None = None
-) -> list[Row]:
+def score(results: Path, seal: Path, out: Path, observed: Path | None = None) -> list[Row]:
     """Score an archive or a set in the making, write `blind.md` and `blind.csv`; returns the rows."""
     truth = opened(seal)
-    cases = judged_in(seal, *([] if seal.is_file() else [results, observed, advised]))
+    cases = judged_in(seal, *([] if seal.is_file() else [results, observed]))
     rows = table(cases)
     digest = files_of(seal)["truth.sha256"].decode().strip()
     out.mkdir(parents=True, exist_ok=True)
@@ -327,7 +325,6 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     """Open the seal, hold the answers against the truth, print the table and write the page."""
     parser.add_argument("--results", type=Path, default=PLACE / "results.jsonl")
     parser.add_argument("--observed", type=Path, default=PLACE / "observed.jsonl")
-    parser.add_argument("--advised", type=Path, default=PLACE / "advised.jsonl")
     parser.add_argument("--seal", type=Path, default=PLACE / "seal", help="a folder, or an archive that holds all")
     parser.add_argument("--out", type=Path, default=OUT)
     for line in score(**vars(parser.parse_args(words))):

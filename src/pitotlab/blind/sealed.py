@@ -1,7 +1,8 @@
 """The sets of the blind test: truth, answers, observations; in a folder while they are made, then in one archive.
 
 An archive `results/blind/NAME.tar.xz` holds `truth.json`, its seal `truth.sha256`, `results.jsonl`, and where they
-were made `observed.jsonl` and `advised.jsonl`. `results/blind/SHA256SUMS` holds the digest of every archive.
+were made `observed.jsonl`; the sets of versions that chose a next flight hold `advised.jsonl` too.
+`results/blind/SHA256SUMS` holds the digest of every archive.
 """
 
 import json
@@ -53,8 +54,8 @@ def opened(seal: Path) -> dict[str, Any]:
 def judged_in(seal: Path, *answers: Path | None) -> list[JudgedCase]:
     """Truth, answer and observation of every case that has an answer.
 
-    `answers` are the files of results, observations and answers with an advised flight; of an archive, or of a
-    folder that holds them all, none need be given.
+    `answers` are the files of results and observations; of an archive, or of a folder that holds them all, none
+    need be given.
     """
     given = files_of(seal) if not answers else {}
     given |= {

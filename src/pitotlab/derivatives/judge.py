@@ -29,9 +29,7 @@ def answer_of(path: Path) -> dict[str, Any]:
     try:
         log = read_log(path)
         holdout = NamedLog(held.name, read_log(held)) if held.is_file() else None
-        made = reconcile_fully(
-            [NamedLog(path.name, log)], log.header["case"]["aircraft"], holdout, refly=False, next_flight=False
-        )
+        made = reconcile_fully([NamedLog(path.name, log)], log.header["case"]["aircraft"], holdout, refly=False)
         later = [verdict_json(each.verdict) for each in made.account.rounds[1:] if each.added]
         told = account_json(made.account) | {"passes": later}
     except BadInputError as error:

@@ -1,0 +1,131 @@
+"""`pitotbench compare`: two calibrations, or two logs, side by side."""
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, stated_accuracies
+from pitotbench.records import BadInputError
+
+if TYPE_CHECKING:
+    from pitotbench.records.calibration import ErrorCurve
+
+
+class Kind(NamedTuple):
+    """What can be compared: its name, whether a path is one, and the command for two of it."""
+
+    name: str
+    known_by: Callable[[Path], bool]
+    compare: Callable[[argparse.Namespace], None]
+
+
+def add(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench compare`."""
+    parser.add_argument("first", type=Path, metavar="A", help="a calibration (--json of calibrate), or a log")
+    parser.add_argument("second", type=Path, metavar="B", help="another of the same kind, held against the first")
+    add_mapping(parser)
+    add_accuracy(parser)
+    parser.add_argument("--model", help="of two logs: the pressure-error model, or auto (as for calibrate)")
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.add_argument("--report", type=Path, help="also write a page with a picture (HTML)")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compare what the two arguments are; return exit code 0. Raises BadInputError where they are of two kinds."""
+    from pitotbench.logbook.formats import PAGES, require_file
+
+    if options.report is not None:
+        require_file(options.report, PAGES, (options.first, options.second))
+    kinds = [next(kind for kind in KINDS if kind.known_by(path)) for path in (options.first, options.second)]
+    if kinds[0] is not kinds[1]:
+        raise BadInputError(
+            f"{options.first.name} is a {kinds[0].name}, {options.second.name} a {kinds[1].name}: give two alike"
+        )
+    kinds[0].compare(options)
+    return 0
+
+
+def _calibrations(options: argparse.Namespace) -> None:
+    _tell([_read_curve(path) for path in (options.first, options.second)], options)
+
+
+def _logs(options: argparse.Namespace) -> None:
+    from pitotbench.calibration import calibrate_flights
+    from pitotbench.calibration.options import options_from
+
+    paths = [options.first, options.second]
+    named = {} if options.model is None else {"model": options.model}
+    curves = []
+    for path, log in zip(paths, read_logs(paths, options.mapping), strict=True):
+        advised = mapping_advice(options, [log])
+        stated = {**named, **stated_accuracies(options, advised)}
+        choice = options_from({"latency": "checked", "wind": "checked", **advised, **stated})
+        curves.append((path.stem, calibrate_flights([log], choice)[0].calibration.curve))
+    _tell(curves, options)
+
+
+def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -> None:
+    from rich.console import Console
+
+    from pitotbench.logbook.columns import write_text
+    from pitotbench.show.columns import json_text
+    from pitotbench.show.takehome import curve_difference, difference_json, difference_page, print_difference
+
+    (first, one), (second, other) = curves
+    if first == second:
+        first, second = str(options.first), str(options.second)
+    found = curve_difference(first, one, second, other)
+    if options.report is not None:
+        write_text(options.report, difference_page(found, one, other))
+    if options.json:
+        sys.stdout.write(json_text(difference_json(found)))
+    else:
+        print_difference(found, Console(highlight=False, soft_wrap=True))
+
+
+def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
+    """Return the name and the curve of a calibration as `calibrate --json` prints it. Raises BadInputError."""
+    import json
+
+    import numpy as np
+
+    from pitotbench.logbook.columns import require_regular
+    from pitotbench.records.calibration import ErrorCurve
+    from pitotbench.units import KNOT
+
+    def column(rows: Any, key: str, unit: float = 1.0) -> "np.ndarray[Any, Any]":
+        return np.array([float(row[key]) for row in rows]) * unit
+
+    try:
+        require_regular(path)
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if isinstance(found, list):
+            if len({json.dumps(each["curve"]) for each in found}) != 1:
+                raise BadInputError(f"{path}: holds several curves; calibrate one log, or the logs together")
+            found = found[0]
+        rows = found["curve"]
+        curve = ErrorCurve(
+            indicated_airspeed=column(rows, "indicated_airspeed_kt", KNOT),
+            correction=column(rows, "correction_kt", KNOT),
+            two_sigma=column(rows, "two_sigma_kt", KNOT),
+            simultaneous_two_sigma=column(rows, "simultaneous_two_sigma_kt", KNOT),
+            white_two_sigma=column(rows, "white_two_sigma_kt", KNOT),
+            normalized_pressure_error=column(rows, "normalized_pressure_error"),
+            normalized_two_sigma=column(rows, "normalized_two_sigma"),
+        )
+    except OSError as error:
+        raise BadInputError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, IndexError) as error:
+        raise BadInputError(
+            f"{path}: not a calibration; write one with: pitotbench calibrate LOG --json > {path.name}"
+        ) from error
+    return path.stem, curve
+
+
+# A new kind is a line here, above the last one, which takes what no other does.
+KINDS = (
+    Kind("calibration", lambda path: path.suffix.lower() == ".json", _calibrations),
+    Kind("log", lambda path: True, _logs),
+)

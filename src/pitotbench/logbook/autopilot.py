@@ -1,0 +1,263 @@
+"""What an autopilot computes its airspeed with, and which parameters take the error out of it.
+
+ArduPilot shows √(ARSPD_RATIO·d), with d = ±(p − ARSPD_OFFSET) of the sensor's pressure p (ArduPilot,
+libraries/AP_Airspeed/AP_Airspeed.cpp, `AP_Airspeed::read`; the sign is ARSPD_TUBE_ORDR). PX4 shows
+ASPD_SCALE_1·√(2d/1.225), with d = p − SENS_DPRES_OFF (PX4-Autopilot, src/lib/airspeed/airspeed.cpp, `calc_IAS` and
+`calc_CAS_from_IAS`; src/modules/sensors/sensors.cpp). Both are V² = R·d, without the compression of the air.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pitotbench import air
+from pitotbench.catalog import Catalog, explain
+from pitotbench.logbook.columns import PARAMETERS, Table, numbers
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.calibration import AutopilotSettings, Calibration, ErrorCurve, Setting
+from pitotbench.units import Array, Pascal
+
+_DENSITY = 1.225  # kg/m³, the constant of both autopilots
+_PX4_GAIN = 2.0 / _DENSITY  # R of PX4 at scale 1
+_FEWEST = 3  # points of a curve that tell a scale from an offset
+_WITHOUT_OFFSET = 6  # ARSPD_TYPE of the SDP3X: ArduPilot holds its offset at zero
+_NO_PRESSURE = {
+    0: "no sensor",
+    13: "a water speed",
+    16: "an airspeed from outside",
+}  # ARSPD_TYPE without a pressure
+_SWAPPED, _EITHER = 1, 2  # ARSPD_TUBE_ORDR
+
+
+@dataclass(frozen=True, slots=True)
+class Autopilot:
+    """An autopilot: what it is called, its two parameters, and the way between ratio R [m²/s² per Pa] and gain.
+
+    `old_pressure` turns the pressures of a log's table into d [Pa]; `refuse` says why the parameters of a log
+    cannot be replaced, empty where they can; `switches` are the further settings with their reasons.
+    """
+
+    title: str
+    gain: str
+    offset: str
+    prefixes: tuple[str, ...]
+    ratio_of: Callable[[float], float]
+    gain_of: Callable[[float], float]
+    old_pressure: Callable[[Table, Mapping[str, float]], dict[str, Pascal]]
+    refuse: Callable[[Mapping[str, float]], str]
+    switches: tuple[tuple[str, float, str], ...]
+
+
+def _ardupilot_pressure(table: Table, held: Mapping[str, float]) -> dict[str, Pascal]:
+    return {"DiffPress": numbers("DiffPress", table.column("DiffPress"))} if "DiffPress" in table.names else {}
+
+
+def _px4_pressure(table: Table, held: Mapping[str, float]) -> dict[str, Pascal]:
+    # Up to 1.12 the driver subtracted the offset and called the result raw; since 1.13 it is subtracted afterwards.
+    taken = {"differential_pressure_pa": held.get("SENS_DPRES_OFF", 0.0), "differential_pressure_raw_pa": 0.0}
+    return {n: numbers(n, table.column(n)) - offset for n, offset in taken.items() if n in table.names}
+
+
+def _refuse_ardupilot(held: Mapping[str, float]) -> str:
+    kind = _NO_PRESSURE.get(int(held.get("ARSPD_TYPE", 1)))
+    return "" if kind is None else f"ARSPD_TYPE {held['ARSPD_TYPE']:g} is {kind}: no ratio acts on it"
+
+
+def _refuse_px4(held: Mapping[str, float]) -> str:
+    if held.get("SENS_EN_SDP3X", 0.0) == 0.0:
+        return ""
+    return (
+        "PX4 computes the airspeed of an SDP3X with a model of its tube (SENS_EN_SDP3X is set), not by the formula"
+    )
+
+
+AUTOPILOTS: Catalog[Autopilot] = Catalog(
+    "autopilot",
+    {
+        "ardupilot": Autopilot(
+            "ArduPilot", "ARSPD_RATIO", "ARSPD_OFFSET", ("ARSPD_",), float, float,
+            _ardupilot_pressure, _refuse_ardupilot,
+            (
+                ("ARSPD_SKIP_CAL", 1.0, "else each start measures the offset anew and replaces it"),
+                ("ARSPD_AUTOCAL", 0.0, "else the flight replaces the ratio"),
+            ),
+        ),
+        "px4": Autopilot(
+            "PX4", "ASPD_SCALE_1", "SENS_DPRES_OFF", ("ASPD_SCALE_", "SENS_DPRES_", "SENS_EN_SDP3X"),
+            lambda scale: _PX4_GAIN * scale**2, lambda ratio: float(np.sqrt(ratio / _PX4_GAIN)),
+            _px4_pressure, _refuse_px4,
+            (("ASPD_SCALE_APPLY", 0.0, "else the flight replaces the scale"),),
+        ),
+    },
+)  # fmt: skip
+
+
+def with_parameters(tables: Mapping[str, Table], values: Mapping[str, Any]) -> dict[str, Table]:
+    """Return the tables of an autopilot's log with its airspeed parameters in the header, as the log was flown.
+
+    The pressures become those of the airspeed that the autopilot showed: the impact pressure of √(R·d). Without the
+    parameters of a sensor the tables stay as they are.
+    """
+    found = dict(tables)
+    for autopilot in AUTOPILOTS.values():
+        held = {n: float(f"{v:.7g}") for n, v in values.items() if n.startswith(autopilot.prefixes)}
+        if autopilot.gain not in held:
+            continue
+        for name, table in tables.items():
+            used = _as_used(table, held)
+            pressures = autopilot.old_pressure(table, used)
+            if not pressures:
+                continue
+            ratio = autopilot.ratio_of(used[autopilot.gain])
+            columns = [
+                _of_airspeed(pressures[n], ratio) if n in pressures else column
+                for n, column in zip(table.names, table.columns, strict=True)
+            ]
+            told = ", ".join(f"{n} {used[n]:g}" for n in (autopilot.gain, autopilot.offset) if n in used)
+            note = f"the airspeed is as {autopilot.title} shows it with {told}"
+            found[name] = replace(
+                table,
+                columns=tuple(columns),
+                header={**table.header, PARAMETERS: used},
+                warnings=(*table.warnings, note),
+            )
+    return found
+
+
+def _as_used(table: Table, held: dict[str, float]) -> dict[str, float]:
+    """Return the parameters with what ArduPilot's messages say of them: the offset in use, and which tube led."""
+    used = dict(held)
+    if "Offset" in table.names and "RawPress" in table.names:
+        used["ARSPD_OFFSET"] = float(np.median(numbers("Offset", table.column("Offset"))))
+        order = used.get("ARSPD_TUBE_ORDR", used.get("ARSPD_TUBE_ORDER", _EITHER))
+        if order == _EITHER and np.median(numbers("RawPress", table.column("RawPress"))) < 0.0:
+            used["ARSPD_TUBE_ORDR"] = _SWAPPED
+    return used
+
+
+def _of_airspeed(pressure: Pascal, ratio: float) -> Pascal:
+    """Return the impact pressure [Pa] of the airspeed √(R·d); a negative d, near rest, in proportion."""
+    flying = np.maximum(pressure, 0.0)
+    return np.where(pressure > 0.0, air.impact_pressure(np.sqrt(ratio * flying)), 0.5 * _DENSITY * ratio * pressure)
+
+
+def stated_parameters(text: str) -> tuple[str, dict[str, float]]:
+    """Return the autopilot of a text such as `px4` or `ardupilot,ARSPD_RATIO=1.99,ARSPD_OFFSET=3`, and old values.
+
+    Raises BadInputError for an unknown autopilot or a value that is not a number.
+    """
+    name, *parts = [part.strip() for part in text.split(",") if part.strip()] or [""]
+    if name not in AUTOPILOTS:
+        raise BadInputError(explain("autopilot", name, list(AUTOPILOTS)))
+    stated = {}
+    for part in parts:
+        key, _, number = part.partition("=")
+        try:
+            stated[key.strip()] = float(number)
+        except ValueError as error:
+            wanted = AUTOPILOTS[name]
+            raise BadInputError(
+                f"old parameter {part!r}: write NAME=value, such as {wanted.gain}=1.99,{wanted.offset}=3"
+            ) from error
+    return name, stated
+
+
+def autopilot_settings(result: Calibration, name: str) -> AutopilotSettings:
+    """Return the parameters that take the error out of an autopilot's airspeed, each with 2σ and its derivation.
+
+    `result` is a calibration of the airspeed that the autopilot showed with the parameters in its log. The new ones
+    fit C² = R(d − δ) to the calibrated airspeeds C of the curve, by weighted least squares. Their 2σ is that of the
+    curve, whose errors are correlated, plus what the formula cannot follow.
+    Raises BadInputError for an unknown autopilot, for a log without its parameters and for a sensor that does not
+    use them; NoAnswerError for a curve that does not tell them.
+    """
+    if name not in AUTOPILOTS:
+        raise BadInputError(explain("autopilot", name, list(AUTOPILOTS)))
+    autopilot = AUTOPILOTS[name]
+    held = {} if result.autopilot is None else result.autopilot.parameters
+    fixed = name == "ardupilot" and held.get("ARSPD_TYPE") == _WITHOUT_OFFSET
+    _require(autopilot, held, () if fixed else (autopilot.offset,))
+    curve = result.curve
+    if len(curve.indicated_airspeed) < _FEWEST:
+        raise NoAnswerError("the curve has too few airspeeds for a scale and an offset: fly a wider range")
+    old = autopilot.ratio_of(held[autopilot.gain])
+    fit = _fit(curve, old, fixed)
+    sign = -1.0 if held.get("ARSPD_TUBE_ORDR", held.get("ARSPD_TUBE_ORDER")) == _SWAPPED else 1.0
+    gain = autopilot.gain_of(fit.ratio)
+    # d(gain)/gain = power · dR/R: 1 where the gain is R, ½ where it is a factor of the airspeed
+    power = np.log(autopilot.gain_of(4.0 * fit.ratio) / gain) / np.log(4.0)
+    span = "{:.0f} to {:.0f} kt".format(*curve.indicated_airspeed_kt[[0, -1]])
+    settings = [
+        Setting(
+            autopilot.gain, gain, gain * power * fit.ratio_two_sigma / fit.ratio, held[autopilot.gain],
+            f"old value and the slope of the curve, {span} shown",
+        )
+    ]  # fmt: skip
+    if not fixed:
+        before = held[autopilot.offset]
+        found = f"old value {sign * fit.offset:+.3g} Pa, where the corrected airspeed is zero"
+        settings.append(Setting(autopilot.offset, before + sign * fit.offset, fit.offset_two_sigma, before, found))
+    for switch, value, reason in autopilot.switches:
+        if not (fixed and switch == "ARSPD_SKIP_CAL"):
+            settings.append(Setting(switch, value, None, held.get(switch), reason))
+    wash = None if result.autopilot is None else result.autopilot.wash
+    return AutopilotSettings(name, tuple(settings), fit.calibrated, fit.bound, wash)
+
+
+def _require(autopilot: Autopilot, held: Mapping[str, float], more: tuple[str, ...]) -> None:
+    missing = [n for n in (autopilot.gain, *more) if n not in held]
+    if missing:
+        has = f"it holds {', '.join(sorted(held))}" if held else "it holds none of an autopilot"
+        raise BadInputError(
+            f"the log does not hold {' and '.join(missing)}, with which its airspeed was shown ({has}). Calibrate "
+            "the file that the autopilot wrote (.bin or .ulg), or state the old values: --params "
+            f"{autopilot.title.lower()},{autopilot.gain}=...,{autopilot.offset}=..."
+        )
+    if not held[autopilot.gain] > 0.0:
+        raise BadInputError(f"the old {autopilot.gain} is {held[autopilot.gain]:g}: it must be above zero")
+    if reason := autopilot.refuse(held):
+        raise BadInputError(f"{reason}; calibrate without --params and correct the airspeed by the card")
+
+
+@dataclass(frozen=True, slots=True)
+class _Fit:
+    """R [m²/s² per Pa] and δ [Pa] with 2σ, the calibrated airspeeds of the curve, the bound there [m/s]."""
+
+    ratio: float
+    ratio_two_sigma: float
+    offset: float
+    offset_two_sigma: float
+    calibrated: Array
+    bound: Array
+
+
+def _fit(curve: ErrorCurve, old: float, fixed: bool) -> _Fit:
+    speed, two_sigma = curve.indicated_airspeed + curve.correction, curve.two_sigma
+    pressure = curve.indicated_airspeed**2 / old
+    terms = pressure[:, None] if fixed else np.column_stack([pressure, np.ones_like(pressure)])
+    weight = 1.0 / (speed * np.maximum(two_sigma, 1e-9))
+    inverse = np.linalg.pinv(terms * weight[:, None]) * weight  # from C² to the coefficients
+    slope, level = (*(inverse @ speed**2), 0.0)[:2]
+    if not slope > 0.0:
+        raise NoAnswerError(
+            "the corrected airspeed does not grow with the pressure: the curve is no scale and offset"
+        )
+    by_speed = inverse * (2.0 * speed)
+    known = np.ones((len(speed),) * 2) if curve.correlation is None else curve.correlation
+    covariance = by_speed @ (known * np.outer(two_sigma, two_sigma)) @ by_speed.T
+    if curve.correlation is None:  # how the errors go together is not known: take the worst
+        covariance = np.diag((np.abs(by_speed) @ two_sigma) ** 2)
+    shown = np.sqrt(np.maximum(slope * pressure + level, 0.0))
+    left = np.abs(shown - speed)
+    offset = -level / slope
+    toward = np.array([offset, 1.0][: len(covariance)]) / slope  # of −δ
+    return _Fit(
+        ratio=float(slope),
+        ratio_two_sigma=float(np.sqrt(covariance[0, 0]) + 2.0 * slope * np.max(left / speed)),
+        offset=float(offset),
+        offset_two_sigma=float(np.sqrt(toward @ covariance @ toward) + np.max(2.0 * speed * left) / slope),
+        calibrated=speed,
+        bound=two_sigma + left,
+    )

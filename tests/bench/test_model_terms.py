@@ -1,0 +1,264 @@
+"""A term that was changed in an airplane's file is found again from maneuvers, and closes the gap elsewhere."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+from tests.shared_data import real_log
+
+from pitotbench import Case, air, fly, sense
+from pitotbench.bench.model_terms import correct_terms, parted
+from pitotbench.cli import main
+from pitotbench.effects.overlay import FunctionScaling, Overlay, product
+from pitotbench.logbook.identification import SLUG, align_vane, maneuvers_of, read_identification
+from pitotbench.logbook.reading import read_log
+from pitotbench.records import BadInputError
+from pitotbench.records.aircraft import Motion
+from pitotbench.records.terms import Maneuver
+from pitotbench.simulation.force_meter import UNIT_AXES, measure_terms, unit_overlay
+from pitotbench.simulation.plant import Plant
+from pitotbench.simulation.properties import POUND_FORCE
+from pitotbench.units import DEGREE, FOOT, PSF, STANDARD_GRAVITY
+
+SECONDS, RATE, SPEED, HEIGHT = 8.0, 50.0, 73.0, 2_190.0  # s, Hz, m/s, m
+FORCE_NOISE, TURN_NOISE = 0.02, 0.01  # m/s², rad/s²
+
+
+def _motion(seed, mass):
+    """States and controls that all move apart from one another, about level flight."""
+    draw = np.random.default_rng(seed)
+    time = np.arange(0.0, SECONDS, 1.0 / RATE)
+
+    def wave(size):
+        phases, periods = draw.uniform(0.0, 2.0 * np.pi, 3), draw.uniform(0.8, 4.0, 3)
+        return size * sum(np.sin(2.0 * np.pi * time / t + p) for t, p in zip(periods, phases, strict=True)) / 1.7
+
+    pressure = np.full(len(time), float(air.standard_pressure(HEIGHT)))
+    sound = float(air.sound_speed(float(air.standard_temperature(HEIGHT))))
+    names = ("elevator", "aileron", "rudder", "sideslip", "roll_rate", "pitch_rate", "yaw_rate", "angle_of_attack")
+    sizes = (0.02, 0.03, 0.03, 0.02, 0.1, 0.06, 0.05, 0.015)
+    moved = {name: wave(size) for name, size in zip(names, sizes, strict=True)}
+    return Motion(
+        time=time,
+        static_pressure=pressure,
+        mach=np.full(len(time), SPEED / sound) + wave(0.002),
+        roll=wave(0.02),
+        pitch=wave(0.02),
+        heading=np.zeros(len(time)),
+        throttle_left=np.full(len(time), 0.5),
+        throttle_right=np.full(len(time), 0.5),
+        mass=np.full(len(time), mass),
+        **moved,
+    )
+
+
+def _maneuver(seed, *scalings):
+    """A maneuver of a DHC6 in whose file functions were scaled, with noise."""
+    overlay = unit_overlay(UNIT_AXES) + Overlay(scalings=scalings)
+    plant = Plant.load("DHC6", 100.0, overlay, at_once=True)
+    motion = _motion(seed, plant.get("mass"))
+    by_rate = "aero/coefficient/Cmadot"
+    felt = measure_terms(plant, motion, [by_rate])
+    thrust = np.full(len(motion.time), 6_000.0)
+    force = (felt.total[:, :3] * POUND_FORCE + thrust[:, None] * (1.0, 0.0, 0.0)) / felt.mass
+    moment = felt.total[:, 3:] * POUND_FORCE * FOOT
+    # These states are no flight: the rate of the angle of attack is theirs, not that which the forces would make.
+    rate = np.gradient(motion.angle_of_attack, motion.time)
+    moment[:, 1] += felt.values[by_rate] * (rate / felt.alpha_rate - 1.0) * POUND_FORCE * FOOT
+    ixx, iyy, izz, ixz = felt.inertia
+    inertia = np.array([[ixx, 0.0, -ixz], [0.0, iyy, 0.0], [-ixz, 0.0, izz]])
+    rates = np.stack([motion.roll_rate, motion.pitch_rate, motion.yaw_rate], axis=1)
+    turning = np.linalg.solve(inertia, (moment - np.cross(rates, rates @ inertia)).T).T
+    draw = np.random.default_rng(seed + 1)
+    return Maneuver(
+        f"maneuver {seed}",
+        motion,
+        force + draw.normal(0.0, FORCE_NOISE, force.shape),
+        turning + draw.normal(0.0, TURN_NOISE, turning.shape),
+        thrust=thrust,
+        mass=np.full(len(motion.time), felt.mass),
+        inertia=felt.inertia,
+    )
+
+
+def _scaled(name, factor):
+    return FunctionScaling(f"aero/coefficient/{name}", product(factor, 1.0), product(0.0, 1.0))
+
+
+HIDDEN = {"CLalpha": 1.4, "CmDe": 0.75, "Cnb": 0.7, "Clp": 1.3}
+
+
+@pytest.fixture(scope="module")
+def changed():
+    scalings = [_scaled(*each) for each in HIDDEN.items()]
+    return [_maneuver(seed, *scalings) for seed in (1, 11)]
+
+
+def test_four_terms_changed_at_once_are_found_with_their_sizes(changed):
+    account = correct_terms("DHC6", changed[:1], changed[1:]).account
+    found = {term.function.rsplit("/", 1)[-1]: term.change for term in account.terms}
+    assert found.keys() == HIDDEN.keys()
+    for name, factor in HIDDEN.items():
+        assert abs(found[name].value - (factor - 1.0)) < 1.5 * found[name].two_sigma < 0.15
+    assert account.terms[0].name == "lift slope"
+    assert account.closed > 0.97
+    assert not account.gap_of("side force").significant
+
+
+def test_an_airplane_as_its_file_says_differs_in_nothing():
+    corrected = correct_terms("DHC6", [_maneuver(3)], [_maneuver(13)])
+    assert corrected.account.terms == ()
+    assert corrected.overlay.is_empty()
+
+
+def test_the_corrected_model_feels_the_forces_of_the_maneuver_that_was_held_out(changed):
+    """The overlay is loaded into JSBSim and measured: an oracle for the regression."""
+    corrected = correct_terms("DHC6", changed[:1], changed[1:])
+    motion = changed[1].motion
+
+    def felt(overlay):
+        plant = Plant.load("DHC6", 100.0, unit_overlay(UNIT_AXES) + overlay, at_once=True)
+        return measure_terms(plant, motion, []).total / motion.mach[:, None] ** 2
+
+    truth = felt(Overlay(scalings=tuple(_scaled(*each) for each in HIDDEN.items())))
+    before, after = (np.std(felt(each) - truth, axis=0) for each in (Overlay(), corrected.overlay))
+    for channel in (2, 3, 4, 5):  # down, roll, pitch, yaw
+        assert after[channel] < 0.1 * before[channel]
+
+
+def test_a_term_that_the_maneuver_does_not_move_is_called_silent():
+    still = _maneuver(5)
+    quiet = replace(still, motion=replace(still.motion, sideslip=0.01 * still.motion.sideslip))
+    account = correct_terms("DHC6", [quiet], []).account
+    assert {"weathercock stability", "dihedral effect", "side force"} <= set(account.silent)
+
+
+def test_a_late_vane_is_found(changed):
+    late = [
+        replace(
+            m,
+            motion=replace(
+                m.motion, angle_of_attack=np.interp(m.motion.time - 0.2, m.motion.time, m.motion.angle_of_attack)
+            ),
+        )
+        for m in changed
+    ]
+    assert align_vane(changed)[1] == pytest.approx(0.0)
+    assert align_vane(late)[1] == pytest.approx(0.2, abs=0.051)
+
+
+# The array of SIDPAC: 90 columns, in feet, degrees, slugs and pounds.
+
+
+def _array(maneuver):
+    motion, columns = maneuver.motion, np.zeros((len(maneuver.motion.time), 90))
+    speed = motion.mach * float(air.sound_speed(float(air.standard_temperature(HEIGHT))))
+    pairs = {
+        1: motion.time,
+        2: speed / FOOT,
+        3: motion.sideslip / DEGREE,
+        4: motion.angle_of_attack / DEGREE,
+        5: motion.roll_rate / DEGREE,
+        6: motion.pitch_rate / DEGREE,
+        7: motion.yaw_rate / DEGREE,
+        8: motion.roll / DEGREE,
+        9: motion.pitch / DEGREE,
+        14: motion.elevator / DEGREE,
+        15: -motion.aileron / DEGREE,
+        16: motion.rudder / DEGREE,
+        27: 0.7 * motion.static_pressure * motion.mach**2 / PSF,
+        28: motion.mach,
+        38: maneuver.thrust / POUND_FORCE,
+        48: maneuver.mass / SLUG,
+        **{11 + i: maneuver.specific_force[:, i] / STANDARD_GRAVITY for i in range(3)},
+        **{42 + i: maneuver.angular_acceleration[:, i] / DEGREE for i in range(3)},
+        **{49 + i: np.full(len(motion.time), maneuver.inertia[i] / (SLUG * FOOT**2)) for i in range(4)},
+    }
+    for number, values in pairs.items():
+        columns[:, number - 1] = values
+    return columns
+
+
+def test_an_array_of_sidpac_is_the_maneuver_again(tmp_path, changed):
+    path = tmp_path / "one.mat"
+    savemat(path, {"fdata": _array(changed[0]), "pclab": np.arange(12.0), "sarea": 422.5})
+    back = read_identification(path)
+    for name in ("time", "mach", "static_pressure", "angle_of_attack", "aileron", "pitch_rate"):
+        assert getattr(back.motion, name) == pytest.approx(getattr(changed[0].motion, name), rel=1e-6, abs=1e-9)
+    assert back.specific_force == pytest.approx(changed[0].specific_force)
+    assert back.inertia == pytest.approx(changed[0].inertia)
+    assert back.motion.temperature_offset == pytest.approx(0.0, abs=0.01)
+
+
+def test_the_command_takes_such_files_without_a_mapping(tmp_path, changed, capsys):
+    paths = [tmp_path / f"{i}.mat" for i in range(2)]
+    for path, maneuver in zip(paths, changed, strict=True):
+        savemat(path, {"fdata": _array(maneuver)})
+    words = ["reconcile", str(paths[0]), "--holdout", str(paths[1]), "--aircraft", "DHC6"]
+    assert main([*words, "--json", "--out", str(tmp_path / "out")]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["verdict"] == "differs"
+    assert told["terms"][0]["coefficient"] == "lift slope"
+    assert told["closure"] > 0.95
+    assert {each.name for each in (tmp_path / "out").iterdir()} == {"verdict.json", "report.html", "overlay.xml"}
+    assert "Flown with the measured controls" not in (tmp_path / "out" / "overlay.xml").read_text()
+    assert main(words) == 0
+    assert "DHC6 differs in 4 terms; the first is the lift slope" in capsys.readouterr().out
+
+
+def test_what_cannot_be_judged_is_refused_with_the_way_out(tmp_path, changed, capsys):
+    array = _array(changed[0])
+    path = tmp_path / "bad.mat"
+    savemat(path, {"fdata": array * (np.arange(90) != 27)})  # no Mach number, and no density
+    with pytest.raises(BadInputError, match=r"Mach number \(column 28\) or density \(column 29\)"):
+        read_identification(path)
+    savemat(path, {"fdata": array[::-1]})
+    with pytest.raises(BadInputError, match="the time, does not increase"):
+        read_identification(path)
+    savemat(path, {"fdata": array})
+    assert main(["reconcile", str(path), "--aircraft", "none"]) == 2
+    assert "name the aircraft" in capsys.readouterr().err
+
+
+def test_body_rates_that_are_renewed_once_a_second_are_refused():
+    flown = sense(fly(Case(maneuver="race_track", card={"dwell_s": 5.0, "speeds_kt": [140.0]})), "20/1")
+    held = np.searchsorted(flown.time, np.floor(flown.time - flown.time[0]) + flown.time[0])
+    slow = replace(
+        flown, **{f"{axis}_rate": getattr(flown, f"{axis}_rate")[held] for axis in ("roll", "pitch", "yaw")}
+    )
+    with pytest.raises(BadInputError, match=r"the body rates are renewed 1\.\d times a second"):
+        maneuvers_of(slow, "slow")
+
+
+def test_the_citation_of_delft_is_corrected_on_maneuvers_held_out():
+    """Its published lift slope is 5.74 per radian; the scale of the vane is not known."""
+    log = read_log(real_log("citation", "2019-03-12.parquet"))
+    since = log.time - log.time[0]
+    cruise = log.select((since > 46 * 60.0) & (since < 55 * 60.0))  # flaps and gear are up
+    account = correct_terms("citation", *parted(maneuvers_of(cruise, "citation"))).account
+    changes = {term.name: term for term in account.terms}
+    assert abs(changes["lift slope"].measured.value - 4.7) < 0.6
+    assert account.closed > 0.7
+    assert "angle-of-attack vane lags" in account.remarks[0]
+
+
+def test_the_twin_otter_of_nasa_has_a_steeper_lift_slope_than_its_file():
+    """Estimates beside the data (Morelli): 6.35 and 6.76 per radian by C_Z, -1.87 and -1.83 by the elevator."""
+    fitted, held = (
+        read_identification(real_log("sidpac", f"totter_lon_020213f1_{number}.mat")) for number in ("018", "017")
+    )
+    account = correct_terms("DHC6", [fitted], [held]).account
+    assert account.terms[0].name == "lift slope"
+    assert 5.9 < account.terms[0].measured.value < 6.9
+    elevator = next(term for term in account.terms if term.name == "elevator effectiveness")
+    assert abs(elevator.measured.value + 1.87) < 0.15
+    assert account.gap_of("lift").closed > 0.9
+    assert account.closed > 0.8
+    before, after = (np.sqrt(np.mean((each - account.flown[1].measured)[:, 2] ** 2)) for each in _flown(account))
+    assert after < 0.6 * before
+
+
+def _flown(account):
+    return account.flown[1].before, account.flown[1].after

@@ -1,0 +1,122 @@
+"""Tower fly-bys: the altimeter beside the tower's barometer gives the position error, with a bound that covers."""
+
+import json
+
+import numpy as np
+import pytest
+
+from pitotbench import air
+from pitotbench.calibration.hand_card import _of_readings, reduce_fly_bys
+from pitotbench.calibration.options import Accuracies
+from pitotbench.cli.app import main
+from pitotbench.logbook.points_table import is_points_table, read_fly_bys
+from pitotbench.records import BadInputError
+from pitotbench.records.legs import FlyBy
+from pitotbench.units import FOOT, INCH_OF_MERCURY, KNOT
+from pitotlab.takehome import fly_by_card, fly_by_rows
+
+EXACT = dict.fromkeys(
+    ("indicated_airspeed", "pressure_altitude", "grid_height", "tower_pressure", "tower_temperature"), 0.0
+)
+
+
+def standard_pass(**changes):
+    """A pass 200 ft above a tower that stands 1,000 ft high on a standard day, by an airplane without an error."""
+    found = {
+        "row": 1, "point": "1", "configuration": "", "indicated_airspeed": 100.0 * KNOT,
+        "pressure_altitude": 1200.0 * FOOT, "grid_height": 200.0 * FOOT,
+        "tower_pressure": float(air.standard_pressure(1000.0 * FOOT)),
+        "tower_temperature": float(air.standard_temperature(1000.0 * FOOT)),
+    }  # fmt: skip
+    return FlyBy(**{**found, **changes})
+
+
+def test_an_airplane_without_an_error_has_none_on_a_standard_day():
+    (point,) = reduce_fly_bys([standard_pass()], EXACT, Accuracies())
+    assert point.altitude_correction == pytest.approx(0.0, abs=1e-3)
+    assert point.correction == pytest.approx(0.0, abs=1e-4)
+    assert point.normalized_pressure_error == pytest.approx(0.0, abs=1e-5)
+
+
+def test_a_known_error_is_found_in_feet_in_knots_and_as_a_share():
+    """The static source reads 3 % of the impact pressure too high: the altimeter reads low, the airspeed too."""
+    right = float(air.impact_pressure(100.0 * KNOT))
+    true = float(air.standard_pressure(1200.0 * FOOT))
+    read = float(air.pressure_altitude(true + 0.03 * right))
+    indicated = float(air.calibrated_airspeed(0.97 * right))
+    (point,) = reduce_fly_bys(
+        [standard_pass(pressure_altitude=read, indicated_airspeed=indicated)], EXACT, Accuracies()
+    )
+    assert point.normalized_pressure_error == pytest.approx(0.03, rel=1e-3)
+    assert point.correction == pytest.approx(100.0 * KNOT - indicated, rel=1e-3)
+    assert point.altitude_correction == pytest.approx(1200.0 * FOOT - read, abs=2e-3)
+
+
+def test_the_bound_of_one_step_alone_is_that_of_a_uniform_error():
+    """95.45 % of a uniform error lie within 0.9545 of half its step; of normal ones within two deviations."""
+    assert _of_readings(np.array([10.0, 0.0]), 0.0) == pytest.approx(9.545, rel=0.02)
+    assert _of_readings(np.array([0.0, 0.0]), 3.0) == pytest.approx(6.0, rel=1e-3)
+    assert _of_readings(np.array([1.0, 1.0, 1.0, 1.0]), 0.0) == pytest.approx(2.0 * np.sqrt(4.0 / 3.0), rel=0.05)
+    (point,) = reduce_fly_bys([standard_pass()], {**EXACT, "pressure_altitude": 20.0 * FOOT}, Accuracies())
+    assert point.altitude_two_sigma == pytest.approx(9.545 * FOOT, rel=0.02)
+
+
+@pytest.mark.parametrize("altimeter", [0.0, 30.0])
+def test_the_bound_covers_cards_read_in_whole_steps(altimeter):
+    """200 cards, seeds of the test's own: 95 ± 3 % of the passes."""
+    rows = fly_by_rows(range(1, 201), altimeter)
+    assert 0.92 <= np.mean(rows["error_ft"].abs() <= rows["two_sigma_ft"]) <= 0.98
+
+
+def test_the_command_reads_a_card_and_prints_feet(tmp_path, capsys):
+    card, truth = fly_by_card(3, 0.0)
+    path = tmp_path / "card.csv"
+    path.write_text(card, encoding="utf-8")
+    assert is_points_table(path)
+    assert main(["fixed-speed", str(path), "--json"]) == 0
+    points = json.loads(capsys.readouterr().out)["points"]
+    assert {"altitude_correction_ft", "two_sigma_ft", "normalized_pressure_error"} <= set(points[0])
+    assert all(
+        abs(p["altitude_correction_ft"] - t) < 2.0 * p["two_sigma_ft"] for p, t in zip(points, truth, strict=True)
+    )
+    assert main(["fixed-speed", str(path)]) == 0
+    assert "altitude" in capsys.readouterr().out
+
+
+def test_the_steps_are_those_of_the_numbers_written(tmp_path):
+    path = tmp_path / "card.csv"
+    path.write_text(fly_by_card(3, 0.0)[0], encoding="utf-8")
+    _, steps = read_fly_bys(path)
+    assert steps["grid_height"] == pytest.approx(5.0 * FOOT)
+    assert steps["tower_pressure"] == pytest.approx(0.01 * INCH_OF_MERCURY)
+
+
+HEAD = "indicated_airspeed_kt,pressure_altitude_ft,grid_height_ft,tower_pressure_inhg,tower_temperature_degc\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (HEAD.replace("pressure_altitude_ft,", "") + "100,200,28.86,13\n", "missing column pressure_altitude_ft"),
+        (HEAD.replace("inhg", "ft") + "100,1200,200,28.86,13\n", "'tower_pressure_ft': a pressure; name it"),
+        (HEAD + "100,1200,5000,28.86,13\n", "grid height above the tower's barometer"),
+        (HEAD + "100,1200,200,29.92,13\n", "not the altimeter setting"),
+        (HEAD + "100,1200,200,-1,13\n", "above zero"),
+        (HEAD + "100,1200,,28.86,13\n", "a number is missing"),
+    ],
+)
+def test_a_card_that_cannot_be_is_refused_with_the_reason(tmp_path, capsys, text, says):
+    path = tmp_path / "card.csv"
+    path.write_text(text, encoding="utf-8")
+    assert main(["fixed-speed", str(path)]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_cards_of_two_kinds_and_no_pass_are_refused(tmp_path, capsys):
+    fly_by, legs = tmp_path / "a.csv", tmp_path / "b.csv"
+    fly_by.write_text(HEAD + "100,1200,200,28.86,13\n", encoding="utf-8")
+    legs.write_text("point,configuration\n1,clean\n", encoding="utf-8")
+    assert main(["fixed-speed", str(fly_by), str(legs)]) == 2
+    assert "fly-by cards" in capsys.readouterr().err
+    with pytest.raises(BadInputError, match="no pass"):
+        reduce_fly_bys([], EXACT)

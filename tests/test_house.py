@@ -4,7 +4,7 @@ import ast
 import re
 from pkgutil import resolve_name
 
-from pitotbench.bench.flight_store import _FLYING_BENCH, _NOT_FLYING
+from pitotbench.bench.digests import _FLYING_BENCH, _NOT_FLYING
 from pitotlab.house import PRODUCT, ROOT, long_modules, size_of
 
 FILES = 175  # of the product

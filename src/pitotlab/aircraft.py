@@ -19,7 +19,7 @@ from pitotbench import bench
 from pitotbench.bench.flights import compare_curve, compare_wind, rms, scored
 from pitotbench.logbook.columns import atomic
 from pitotbench.records import BadInputError, NoAnswerError
-from pitotbench.show.columns import Column, markdown_table
+from pitotbench.show.columns import Column
 from pitotbench.simulation.aircraft import find_aircraft, known_aircraft, library_aircraft, read_record
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
 from pitotbench.simulation.sortie import scaled_case
@@ -36,6 +36,7 @@ from pitotlab.experiment import (
     random_case,
     run_experiment,
 )
+from pitotlab.tables import markdown_table
 
 FOREIGN = ("c172x", "pa28", "J3Cub", "c310", "DHC6", "pc7", "T38", "B747", "aerosonde")
 SYSTEM = "20/1"
@@ -90,7 +91,7 @@ def _flown(trial: Trial, aircraft: str) -> Row:
         "minutes": flight.duration / 60.0,
         "on_condition": float(flight.on_condition[judged].mean()),
         "coverage": curve.inside,
-        "band_coverage": float(band.all_inside),
+        "band_coverage": float(band.inside == 1.0),
         "wind_coverage": compare_wind(found.known_wind, bench.wind_toward(case.wind)[:2]).inside,
         "two_sigma_kt": curve.mean_two_sigma / KNOT,
         "rms_error_kt": curve.rms_error / KNOT,

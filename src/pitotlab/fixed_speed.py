@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicSpline
 
-from pitotbench.bench.flights import Comparison, compare_points, sense, wind_toward
+from pitotbench.bench.flights import Comparison, sense, true_correction, wind_toward
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.leg_points import fixed_speed_points
 from pitotbench.records.calibration import ErrorCurve
-from pitotbench.records.case import Case, Wind
+from pitotbench.records.case import Case, PressureErrorSpec, Wind
 from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.simulation.sortie import fly
@@ -91,6 +91,14 @@ def _case(trial: Trial) -> Case:
     )
 
 
+def compare_points(points: Sequence[FixedSpeedPoint], truth: PressureErrorSpec) -> Comparison:
+    """Compare fixed-speed points with the truth at their airspeeds."""
+    airspeed, correction, two_sigma = np.array(
+        [(point.indicated_airspeed, point.correction, point.two_sigma) for point in points]
+    ).T
+    return Comparison(correction - true_correction(truth, airspeed), two_sigma)
+
+
 def _errors(case: Case, curve: ErrorCurve, point: FixedSpeedPoint) -> Row:
     """Return the errors of a point [kt] as columns of its row.
 
@@ -102,7 +110,7 @@ def _errors(case: Case, curve: ErrorCurve, point: FixedSpeedPoint) -> Row:
     at_speed = float(CubicSpline(curve.indicated_airspeed, curve.correction)(point.indicated_airspeed))
     return {
         "method": point.method,
-        "error_kt": found.mean_error / KNOT,
+        "error_kt": float(np.mean(found.error)) / KNOT,
         "two_sigma_kt": point.two_sigma / KNOT,
         "spread_kt": np.nan if point.spread is None else point.spread / KNOT,
         "wind_error_kt": wind / KNOT,
@@ -121,7 +129,7 @@ def _figures(rows: pd.DataFrame) -> str:
     off = Comparison(column["less_curve_kt"], two_sigma)
     return (
         f"{len(rows):3d} points | inside {points.inside:4.0%} | "
-        f"mean {points.mean_error:+.3f} rms {points.rms_error:.3f} 2σ {points.mean_two_sigma:.3f} kt | "
+        f"mean {np.mean(points.error):+.3f} rms {points.rms_error:.3f} 2σ {points.mean_two_sigma:.3f} kt | "
         f"wind inside {wind.inside:4.0%} | inside two spreads {doubled} | "
         f"less curve rms {off.rms_error:.3f} kt, inside {off.inside:4.0%}"
     )

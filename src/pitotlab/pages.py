@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pitotbench.show.columns import Column, frame_columns, frame_rows, markdown_table
+from pitotbench.show.columns import Column, frame_rows
 from pitotbench.show.style import BLUE, GREEN, GREY, ORANGE, canvas
 from pitotlab.speed.growth import Cost, exponent
+from pitotlab.tables import frame_columns, markdown_table
 
 _NOMINAL = 95.0  # percent, the coverage of a ±2σ bound
 

@@ -16,8 +16,7 @@ from scipy.signal import fftconvolve
 
 from pitotbench import air, bench
 from pitotbench.bench.fleet import require_all, run_tasks
-from pitotbench.bench.flight_store import FlightStore
-from pitotbench.bench.flights import Comparison, compare_curve, compare_points, rms, scored
+from pitotbench.bench.flights import Comparison, compare_curve, rms, scored
 from pitotbench.calibration.covering import CoveringFit, Structure, fit_covering
 from pitotbench.calibration.observations import Observations, observe
 from pitotbench.calibration.output_error import airspeed_outputs, fit_scalar
@@ -29,7 +28,8 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.units import KNOT, Array
-from pitotlab.experiment import FIRST_SCORED_SEED, Row, Trial, random_case
+from pitotlab.experiment import FIRST_SCORED_SEED, FlightStore, Row, Trial, random_case
+from pitotlab.fixed_speed import compare_points
 
 BARTLETT_SECONDS = 20.0
 _FILTER_START, _FILTER_WALK = (10.0, 10.0, 0.1), (0.02, 0.02, 1e-4)  # 1σ: wind [m/s], scale [-]; walk a second

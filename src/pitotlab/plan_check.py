@@ -12,15 +12,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pitotbench import bench
-from pitotbench.bench.flights import compare_altitude, compare_curve_at, rms
+from pitotbench import air, bench
+from pitotbench.bench.flights import Comparison, rms, scored, true_correction
 from pitotbench.bench.planner import PlanRequest, forecast
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.columns import write_text
+from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.case import Case, PressureErrorSpec
+from pitotbench.sensing.recorder import known_curve
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS
-from pitotbench.units import FOOT, KNOT
+from pitotbench.units import FOOT, KNOT, Meters, MetersPerSecond
 from pitotlab.experiment import (
     NO_LIMIT,
     OUT,
@@ -39,6 +41,40 @@ LOOKS = (TRIANGLE, HEIGHT, VELOCITY)
 ALTITUDE = 3350.0 * FOOT  # m: light turbulence is 0.5 m/s there (MIL-F-8785C, Fig. 7)
 _TURBULENCE = "light"
 _RECEIVER = replace(data_system("20/1"), velocity_noise=0.05, altitude_noise=0.3, altitude_drift=2.0)
+
+
+def true_altitude_correction(
+    spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond, static_pressure: float
+) -> Meters:
+    """Return true minus indicated pressure altitude [m] at indicated airspeeds [m/s].
+
+    `static_pressure` [Pa] is the indicated one. Only an error of the static source changes it.
+    """
+    if spec.location != "static":
+        return np.zeros_like(indicated_airspeed)
+    indicated = air.impact_pressure(indicated_airspeed)
+    error = known_curve(spec).impact_pressure(indicated) - indicated
+    return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(static_pressure)
+
+
+def compare_curve_at(curve: ErrorCurve, truth: PressureErrorSpec, airspeeds: MetersPerSecond) -> Comparison:
+    """Compare a curve with the truth at indicated airspeeds [m/s], (n,), interpolated between its points."""
+    correction, two_sigma = (
+        np.interp(airspeeds, curve.indicated_airspeed, values) for values in (curve.correction, curve.two_sigma)
+    )
+    return Comparison(correction - true_correction(truth, airspeeds), two_sigma)
+
+
+def compare_altitude(curve: ErrorCurve, truth: PressureErrorSpec, static_pressure: float) -> Comparison | None:
+    """Compare the altitude correction with the truth at the scored points [m]; None where the curve has none.
+
+    `static_pressure` [Pa] is the median of the log.
+    """
+    if curve.altitude_correction is None or curve.altitude_two_sigma is None:
+        return None
+    inside = scored(curve)
+    true = true_altitude_correction(truth, curve.indicated_airspeed, static_pressure)
+    return Comparison((curve.altitude_correction - true)[inside], curve.altitude_two_sigma[inside])
 
 
 def request_with(look: str) -> PlanRequest:

@@ -1,4 +1,4 @@
-"""`python -m pitotlab tables`: write the tables of the documentation that repeat the code.
+"""Tables in Markdown. `python -m pitotlab tables` writes those of the documentation that repeat the code.
 
 A new table is a function and a line of `TABLES`. What stands around a table is written by hand.
 """
@@ -8,12 +8,18 @@ from argparse import ArgumentParser
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
+from re import fullmatch
+from typing import TYPE_CHECKING, Any
 
 from pitotbench.effects import EFFECTS
 from pitotbench.effects.effect import Effect
+from pitotbench.show.columns import Column, Row, shown_columns
 from pitotbench.simulation.card import Card
 from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.units import from_si
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 DOCS = Path(__file__).parents[2] / "docs"
 Rows = Iterator[Sequence[str]]
@@ -89,3 +95,34 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.parse_args(words)
     for page, text in pages().items():
         (DOCS / page).write_text(text, encoding="utf-8")
+
+
+# Tables of any columns, and of a frame, in Markdown.
+
+
+def markdown_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:
+    """A table as Markdown."""
+    rows = list(rows)
+    shown = shown_columns(columns, rows)
+    cells = [[column.title for column in shown], *([column.text(row) for column in shown] for row in rows)]
+    lines = ["| " + " | ".join(text.replace("|", r"\|") for text in line) + " |" for line in cells]
+    return "\n".join([lines[0], "|" + "---|" * len(shown), *lines[1:]])
+
+
+def frame_columns(table: "DataFrame", style: str = "") -> list[Column[dict[str, Any]]]:
+    """A column each for those of a frame, for rows of `frame_rows`.
+
+    A frame's column name is the heading; a unit in brackets at its end is the unit. Numbers with a fraction get the
+    style; others and texts stay as they are.
+    """
+
+    def column(name: str) -> Column[dict[str, Any]]:
+        parts = fullmatch(r"(.*) \[(.+)\]", name)
+        heading, unit = parts.groups() if parts else (name, "")
+        return Column(heading, lambda row: _styled(row[name], style), unit)
+
+    return [column(str(name)) for name in table.columns]
+
+
+def _styled(value: object, style: str) -> str:
+    return format(value, style) if isinstance(value, float) else str(value)

@@ -11,7 +11,7 @@ import pandas as pd
 
 from pitotbench import air, bench
 from pitotbench.calibration.hand_card import reduce_fly_bys
-from pitotbench.calibration.options import accuracies_from, options_from
+from pitotbench.calibration.options import Accuracies, options_from
 from pitotbench.logbook.autopilot import autopilot_settings
 from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.logbook.mapping import find_mapping
@@ -20,6 +20,7 @@ from pitotbench.pressure_error import REFERENCE_PRESSURE
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
+from pitotbench.sensing.recorder import known_curve
 from pitotbench.simulation.plant import SimulationError
 from pitotbench.simulation.sortie import scaled_case
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
@@ -84,7 +85,7 @@ def parameter_rows(seed: int, kind: str) -> list[Row]:
         "ardupilot": {"ARSPD_RATIO": 2.0 / 1.225 * old_gain, "ARSPD_OFFSET": old_zero, "ARSPD_TYPE": 1.0},
         "px4": {"ASPD_SCALE_1": float(np.sqrt(old_gain)), "SENS_DPRES_OFF": old_zero},
     }
-    true_curve = bench.true_curve(case.pressure_error)
+    true_curve = known_curve(case.pressure_error)
     rows: list[Row] = []
     for name in autopilots:
         held = old[name]
@@ -194,7 +195,7 @@ def fly_by_card(seed: int, altimeter_error: float) -> tuple[str, Array]:
 
 def fly_by_rows(seeds: Sequence[int], altimeter_two_sigma: float) -> pd.DataFrame:
     """Return the error and the bound [ft] of every pass of a card a seed, with an altimeter of a 2σ [Pa]."""
-    stated = accuracies_from({"static_pressure_pa": altimeter_two_sigma, "temperature_k": 0.0})
+    stated = Accuracies(static_pressure_pa=altimeter_two_sigma, temperature_k=0.0)
     rows: list[Row] = []
     with TemporaryDirectory() as folder:
         for seed in seeds:

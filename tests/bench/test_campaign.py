@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from pitotbench.bench.campaign import CampaignRequest, run_campaign
-from pitotbench.bench.campaign_plan import plan_tasks
+from pitotbench.bench.campaign_plan import plan_of_names
 from pitotbench.records import BadInputError, NoAnswerError
 
 COLUMNS = [
@@ -89,6 +89,6 @@ def test_the_earlier_results_stay_where_a_new_campaign_fails(small, tmp_path):
 
 def test_one_task_is_one_flight(small):
     request, _ = small
-    tasks = plan_tasks(request.base, "all", "all", "all", 3, request.options)
+    tasks = [*plan_of_names(request.base, "all", "all", "all", range(1, 4), request.options).tasks()]
     assert len(tasks) == 5 * 3
     assert len({(t.case.maneuver, t.case.truth_seed) for t in tasks}) == 15

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from pitotbench import Case, FlightLog
-from pitotbench.bench import flight_store, null_flights, rounds, workflow
+from pitotbench.bench import digests, null_flights, rounds, workflow
+from pitotbench.bench.digests import NOT_DECIDING
 from pitotbench.bench.fleet import open_fleet
-from pitotbench.bench.flight_store import NOT_DECIDING
 from pitotbench.bench.null_flights import MOST_KEPT, flights_told, null_distribution_of
-from pitotbench.bench.rounds import reconcile_log
+from pitotbench.bench.rounds import NamedLog, reconcile_logs
 from pitotbench.cli.app import main
 from pitotbench.logbook import reading
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -173,7 +173,7 @@ def test_the_key_holds_card_loading_flights_and_versions(flown, tmp_path, monkey
 def test_the_key_holds_the_files_of_the_aircraft(flown, tmp_path, monkeypatch):
     folder = tmp_path / "plane"
     (folder / "Engines").mkdir(parents=True)
-    monkeypatch.setattr(flight_store, "find_aircraft", lambda name: folder)
+    monkeypatch.setattr(digests, "find_aircraft", lambda name: folder)
     for text in ("<a/>", "<b/>"):
         (folder / "Engines" / "engine.xml").write_text(text)
         null_distribution_of(CARD)
@@ -196,7 +196,7 @@ def test_a_change_of_code_that_judges_flies_again_and_one_of_a_page_does_not(flo
     copy = Path(
         shutil.copytree(PACKAGE, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__", "aircraft"))
     )
-    monkeypatch.setattr(flight_store, "PACKAGE", copy)
+    monkeypatch.setattr(digests, "PACKAGE", copy)
     null_distribution_of(CARD)
     changed = sorted(
         {f for f in (*copy.glob("*.py"), *copy.glob("*/__init__.py")) if f.parent.name not in NOT_DECIDING}
@@ -273,7 +273,7 @@ def test_without_an_aircraft_model_the_mass_of_the_log_does_not_matter(monkeypat
     monkeypatch.setattr(rounds, "null_distribution_of", stop)
     jet = replace(LOG, mass=np.full(len(LOG), 20_000.0))
     with pytest.raises(BadInputError, match="far enough"):
-        reconcile_log(jet, "none", card=CARD)
+        reconcile_logs([NamedLog("log", jet, CARD)], "none")
     assert asked == [CARD]
 
 
@@ -287,7 +287,7 @@ def test_a_reconciliation_hands_on_setting_and_keeping(monkeypatch):
 
     monkeypatch.setattr(rounds, "null_distribution_of", stop)
     with pytest.raises(BadInputError, match="far enough"):
-        reconcile_log(LOG, card=CARD, setting=AnalysisSetting(static_error=True), keep=False)
+        reconcile_logs([NamedLog("log", LOG, CARD)], setting=AnalysisSetting(static_error=True), keep=False)
     assert asked == [(AnalysisSetting(day_known=True, instruments_known=True, static_error=True), False)]
 
 

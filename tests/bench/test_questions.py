@@ -63,6 +63,8 @@ def test_the_result_writes_its_page_and_its_card_and_judges_itself(answer, tmp_p
     assert float(rows[0]["correction_kt"]) == pytest.approx(answer.curve.correction_kt[0], abs=1e-3)
     assert answer.judge("far23")[0].rule.startswith("FAR 23")
     assert answer.judge("none") == []
+    old, *_ = answer.params("px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0").settings
+    assert (old.name, old.old) == ("ASPD_SCALE_1", 1.0)
     for wrong in (
         lambda: answer.write_page(tmp_path / "page.pdf"),
         lambda: answer.write_card(tmp_path / "card.txt"),

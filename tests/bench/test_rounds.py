@@ -7,10 +7,11 @@ import pytest
 
 from pitotbench import Case, fly, reconcile, sense
 from pitotbench.bench.rounds import (
+    NamedLog,
     closure_checked,
     iterate,
     patch_of,
-    reconcile_log,
+    reconcile_logs,
     with_calibrated_probabilities,
 )
 from pitotbench.bench.workflow import told_warnings, wind_of_log
@@ -34,7 +35,7 @@ def late():
 
 @pytest.fixture(scope="module")
 def found(late):
-    return reconcile_log(late, "none")
+    return reconcile_logs([NamedLog("log", late)], "none")
 
 
 @pytest.fixture(scope="module")

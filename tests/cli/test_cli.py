@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
-from pitotbench.bench.campaign_plan import plan_tasks as campaign_plan
+from pitotbench.bench.campaign_plan import plan_of_names
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.cli.app import command_line, main
 from pitotbench.cli.plan import request_of as plan_request
@@ -186,7 +186,7 @@ def test_a_word_for_several_maneuvers_means_the_same_everywhere():
     for word, flown in (("all", PAPER_MANEUVERS), ("every", tuple(MANEUVERS)), ("circle,circle", ("circle",))):
         assert maneuvers_named(word) == flown
         assert plan_request(parse(["plan", "--maneuver", word])).maneuvers == flown
-        tasks = campaign_plan(Case(), word, "20/1", "bias", 1, CalibrationOptions())
+        tasks = [*plan_of_names(Case(), word, "20/1", "bias", range(1, 2), CalibrationOptions()).tasks()]
         assert tuple(task.case.maneuver for task in tasks) == flown
     assert maneuvers_named("all,cloverleaf") == (*PAPER_MANEUVERS, "cloverleaf")
     for wrong in ("", " , "):

@@ -17,7 +17,7 @@ from typing import get_args
 import numpy as np
 
 from pitotbench import Case, fly
-from pitotbench.bench.rounds import first_pass, patch_of, reconcile_log
+from pitotbench.bench.rounds import NamedLog, first_pass, patch_of, reconcile_logs
 from pitotbench.effects import EFFECTS
 from pitotbench.records import BadInputError
 from pitotbench.records.case import EffectSpec
@@ -73,7 +73,7 @@ def judged(name: str, end: str, aircraft: str = "navajo") -> Outcome:
     except Exception as problem:
         return Outcome(name, end, error=f"in flight: {problem!r}")
     try:
-        found = reconcile_log(log, aircraft)
+        found = reconcile_logs([NamedLog("log", log)], aircraft)
         read_case(patch_of(first_pass(found), (), "both ends", "").text)
     except Exception as problem:
         return Outcome(name, end, error=repr(problem))

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pitotbench.bench.flight_store import _FLYING_BENCH
+from pitotbench.bench.digests import _FLYING_BENCH
 from pitotlab.house import reach_of_jobs
 
 REACH = {"fly": 40, "calibrate": 45, "run_campaign.py": 70}  # files that a job enters

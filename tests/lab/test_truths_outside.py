@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from pitotbench import air
-from pitotbench.bench.flights import true_curve
 from pitotbench.pressure_error import MODELS
+from pitotbench.sensing.recorder import known_curve
 from pitotbench.units import KNOT
 from pitotlab.auto import TRUTHS, score_outside, summarize, truth_of
 from pitotlab.experiment import Trial
@@ -16,7 +16,7 @@ PRESSURE = air.impact_pressure(np.linspace(100.0, 160.0, 61) * KNOT)
 
 def missed(name, law, seed):
     """How far the nearest curve of a law stays from a truth, as a largest Δp/q_c."""
-    truth, basis = true_curve(truth_of(name, seed)).normalized(PRESSURE), MODELS[law].basis(PRESSURE / 1630.28)
+    truth, basis = known_curve(truth_of(name, seed)).normalized(PRESSURE), MODELS[law].basis(PRESSURE / 1630.28)
     return np.max(np.abs(truth - basis @ np.linalg.lstsq(basis, truth)[0]))
 
 
@@ -27,7 +27,7 @@ def test_inverse_plus_is_inside_and_bumps_are_outside():
 
 @pytest.mark.parametrize("name", list(TRUTHS))
 def test_truths_can_be_flown_and_repeat(name):
-    curve = true_curve(truth_of(name, 3))
+    curve = known_curve(truth_of(name, 3))
     np.testing.assert_allclose(
         curve.impact_pressure(curve.indicated_impact_pressure(PRESSURE)), PRESSURE, rtol=1e-9
     )

@@ -226,6 +226,7 @@ _FORMATS = {  # kind of message: number, letters of its fields, names
     "ARSP": (150, "QBffcffBBB", "TimeUS,I,Airspeed,DiffPress,Temp,RawPress,Offset,U,H,Pri"),
     "BARO": (151, "QBffcf", "TimeUS,I,Alt,Press,Temp,CRt"),
     "GPS": (152, "QBBIHBcLLeffffB", "TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,Yaw,U"),
+    "CTUN": (155, "Qf", "TimeUS,ThO"),
     "PARM": (154, "QNf", "TimeUS,Name,Value"),
     "ATT": (153, "QccccCC", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw"),
 }
@@ -270,6 +271,8 @@ def dataflash(path: Path, flown: dict[str, Array], parameters: Mapping[str, floa
         at = [float(values[i]) for values in (flown["altitude"], speed, course)]
         fix = [3, 1000 * i, 2300, 14, 0.7, 47.1, 8.5, *at]
         parts.append(_message("GPS", [us, 0, *fix, float(flown["velocity_down"][i]), 0.0, 1]))
+        if "throttle" in flown:
+            parts.append(_message("CTUN", [us, 100.0 * float(flown["throttle"][i])]))
         parts.append(_message("ATT", [us, 0.0, 15.0, 0.0, 2.0, 0.0, float(flown["heading"][i] / DEGREE)]))
     path.write_bytes(b"".join(parts))
     return path

@@ -143,6 +143,17 @@ def test_the_airspeed_of_a_dataflash_log_is_that_which_was_shown(tmp_path):
     assert any("ARSPD_RATIO 1.9, ARSPD_OFFSET 4" in text for text in log.header["warnings"])
 
 
+def test_the_throttle_of_a_dataflash_log_is_read_and_a_wash_looked_for(tmp_path):
+    pytest.importorskip("pymavlink", reason="needs the extra pitotbench[logs]")
+    throttle = 0.5 + 0.3 * np.sign(np.sin(FLOWN["time"] / 25.0))
+    held = {"ARSPD_RATIO": 1.7, "ARSPD_OFFSET": 4.0, "ARSPD_TYPE": 1.0}
+    log = read_log(foreign.dataflash(tmp_path / "log.bin", {**FLOWN, "throttle": throttle}, held))
+    np.testing.assert_allclose(log.throttle_left, throttle, atol=1e-3)
+    wash = calibrate(log, replace(CHOICE, use_altitude=False)).params("ardupilot").wash
+    assert wash is not None
+    assert abs(wash.value) < 2.0 * wash.two_sigma < 2.0
+
+
 def test_the_airspeed_of_a_ulog_is_that_which_was_shown(tmp_path):
     pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
     held = {"ASPD_SCALE_1": 1.06, "SENS_DPRES_OFF": 7.0}

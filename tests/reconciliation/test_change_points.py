@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pitotbench.bench.rounds import reconcile_log
+from pitotbench.bench.rounds import NamedLog, reconcile_logs
 from pitotbench.reconciliation import renewal as change_points
 from pitotbench.reconciliation.equations import noise_of_log
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -61,7 +61,7 @@ def test_a_receiver_that_is_late_for_a_time_is_named_with_its_times_and_patched(
         name: np.interp(late, log.time, getattr(log, name))
         for name in ("velocity_north", "velocity_east", "velocity_down", "altitude")
     }
-    verdict = reconcile_log(replace(log, **moved), "none").verdict
+    verdict = reconcile_logs([NamedLog("log", replace(log, **moved))], "none").verdict
     assert verdict.kind in ("named", "one_of")
     found = verdict.effects[0]
     assert found.name == "gps_latency_for_a_time"

@@ -6,7 +6,7 @@ import pytest
 
 from pitotbench import Case, fly, sense
 from pitotbench.bench.null_flights import aircraft_model, card_of
-from pitotbench.bench.rounds import reconcile_log
+from pitotbench.bench.rounds import NamedLog, reconcile_logs
 from pitotbench.catalog import Catalog, UnknownNameError
 from pitotbench.effects import EFFECTS
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
@@ -33,14 +33,14 @@ def pod():
 
 
 def test_sensors_alone_without_an_effect_name_nothing(sensed) -> None:
-    verdict = reconcile_log(sensed(das="20/20"), "none").verdict
+    verdict = reconcile_logs([NamedLog("log", sensed(das="20/20"))], "none").verdict
     assert verdict.kind == "no_gap"
     assert verdict.effects == ()
     assert verdict.smallest_detectable
 
 
 def test_gps_latency_is_named_by_the_sensors_alone(sensed) -> None:
-    verdict = reconcile_log(sensed("gps_latency", das="20/20"), "none").verdict
+    verdict = reconcile_logs([NamedLog("log", sensed("gps_latency", das="20/20"))], "none").verdict
     assert verdict.kind == "named"
     assert [effect.name for effect in verdict.effects] == ["gps_latency"]
     size = verdict.effects[0].sizes[0]
@@ -54,7 +54,9 @@ def test_gps_latency_is_named_by_the_sensors_alone(sensed) -> None:
 
 def test_the_picture_of_a_late_pitot_line_is_airspeed_in_the_acceleration(flight) -> None:
     late = (EffectSpec("pitot_lag", {"lag_s": 1.0}),)  # without null flights a lag must be large to be told
-    found = reconcile_log(sense(replace(flight, case=replace(flight.case, effects=late)), "20/20"), "none")
+    found = reconcile_logs(
+        [NamedLog("log", sense(replace(flight, case=replace(flight.case, effects=late)), "20/20"))], "none"
+    )
     assert found.naming.chosen == ("pitot_lag",)
     drawn = clearest_channel(found.naming, found.null, traces(found.naming))
     assert drawn is not None
@@ -66,7 +68,7 @@ def test_a_large_error_shows_in_two_minutes_without_null_flights(flight) -> None
     late = (EffectSpec("gps_latency", {"latency_s": EFFECTS["gps_latency"].parameters[0].high}),)
     log = sense(replace(flight, case=replace(flight.case, effects=late)), "50/50")
     short = replace(log.select(log.time - log.time[0] < 120.0), header={})
-    assert reconcile_log(short, "none").verdict.kind == "named"
+    assert reconcile_logs([NamedLog("log", short)], "none").verdict.kind == "named"
 
 
 def test_the_belly_pod_is_named_with_its_size_and_closes_the_gap(pod) -> None:
@@ -100,17 +102,17 @@ def test_the_card_comes_from_the_header_without_its_effects(sensed) -> None:
 
 def test_an_unknown_aircraft_is_refused(sensed) -> None:
     with pytest.raises(UnknownNameError, match="Known"):
-        reconcile_log(sensed(), "navayo")
+        reconcile_logs([NamedLog("log", sensed())], "navayo")
 
 
 def test_a_log_without_attitude_is_refused_with_a_way_out(sensed) -> None:
     with pytest.raises(Exception, match="attitude"):
-        reconcile_log(replace(sensed(), roll=None, pitch=None, heading=None), "none")
+        reconcile_logs([NamedLog("log", replace(sensed(), roll=None, pitch=None, heading=None))], "none")
 
 
 def test_another_form_of_a_cause_counts_as_that_cause(sensed) -> None:
     """A receiver that smooths is late; the plain latency and its other form are no alternatives of each other."""
-    verdict = reconcile_log(sensed("gps_smoothing", das="20/20"), "none").verdict
+    verdict = reconcile_logs([NamedLog("log", sensed("gps_smoothing", das="20/20"))], "none").verdict
     assert verdict.kind in ("named", "one_of")
     assert {cause_of(effect.name) for effect in verdict.effects} == {"gps_latency"}
     for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):

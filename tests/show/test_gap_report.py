@@ -35,7 +35,7 @@ from pitotbench.records.verdict import (
     OwnSize,
     Verdict,
 )
-from pitotbench.show.gap_page import account_page, draw_trace, telling_drawings, telling_panels
+from pitotbench.show.gap_page import account_page, draw_trace, telling_panels
 from pitotbench.show.gap_words import (
     calibration_words,
     evidence_words,
@@ -280,7 +280,7 @@ def test_instants_that_were_not_used_are_shaded_and_named():
 def test_every_channel_and_variable_has_a_unit_of_the_field():
     assert set(CHANNELS) == set(RESIDUAL_UNITS)
     for channel in CHANNELS:
-        assert telling_drawings(telling(channel))[0].title[0].isupper()
+        assert telling_panels(telling(channel))[0].title[0].isupper()
 
 
 def test_the_page_begins_with_the_answer_and_its_picture():

@@ -16,12 +16,10 @@ from pitotbench.show.calibration import CURVE_COLUMNS, choice_columns, curve_poi
 from pitotbench.show.campaign import CAMPAIGN_COLUMNS, print_campaign
 from pitotbench.show.columns import (
     Column,
-    frame_columns,
     frame_rows,
     html_table,
     json_rows,
     json_text,
-    markdown_table,
     outside,
     print_table,
     printable,
@@ -29,6 +27,7 @@ from pitotbench.show.columns import (
 from pitotbench.show.legs import POINT_COLUMNS
 from pitotbench.show.plan import plan_columns, print_plan
 from pitotbench.units import KNOT
+from pitotlab.tables import frame_columns, markdown_table
 
 COLUMNS = (
     Column("name", lambda row: row["name"], key="name"),

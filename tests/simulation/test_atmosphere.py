@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from tests.simulation.plant_record import record_channels
 
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records.case import Case, Wind
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import LARGEST_SEED, Air, turbulence_seed
-from pitotbench.simulation.sortie import record_channels
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from scipy.signal import welch
+from tests.simulation.plant_record import record_channels
 
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import Air
-from pitotbench.simulation.sortie import record_channels
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY, Array
 
 ALTITUDE = 6000.0 * FOOT  # m

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from tests.simulation.plant_record import record_channels
 
 from pitotbench.catalog import UnknownNameError
 from pitotbench.simulation.plant import Plant, SimulationError
 from pitotbench.simulation.properties import PROPERTIES, Air, Property, check_table
-from pitotbench.simulation.sortie import record_channels
 from pitotbench.units import DEGREE, FOOT, KNOT
 
 

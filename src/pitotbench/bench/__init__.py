@@ -6,12 +6,9 @@ from pitotbench.bench.flights import score as score
 from pitotbench.bench.flights import sense as sense
 from pitotbench.bench.flights import tolerances as tolerances
 from pitotbench.bench.flights import true_correction as true_correction
-from pitotbench.bench.flights import true_curve as true_curve
 from pitotbench.bench.flights import wind_toward as wind_toward
-from pitotbench.bench.flights import with_das as with_das
 from pitotbench.calibration import calibrate as calibrate
 from pitotbench.calibration import calibrate_flights as calibrate_flights
-from pitotbench.calibration import calibrate_together as calibrate_together
 from pitotbench.calibration.leg_points import cross_check as cross_check
 from pitotbench.calibration.leg_points import fixed_speed_points as fixed_speed_points
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions

@@ -21,8 +21,17 @@ import pandas as pd
 
 from pitotbench.bench.campaign_plan import CampaignPlan, plan_of_names, read_plan, seeds_of
 from pitotbench.bench.campaign_task import Task, perform_task, sharded
-from pitotbench.bench.fleet import Failure, Fleet, FleetLostError, Limits, open_fleet, say, usable_cores
-from pitotbench.bench.flight_store import code_digest, package_digest
+from pitotbench.bench.digests import code_digest, package_digest
+from pitotbench.bench.fleet import (
+    Failure,
+    Fleet,
+    FleetLostError,
+    Limits,
+    open_fleet,
+    say,
+    terminal_bar,
+    usable_cores,
+)
 from pitotbench.bench.result_table import RESULTS, STORE, Gathered, gather, publish_files, require_own_folder
 from pitotbench.bench.store import DONE, PUBLISHED, Document, ResultStore, satisfies, stored
 from pitotbench.calibration.options import CalibrationOptions
@@ -144,12 +153,7 @@ class Watch:
         """Return the context within which the bar is shown."""
         if self.style != "bar":
             return nullcontext()
-        from rich.console import Console  # slow to load, and only a terminal needs it
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        bar = Progress(*columns, console=Console(stderr=True), transient=True)
-        line = bar.add_task("flying", total=self.total)
+        bar, line = terminal_bar("flying", self.total)
         self._advance = lambda done: bar.update(line, completed=done, description=self._failed() or "flying")
         return bar
 

@@ -3,7 +3,6 @@
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from itertools import product
 from math import exp, log, prod
 from pathlib import Path
@@ -223,13 +222,6 @@ def plan_of_names(
     )
 
 
-def plan_tasks(
-    base: Case, maneuvers: str, systems: str, models: str, seeds: int, options: CalibrationOptions
-) -> list[Task]:
-    """Return the tasks of a plan of names, with the seeds from 1 to `seeds`."""
-    return list(plan_of_names(base, maneuvers, systems, models, range(1, seeds + 1), options).tasks())
-
-
 def names(kind: str, text: str, known: Sequence[str]) -> tuple[str, ...]:
     """Return the names of a comma list, each once. `all` means all of `known`. Raises BadInputError for none."""
     chosen = tuple(part.strip() for part in text.split(",") if part.strip())
@@ -247,11 +239,6 @@ def systems_named(text: str) -> tuple[DataSystem, ...]:
 
 def seeds_of(text: str) -> range:
     """Return the seeds of `N`, which are 1 to N, or of `A-B`. Raises BadInputError for anything else."""
-    return _seeds(text)
-
-
-@lru_cache(maxsize=16)
-def _seeds(text: str) -> range:
     first, dash, last = text.partition("-")
     try:
         found = range(int(first), int(last) + 1) if dash else range(1, int(first) + 1)

@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from pitotbench import bench
-from pitotbench.bench.flight_store import aircraft_digest, code_digest
+from pitotbench.bench.digests import aircraft_digest, code_digest
 from pitotbench.bench.flights import sense
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.formats import write_log
@@ -24,8 +24,6 @@ from pitotbench.records.flight import Flight, Score
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import LOG_CHANNELS
 from pitotbench.show.markup import Section
-
-# The tasks of a campaign. A task is one flight with all that is computed from it.
 
 SCHEMA = 2  # of a stored result
 KEEP_LOGS = ("none", "failed", "all")

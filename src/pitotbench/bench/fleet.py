@@ -20,11 +20,14 @@ from pathlib import Path
 from queue import SimpleQueue
 from time import monotonic
 from traceback import format_exception
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pitotbench.bench.worker_pool import LostWorkError, WorkerPool
 from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
 
 # A task is all the work on one flight. A task that fails is reported in words and the other tasks go on. A task
 # whose process dies is performed once more, alone, and is then put in quarantine.
@@ -354,26 +357,19 @@ def progress(label: str, total: int) -> Iterator[Step]:
     if not sys.stderr.isatty():
         yield _lines(label, total)
         return
-    from rich.console import Console  # slow to load, and only a terminal needs it
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        line = bar.add_task(label, total=total)
+    bar, line = terminal_bar(label, total)
+    with bar:
         yield lambda: bar.advance(line)
+
+
+def terminal_bar(label: str, total: int) -> tuple["Progress", "TaskID"]:
+    """Return a bar for a terminal, to be shown as a context, and its line."""
+    from rich.console import Console  # slow to load, and only a terminal needs it
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    bar = Progress(*columns, console=Console(stderr=True), transient=True)
+    return bar, bar.add_task(label, total=total)
 
 
 def _lines(label: str, total: int) -> Step:
@@ -416,7 +412,7 @@ class Host:
 
 def describe_host() -> Host:
     """Return the versions and the code of this process."""
-    from pitotbench.bench.flight_store import code_digest
+    from pitotbench.bench.digests import code_digest
 
     versions = {"python": platform.python_version()} | {name: version(name) for name in _ALIKE}
     return Host(versions, code_digest())

@@ -1,7 +1,6 @@
 """Fly a case, sense a flight, and compare answers with the truth of the flight."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Union
 
@@ -9,23 +8,17 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.logbook.formats import write_log
-from pitotbench.pressure_error import MODELS
-from pitotbench.pressure_error.models import PressureErrorCurve, TableCurve
 from pitotbench.records.calibration import Calibration, ErrorCurve, WindEstimate
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, Wind
 from pitotbench.records.flight import Flight, Score
-from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
-from pitotbench.sensing.recorder import record, write_truth
+from pitotbench.sensing.recorder import known_curve, record, write_truth
 from pitotbench.sensing.sampling import data_system
 from pitotbench.simulation.sortie import card_of, fly
-from pitotbench.units import KNOT, Array, Booleans, Meters, MetersPerSecond
+from pitotbench.units import KNOT, Array, Booleans, MetersPerSecond
 
 if TYPE_CHECKING:
     from pandas import Series
-
-
-# Fly a case, sense a flight, and give the error curve and the wind that are known for it.
 
 
 def flown(case: Case) -> FlightLog:
@@ -52,11 +45,6 @@ def sense(flight: Flight, das: str | DataSystem) -> FlightLog:
     return record(flight, system, flight.case.sensor_seed)
 
 
-def with_das(case: Case, das: str) -> Case:
-    """Return the same case with another data system."""
-    return replace(case, das=data_system(das))
-
-
 def tolerances(case: Case) -> dict[str, float]:
     """Return the half-widths of the tolerances on the case's card [SI], by channel of the flight."""
     card = card_of(case)
@@ -67,31 +55,10 @@ def tolerances(case: Case) -> dict[str, float]:
     }
 
 
-def true_curve(spec: PressureErrorSpec) -> PressureErrorCurve | TableCurve:
-    """Return the known pressure error of a case."""
-    if spec.model == "table":
-        return TableCurve(spec.airspeed, spec.values)
-    return PressureErrorCurve(MODELS[spec.model], spec.parameters, spec.reference_pressure)
-
-
 def true_correction(spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond) -> MetersPerSecond:
     """Return true calibrated minus indicated airspeed [m/s] at indicated airspeeds [m/s]."""
-    impact = true_curve(spec).impact_pressure(air.impact_pressure(indicated_airspeed))
+    impact = known_curve(spec).impact_pressure(air.impact_pressure(indicated_airspeed))
     return air.calibrated_airspeed(impact) - indicated_airspeed
-
-
-def true_altitude_correction(
-    spec: PressureErrorSpec, indicated_airspeed: MetersPerSecond, static_pressure: float
-) -> Meters:
-    """Return true minus indicated pressure altitude [m] at indicated airspeeds [m/s].
-
-    `static_pressure` [Pa] is the indicated one. Only an error of the static source changes it.
-    """
-    if spec.location != "static":
-        return np.zeros_like(indicated_airspeed)
-    indicated = air.impact_pressure(indicated_airspeed)
-    error = true_curve(spec).impact_pressure(indicated) - indicated
-    return air.pressure_altitude(static_pressure - error) - air.pressure_altitude(static_pressure)
 
 
 def wind_toward(wind: Wind) -> Array:
@@ -120,16 +87,6 @@ class Comparison:
     def inside(self) -> float:
         """Share of the errors that are within their 2σ."""
         return float(np.mean(np.abs(self.error) <= self.two_sigma))
-
-    @property
-    def all_inside(self) -> bool:
-        """Whether every error is within its 2σ."""
-        return bool(np.all(np.abs(self.error) <= self.two_sigma))
-
-    @property
-    def mean_error(self) -> float:
-        """Mean of the errors."""
-        return float(np.mean(self.error))
 
     @property
     def rms_error(self) -> float:
@@ -161,34 +118,6 @@ def compare_curve(curve: ErrorCurve, truth: PressureErrorSpec) -> Comparison:
     """Compare a curve with the truth at its scored points."""
     error, inside = curve.correction - true_correction(truth, curve.indicated_airspeed), scored(curve)
     return Comparison(error[inside], curve.two_sigma[inside])
-
-
-def compare_curve_at(curve: ErrorCurve, truth: PressureErrorSpec, airspeeds: MetersPerSecond) -> Comparison:
-    """Compare a curve with the truth at indicated airspeeds [m/s], (n,), interpolated between its points."""
-    correction, two_sigma = (
-        np.interp(airspeeds, curve.indicated_airspeed, values) for values in (curve.correction, curve.two_sigma)
-    )
-    return Comparison(correction - true_correction(truth, airspeeds), two_sigma)
-
-
-def compare_altitude(curve: ErrorCurve, truth: PressureErrorSpec, static_pressure: float) -> Comparison | None:
-    """Compare the altitude correction with the truth at the scored points [m]; None where the curve has none.
-
-    `static_pressure` [Pa] is the median of the log.
-    """
-    if curve.altitude_correction is None or curve.altitude_two_sigma is None:
-        return None
-    inside = scored(curve)
-    true = true_altitude_correction(truth, curve.indicated_airspeed, static_pressure)
-    return Comparison((curve.altitude_correction - true)[inside], curve.altitude_two_sigma[inside])
-
-
-def compare_points(points: Sequence[FixedSpeedPoint], truth: PressureErrorSpec) -> Comparison:
-    """Compare fixed-speed points with the truth at their airspeeds."""
-    airspeed, correction, two_sigma = np.array(
-        [(point.indicated_airspeed, point.correction, point.two_sigma) for point in points]
-    ).T
-    return Comparison(correction - true_correction(truth, airspeed), two_sigma)
 
 
 def compare_wind(wind: WindEstimate, truth: Array) -> Comparison:

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from pitotbench.bench.digests import NOT_DECIDING, aircraft_digest, package_digest
 from pitotbench.bench.fleet import open_fleet, require_all
-from pitotbench.bench.flight_store import NOT_DECIDING, aircraft_digest, package_digest
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.columns import atomic
 from pitotbench.reconciliation.free_parameters import AnalysisSetting

@@ -108,26 +108,6 @@ class Reconciliation:
         return self.logs[self.shown].card
 
 
-def reconcile_log(
-    log: FlightLog,
-    aircraft: str = "navajo",
-    holdout: FlightLog | None = None,
-    card: Case | None = None,
-    null_flights: int = NULL_FLIGHTS,
-    progress: Progress | None = None,
-    setting: AnalysisSetting | None = None,
-    keep: bool = True,
-) -> Reconciliation:
-    """Find where a measured log and the model of an aircraft disagree, and name the effect that is missing.
-
-    `card` is the case that was flown; without it, the case in the log's header is used. The other parameters are
-    those of `reconcile_logs`.
-    Raises BadInputError for a log that cannot be used.
-    """
-    named = NamedLog("measured log", log, card)
-    return reconcile_logs([named], aircraft, holdout, null_flights, progress, setting, keep)
-
-
 def reconcile_logs(
     logs: Sequence[NamedLog],
     aircraft: str = "navajo",

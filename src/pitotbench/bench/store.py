@@ -23,8 +23,8 @@ from typing import Any, ClassVar
 from pydantic import TypeAdapter
 
 from pitotbench.bench.campaign_task import SCHEMA, Row, Task, TaskOutcome, host_class
+from pitotbench.bench.digests import aircraft_digest, code_digest
 from pitotbench.bench.fleet import Failure
-from pitotbench.bench.flight_store import aircraft_digest, code_digest
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
 from pitotbench.records.case_file import case_columns, write_case

@@ -13,7 +13,6 @@ from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
 from pitotbench.calibration.options import AUTO
 from pitotbench.calibration.options import Accuracies as Accuracies
 from pitotbench.calibration.options import CalibrationOptions as CalibrationOptions
-from pitotbench.calibration.options import accuracies_from as accuracies_from
 from pitotbench.calibration.reduction import one_thread
 from pitotbench.logbook.columns import PARAMETERS
 from pitotbench.records import BadInputError, NoAnswerError, OneHeadingError, UndeterminedError

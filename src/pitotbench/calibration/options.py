@@ -94,14 +94,6 @@ def parse_accuracies(text: str) -> dict[str, float]:
     return _checked(stated)
 
 
-def accuracies_from(stated: Mapping[str, float]) -> Accuracies:
-    """Make a record of accuracies by name, with the unit in the name; those not named are zero.
-
-    Raises BadInputError for an unknown name, with the known ones, or for a value that is not a number.
-    """
-    return Accuracies(**_checked(stated))
-
-
 def _checked(stated: object) -> dict[str, float]:
     """Return the accuracies as numbers. Raises BadInputError for unknown names and wrong values."""
     if not isinstance(stated, Mapping):  # the header of a log can contain any value

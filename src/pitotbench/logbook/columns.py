@@ -19,8 +19,6 @@ from pitotbench.channels import CHANNELS, Channel
 from pitotbench.records import BadInputError
 from pitotbench.units import SUFFIXES, Array, Seconds
 
-# A table as read from a file: named columns, a header, warnings, units. It is not yet a log.
-
 Column = NDArray[Any]
 _CLOCK = re.compile(r"\d:[0-5]\d|\d{4}-\d\d-\d\d")  # 14:03:06 or 2026-05-04
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")

@@ -31,8 +31,6 @@ from pitotbench.logbook.recorder_files import read_igc
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 
-# The table of log formats by file suffix, with the readers of Parquet, MATLAB, DataFlash and ULog.
-
 # A compressed file may unpack to far more than the memory holds. Its own metadata tell how much, before it is read.
 
 _MANY, _DENSEST = 50_000_000, 100  # values; and values a byte, of which a recorder's file holds less than ten

@@ -387,7 +387,8 @@ class Calibration(Shown):
     def params(self, autopilot: str) -> AutopilotSettings:
         """Return the parameters to set, `ardupilot` or `px4`, as `calibrate --params` does.
 
-        Raises BadInputError for a log without the old ones.
+        Raises BadInputError for a log without the old ones, unless they are stated:
+        `px4,ASPD_SCALE_1=1,SENS_DPRES_OFF=0`.
         """
         found: AutopilotSettings = views().params(self, autopilot)
         return found

@@ -14,8 +14,6 @@ from pitotbench.records import check_lengths, freeze
 from pitotbench.records.case import Case
 from pitotbench.units import Array, Booleans
 
-# The truth of a flight. Package `simulation` makes it; only `sensing`, `bench` and `show` may use it.
-
 
 @dataclass(frozen=True, slots=True)
 class Flight:

@@ -1,6 +1,5 @@
 """The gap of a reconciliation: its map, the part that each effect explains, the rest, and a formula for it."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pitotbench.records import Shown
@@ -200,7 +199,7 @@ class Account(Shown):
     """The content of a reconciliation's report.
 
     `rounds[0].verdict` is the answer. `patch` is the text of the patch, `flown` and `flown_holdout` are the cards
-    flown again, and `closures` holds each measured gap by name. `flights` says what each log says. `telling` is the
+    flown again,. `flights` says what each log says. `telling` is the
     channel of the first picture, and `calibration` what the effects do to a calibration; None without a gap or an
     effect. `warnings` are those of the logs as they were read.
     `formula` describes a gap that the table does not explain; None where there is no such gap, or no formula.
@@ -216,7 +215,6 @@ class Account(Shown):
     patch: str
     flown: FlownAgain = field(default_factory=FlownAgain)
     flown_holdout: FlownAgain = field(default_factory=FlownAgain)
-    closures: Mapping[str, Closure] = field(default_factory=dict)
     null_flights: int = 0
     formula: FoundFormula | None = None
     flights: tuple[JoinedFlight, ...] = ()

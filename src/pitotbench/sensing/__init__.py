@@ -2,7 +2,6 @@
 
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS as CALIBRATION_CHANNELS
 from pitotbench.sensing.recorder import LOG_CHANNELS as LOG_CHANNELS
-from pitotbench.sensing.recorder import read_truth as read_truth
 from pitotbench.sensing.recorder import record as record
 from pitotbench.sensing.recorder import truth_path as truth_path
 from pitotbench.sensing.recorder import write_truth as write_truth

@@ -22,7 +22,7 @@ from pitotbench.pressure_error import MODELS
 from pitotbench.pressure_error.models import PressureErrorCurve, PressureErrorRangeError, TableCurve
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, DataSystem, PressureErrorSpec, rate_problem
-from pitotbench.records.case_file import case_table, read_case, write_case
+from pitotbench.records.case_file import case_table, write_case
 from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.sampling import Instants, Schedule, flight_rate, has_velocity_down, require_rates, schedule
@@ -30,8 +30,6 @@ from pitotbench.timeline import gaps, interval, stretches
 from pitotbench.units import Array, Meters, Pascal, Seconds
 
 # The parts of a simulated sensor: pressure error, noise, range, resolution, and the effects of a case.
-
-# The parts of a simulated sensor, one function each: pressure error, noise, range, resolution.
 
 Curve = PressureErrorCurve | TableCurve
 
@@ -337,7 +335,7 @@ def _version(package: str) -> str:
         return "unknown"
 
 
-# Write the truth of a flight to a file next to its log, and read it. Only on request: a log holds no truth.
+# Write the truth of a flight to a file next to its log. Only on request: a log holds no truth.
 
 _CASE = b"pitotbench case"
 _TRUE = "true_"  # prefix of all columns, so that no reader takes a truth file for a log
@@ -365,28 +363,6 @@ def write_truth(flight: Flight, log_path: Path | str) -> Path:
         metadata = {_CASE: write_case(flight.case).encode()}
         parquet.write_table(table.replace_schema_metadata(metadata), temporary, compression="zstd")
     return target
-
-
-def read_truth(path: Path | str) -> Flight:
-    """Read the flight of a truth file. Raises BadInputError for any other file."""
-    import pyarrow as pa
-    from pyarrow import parquet
-
-    try:
-        table = parquet.ParquetFile(Path(path)).read()
-    except (pa.ArrowInvalid, OSError) as error:
-        raise BadInputError(f"{path}: not a truth file: {error}") from error
-    text = (table.schema.metadata or {}).get(_CASE)
-    if text is None:
-        raise BadInputError(f"{path}: not a truth file; expected the file that was written next to a log")
-    units = {_column(name): name for name in QUANTITIES}
-    found = {name: table[name].to_numpy() for name in table.column_names if name.startswith(_TRUE)}
-    return Flight(
-        case=read_case(text.decode()),
-        channels={units.get(name, name.removeprefix(_TRUE)): values for name, values in found.items()},
-        segment=np.asarray(table["segment"].to_numpy(), dtype=np.str_),
-        on_condition=table["on_condition"].to_numpy(),
-    )
 
 
 def _column(name: str) -> str:

@@ -12,9 +12,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-# The table of a campaign: one row a maneuver, data system and model.
-
-
 def _column(name: str, heading: str, unit: str = "", style: str = "") -> Column[dict[str, Any]]:
     return Column(heading, itemgetter(name), unit, style, key=name)
 

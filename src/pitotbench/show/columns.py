@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from math import isfinite
-from re import fullmatch
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from unicodedata import category
 
@@ -102,7 +101,7 @@ def print_table(columns: Sequence[Column[Row]], rows: Iterable[Row], console: "C
     blank = "    \n"  # a rule stands below the heading, and nothing else is drawn
     table = Table(box=Box(2 * blank + " ─  \n" + 5 * blank), show_edge=False, pad_edge=False, header_style="bold")
     cells = []
-    for column in _shown(columns, rows):
+    for column in shown_columns(columns, rows):
         cells.append([Text(printable(column.text(row))) for row in rows])
         heading = Text(f"{column.heading}\n[{column.unit}]" if column.unit else column.heading)
         longest = max(text.cell_len for text in [*map(Text, heading.plain.split()), *cells[-1]])
@@ -124,22 +123,13 @@ def print_table(columns: Sequence[Column[Row]], rows: Iterable[Row], console: "C
 def html_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:
     """A table as HTML that scrolls sideways on a narrow page; every text is escaped."""
     rows = list(rows)
-    shown = _shown(columns, rows)
+    shown = shown_columns(columns, rows)
     head = "".join(f"<th{_kind(column)}>{_html_heading(column)}</th>" for column in shown)
     body = "".join(
         "<tr>" + "".join(f"<td{_kind(column)}>{escape(column.text(row))}</td>" for column in shown) + "</tr>\n"
         for row in rows
     )
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>'
-
-
-def markdown_table(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> str:
-    """A table as Markdown."""
-    rows = list(rows)
-    shown = _shown(columns, rows)
-    cells = [[column.title for column in shown], *([column.text(row) for column in shown] for row in rows)]
-    lines = ["| " + " | ".join(text.replace("|", r"\|") for text in line) + " |" for line in cells]
-    return "\n".join([lines[0], "|" + "---|" * len(shown), *lines[1:]])
 
 
 def json_rows(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> list[dict[str, Any]]:
@@ -149,31 +139,13 @@ def json_rows(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> list[dict[
     return [{column.key: column.value(row) for column in keyed} for row in rows]
 
 
-def frame_columns(table: "DataFrame", style: str = "") -> list[Column[dict[str, Any]]]:
-    """A column each for those of a frame, for rows of `frame_rows`.
-
-    A frame's column name is the heading; a unit in brackets at its end is the unit. Numbers with a fraction get the
-    style; others and texts stay as they are.
-    """
-
-    def column(name: str) -> Column[dict[str, Any]]:
-        parts = fullmatch(r"(.*) \[(.+)\]", name)
-        heading, unit = parts.groups() if parts else (name, "")
-        return Column(heading, lambda row: _styled(row[name], style), unit)
-
-    return [column(str(name)) for name in table.columns]
-
-
 def frame_rows(table: "DataFrame") -> list[dict[str, Any]]:
     """The rows of a frame, by column name."""
     return [{str(name): value for name, value in row.items()} for row in table.to_dict("records")]
 
 
-def _styled(value: object, style: str) -> str:
-    return format(value, style) if isinstance(value, float) else str(value)
-
-
-def _shown(columns: Sequence[Column[Row]], rows: Sequence[Row]) -> list[Column[Row]]:
+def shown_columns(columns: Sequence[Column[Row]], rows: Sequence[Row]) -> list[Column[Row]]:
+    """The columns with a heading, without optional ones that have no value."""
     return [column for column in columns if column.heading and not _empty(column, rows)]
 
 

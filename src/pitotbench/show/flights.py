@@ -11,7 +11,7 @@ from pitotbench.records.flight import Flight
 from pitotbench.show.campaign import campaign_table
 from pitotbench.show.style import BLUE, GREEN, GREY, NARROW, ORANGE, PURPLE, RED, SKY, Panel, broken, panel, thin
 from pitotbench.show.words import with_unit
-from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, Array
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, NAUTICAL_MILE, Array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 # Pictures of a simulated flight: its ground track, and its channels over time with the card's tolerances.
 
-_NAUTICAL_MILE = 1852.0
 _HELD = 8.0  # half-widths: a stretch that spans more is a sweep or a turn, in which the channel is not held
 
 
@@ -65,7 +64,7 @@ def _history_panel(flight: Flight, history: _History, tolerance: float) -> Panel
 
 def draw_track(axes: Axes, flight: Flight) -> None:
     """Draw the ground track, with its on-condition parts in color and an arrow in the direction of the wind."""
-    east, north = flight["position_east"] / _NAUTICAL_MILE, flight["position_north"] / _NAUTICAL_MILE
+    east, north = flight["position_east"] / NAUTICAL_MILE, flight["position_north"] / NAUTICAL_MILE
     on = flight.on_condition.astype(np.float64)
     _, x, y, on = broken(*thin(flight["time"], east, north, on))
     axes.plot(x, y, color=GREY, lw=0.8, label="flown")

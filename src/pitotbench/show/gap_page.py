@@ -1,7 +1,6 @@
 """The report of a reconciliation: one self-contained page with the telling channel first."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -260,21 +259,7 @@ FEWEST = 4  # instants of a bin that is drawn
 BAND = 2.0  # standard deviations of the noise band
 
 
-@dataclass(frozen=True, slots=True)
-class TellingDrawing:
-    """A drawing of the telling channel: `draw` fills axes, `title` and `note` are the text beside them."""
-
-    title: str
-    draw: Callable[[Axes], None]
-    note: str
-
-
 def telling_panels(telling: TellingChannel) -> list[Panel]:
-    """The panels of the telling channel, in the units of the field."""
-    return [panel(each.title, each.draw, each.note, NARROW) for each in telling_drawings(telling)]
-
-
-def telling_drawings(telling: TellingChannel) -> list[TellingDrawing]:
     """The telling channel over time and over a variable, and the ground track, in the units of the field."""
     shown = _unit(telling)
     before, after, noise = _in_field_units(telling, shown)
@@ -284,7 +269,6 @@ def telling_drawings(telling: TellingChannel) -> list[TellingDrawing]:
     variable = VARIABLES[telling.variable]
     minutes = (telling.time - telling.time[0]) / 60.0
     label = f"measured − simulated [{shown.unit}]"
-    seconds = f"{telling.averaged:g} s"
 
     def over_time(axes: Axes) -> None:
         instants = max(1, round(telling.averaged / float(np.median(np.diff(telling.time)))))
@@ -315,9 +299,9 @@ def telling_drawings(telling: TellingChannel) -> list[TellingDrawing]:
         axes.set_aspect("equal", adjustable="datalim")
 
     return [
-        TellingDrawing(f"{shown.title}, over time", over_time, f"Means of {seconds}."),
-        TellingDrawing(f"The same over {variable.name}", over_variable, "Means and standard deviations of bins."),
-        TellingDrawing("Where it is", over_ground, "The dot is the start."),
+        panel(f"{shown.title}, over time", over_time, f"Means of {telling.averaged:g} s.", NARROW),
+        panel(f"The same over {variable.name}", over_variable, "Means and standard deviations of bins.", NARROW),
+        panel("Where it is", over_ground, "The dot is the start.", NARROW),
     ]
 
 

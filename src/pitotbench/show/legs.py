@@ -13,8 +13,6 @@ from pitotbench.show.markup import render
 from pitotbench.show.words import listed
 from pitotbench.units import DEGREE, FOOT, KNOT
 
-# Fixed-speed points in numbers: for the terminal, for pages, for programs. Loads no drawing library.
-
 
 def method_words(point: FixedSpeedPoint) -> str:
     """The method's name as it is written in tables and legends."""

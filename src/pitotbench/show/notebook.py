@@ -1,5 +1,6 @@
 """Views of records in a notebook: one line, HTML, a picture, a table. A new record adds one function to each."""
 
+from dataclasses import replace
 from functools import singledispatch
 from html import escape
 from pathlib import Path
@@ -12,10 +13,10 @@ from matplotlib.figure import Figure
 
 from pitotbench.air import calibrated_airspeed
 from pitotbench.channels import CHANNELS
-from pitotbench.logbook.autopilot import autopilot_settings
+from pitotbench.logbook.autopilot import autopilot_settings, stated_parameters
 from pitotbench.logbook.columns import write_text
 from pitotbench.logbook.formats import PAGES, require_file
-from pitotbench.records.calibration import AutopilotSettings, Calibration
+from pitotbench.records.calibration import AutopilotSettings, Calibration, RecordedAutopilot
 from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account
 from pitotbench.records.log import FlightLog
@@ -139,8 +140,9 @@ def judge(record: Calibration, rule: str) -> list[LimitJudgment]:
 
 
 def params(record: Calibration, autopilot: str) -> AutopilotSettings:
-    """Derive the parameters of an autopilot from a calibration."""
-    return autopilot_settings(record, autopilot)
+    """Derive the parameters of an autopilot from a calibration; old values may follow its name, as on a flag."""
+    name, stated = stated_parameters(autopilot)
+    return autopilot_settings(replace(record, autopilot=RecordedAutopilot(stated)) if stated else record, name)
 
 
 @in_one_line.register

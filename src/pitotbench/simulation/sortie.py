@@ -97,15 +97,6 @@ class Recorder:
         return found
 
 
-def record_channels(plant: Plant, seconds: float) -> dict[str, Array]:
-    """Run a plant for a time [s] and return its channels by name [SI], each (n,) with one value a step."""
-    recorder = Recorder(plant)
-    for count in _batches(round(seconds / plant.time_step), max(1, round(0.1 / plant.time_step))):
-        recorder.advance(count)
-        plant.check()
-    return recorder.channels()
-
-
 def _batches(steps: int, batch: int) -> Iterator[int]:
     """Split `steps` into batches of at most `batch`."""
     return (min(batch, steps - done) for done in range(0, steps, batch))

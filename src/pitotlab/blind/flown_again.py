@@ -17,7 +17,7 @@ from zlib import crc32
 import numpy as np
 
 from pitotbench.bench.null_flights import aircraft_model
-from pitotbench.bench.rounds import NamedLog, reconcile_log
+from pitotbench.bench.rounds import NamedLog, reconcile_logs
 from pitotbench.bench.workflow import reconcile_fully
 from pitotbench.effects import FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
@@ -107,7 +107,8 @@ def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapp
         held = logs / f"{name}-held.parquet"
         if case.flights != 1 or not case.named or len(case.wanted) != 1 or not held.is_file():
             continue
-        found, other = reconcile_log(read_log(logs / f"{name}.parquet"), "navajo"), read_log(held)
+        found = reconcile_logs([NamedLog("log", read_log(logs / f"{name}.parquet"))], "navajo")
+        other = read_log(held)
         naming, aircraft = found.naming, aircraft_model("navajo")
         signatures = naming.layout.signatures
         fits = {n: naming.equations.fit(own) for n, own in columns_of(signatures).items() if returns(n)}

@@ -11,11 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from pitotbench.logbook.columns import write_text
-from pitotbench.show.columns import frame_columns, frame_rows, html_table, markdown_table
+from pitotbench.show.columns import frame_rows, html_table
 from pitotbench.show.markup import environment
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, WIDE, Panel, stacked, svg
 from pitotbench.units import Array
 from pitotlab.study.parts import Bars, Chart, Lines, LineSeries, Part, StudyPage
+from pitotlab.tables import frame_columns, markdown_table
 
 _COLORS = (BLUE, ORANGE, GREEN, PURPLE, RED, SKY, GREY)
 _MARKS = "os^Dv<>"

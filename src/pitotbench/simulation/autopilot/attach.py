@@ -207,7 +207,6 @@ def _short(text: str) -> str:
 
 # Make an aircraft flyable by the bench: copy it, explore it, shape its loops, write its autopilot. Done once.
 
-Shaped = tuple[Envelope, list[Linear], Gains]
 ALTITUDE = 6000.0 * FOOT  # for which the loops are shaped: that of the cards
 MOST_KEPT = 50  # attached aircraft in the cache
 SURFACES = {"elevator": "elevator", "aileron": "left-aileron", "rudder": "rudder"}

@@ -363,6 +363,9 @@ def test_the_part_is_told_first_then_its_causes_and_last_those_of_other_parts(ca
     print_account(found, Console(width=200))
     assert capsys.readouterr().out.startswith("pitot line: one of these causes\nIt is the pitot line (97 %)")
     assert "It is the pitot line (97 %)" in account_page(found)
+    gps = replace(PARTED, effects=(replace(LAG, name="gps_latency"),), named_parts=("GPS receiver and its clock",))
+    gps = replace(gps, parts={"GPS receiver and its clock": 0.92}, alternatives=(("clock_drift",),))
+    assert "GPS receiver and its clock: one of these causes" in account_page(account(gps))
     document = account_json(found)
     assert document["part"] == "pitot line"
     assert document["parts"] == {"pitot line": 0.97, "static ports and line": 0.03}

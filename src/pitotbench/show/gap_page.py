@@ -46,6 +46,7 @@ from pitotbench.show.words import (
     CHANNELS,
     VARIABLES,
     FieldUnit,
+    heading,
     is_force,
     listed,
     size_words,
@@ -345,7 +346,7 @@ def account_page(account: Account) -> str:
     return render(
         "reconcile.html",
         title=f"Reconcile: {account.log} against {account.aircraft}",
-        subtitle=kind_words(verdict).capitalize(),
+        subtitle=heading(kind_words(verdict)),
         sentences=sentences(account),
         warnings=account.warnings,
         verdict=verdict,

@@ -38,11 +38,13 @@ def formula_sentences(formula: FoundFormula, holdout: str) -> list[str]:
     legend = f" Here {listed(meanings)}." if meanings else ""
     lines = [f"{left} follows a formula: {'; '.join(_equations(formula))}; ± is 2σ.{legend}"]
     lines += [_as_well(term) for term in formula.terms if term.alternatives]
-    closed = f"The formula closes {_percent(formula.closure)} of the explainable gap of this log"
+    closed = f"The formula closes {closure_percent(formula.closure)} of the explainable gap of this log"
     if formula.beside:
         closed += " that the names leave"
     if formula.closure_holdout is not None:
-        closed += f", and {_percent(formula.closure_holdout)} of that of {holdout}, to which it was not fitted"
+        closed += (
+            f", and {closure_percent(formula.closure_holdout)} of that of {holdout}, to which it was not fitted"
+        )
     lines.append(closed + ".")
     if formula.refused:
         lines.append(f"It is not put into the model: {formula.refused}.")
@@ -107,10 +109,6 @@ def _as_well(term: FormulaTerm) -> str:
 
 def _holds(term: str, symbol: str) -> bool:
     return any(word.startswith(symbol) for word in term.split()) and not (symbol == "q" and "q̄" in term)
-
-
-def _percent(closed: Closure) -> str:
-    return f"{100.0 * closed.share:.0f} %"
 
 
 UNTOUCHED = 0.05  # kt: no calibration flight shows less

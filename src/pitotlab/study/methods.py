@@ -20,7 +20,7 @@ from pitotbench.records.flight import Flight
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import CALIBRATION_CHANNELS
 from pitotbench.sensing.sampling import data_system
-from pitotbench.show.columns import frame_columns, frame_rows, markdown_table
+from pitotbench.show.columns import frame_rows
 from pitotbench.show.style import BLUE, ORANGE, SKY, canvas
 from pitotbench.simulation.maneuvers import PAPER_MANEUVERS
 from pitotbench.simulation.properties import HORSEPOWER
@@ -31,6 +31,7 @@ from pitotlab.study.looks import COVERING, NAMES, PAPER, PAPER_ORDER, case_of
 from pitotlab.study.measures import TRAVEL, workload
 from pitotlab.study.parts import Part
 from pitotlab.study.tables import Spread, rank_agreement
+from pitotlab.tables import frame_columns, markdown_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

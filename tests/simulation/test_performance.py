@@ -136,6 +136,17 @@ def test_what_a_model_lacks_is_told(capsys):
     assert climb["difference"] is None
 
 
+def test_a_glider_has_a_stall_and_a_glide_but_no_climb():
+    found = find_performance("SGS")
+    # Without engines, the glide is that of the lift over the drag.
+    assert _figure(found, "glide ratio", "5,000 ft") == pytest.approx(
+        _figure(found, "best lift-to-drag ratio", "5,000 ft"), rel=0.02
+    )
+    reasons = dict(found.skipped)
+    assert "no engine" in reasons["climb and ceiling"]
+    assert "no engine" in reasons["cruise"]
+
+
 @pytest.mark.parametrize(
     ("text", "problem"),
     [

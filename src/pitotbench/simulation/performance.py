@@ -16,7 +16,7 @@ from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import Performance, PerformanceFigure
 from pitotbench.simulation.aircraft import original, parse_xml
 from pitotbench.simulation.autopilot.attach import aircraft_name, engines_of, take_in
-from pitotbench.simulation.autopilot.envelope import HeldAircraft, State, balance, held_by
+from pitotbench.simulation.autopilot.envelope import Engines, HeldAircraft, State, balance, held_by
 from pitotbench.simulation.plant import SimulationError
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, STANDARD_GRAVITY
 
@@ -65,6 +65,8 @@ def find_performance(aircraft: str, handbook: Path | None = None) -> Performance
         found, skipped = [], []
         for name, of in (*((row.words, row.figures) for row in rows), *FAMILIES):
             try:
+                if of in POWERED and model.no_engine:
+                    raise SimulationError(model.no_engine)
                 for each in of(model):
                     if isfinite(each.model):
                         found.append(each)
@@ -80,7 +82,7 @@ def find_performance(aircraft: str, handbook: Path | None = None) -> Performance
 NOT_HELD = "no steady flight found"
 _ABOVE = f"it still climbs at {HIGHEST / FOOT:,.0f} ft, or never did"
 UNKNOWN = {
-    "cruise speed": "no level flight",
+    "cruise speed": f"no level flight up to Mach {HIGHEST_MACH:g}",
     "service ceiling": _ABOVE,
     "absolute ceiling": _ABOVE,
     "ceiling": _ABOVE,
@@ -89,11 +91,15 @@ UNKNOWN = {
 
 @dataclass(slots=True)
 class _Model:
-    """An aircraft in its file's loading, `weight` [lb]; `ballast` is the property of the weight added to it."""
+    """An aircraft in its file's loading, `weight` [lb]; `ballast` is the property of the weight added to it.
+
+    `no_engine` says that it has no engine that holds a level speed, as a glider; empty where it has one.
+    """
 
     held: HeldAircraft
     weight: float
     ballast: str
+    no_engine: str = ""
 
     @classmethod
     def load(cls, aircraft: str, scratch: Path) -> "_Model":
@@ -106,14 +112,23 @@ class _Model:
         tree = parse_xml(file)
         number = _add_ballast(tree.getroot())
         tree.write(file, encoding="utf-8", xml_declaration=True)
-        held = HeldAircraft(folder.name, folder, GLIDE_HEIGHT, engines_of(folder, tree.getroot()))
+        kind, no_engine = Engines("none"), ""
+        try:
+            kind = engines_of(folder, tree.getroot())
+        except BadInputError as error:
+            no_engine = str(error)
+        held = HeldAircraft(folder.name, folder, GLIDE_HEIGHT, kind)
         held.write("propulsion/fuel_freeze", 1.0)
         held.write("position/terrain-elevation-asl-ft", -5000.0)
         model = cls(held, held.read("inertia/weight-lbs"), f"inertia/pointmass-weight-lbs[{number}]")
+        model.no_engine = no_engine
         if number == 0:
             model.ballast = "inertia/pointmass-weight-lbs"
         slow = stall(model, 0.0, 0.0).state.speed
         held.climb_to(GLIDE_HEIGHT, 1.5 * slow)
+        lever, valve = (f"fcs/mixture-{kind}-norm" for kind in ("cmd", "pos"))
+        if held.serves(lever) and held.read(valve) < 0.99 * held.read(lever):
+            held.rich = True  # systems of the aircraft lean the mixture themselves
         held.find_idle(np.geomspace(1.12 * slow, 2.0 * slow, 4))
         return model
 
@@ -404,6 +419,7 @@ FAMILIES: tuple[tuple[str, Callable[[_Model], Figures]], ...] = (
     ("cruise", _cruises),
     ("glide", _glides),
 )
+POWERED = (_climbs, _cruises)
 
 
 # The table of a handbook.

@@ -91,6 +91,7 @@ class HeldAircraft:
     def __init__(self, name: str, folder: Path, altitude: float, kind: Engines) -> None:
         self.name = name
         self.idle = 0.0
+        self.rich = False  # whether the mixture lever stays full rich
         self._kind = kind
         self._fdm, self._transcript = load_fdm(name, folder, RATE)
         self.properties = parse_catalog(self._fdm.get_property_catalog())
@@ -125,6 +126,7 @@ class HeldAircraft:
         self.run(RATE)
         if not self._turn():
             self.start_engines()
+            self._lean()  # a start leaves it rich
 
     def _write(self, paths: Iterable[str], value: float) -> None:
         for path in paths:
@@ -167,7 +169,7 @@ class HeldAircraft:
     def _lean(self) -> None:
         """Set the mixture for the height."""
         ratio = self.read("atmosphere/P-psf") / 2116.2
-        self._write(self._each("fcs/mixture-cmd-norm"), BEST_POWER * ratio)
+        self._write(self._each("fcs/mixture-cmd-norm"), 1.0 if self.rich else BEST_POWER * ratio)
 
     def _turn(self) -> bool:
         """Return whether all engines run. JSBSim never says so of an electric motor, which needs no start."""

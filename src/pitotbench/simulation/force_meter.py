@@ -152,11 +152,16 @@ class _Servo:
     def probe(cls, plant: Plant, name: str, command: str, position: str) -> "_Servo":
         """Measure how far the command moves the control. Raises SimulationError where it does not move it."""
         read, factor = plant.getter(position)
-        before, slopes = read(), []
-        for probe in (-PROBE, PROBE):
-            plant.set(command, probe)
+
+        def position_at(value: float) -> float:
+            plant.set(command, value)
             plant.run_initial_conditions()
-            slopes.append((read() - before) / probe)
+            return read()
+
+        before = read()
+        slopes = [(position_at(probe) - before) / probe for probe in (-PROBE, PROBE)]
+        if max(map(abs, slopes)) < 1e-6:  # a throttle that stands at its stop up to there
+            slopes = [(position_at(0.5 + PROBE) - position_at(0.5)) / PROBE] * 2
         plant.set(command, 0.0)
         plant.run_initial_conditions()
         if max(map(abs, slopes)) < 1e-6:

@@ -34,7 +34,7 @@ class Command(NamedTuple):
 COMMANDS = (
     Command("fly", "pitotbench.cli.fly", "fly a case file and write the log"),
     Command("calibrate", "pitotbench.cli.calibrate", "recover the error curve and the wind from a log"),
-    Command("compare", "pitotbench.cli.compare", "two calibrations or two logs: where their error curves differ"),
+    Command("compare", "pitotbench.cli.compare", "two calibrations, two logs or two airplanes: what differs"),
     Command("inspect", "pitotbench.cli.inspect", "what a log holds, and what can be learned from it"),
     Command("map", "pitotbench.cli.map", "draft a mapping for a log with unknown column names"),
     Command("fixed-speed", "pitotbench.cli.fixed_speed", "leg and turn GPS methods: of a log, a card, typed legs"),
@@ -43,7 +43,6 @@ COMMANDS = (
     Command("results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"),
     Command("reproduce", "pitotbench.cli.reproduce", "fly one stored result again, and compare"),
     Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
-    Command("compare", "pitotbench.cli.compare", "two versions of an airplane's file: what changed in flight"),
     Command("plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"),
     Command("completion", "pitotbench.cli.completion", "print the script with which bash, zsh or fish completes"),
 )

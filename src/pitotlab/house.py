@@ -24,7 +24,7 @@ BEHIND = {
     "the judge": ("pitotbench.reconciliation.verdict",),
     "campaign": ("pitotbench.bench.campaign",),
 }
-_FAMILIES = ("cli", "simulation.maneuvers")  # one file an entry, which only the table reads
+_FAMILIES = ("cli", "simulation.maneuvers")  # pages of entries, which only the table reads
 
 # Runs a program under a profiler and writes the files of the product with a function called while no module is
 # being imported. A module is being imported while a frame named <module> is on the stack.
@@ -83,12 +83,12 @@ def entered(arguments: Sequence[str], folder: Path) -> list[str]:
     """Run a program below a profiler in a folder; return the files of the product that it enters, sorted.
 
     `arguments`: a script of this checkout or a module, then its own arguments. Raises CalledProcessError where the
-    program cannot be started.
+    program cannot be started or fails; what it says of that goes to standard error.
     """
     out = folder / "entered.json"
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
     program = [sys.executable, "-c", _PROFILE, str(PRODUCT), str(out), *arguments]
-    subprocess.run(program, cwd=folder, env=environment, check=True, capture_output=True)
+    subprocess.run(program, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
     return [Path(file).relative_to(PRODUCT).as_posix() for file in json.loads(out.read_text(encoding="utf-8"))]
 
 

@@ -5,8 +5,7 @@ import subprocess
 
 import pytest
 
-from pitotbench.cli.app import COMMANDS, main
-from pitotbench.cli.completion import SHELLS
+from pitotbench.cli.app import COMMANDS, SHELLS, main
 
 
 def script(shell, capsys):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench.effects.overlay import Baseline
-from pitotbench.reconciliation.terms import AXIS_CHANNEL, Term, coefficient_of, terms_of
+from pitotbench.reconciliation.term_regression import AXIS_CHANNEL, Term, coefficient_of, terms_of
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import ChannelChange, ModelComparison, ModelForces, Motion, TermChange
 from pitotbench.records.case import Case

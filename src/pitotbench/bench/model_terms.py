@@ -20,7 +20,8 @@ from pitotbench.effects.overlay import (
 )
 from pitotbench.logbook.columns import write_text
 from pitotbench.logbook.identification import align_vane, is_identification, maneuvers_of, read_identification
-from pitotbench.reconciliation.terms import Regression, Term, judge_terms, regression_of, terms_of
+from pitotbench.reconciliation.term_regression import Regression, Term, regression_of, terms_of
+from pitotbench.reconciliation.terms import judge_terms
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.records.terms import Maneuver, ManeuverGap, OpenLoopFlight, TermsAccount

@@ -17,35 +17,47 @@ from pitotbench.catalog import UnknownNameError
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.show.columns import printable
 
-# The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and one line
-# here.
+# The table of commands: a new command is one file with `add(parser)` and `run(options) -> int`, and one line here.
 # A module is named by a string, so that only the module of the chosen command is loaded.
 
 
 # Not a dataclass: that import takes longer than all else that `--help` needs.
 class Command(NamedTuple):
-    """A command: its name, its module, and its description in one line."""
+    """A command: its name, its module, its description in one line, and the functions for flags and run."""
 
     name: str
     module: str
     summary: str
+    add: str = "add"
+    run: str = "run"
 
 
 COMMANDS = (
     Command("fly", "pitotbench.cli.fly", "fly a case file and write the log"),
     Command("calibrate", "pitotbench.cli.calibrate", "recover the error curve and the wind from a log"),
-    Command("compare", "pitotbench.cli.compare", "two calibrations or two logs: where their error curves differ"),
+    Command("compare", "pitotbench.cli.compare", "two calibrations, two logs or two airplanes: what differs"),
     Command("inspect", "pitotbench.cli.inspect", "what a log holds, and what can be learned from it"),
     Command("map", "pitotbench.cli.map", "draft a mapping for a log with unknown column names"),
     Command("fixed-speed", "pitotbench.cli.fixed_speed", "leg and turn GPS methods: of a log, a card, typed legs"),
     Command("aircraft", "pitotbench.cli.aircraft", "what can be flown with an aircraft: yours, or one of JSBSim's"),
     Command("campaign", "pitotbench.cli.campaign", "fly maneuvers, sense and calibrate them"),
     Command("results", "pitotbench.cli.results", "list, filter and draw the stored results of campaigns"),
-    Command("reproduce", "pitotbench.cli.reproduce", "fly one stored result again, and compare"),
+    Command(
+        "reproduce",
+        "pitotbench.cli.results",
+        "fly one stored result again, and compare",
+        "add_reproduce",
+        "run_reproduce",
+    ),
     Command("reconcile", "pitotbench.cli.reconcile", "name the effect that a simulation lacks"),
-    Command("compare", "pitotbench.cli.compare", "two versions of an airplane's file: what changed in flight"),
     Command("plan", "pitotbench.cli.plan", "what to fly: the 2σ of every maneuver, before it is flown"),
-    Command("completion", "pitotbench.cli.completion", "print the script with which bash, zsh or fish completes"),
+    Command(
+        "completion",
+        "pitotbench.cli.app",
+        "print the script with which bash, zsh or fish completes",
+        "add_completion",
+        "run_completion",
+    ),
 )
 
 
@@ -80,18 +92,22 @@ class OneLineParser(argparse.ArgumentParser):
 class CommandParser(OneLineParser):
     """The parser of one command. It loads the command's module only when it parses, not for other commands."""
 
-    def __init__(self, *args: Any, module: str, **settings: Any) -> None:
+    def __init__(self, *args: Any, command: Command, **settings: Any) -> None:
         super().__init__(*args, **settings)
-        self._module = module
+        self._command = command
 
     # argparse gives a subparser the arguments after the command's name through this method and no other.
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Add the command's flags if they are missing, then parse."""
-        if self.get_default("run") is None:
-            command = import_module(self._module)
-            command.add(self)
-            self.set_defaults(run=command.run)
+        self.add_flags()
         return super().parse_known_args(args, namespace)
+
+    def add_flags(self) -> None:
+        """Load the command's module and add its flags, unless that is done."""
+        if self.get_default("run") is None:
+            module = import_module(self._command.module)
+            getattr(module, self._command.add)(self)
+            self.set_defaults(run=getattr(module, self._command.run))
 
 
 class _ShowVersions(argparse.Action):
@@ -128,8 +144,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def run_alone(name: str, description: str | None) -> int:
     """Run one command of the table without its name on the command line; return its exit code."""
     _prepare_streams(outside=True)
-    module = next(command.module for command in COMMANDS if command.name == name)
-    parser = CommandParser(description=description, formatter_class=RawDescriptionHelpFormatter, module=module)
+    command = next(command for command in COMMANDS if command.name == name)
+    parser = CommandParser(description=description, formatter_class=RawDescriptionHelpFormatter, command=command)
     return guarded(parser.parse_args())
 
 
@@ -170,7 +186,7 @@ def command_line() -> OneLineParser:
     )
     commands = parser.add_subparsers(required=True, metavar="command", parser_class=CommandParser)
     for command in COMMANDS:
-        commands.add_parser(command.name, help=command.summary, module=command.module)
+        commands.add_parser(command.name, help=command.summary, command=command)
     return parser
 
 
@@ -221,3 +237,29 @@ def _go_silently() -> int:
     with suppress(OSError, ValueError):  # standard output is not a file, as in tests
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return UNFORESEEN
+
+
+# `pitotbench completion`: the script with which a shell completes commands and flags.
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+def add_completion(parser: argparse.ArgumentParser) -> None:
+    """Add the flags of `pitotbench completion`."""
+    parser.add_argument("shell", choices=SHELLS, help="the shell; the script is printed")
+
+
+def run_completion(options: argparse.Namespace) -> int:
+    """Print the completion script of a shell; return exit code 0."""
+    import shtab
+
+    parser = command_line()
+    # argparse has no public list of its actions; this attribute is as old as argparse.
+    commands = next(a.choices for a in parser._actions if isinstance(a.choices, dict))
+    for command in commands.values():
+        command.add_flags()
+        for action in command._actions:
+            if action.choices is None and action.nargs != 0:
+                action.complete = shtab.FILE  # what has no list of names may be a file
+    print(shtab.complete(parser, options.shell))
+    return DONE

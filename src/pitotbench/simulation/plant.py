@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from math import degrees, isfinite, pi
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.effects.overlay import Overlay
@@ -29,10 +29,6 @@ from pitotbench.simulation.properties import (
 from pitotbench.simulation.variant import ROOT, lagging_actuators, write_variant
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
 
-if TYPE_CHECKING:
-    from pitotbench.simulation.transcript import Transcript
-
-
 # Load the JSBSim model of an aircraft's folder.
 
 
@@ -40,9 +36,51 @@ class SimulationError(BadInputError):
     """The case cannot be flown. The message says what happened, where in the flight, and what JSBSim reported."""
 
 
+class Transcript:
+    """Collect JSBSim's messages, which otherwise go to the console and not to the caller.
+
+    JSBSim has one logger a thread. With several plants in a thread, the one loaded last gets the messages of all.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines: list[str] = []
+        self._parts: list[str] = []
+        self._level = 0
+
+    # JSBSim calls the next five methods for each message: level, place, parts, colors, and the end.
+    def set_level(self, level: Any) -> None:
+        """Note the level of the message that begins."""
+        self._level = int(level)
+
+    def file_location(self, filename: str, line: int) -> None:
+        """Add the file and the line of which the message speaks."""
+        self._parts.append(f"{filename}:{line}: ")
+
+    def message(self, message: str) -> None:
+        """Add a part of the message."""
+        self._parts.append(message)
+
+    def format(self, format: Any) -> None:
+        """Ignore colors, which mean nothing in an error message."""
+
+    def flush(self) -> None:
+        """End the message and keep it if it is a warning or an error."""
+        import jsbsim
+
+        text = " ".join("".join(self._parts).split())
+        if text and int(jsbsim.LogLevel.WARN) <= self._level <= int(jsbsim.LogLevel.FATAL):
+            self.lines.append(text)
+        self._parts.clear()
+
+    def said(self) -> str:
+        """Return the last three messages as the end of an error message."""
+        return f" JSBSim says: {' | '.join(self.lines[-3:])}" if self.lines else ""
+
+
 def load_fdm(
     aircraft: str, folder: Path, rate: float, parts: tuple[Path, Path] | None = None
-) -> tuple[Any, "Transcript"]:
+) -> tuple[Any, Transcript]:
     """Return the JSBSim model of an aircraft, to be run at a rate [Hz], and the transcript of JSBSim's messages.
 
     `folder` holds `<folder name>.xml`; `aircraft` names it in messages. `parts` are the folders of engines and
@@ -51,10 +89,11 @@ def load_fdm(
     """
     import jsbsim  # loads with the first aircraft, not with the table of maneuvers
 
-    from pitotbench.simulation.transcript import Transcript
+    class Logger(Transcript, jsbsim.FGLogger):
+        """The transcript as JSBSim calls it: its own class is known only now."""
 
     # The logger comes first: JSBSim reports errors of a file while it loads, and never again.
-    transcript = Transcript()
+    transcript = Logger()
     jsbsim.set_logger(transcript)
     jsbsim.FGJSBBase().debug_lvl = 0  # type: ignore[no-untyped-call]
     fdm = jsbsim.FGFDMExec(None)
@@ -99,7 +138,7 @@ class Plant:
     slash and is in JSBSim's units. Methods raise SimulationError where JSBSim fails.
     """
 
-    def __init__(self, fdm: Any, aircraft: str, transcript: "Transcript", record: Attached | None = None) -> None:
+    def __init__(self, fdm: Any, aircraft: str, transcript: Transcript, record: Attached | None = None) -> None:
         self.aircraft = aircraft
         self.fdm = fdm
         self.time_step = float(fdm.get_delta_t())

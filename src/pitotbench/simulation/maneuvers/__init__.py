@@ -1,4 +1,4 @@
-"""The table of maneuvers. A new maneuver is one file and one line here."""
+"""The table of maneuvers. A new maneuver is an entry on the page of its family and one line here."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,16 +8,10 @@ from pitotbench.catalog import Catalog
 from pitotbench.records import BadInputError
 from pitotbench.simulation.card import Card
 from pitotbench.simulation.maneuvers import (
-    circle,
-    cloverleaf,
-    decel_circle,
+    decelerations,
     diagnostic,
-    figure_eight,
-    four_leg,
-    race_track,
-    rapid_decel,
-    step_both_ways,
-    step_decrease,
+    straight_legs,
+    turns,
 )
 from pitotbench.simulation.pilot import Cockpit, Ticks
 
@@ -44,16 +38,16 @@ class Maneuver:
 
 
 _TABLE = (
-    Maneuver("four_leg", four_leg.FourLegCard(), four_leg.fly, 21.0, "leg"),
-    Maneuver("race_track", race_track.RaceTrackCard(), race_track.fly, 15.0, "leg"),
-    Maneuver("step_decrease", step_decrease.StepDecreaseCard(), step_decrease.fly, 6.0, "step"),
-    Maneuver("rapid_decel", rapid_decel.RapidDecelCard(), rapid_decel.fly, 5.0, "decel"),
-    Maneuver("circle", circle.CircleCard(), circle.fly, 6.0, "circle"),
-    Maneuver("step_both_ways", step_both_ways.StepBothWaysCard(), step_both_ways.fly, None, "step"),
-    Maneuver("decel_circle", decel_circle.DecelCircleCard(), decel_circle.fly, None, "circle"),
-    Maneuver("figure_eight", figure_eight.FigureEightCard(), figure_eight.fly, None, "circle"),
-    Maneuver("cloverleaf", cloverleaf.CloverleafCard(), cloverleaf.fly, None, "leg"),
-    Maneuver("diagnostic", diagnostic.DiagnosticCard(), diagnostic.fly, None, "leg"),
+    Maneuver("four_leg", straight_legs.FourLegCard(), straight_legs.fly_four_leg, 21.0, "leg"),
+    Maneuver("race_track", straight_legs.RaceTrackCard(), straight_legs.fly_race_track, 15.0, "leg"),
+    Maneuver("step_decrease", decelerations.StepDecreaseCard(), decelerations.fly_step_decrease, 6.0, "step"),
+    Maneuver("rapid_decel", decelerations.RapidDecelCard(), decelerations.fly_rapid_decel, 5.0, "decel"),
+    Maneuver("circle", turns.CircleCard(), turns.fly_circle, 6.0, "circle"),
+    Maneuver("step_both_ways", decelerations.StepBothWaysCard(), decelerations.fly_step_both_ways, None, "step"),
+    Maneuver("decel_circle", turns.DecelCircleCard(), turns.fly_decel_circle, None, "circle"),
+    Maneuver("figure_eight", turns.FigureEightCard(), turns.fly_figure_eight, None, "circle"),
+    Maneuver("cloverleaf", straight_legs.CloverleafCard(), straight_legs.fly_cloverleaf, None, "leg"),
+    Maneuver("diagnostic", diagnostic.DiagnosticCard(), diagnostic.fly_diagnostic, None, "leg"),
 )
 
 MANEUVERS = Catalog("maneuver", {maneuver.name: maneuver for maneuver in _TABLE})

@@ -43,7 +43,7 @@ class DiagnosticCard(Card):
         self.require_positive("climb", "sideslip", "sideslip_time")
 
 
-def fly(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
+def fly_diagnostic(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
     """Fly the card: set up unrecorded; leg, climb, descent, sideslips, turn, power to idle and back."""
     fast, slow = card.speeds[0], card.speeds[-1]
     yield from set_up(cockpit, fast, card.heading)

@@ -1,0 +1,140 @@
+"""Decelerations on one heading and its reciprocal: by power steps, or with power idle.
+
+Step Decrease: slow down by small power reductions on one heading, then on the reciprocal.
+Step Decrease both ways: all speeds by small power reductions on one heading, then all on the reciprocal.
+Rapid Deceleration: power to idle and slow down, then the same on the reciprocal heading.
+"""
+
+from dataclasses import dataclass
+from math import pi
+
+from pitotbench.simulation.card import Card, quantity
+from pitotbench.simulation.pilot import (
+    ACCELERATION_LIMIT,
+    Cockpit,
+    Ticks,
+    accelerate,
+    leg,
+    set_up,
+    settle,
+    step_down,
+    turn,
+    until,
+)
+from pitotbench.units import KNOT
+
+JUDGED = ("heading", "altitude")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepDecreaseCard(Card):
+    """Martos et al. (2011), III.A: from 160 KCAS less one inch of manifold pressure every 5 to 10 s until
+    130 KCAS; a turn to the reciprocal; the same to 100 KCAS. ±2°, ±50 ft, no airspeed tolerance; 5 to 6
+    minutes (Table 2: 6).
+
+    Ours: `dwell` at the first speed of each heading before the power is reduced; `speeds` are those at which each
+    deceleration starts and ends.
+    """
+
+    speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt")
+    heading: float = quantity(0.0, "deg")
+    dwell: float = quantity(40.0, "s")
+    step: float = quantity(1.0, "inhg")
+    step_time: float = quantity(10.0, "s")
+    settle: float = quantity(30.0, "s")
+
+    def __post_init__(self) -> None:
+        Card.__post_init__(self)
+        self.require_decreasing_speeds()
+        self.require_positive("step", "step_time")
+
+
+def fly_step_decrease(cockpit: Cockpit, card: StepDecreaseCard) -> Ticks:
+    """Fly the card: set up unrecorded; then, for each pair of speeds, leg, power steps, turn, settle."""
+    heading = card.heading
+    yield from set_up(cockpit, card.speeds[0], heading)
+    for index, floor in enumerate(card.speeds[1:]):
+        if index:
+            cockpit.hold_airspeed(card.speeds[index])
+            heading += pi
+            yield from turn(cockpit, heading)
+            yield from settle(cockpit)
+        yield from leg(cockpit, card.dwell, *JUDGED)
+        yield from step_down(cockpit, card.step, card.step_time, floor, *JUDGED)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepBothWaysCard(Card):
+    """Step Decrease of Martos et al. (2011), III.A, with every speed on both headings, so that the wind along the
+    track and the curve are two unknowns, not one. ±2°, ±50 ft, no airspeed tolerance.
+
+    Ours: all but the steps. From the first speed to the last on one heading, a turn to the reciprocal at the last
+    speed, acceleration, and the same again. Larger steps keep the time at that of the paper's maneuver.
+    """
+
+    speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt")
+    heading: float = quantity(0.0, "deg")
+    repeats: int = 2
+    dwell: float = quantity(20.0, "s")
+    step: float = quantity(1.5, "inhg")
+    step_time: float = quantity(8.0, "s")
+    settle: float = quantity(10.0, "s")
+
+    def __post_init__(self) -> None:
+        Card.__post_init__(self)
+        self.require_decreasing_speeds()
+        self.require_positive("repeats", "step", "step_time")
+
+
+def fly_step_both_ways(cockpit: Cockpit, card: StepBothWaysCard) -> Ticks:
+    """Fly the card: set up unrecorded; then leg and power steps, with turn, acceleration and settling between."""
+    heading, fast, slow = card.heading, card.speeds[0], card.speeds[-1]
+    yield from set_up(cockpit, fast, heading)
+    for run in range(card.repeats):
+        if run:
+            heading += pi
+            cockpit.hold_airspeed(slow)
+            yield from turn(cockpit, heading)
+            yield from accelerate(cockpit, fast)
+            yield from settle(cockpit)
+        yield from leg(cockpit, card.dwell, *JUDGED)
+        yield from step_down(cockpit, card.step, card.step_time, slow, *JUDGED)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RapidDecelCard(Card):
+    """Martos et al. (2011), III.A: at 160 KCAS power to idle, slow to 100 KCAS; a turn to the reciprocal; the
+    same again. ±2°, ±50 ft, no airspeed tolerance; under 5 minutes (Table 2: 5).
+
+    Ours: `dwell` at the first speed before the power is reduced. The turn is flown at the last speed; the aircraft
+    then accelerates on the new heading, settles and repeats.
+    """
+
+    speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt")
+    heading: float = quantity(0.0, "deg")
+    repeats: int = 2
+    dwell: float = quantity(50.0, "s")
+    settle: float = quantity(30.0, "s")
+
+    def __post_init__(self) -> None:
+        Card.__post_init__(self)
+        self.require_decreasing_speeds()
+        self.require_positive("repeats")
+
+
+def fly_rapid_decel(cockpit: Cockpit, card: RapidDecelCard) -> Ticks:
+    """Fly the card: set up unrecorded; then leg and deceleration, with turn, acceleration and settling between."""
+    heading, fast, slow = card.heading, card.speeds[0], card.speeds[-1]
+    yield from set_up(cockpit, fast, heading)
+    for run in range(card.repeats):
+        if run:
+            heading += pi
+            cockpit.hold_airspeed(slow)
+            yield from turn(cockpit, heading)
+            yield from accelerate(cockpit, fast)
+            yield from settle(cockpit)
+        yield from leg(cockpit, card.dwell, *JUDGED)
+        cockpit.set_throttle(0.0)
+        cockpit.begin(f"decel {run + 1}", *JUDGED)
+        what = f"deceleration to {slow / KNOT:.0f} KCAS"
+        yield from until(cockpit, lambda: cockpit.airspeed <= slow, ACCELERATION_LIMIT, what)

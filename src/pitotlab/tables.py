@@ -53,11 +53,15 @@ def _parameter(p: Parameter) -> str:
 
 
 def short_sources(effects: Iterable[Effect]) -> dict[str, str]:
-    """Return the source of each effect by its name; a source that has stood above is cut at its first colon."""
+    """Return the source of each effect by its name: of one that has stood above, author and year alone.
+
+    A source without a year is cut at its first colon.
+    """
     told: dict[str, str] = {}
     for effect in effects:
         source = effect.source
-        told[effect.name] = source.partition(":")[0] if source in told.values() else source
+        short = re.match(r"[^:;]*?\b(19|20)\d\d\b", source) or re.match("[^:]*", source)
+        told[effect.name] = short[0] if short and source in told.values() else source
     return told
 
 

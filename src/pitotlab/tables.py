@@ -7,12 +7,15 @@ import re
 from argparse import ArgumentParser
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from re import fullmatch
-from typing import TYPE_CHECKING, Any
+from statistics import mode
+from typing import TYPE_CHECKING, Any, get_args
 
 from pitotbench.effects import EFFECTS
-from pitotbench.effects.effect import Effect
+from pitotbench.effects import effect as effect_records
+from pitotbench.effects.effect import Effect, Excitation, Family, Parameter
 from pitotbench.show.columns import Column, Row, shown_columns
 from pitotbench.simulation.card import Card
 from pitotbench.simulation.maneuvers import MANEUVERS
@@ -26,17 +29,53 @@ Rows = Iterator[Sequence[str]]
 Numbers = dict[str, float | list[float]]
 
 
-def effect_rows(effects: Iterable[Effect] = EFFECTS.values()) -> Rows:
-    """Yield a row for each parameter; the cells of the effect stand in its first row."""
+def effect_rows(family: Family) -> Rows:
+    """Yield a row for each effect of a family: what it is, its parameters, what shows it, and its source.
+
+    The row tells where the effect acts only if most of the family act elsewhere.
+    """
+    sources = short_sources(EFFECTS.values())
+    shown_by = {excitation: name for name, excitation in excitations()}
+    effects = [effect for effect in EFFECTS.values() if effect.family == family]
+    usual = mode(effect.acts_on for effect in effects)
     for effect in effects:
+        place = f" (on the {effect.acts_on})" if effect.acts_on != usual else ""
         form = f" (another form of `{effect.variant_of}`)" if effect.variant_of else ""
-        first = [f"`{effect.name}`: {effect.what.rstrip('.')}{form}", effect.family, effect.acts_on]
-        last = [str(effect.shows_in), effect.source]
-        for p in effect.parameters:
-            optional = " (optional)" if p.shape else ""
-            cells = [f"`{p.name}`{optional}", f"{p.typical:g}", f"{p.low:g} to {p.high:g}", p.what]
-            yield [*first, *cells, *last]
-            first, last = [""] * len(first), [""] * len(last)
+        what = f"`{effect.name}`{place}: {effect.what.rstrip('.')}{form}"
+        parameters = "<br>".join(map(_parameter, effect.parameters))
+        shows = shown_by.get(effect.shows_in, str(effect.shows_in))
+        yield [what, parameters, shows, sources[effect.name]]
+
+
+def _parameter(p: Parameter) -> str:
+    optional = ", optional" if p.shape else ""
+    return f"`{p.name}` {p.typical:g} ({p.low:g}…{p.high:g}{optional}): {p.what}"
+
+
+def short_sources(effects: Iterable[Effect]) -> dict[str, str]:
+    """Return the source of each effect by its name: of one that has stood above, author and year alone.
+
+    A source without a year is cut at its first colon.
+    """
+    told: dict[str, str] = {}
+    for effect in effects:
+        source = effect.source
+        short = re.match(r"[^:;]*?\b(19|20)\d\d\b", source) or re.match("[^:]*", source)
+        told[effect.name] = short[0] if short and source in told.values() else source
+    return told
+
+
+def excitations() -> Iterator[tuple[str, Excitation]]:
+    """Yield the ways of flying that show several effects, each with the name that the records give it."""
+    for name, value in vars(effect_records).items():
+        if isinstance(value, Excitation):
+            yield name.replace("_", " ").lower(), value
+
+
+def excitation_rows() -> Rows:
+    """Yield a row for each way of flying that shows several effects."""
+    for name, excitation in excitations():
+        yield [name, excitation.text, ", ".join(f"`{maneuver}`" for maneuver in excitation.maneuvers)]
 
 
 def card_numbers(card: Card) -> Numbers:
@@ -65,10 +104,11 @@ def _number(value: float | list[float]) -> str:
 
 # Page and heading line of each table, and its rows.
 TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
-    (
-        "effects.md",
-        "| effect | family | acts on | parameter | typical | range | what it is | best shown by | source |",
-    ): effect_rows,
+    ("effects.md", "| best shown by | what to fly | maneuvers |"): excitation_rows,
+    **{
+        ("effects.md", f"| {family} effect | parameters | best shown by | source |"): partial(effect_rows, family)
+        for family in get_args(Family)
+    },
     ("case.md", "| maneuver | entries and defaults |"): card_rows,
 }
 

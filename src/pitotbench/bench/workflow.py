@@ -34,6 +34,7 @@ from pitotbench.reconciliation.naming import Naming
 from pitotbench.reconciliation.patches import Patch, name_in_case
 from pitotbench.reconciliation.pictures import calibration_change, clearest_channel, gap_map, traces, waterfall
 from pitotbench.reconciliation.renewal import lay_out_with
+from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.track import track_of
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
@@ -86,7 +87,8 @@ def beyond_the_table(
         progress("looking for a formula of what the table does not explain")
     names = dict(patch_of(looks, (), "", "").entries)
     formula = find_formula(_remaining(looks), first.null)
-    if set(names) - OWN_TERMS:
+    # A model whose own terms are off in many places is not one missing effect that a formula describes better.
+    if set(names) - OWN_TERMS and len(OWN_TERMS & set(names)) <= THRESHOLDS.effects_most:
         alone = find_formula(first.naming.layout, first.null)
         if alone is not None and _is_simpler(alone, formula, names):
             why = f"a formula explains more than {', '.join(names)} with a formula beside it"

@@ -31,7 +31,7 @@ NAMES: Mapping[str, tuple[str, ...]] = {
     "CD_i": ("induced_drag",),
 }
 PARAMETERS = {"Cm_de": "elevator_change", "Cl_da": "aileron_change", "Cn_dr": "rudder_change"}
-SHARES = {"_change": 1.0, "_share": 1.0, "_percent": 100.0}  # ends of the names of sizes that are shares
+SHARES = {"change": 1.0, "_share": 1.0, "_percent": 100.0}  # ends of the names of sizes that are shares
 # The size of the whole derivative of the file, where an effect tells a size and not a share.
 WHOLE = {
     "drag_area_m2": {"navajo": 0.557, "c310": 0.455, "DHC6": 1.916, "c172x": 0.517},

@@ -17,6 +17,7 @@ COMMANDS = {
     "auto": "pitotlab.auto:command",
     "fixed-speed": "pitotlab.fixed_speed:command",
     "aircraft": "pitotlab.aircraft:command",
+    "aircraft taken": "pitotlab.aircraft:taken_command",
     "reference": "pitotlab.reference_figures:command",
     "plan": "pitotlab.plan_check:command",
     "peers": "pitotlab.peers:command",

@@ -222,7 +222,7 @@ def comparison_sentences(found: ModelComparison) -> list[str]:
     place = max((each for each in found.located if each.channel == first.channel), key=lambda each: each.largest)
     return [
         f"{len(found.channels)} channel{'s' * (len(found.channels) > 1)} changed {card}; most of all the "
-        f"{first.channel}, by up to {first.largest:,.4g} {first.unit} ({100.0 * first.share:.2g} % of its largest "
+        f"{first.channel}, by up to {first.largest:,.4g} {first.unit} ({100.0 * first.share:,.3g} % of its largest "
         f"value) in phase `{place.phase}`.",
         f"By: {'; '.join(change_words(term) for term in acting)}.",
         *found.remarks,

@@ -132,7 +132,7 @@ def test_what_cannot_be_compared_is_refused(tmp_path, capsys):
     broken = tmp_path / "broken.xml"
     broken.write_text("<fdm_config>", encoding="utf-8")
     for arguments, problem in (
-        ([str(OLD), str(text)], "give two files of one kind"),
+        ([str(OLD), str(text)], "give two alike"),
         ([str(OLD), str(tmp_path / "none.xml")], "no such aircraft file"),
         ([str(OLD), str(broken)], "not valid XML"),
         ([str(OLD), str(OLD), "--card", "spiral"], "spiral"),

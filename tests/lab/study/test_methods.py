@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from pitotbench import air, bench
-from pitotbench.bench.flights import true_curve
+from pitotbench.sensing.recorder import known_curve
 from pitotbench.units import KNOT
 from pitotlab.study import conventional, methods
 from pitotlab.study.conventional import AIRSPEEDS, Points, against_truth, fit_points
@@ -17,7 +17,7 @@ from pitotlab.study.methods import BANKS, SECOND, STATIC, SYSTEM
 
 def _points(passes, own=0.0, shared=0.0):
     impact = air.impact_pressure(np.repeat([100.0, 120.0, 140.0, 160.0], passes) * KNOT)
-    error = true_curve(STATIC).impact_pressure(impact) - impact
+    error = known_curve(STATIC).impact_pressure(impact) - impact
     count = len(impact)
     return Points(impact, error, np.full(count, own), np.full((1, count), shared))
 

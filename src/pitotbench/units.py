@@ -31,6 +31,8 @@ PSF = PSI / 144.0  # Pa
 POUND = 0.45359237  # kg, exact
 DEGREE = float(np.pi / 180.0)  # rad
 STANDARD_GRAVITY = 9.80665  # m/s²
+POUND_FORCE = POUND * STANDARD_GRAVITY  # N
+SLUG = POUND_FORCE / FOOT  # kg
 
 
 @dataclass(frozen=True, slots=True)

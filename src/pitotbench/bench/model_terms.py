@@ -18,20 +18,16 @@ from pitotbench.effects.overlay import (
     size,
     total,
 )
-from pitotbench.logbook.columns import write_text
 from pitotbench.logbook.identification import align_vane, is_identification, maneuvers_of, read_identification
 from pitotbench.reconciliation.term_regression import Regression, Term, regression_of, terms_of
 from pitotbench.reconciliation.terms import judge_terms
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.records.terms import Maneuver, ManeuverGap, OpenLoopFlight, TermsAccount
-from pitotbench.show.columns import json_text
-from pitotbench.show.terms import terms_json, terms_page
 from pitotbench.simulation.aircraft import find_aircraft, read_baseline
 from pitotbench.simulation.force_meter import UNIT_AXES, measure_terms, unit_overlay
 from pitotbench.simulation.open_loop import fly_open_loop
 from pitotbench.simulation.plant import Plant
-from pitotbench.simulation.variant import overlay_text
 
 RATE = 100.0  # Hz, of the force meter
 STEP = 0.05  # relative change of a function outside the axes, by which its own change of the forces is measured
@@ -139,20 +135,3 @@ def _flown(aircraft: str, overlay: Overlay, maneuver: Maneuver, gap: ManeuverGap
     measured, before = fly_open_loop(_plant(aircraft, Overlay()), maneuver, gap.constants[0])
     _, after = fly_open_loop(_plant(aircraft, overlay), maneuver, gap.constants[1])
     return OpenLoopFlight(maneuver.name, gap.held_out, maneuver.motion.time, measured, before, after)
-
-
-def keep_terms(corrected: CorrectedModel, inputs: str, out: Path) -> list[str]:
-    """Write `verdict.json`, `report.html` and, where a term is off, `overlay.xml` to a folder.
-
-    `inputs` names the logs. Files of an earlier run are replaced. Returns the line to print.
-    """
-    account = corrected.account
-    overlay = overlay_text(find_aircraft(account.aircraft), corrected.overlay) if account.terms else ""
-    texts = {"verdict.json": json_text(terms_json(account)), "report.html": terms_page(account, overlay, inputs)}
-    if overlay:
-        texts["overlay.xml"] = overlay
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "overlay.xml").unlink(missing_ok=True)  # that of an earlier run would not belong to this account
-    for name, text in texts.items():
-        write_text(out / name, text)
-    return ["written: " + ", ".join(str(out / name) for name in texts)]

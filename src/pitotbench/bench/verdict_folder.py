@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from pitotbench.bench.model_terms import CorrectedModel
 from pitotbench.bench.workflow import FullReconciliation, entries
 from pitotbench.effects import effect_of
 from pitotbench.logbook.columns import write_text
@@ -13,8 +14,11 @@ from pitotbench.records.verdict import SURE
 from pitotbench.show.columns import json_text
 from pitotbench.show.gap_page import account_page
 from pitotbench.show.gap_words import sentences
+from pitotbench.show.terms import terms_json, terms_page
 from pitotbench.show.verdict import kind_words
+from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.simulation.modified import install_variant, overlay_xml
+from pitotbench.simulation.variant import overlay_text
 
 WRITTEN = ("verdict.json", "patch.toml", "report.html", "overlay.xml")  # the files that a run writes
 
@@ -33,8 +37,25 @@ def keep(outcome: FullReconciliation, document: Mapping[str, Any], out: Path) ->
     overlay = overlay_xml(aircraft, _of_aircraft(outcome)) if aircraft != "none" else ""
     if overlay:
         texts["overlay.xml"] = overlay
+    return _write(out, texts)
+
+
+def keep_terms(corrected: CorrectedModel, inputs: str, out: Path) -> list[str]:
+    """Write `verdict.json`, `report.html` and, where a term is off, `overlay.xml` to a folder.
+
+    `inputs` names the logs. Files of an earlier run are replaced. Returns the line to print.
+    """
+    account = corrected.account
+    overlay = overlay_text(find_aircraft(account.aircraft), corrected.overlay) if account.terms else ""
+    texts = {"verdict.json": json_text(terms_json(account)), "report.html": terms_page(account, overlay, inputs)}
+    return _write(out, texts | ({"overlay.xml": overlay} if overlay else {}))
+
+
+def _write(out: Path, texts: Mapping[str, str]) -> list[str]:
+    """Write files to a folder; return the line to print. Those of an earlier run do not belong to this verdict."""
     out.mkdir(parents=True, exist_ok=True)
-    (out / "overlay.xml").unlink(missing_ok=True)  # that of an earlier run would not belong to this verdict
+    for name in set(WRITTEN) - texts.keys():
+        (out / name).unlink(missing_ok=True)
     for name, text in texts.items():
         write_text(out / name, text)
     return ["written: " + ", ".join(str(out / name) for name in texts)]

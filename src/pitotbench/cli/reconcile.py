@@ -98,7 +98,8 @@ def _run_terms(options: argparse.Namespace) -> int:
     """Correct the terms of a model, print the account, and write its page and its overlay."""
     from rich.console import Console
 
-    from pitotbench.bench.model_terms import correct_terms, keep_terms, maneuvers_in, parted
+    from pitotbench.bench.model_terms import correct_terms, maneuvers_in, parted
+    from pitotbench.bench.verdict_folder import keep_terms
     from pitotbench.show.columns import json_text
     from pitotbench.show.terms import print_terms, terms_json
 

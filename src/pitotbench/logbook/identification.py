@@ -13,15 +13,13 @@ from pitotbench.records.aircraft import Motion
 from pitotbench.records.log import FlightLog
 from pitotbench.records.terms import CHANNELS, Maneuver
 from pitotbench.timeline import fresh_fixes, minutes_text, pauses, stretches
-from pitotbench.units import DEGREE, FOOT, POUND, PSF, STANDARD_GRAVITY, Array, Booleans
+from pitotbench.units import DEGREE, FOOT, POUND_FORCE, PSF, SLUG, STANDARD_GRAVITY, Array, Booleans
 
 # The standard array of SIDPAC (Morelli, NASA, 2002): one row a sample, 90 columns, numbered from 1. Columns that
 # were not measured are zero. Deflections are positive where they turn the airplane the negative way, so that its
 # aileron is the negative of ours.
 
 COLUMNS = 90
-POUND_FORCE = POUND * STANDARD_GRAVITY  # N
-SLUG = POUND_FORCE / FOOT  # kg
 _SLUG_A_CUBIC_FOOT = SLUG / FOOT**3  # kg/m³
 _SPEED, _SIDESLIP, _ALPHA, _ROLL_RATE, _ATTITUDE, _FORCE, _ELEVATOR = 2, 3, 4, 5, 8, 11, 14
 _DYNAMIC_PRESSURE, _MACH, _DENSITY, _ALTITUDE, _THRUST, _TURNING, _MASS, _INERTIA = 27, 28, 29, 30, 38, 42, 48, 49

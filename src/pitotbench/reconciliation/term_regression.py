@@ -9,14 +9,13 @@ from pitotbench import air
 from pitotbench.effects.overlay import AeroFunction, Baseline
 from pitotbench.records.aircraft import AeroTerms, Motion
 from pitotbench.records.terms import CHANNELS, Maneuver
-from pitotbench.units import FOOT, POUND, STANDARD_GRAVITY, Array, Booleans
+from pitotbench.units import FOOT, POUND_FORCE, Array, Booleans
 
 # Equation error: the measured force and moment coefficients less those of the model in the measured state are a
 # sum of terms, each a function of the file times its relative change (Klein and Morelli 2006, Aircraft System
 # Identification, ch. 5). A constant of each coefficient is free in each maneuver: trim, loading and the zeros of
 # the accelerometers. Where thrust was not measured, a constant force and one that grows with time are free too.
 
-POUND_FORCE = POUND * STANDARD_GRAVITY
 AXIS_CHANNEL = {
     "DRAG": "drag",
     "SIDE": "side force",

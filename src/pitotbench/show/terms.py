@@ -20,12 +20,11 @@ from pitotbench.show.columns import Column, html_table, json_rows, outside, prin
 from pitotbench.show.markup import render
 from pitotbench.show.pages import page_version
 from pitotbench.show.style import BLUE, INK, ORANGE, WIDE, Panel, broken, stacked, svg
-from pitotbench.units import DEGREE, FOOT, KNOT, POUND, STANDARD_GRAVITY
+from pitotbench.units import DEGREE, FOOT, KNOT, POUND_FORCE
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-POUND_FORCE = POUND * STANDARD_GRAVITY  # N
 SHOWN = 3  # maneuvers with pictures: those with the largest gap before
 _NO_TERM = "none of its terms is off by more than its bound"
 

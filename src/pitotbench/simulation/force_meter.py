@@ -11,9 +11,9 @@ from pitotbench.effects.overlay import AxisFunction, Overlay, product, size
 from pitotbench.records.aircraft import AeroTerms, ModelForces, Motion, Reaction, UnitForces
 from pitotbench.simulation.modified import tanks
 from pitotbench.simulation.plant import Plant, SimulationError
-from pitotbench.simulation.properties import PROPERTIES, SLUG, Air
+from pitotbench.simulation.properties import PROPERTIES, Air
 from pitotbench.timeline import gaps
-from pitotbench.units import DEGREE, FOOT, POUND, Array
+from pitotbench.units import DEGREE, FOOT, POUND, SLUG, Array
 
 # At each state the initial conditions are set anew. The model therefore cannot drift, and no autopilot can hide a
 # force. Between two states the engines, governors and turbochargers run on at the measured throttles, because

@@ -5,8 +5,7 @@ import numpy as np
 from pitotbench.records.terms import Maneuver
 from pitotbench.simulation.force_meter import AERO_FORCES, CALLS, Rig
 from pitotbench.simulation.plant import Plant
-from pitotbench.simulation.properties import POUND_FORCE
-from pitotbench.units import FOOT, STANDARD_GRAVITY, Array
+from pitotbench.units import FOOT, POUND_FORCE, STANDARD_GRAVITY, Array
 
 # The equations of motion in body axes (Klein and Morelli 2006, Aircraft System Identification, eq. 3.31) in speed,
 # angle of attack, pitch rate and pitch; sideslip, bank and the other rates are the measured ones. The forces of the

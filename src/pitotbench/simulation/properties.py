@@ -9,7 +9,7 @@ import numpy as np
 
 from pitotbench.catalog import Catalog, UnknownNameError, explain
 from pitotbench.records.case import TURBULENCE_SEVERITY, Case
-from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, POUND, PSF, STANDARD_GRAVITY
+from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, POUND, POUND_FORCE, PSF, SLUG
 
 # The table between JSBSim and the bench: one line a property, with our name, its path, its factor to SI.
 # SI value = property * factor. Names are those of `channels.py` where both have the quantity. JSBSim creates a
@@ -18,8 +18,6 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, POUND, PSF, ST
 
 RANKINE = 5.0 / 9.0  # K
 REVOLUTION_PER_MINUTE = 2.0 * 3.141592653589793 / 60.0  # rad/s
-POUND_FORCE = POUND * STANDARD_GRAVITY  # N
-SLUG = POUND_FORCE / FOOT  # kg
 HORSEPOWER = 550.0 * POUND_FORCE * FOOT  # W
 
 

@@ -105,6 +105,7 @@ def test_the_tables_that_repeat_the_code_are_written_from_it(page: str) -> None:
          "`static_pressure_pa` {static_pressure_pa} Pa, `velocity_mps` {velocity_mps} m/s"),
         ("docs/CHANGELOG.md", "{temperature_k} K, {recovery_factor} of recovery factor, {static_pressure_pa} Pa, "
          "{velocity_mps} m/s"),
+        ("docs/which-maneuver.md", "({temperature_k} K, {static_pressure_pa} Pa, {velocity_mps} m/s, 2σ)"),
     ],
 )  # fmt: skip
 def test_a_page_tells_the_usual_accuracies(page: str, told: str) -> None:

@@ -20,7 +20,7 @@ from pitotbench.calibration.options import (
 from pitotbench.calibration.prediction import CurveMap, PredictionModel
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.pressure_error.models import PressureErrorCurve
-from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records import USUAL_ACCURACIES, BadInputError, NoAnswerError
 from pitotbench.show.calibration import calibration_json
 from pitotbench.show.columns import json_text
 from pitotbench.units import KNOT
@@ -84,12 +84,8 @@ def test_the_usual_accuracies_hold_where_nobody_states_one(log):
     widened = np.sqrt(usual.curve.two_sigma**2 - exact.curve.two_sigma**2)
     assert np.all(moved > 0.1)  # m/s
     assert np.all(widened > 0.95 * moved)
-    assert {(a.name, a.two_sigma, a.source) for a in usual.assumptions} == {
-        ("temperature_k", 1.5, "usual"),
-        ("recovery_factor", 0.02, "usual"),
-        ("static_pressure_pa", 30.0, "usual"),
-        ("velocity_mps", 0.05, "usual"),
-    }
+    assert {(a.name, a.two_sigma) for a in usual.assumptions} == set(USUAL_ACCURACIES.items())
+    assert {a.source for a in usual.assumptions} == {"usual"}
     assert all(a.two_sigma == 0.0 and a.source == "header" for a in exact.assumptions)
 
 

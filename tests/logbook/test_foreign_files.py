@@ -12,7 +12,7 @@ from tests.logbook import sample_log as sample
 from pitotbench import air
 from pitotbench.logbook.columns import Table
 from pitotbench.logbook.reading import log_of, needs_mapping, read_log
-from pitotbench.records import BadInputError
+from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.log import FlightLog
 from pitotbench.units import DEGREE, FOOT, KNOT
 
@@ -206,7 +206,8 @@ def test_no_clock_time(text):
 def test_steps_of_a_display_are_found(tmp_path):
     log = read_log(foreign.kias(tmp_path / "log.csv", FLOWN))
     assert log.header["display"] == pytest.approx({"airspeed_mps": KNOT, "ground_speed_mps": KNOT})
-    assert log.header["accuracy"]["velocity_mps"] == pytest.approx(np.hypot(0.05, 2.0 / np.sqrt(12.0) * KNOT))
+    usual = USUAL_ACCURACIES["velocity_mps"]
+    assert log.header["accuracy"]["velocity_mps"] == pytest.approx(np.hypot(usual, 2.0 / np.sqrt(12.0) * KNOT))
     exact = read_log(foreign.jsbsim(tmp_path / "exact.csv", FLOWN))
     assert not {"accuracy", "display"} & set(exact.header)
 
@@ -296,7 +297,8 @@ def test_the_ground_velocity_comes_from_the_position(rate, digits, within, tmp_p
     assert any("formed from 'latitude_deg' and 'longitude_deg'" in w for w in log.header["warnings"])
     # What is told of the accuracy is what the digits leave: rounding of two fixes over the base of the difference.
     rounding = 10.0**-digits * 111e3 / np.sqrt(12.0) * np.sqrt(2.0) / max(1.0, 2.0 / rate)
-    assert np.hypot(0.05, 1.4 * rounding) < log.header["accuracy"]["velocity_mps"] < np.hypot(0.2, 4.0 * rounding)
+    told, usual = log.header["accuracy"]["velocity_mps"], USUAL_ACCURACIES["velocity_mps"]
+    assert np.hypot(usual, 1.4 * rounding) < told < np.hypot(4.0 * usual, 4.0 * rounding)
 
 
 def test_a_clock_that_was_set_gives_no_speed(tmp_path):

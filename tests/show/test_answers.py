@@ -10,7 +10,7 @@ from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.records import BadInputError
+from pitotbench.records import USUAL_ACCURACIES, BadInputError
 from pitotbench.records.calibration import Estimate, Share
 from pitotbench.show.calibration import (
     calibration_json,
@@ -168,13 +168,14 @@ def test_the_usual_accuracies_are_printed_with_the_answer_on_the_page_and_in_jso
     result = calibrate(replace(log, header={}))
     for text in (_printed(result), " ".join(condition_lines(result))):
         for part in (
-            "temperature ±1.5 K (usual)",
-            "static pressure ±30 Pa (usual)",
-            "GPS velocity ±0.05 m/s (usual)",
+            f"temperature ±{USUAL_ACCURACIES['temperature_k']:g} K (usual)",
+            f"static pressure ±{USUAL_ACCURACIES['static_pressure_pa']:g} Pa (usual)",
+            f"GPS velocity ±{USUAL_ACCURACIES['velocity_mps']:g} m/s (usual)",
         ):
             assert part in text
     document = calibration_json(result)
-    assert {"name": "temperature_k", "two_sigma": 1.5, "source": "usual"} in document["assumptions"]
+    usual = {"name": "temperature_k", "two_sigma": USUAL_ACCURACIES["temperature_k"], "source": "usual"}
+    assert usual in document["assumptions"]
     assert document["impact_pressure_zero_pa"] is None
 
 

@@ -340,10 +340,11 @@ def _disagreement(flown: FlownRows, factor: Factor, psi: Array, track: Array) ->
             "components lack its sign?"
         )
         return Caution(text, "heading", size=direct.misfit)
+    # Where the latency is known, `calibrate` withdraws this (reduction), and `reconcile` where a part explains it.
     if abs(direct.angle) - LIMITS.sigmas * direct.spread > LIMITS.angle_doubted:
         text = (
             f"the axes are turned by {direct.angle:+.0f}° against each other: is one of them magnetic, the heading "
-            "not the airplane's, or a sign wrong?"
+            "not the airplane's, the velocity late in a turn, or a sign wrong?"
         )
         if abs(direct.angle) > 150.0:
             text = "both velocities have the wrong sign, or the heading is that of the tail"

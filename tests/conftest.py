@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping
 
 import pytest
 from hypothesis import settings
+from scipy import linalg  # noqa: F401 - its BLAS is loaded before the threads are limited
+from threadpoolctl import threadpool_limits
 
 from pitotbench.records.case import Case
 from pitotbench.records.flight import Flight
@@ -23,8 +25,8 @@ def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, str] 
 
 @pytest.fixture(scope="session", autouse=True)
 def one_process() -> Iterator[None]:
-    """What takes a process for each processor takes one: a process costs seconds to start."""
-    with pytest.MonkeyPatch.context() as patch:
+    """What takes a process or a thread for each processor takes one: each worker of the tests has a core."""
+    with pytest.MonkeyPatch.context() as patch, threadpool_limits(limits=1):
         patch.setattr("os.cpu_count", lambda: 1)
         patch.setattr("os.sched_getaffinity", lambda process: {0}, raising=False)
         yield

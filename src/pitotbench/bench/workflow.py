@@ -25,6 +25,7 @@ from pitotbench.bench.rounds import (
     reconcile_logs,
     with_calibrated_probabilities,
 )
+from pitotbench.calibration.reduction import one_thread
 from pitotbench.effects.stability import OWN_TERMS
 from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
 from pitotbench.reconciliation.formula import closure_on, find_formula, free_sizes_beside
@@ -181,6 +182,7 @@ class FullReconciliation:
         return repr(self.account).replace(type(self.account).__name__, type(self).__name__, 1)
 
 
+@one_thread()
 def reconcile_fully(
     measured: NamedLog | Sequence[NamedLog],
     aircraft: str = "navajo",

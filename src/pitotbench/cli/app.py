@@ -137,13 +137,13 @@ exit codes: {DONE} done, {BAD_INPUT} bad input, {NO_ANSWER} no answer (not conve
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
-    _prepare_streams(outside=arguments is None)
+    _prepare_process(outside=arguments is None)
     return guarded(command_line().parse_args(arguments))
 
 
 def run_alone(name: str, description: str | None) -> int:
     """Run one command of the table without its name on the command line; return its exit code."""
-    _prepare_streams(outside=True)
+    _prepare_process(outside=True)
     command = next(command for command in COMMANDS if command.name == name)
     parser = CommandParser(description=description, formatter_class=RawDescriptionHelpFormatter, command=command)
     return guarded(parser.parse_args())
@@ -153,8 +153,8 @@ def run_alone(name: str, description: str | None) -> int:
 _PLAIN = {"±": "+/-", "−": "-", "–": "-", "σ": " sigma", "Δ": "d", "°": " deg", "→": "->", "×": "x", "²": "2"}
 
 
-def _prepare_streams(outside: bool) -> None:
-    """Let no terminal stop a command: neither an old one, nor one that is closed.
+def _prepare_process(outside: bool) -> None:
+    """Let no terminal stop a command: neither an old one, nor one that is closed. NumPy is not loaded yet.
 
     Of a command from `outside` this program, the warnings of Python and its libraries go to logging, where only
     `--debug` and the host's own settings show them. Their causes are for tests.
@@ -166,6 +166,9 @@ def _prepare_streams(outside: bool) -> None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
         elif isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="plain")
+    if outside:
+        # A second thread doubles the processor time of arrays of this size: the threads wait for each other.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if outside and "--debug" not in sys.argv and not sys.warnoptions:
         logging.captureWarnings(True)
 

@@ -5,6 +5,7 @@ Step Decrease both ways: all speeds by small power reductions on one heading, th
 Rapid Deceleration: power to idle and slow down, then the same on the reciprocal heading.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
 
@@ -88,17 +89,11 @@ class StepBothWaysCard(Card):
 
 def fly_step_both_ways(cockpit: Cockpit, card: StepBothWaysCard) -> Ticks:
     """Fly the card: set up unrecorded; then leg and power steps, with turn, acceleration and settling between."""
-    heading, fast, slow = card.heading, card.speeds[0], card.speeds[-1]
-    yield from set_up(cockpit, fast, heading)
-    for run in range(card.repeats):
-        if run:
-            heading += pi
-            cockpit.hold_airspeed(slow)
-            yield from turn(cockpit, heading)
-            yield from accelerate(cockpit, fast)
-            yield from settle(cockpit)
-        yield from leg(cockpit, card.dwell, *JUDGED)
-        yield from step_down(cockpit, card.step, card.step_time, slow, *JUDGED)
+
+    def step_by_step(_: int) -> Ticks:
+        yield from step_down(cockpit, card.step, card.step_time, card.speeds[-1], *JUDGED)
+
+    yield from _both_ways(cockpit, card, step_by_step)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,17 +119,29 @@ class RapidDecelCard(Card):
 
 def fly_rapid_decel(cockpit: Cockpit, card: RapidDecelCard) -> Ticks:
     """Fly the card: set up unrecorded; then leg and deceleration, with turn, acceleration and settling between."""
-    heading, fast, slow = card.heading, card.speeds[0], card.speeds[-1]
-    yield from set_up(cockpit, fast, heading)
-    for run in range(card.repeats):
-        if run:
-            heading += pi
-            cockpit.hold_airspeed(slow)
-            yield from turn(cockpit, heading)
-            yield from accelerate(cockpit, fast)
-            yield from settle(cockpit)
-        yield from leg(cockpit, card.dwell, *JUDGED)
+    slow = card.speeds[-1]
+
+    def with_power_idle(run: int) -> Ticks:
         cockpit.set_throttle(0.0)
         cockpit.begin(f"decel {run + 1}", *JUDGED)
         what = f"deceleration to {slow / KNOT:.0f} KCAS"
         yield from until(cockpit, lambda: cockpit.airspeed <= slow, ACCELERATION_LIMIT, what)
+
+    yield from _both_ways(cockpit, card, with_power_idle)
+
+
+def _both_ways(
+    cockpit: Cockpit, card: StepBothWaysCard | RapidDecelCard, slow_down: Callable[[int], Ticks]
+) -> Ticks:
+    """Set up unrecorded, then fly leg and deceleration on one heading and its reciprocal in turn."""
+    heading = card.heading
+    yield from set_up(cockpit, card.speeds[0], heading)
+    for run in range(card.repeats):
+        if run:
+            heading += pi
+            cockpit.hold_airspeed(card.speeds[-1])
+            yield from turn(cockpit, heading)
+            yield from accelerate(cockpit, card.speeds[0])
+            yield from settle(cockpit)
+        yield from leg(cockpit, card.dwell, *JUDGED)
+        yield from slow_down(run)

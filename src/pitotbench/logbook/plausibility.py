@@ -71,7 +71,8 @@ class Factor:
 
     `excess` is true over measured, less one, at low, usual and high q_c, with standard errors `spread`; `wind`
     (2, n) [m/s] toward north and east on each row; `misfit` the rms of ground speed less wind against airspeed,
-    over airspeed. `change` is that of the factor from the first to the second half of the log, with its standard error.
+    over airspeed. `change` is that of the factor from the first to the second half of the log, with its standard
+    error.
     """
 
     scale: float

@@ -9,6 +9,7 @@ from tests.calibration import trajectories as fixture
 
 from pitotbench import air
 from pitotbench.calibration import calibrate
+from pitotbench.calibration.covering import Posterior
 from pitotbench.calibration.options import (
     USUAL,
     Accuracies,
@@ -60,6 +61,16 @@ def test_shares_add_to_the_bound_as_squares(log, name, size):
     ):
         added = np.sqrt(max(np.mean(np.square(seen)) - np.mean(np.square(before)), 0.0))
         assert added == pytest.approx(np.max(parts), rel=0.1, abs=0.05 * KNOT)
+
+
+def test_no_part_of_a_bound_exceeds_the_whole():
+    """A mixture with a wide and rare component has a half-width below twice its standard deviation."""
+    weights, covariances = np.array([0.97, 0.03]), np.array([1.0, 400.0])[:, None, None] * np.eye(2)
+    answer = Posterior(weights, np.zeros((2, 2)), covariances)
+    along = np.array([[1.0, 0.0], [0.6, 0.8]])
+    bounds = answer.two_sigma(along)
+    assert bounds[0] < 2.0 * np.sqrt(answer.covariance[0, 0])
+    np.testing.assert_allclose(answer.two_sigma_by(0, along, bounds), [1.0, 0.6] * bounds, rtol=1e-12)
 
 
 def test_sensitivity_to_temperature_is_the_known_one(log):

@@ -8,11 +8,14 @@ from tests.calibration import static_flights as fixture
 from tests.shared_data import real_log
 
 from pitotbench import air
+from pitotbench.bench.inspection import inspect_log
 from pitotbench.calibration import calibrate, calibrate_flights
 from pitotbench.calibration.fit_checks import disagreements, with_points
 from pitotbench.calibration.observations import ENDS, GROUND, STEEP, spans, usable_parts
 from pitotbench.calibration.options import CalibrationOptions
-from pitotbench.logbook.reading import read_log
+from pitotbench.channels import CHANNELS
+from pitotbench.logbook.columns import Table
+from pitotbench.logbook.reading import log_of, read_log
 from pitotbench.records import NoAnswerError
 from pitotbench.records.calibration import ErrorCurve, Residuals
 from pitotbench.records.legs import FixedSpeedPoint
@@ -114,6 +117,20 @@ def test_a_wind_that_drifts_far_bends_nothing():
     q = np.asarray(air.impact_pressure(curve.indicated_airspeed))
     true = np.asarray(air.calibrated_airspeed(q / (1.0 - CURVE))) - curve.indicated_airspeed
     assert np.all(np.abs(curve.correction - true) <= 1.2 * curve.two_sigma)
+
+
+def test_a_long_flight_is_not_asked_for_one_wind():
+    """Neither the reader nor the account: each part of a wave flight has a wind of its own."""
+
+    def wave(t):
+        return 25.0 * np.sin(2.0 * np.pi * t / HOUR), 20.0 * np.cos(2.0 * np.pi * t / HOUR)
+
+    log = circling(1.5 * HOUR, wave)
+    columns = {CHANNELS[name].column: values for name, values in log.channels().items()}
+    read = log_of(Table(tuple(columns), tuple(columns.values()), {}, ()))
+    assert "warnings" not in read.header
+    assert inspect_log(read).wind_drifts
+    assert not inspect_log(circling(600.0)).wind_drifts
 
 
 def test_models_are_weighed_along_the_path_of_the_wind_too():

@@ -47,6 +47,15 @@ def test_the_bound_to_expect_is_about_that_of_the_calibration():
     assert 0.4 < float(np.mean(expected)) / float(np.mean(given)) < 1.5
 
 
+def test_a_zero_that_is_to_be_estimated_belongs_to_the_bound_to_expect():
+    """The zero and the curve are nearly one unknown: the bound of their sum is small, as the card's is."""
+    log, options = circles(), CalibrationOptions(model="bias", accuracies={"impact_pressure_zero_pa": 400.0})
+    speeds, expected = inspect_log(log, options).expected
+    curve = calibrate(log, options).curve
+    given = np.interp(speeds, curve.indicated_airspeed, curve.two_sigma)
+    assert 0.4 < float(np.mean(expected)) / float(np.mean(given)) < 1.5
+
+
 def test_pauses_and_flights_are_counted():
     log = circles()
     time = log.time + np.where(log.time > 150.0, 1800.0, 0.0) + np.where(log.time > 60.0, 30.0, 0.0)

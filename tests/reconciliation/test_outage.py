@@ -158,3 +158,30 @@ def test_a_fault_is_named_with_its_size(sensed, name: str) -> None:
     size = found.effects[0].sizes[0]
     assert size.value == pytest.approx(TYPICAL[name], rel=0.15)
     assert any(c.status == "failed" for c in found.checks)
+
+
+def held_pressures(log: FlightLog, rows: int, steps: float) -> FlightLog:
+    """The log of a recorder whose pressures come every `rows` rows, and whose probe has steps of its own [K]."""
+    source = np.arange(len(log)) // rows * rows
+    pressures = {name: getattr(log, name)[source] for name in ("impact_pressure", "static_pressure")}
+    probe = np.round(log.total_temperature / steps) * steps
+    return replace(log, **pressures, total_temperature=probe)
+
+
+@pytest.mark.parametrize("steps", [0.05, 0.5])
+def test_pressures_of_a_slower_bus_are_a_remark_and_no_lost_sample(sensed, steps: float) -> None:
+    """Whole rows repeat where the probe happens to repeat as well: a jet's log lost a fifth of its rows so."""
+    found = check_log(held_pressures(sensed(das="20/1"), 6, steps))
+    assert found.effects == ()
+    assert found.fresh.all()
+    told = next(check for check in found.checks if check.name == "repeated samples")
+    assert told.status == "remark"
+    assert "renewed every 0.3 s" in told.why
+
+
+@pytest.mark.parametrize("name", ["dropped_samples", "sample_and_hold"])
+def test_a_fault_is_named_where_the_pressures_come_in_coarse_steps(sensed, name: str) -> None:
+    """The chance that coarse pressures repeat does not hide what is lost."""
+    log = sensed(name, das="50/50")
+    coarse = {each: np.round(getattr(log, each) / 2.0) * 2.0 for each in ("impact_pressure", "static_pressure")}
+    assert name in [effect.name for effect in check_log(replace(log, **coarse)).effects]

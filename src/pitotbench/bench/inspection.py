@@ -7,10 +7,11 @@ import numpy as np
 from pitotbench import air
 from pitotbench.bench.planner import MEAN_LENGTH, gust_deviation
 from pitotbench.calibration.expected_bound import ExpectedNoise, expected_two_sigma
-from pitotbench.calibration.observations import limit_words, range_end, usable_rows
-from pitotbench.calibration.options import CalibrationOptions
+from pitotbench.calibration.observations import limit_words, observe, range_end, usable_rows, wind_drifts
+from pitotbench.calibration.options import AUTO, CalibrationOptions
 from pitotbench.channels import CHANNELS
 from pitotbench.logbook.checks import flights_in
+from pitotbench.pressure_error import MODELS
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.aircraft import AircraftCheck, ManeuverCheck, StepResponse
 from pitotbench.records.case import Case
@@ -52,7 +53,8 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
     measured = flying & usable_rows(log, chosen)  # the same as of the calibration
     shown = measured if measured.any() else flying
     wind = _wind(log, shown)
-    expected, refusal = _expected(log, chosen, wind, speed[measured])
+    sample, plain = log.select(np.arange(0, len(log), max(1, len(log) // _MOST_ROWS))), _of_the_bound(chosen)
+    expected, refusal = _expected(sample, plain, wind, speed[measured])
     flights = flights_in(log)
     stopped = [(flight, int(row)) for flight in flights for row in pauses(flight.time)]
     height = np.asarray(air.pressure_altitude(log.static_pressure))
@@ -70,6 +72,8 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
         expected=expected,
         refusal=refusal,
         wind=wind,
+        wind_drifts=expected is not None and wind_drifts(plain, observe(sample, plain)),
+        model=plain.model,
         warnings=tuple(str(warning) for warning in found),
     )
 
@@ -116,8 +120,21 @@ def _wind(log: FlightLog, flying: Booleans) -> tuple[float, float]:
     return float(wind[0]), float(wind[1])
 
 
+def _of_the_bound(options: CalibrationOptions) -> CalibrationOptions:
+    """The options of a calibration by which the bound is expected: the same rows and unknowns."""
+    return CalibrationOptions(
+        model=CalibrationOptions().model if options.model == AUTO else options.model,
+        accuracies=options.accuracies,
+        wind="checked",
+        use_down=False,
+        mach_max=options.mach_max,
+        ground_speed_min=options.ground_speed_min,
+        on_condition=options.on_condition,
+    )
+
+
 def _expected(
-    log: FlightLog, options: CalibrationOptions, wind: tuple[float, float], speed: Array
+    sample: FlightLog, plain: CalibrationOptions, wind: tuple[float, float], speed: Array
 ) -> tuple[tuple[Array, Array] | None, str]:
     """Return airspeeds and 2σ to expect in light turbulence, or the reason why there is none."""
     if not len(speed):
@@ -125,22 +142,14 @@ def _expected(
             None,
             "no row in flight is used: all lie beyond the range of the impact-pressure sensor or the limits",
         )
-    sample = log.select(np.arange(0, len(log), max(1, len(log) // _MOST_ROWS)))
     low, _, high = _quantiles(speed)
     speeds = np.linspace(low, high, _SPEEDS) if high - low > KNOT else np.array([0.5 * (low + high)])
     noise = ExpectedNoise(gust_deviation=gust_deviation(Case(turbulence="light")), gust_length=MEAN_LENGTH)
-    plain = CalibrationOptions(
-        accuracies=options.accuracies,
-        use_down=False,
-        mach_max=options.mach_max,
-        ground_speed_min=options.ground_speed_min,
-        on_condition=options.on_condition,
-    )
-    theta = np.array([0.0, 0.0, 0.0, *wind])
+    theta = np.array([*[0.0] * len(MODELS[plain.model].parameter_names), *wind])
     try:
         bound = expected_two_sigma(sample, plain, theta, noise, speeds)
     except (BadInputError, NoAnswerError) as error:
-        return None, f"{error}{limit_words(log, options)}"
+        return None, f"{error}{limit_words(sample, plain)}"
     if not np.all(np.isfinite(bound)):
         return None, "the flight does not determine the curve"
     return (speeds, bound), ""

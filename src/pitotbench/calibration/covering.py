@@ -558,10 +558,16 @@ class Posterior:
         """Half-widths that hold at all points together: the pointwise `bounds` (c,) times one factor."""
         return bounds * simultaneous_factor(self.weights, self.means, self.covariances, gradient, bounds)
 
-    def two_sigma_by(self, place: int, gradient: Array) -> Array:
-        """The part of 2σ, (c,), that the uncertainty of θ[place] adds: it vanishes where θ[place] is known."""
+    def two_sigma_by(self, place: int, gradient: Array, bounds: Array) -> Array:
+        """The part of the 2σ `bounds`, (c,), that the uncertainty of θ[place] adds: none where θ[place] is known.
+
+        It is the bound times the correlation with θ[place], so that no part exceeds the whole.
+        """
         covariance = self.covariance
-        return 2.0 * np.abs(gradient @ covariance[:, place]) / float(np.sqrt(covariance[place, place]))
+        variance = np.einsum("cp,pq,cq->c", gradient, covariance, gradient) * covariance[place, place]
+        shared = np.abs(gradient @ covariance[:, place])
+        whole = np.sqrt(np.maximum(variance, np.finfo(np.float64).tiny))
+        return np.asarray(bounds * np.clip(shared / whole, 0.0, 1.0))
 
 
 def posterior_of(fit: OutputErrorFit | CoveringFit) -> Posterior:

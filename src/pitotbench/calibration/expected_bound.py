@@ -11,13 +11,21 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.calibration.altitude import SLOW_TIME, altitude_rows
-from pitotbench.calibration.covering import GUST_LENGTH, GUST_SCALE, Structure, covariance_given
+from pitotbench.calibration.covering import (
+    GUST_LENGTH,
+    GUST_SCALE,
+    Posterior,
+    Structure,
+    covariance_given,
+    wind_scale,
+)
 from pitotbench.calibration.fit_checks import USELESS, require_observable
 from pitotbench.calibration.location import STATIC
-from pitotbench.calibration.observations import block_length, divide, observe
+from pitotbench.calibration.observations import block_length, divide, observe, wind_drifts
 from pitotbench.calibration.options import CalibrationOptions, accuracies_of
 from pitotbench.calibration.prediction import CurveMap, PredictionModel, nuisances_of
 from pitotbench.calibration.reduction import reference_of
+from pitotbench.calibration.result import correction_gradient
 from pitotbench.pressure_error import MODELS
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.log import FlightLog
@@ -56,7 +64,7 @@ def expected_two_sigma(
     Parameters: log, of the flight in smooth air; options; theta (p,), error parameters and wind toward north and
     east [m/s], at which the problem is linearized; noise; indicated_airspeed (c,) [m/s]. Raises NoAnswerError where
     the flight cannot determine the answer. An error of the static source is seen by the altitude equation too,
-    where the log has its height.
+    where the log has its height. A wind that drifts does so by its usual size.
     """
     options = replace(options, accuracies=accuracies_of(options.accuracies, log.header))
     obs = observe(log, options)
@@ -65,15 +73,19 @@ def expected_two_sigma(
     rows = None
     if model.static_error and options.use_altitude:
         rows = altitude_rows(log, obs, options.gps_latency, theta[model.error_count :])
-    structure = Structure(model, nuisances_of(options, obs), drifting=False, altitude=rows)
+    structure = Structure(model, nuisances_of(options, obs), wind_drifts(options, obs), altitude=rows)
     phi = np.log([max(noise.gust_deviation, _LEAST), noise.gust_length, noise.white_deviation])
+    if structure.drifting:
+        phi = np.append(phi, np.log(wind_scale(obs)))
     if rows is not None:
         third = noise.height_white if rows.tie is None else noise.height_walk
         phi = np.append(phi, np.log(np.maximum([noise.height_deviation, noise.height_memory, third], _LEAST)))
     covariance = covariance_given(structure, obs, divide(obs, block_length(obs)), theta, phi)
-    free = model.error_count
-    gradient = CurveMap(model, indicated_airspeed).correction_gradient(theta[:free])
-    return np.asarray(2.0 * np.sqrt(np.einsum("cp,pq,cq->c", gradient, covariance[:free, :free], gradient)))
+    known = np.zeros(len(covariance))
+    known[: len(theta)] = theta
+    answer = Posterior(np.ones(1), known[None], covariance[None])
+    gradient = correction_gradient(CurveMap(model, indicated_airspeed), answer, structure.nuisances)
+    return np.asarray(2.0 * np.sqrt(np.einsum("cp,pq,cq->c", gradient, covariance, gradient)))
 
 
 def geometry_suffices(log: FlightLog, options: CalibrationOptions) -> bool:

@@ -251,12 +251,13 @@ def _shares(curve: CurveMap, answer: Posterior, nuisances: Sequence[Nuisance]) -
     gradient = correction_gradient(curve, answer, nuisances)
     every = np.eye(len(answer.mean))
     wind, bounds = every[free : free + 2], answer.two_sigma(every)
+    whole = answer.two_sigma(gradient)
     return tuple(
         Share(
             nuisance.name,
             Estimate(nuisance.name, float(answer.mean[place]), float(bounds[place])),
-            float(np.sqrt(np.mean(answer.two_sigma_by(place, gradient) ** 2))),
-            float(np.max(answer.two_sigma_by(place, wind))),
+            float(np.sqrt(np.mean(answer.two_sigma_by(place, gradient, whole) ** 2))),
+            float(np.max(answer.two_sigma_by(place, wind, bounds[free : free + 2]))),
         )
         for place, nuisance in enumerate(nuisances, start=count)
     )

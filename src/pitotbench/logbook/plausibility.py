@@ -31,6 +31,7 @@ _FLYING = 5.0  # m/s over ground
 _SLOW = 0.2  # share of the largest impact pressures below which the airplane taxies
 _ROWS = 600  # that the fit looks at: more rows add nothing to a factor
 _FEWEST = 20
+_ONE_WIND, _WINDOW = 1800.0, 900.0  # s: of a longer flight each window has a wind of its own
 _LASTING = 10.0  # s, for which a gust lasts: samples nearer together count as one
 _SETTLED = 0.99  # of the misfit before: a fit that leaves more is the last, as its weight was right
 _GUST = 0.5  # m/s: what stays in the calmest air
@@ -57,14 +58,21 @@ class FlownRows:
         """Samples for each that counts: gusts last, and samples within one say the same."""
         return max(1.0, _LASTING * len(self.time) / max(float(self.time[-1] - self.time[0]), _LASTING))
 
+    @property
+    def window(self) -> NDArray[np.intp]:
+        """The number of the window of each row, (n,): all in one where one wind holds for the flight."""
+        since = self.time - self.time[0]
+        return np.asarray(since // (_WINDOW if since[-1] > _ONE_WIND else np.inf), dtype=np.intp)
+
 
 @dataclass(frozen=True, slots=True)
 class Factor:
     """What the ground speed says of the impact pressure q_c: true ≈ `scale` · q_c + `zero`.
 
     `excess` is true over measured, less one, at low, usual and high q_c, with standard errors `spread`; `wind`
-    [m/s] toward north and east; `misfit` the rms of ground speed less wind against airspeed, over airspeed.
-    `change` is that of the factor from the first to the second half of the log, with its standard error.
+    (2, n) [m/s] toward north and east on each row; `misfit` the rms of ground speed less wind against airspeed,
+    over airspeed. `change` is that of the factor from the first to the second half of the log, with its standard
+    error.
     """
 
     scale: float
@@ -95,19 +103,21 @@ def flown_rows(draft: Draft) -> FlownRows | None:
 
 
 def find_factor(flown: FlownRows) -> Factor:
-    """Fit wind, scale, zero and a change of the scale at half time, by weighted least squares with weak priors."""
+    """Fit the winds, scale, zero and a change of the scale at half time, by least squares with weak priors."""
     from scipy.optimize import least_squares  # slow to load, and a log without ground speed does not need it
 
     late = np.where(flown.time > np.median(flown.time), 0.5, -0.5)
     airspeed = float(np.median(air.true_airspeed(flown.impact, flown.static, flown.temperature)))
     ground = float(np.median(np.hypot(flown.north, flown.east)))
     wind_spread = LIMITS.wind_spread + LIMITS.wind_share * min(airspeed, ground)
-    spreads = np.array([wind_spread, wind_spread, _SCALE_SPREAD, LIMITS.zero_spread, _CHANGE_SPREAD])
+    winds = 2 * (int(flown.window[-1]) + 1)
+    spreads = np.array([*[wind_spread] * winds, _SCALE_SPREAD, LIMITS.zero_spread, _CHANGE_SPREAD])
 
     def misfits(x: Array, sigma: float) -> Array:
         return np.append(_residual(x, flown, late) / (np.sqrt(flown.shared) * sigma), x / spreads)
 
-    x: Array = np.array([0.0, 0.0, 2.0 * np.log(ground / airspeed), 0.0, 0.0])
+    x: Array = np.zeros(winds + 3)
+    x[-3] = 2.0 * np.log(ground / airspeed)
     size, settled = _size(x, flown, late), False
     while not settled:
         fit = least_squares(misfits, x, method="lm", x_scale="jac", args=(max(_GUST, size),))
@@ -123,27 +133,34 @@ def _size(x: Array, flown: FlownRows, late: Array) -> float:
 
 def _residual(x: Array, flown: FlownRows, late: Array) -> Array:
     """Ground speed less wind, less the airspeed of the corrected impact pressure [m/s], (n,)."""
-    corrected = np.maximum(np.exp(x[2] + x[4] * late) * flown.impact + x[3], 1.0)
+    scale, zero, change = x[-3:]
+    corrected = np.maximum(np.exp(scale + change * late) * flown.impact + zero, 1.0)
     airspeed = air.true_airspeed(corrected, flown.static, flown.temperature)
-    through_air: Array = np.hypot(flown.north - x[0], flown.east - x[1])
+    wind = _winds(x, flown)
+    through_air: Array = np.hypot(flown.north - wind[0], flown.east - wind[1])
     return through_air - airspeed
 
 
+def _winds(x: Array, flown: FlownRows) -> Array:
+    """The wind on each row, (2, n) [m/s]."""
+    return np.asarray(x[:-3].reshape(-1, 2)[flown.window].T)
+
+
 def _factor(x: Array, covariance: Array, flown: FlownRows, misfit: float) -> Factor:
-    scale, zero = float(np.exp(x[2])), float(x[3])
+    scale, zero, wind = float(np.exp(x[-3])), float(x[-2]), _winds(x, flown)
     impact = np.quantile(flown.impact, [0.1, 0.5, 0.9])
     by_unknown = np.stack([np.full(3, scale), 1.0 / impact])
-    spread = np.sqrt(np.einsum("ik,ij,jk->k", by_unknown, covariance[2:4, 2:4], by_unknown))
-    airspeed = float(np.median(np.hypot(flown.north - x[0], flown.east - x[1])))
+    spread = np.sqrt(np.einsum("ik,ij,jk->k", by_unknown, covariance[-3:-1, -3:-1], by_unknown))
+    airspeed = float(np.median(np.hypot(flown.north - wind[0], flown.east - wind[1])))
     return Factor(
         scale=scale,
         zero=zero,
         excess=scale + zero / impact - 1.0,
         spread=spread,
-        wind=x[:2],
+        wind=wind,
         misfit=misfit / max(airspeed, 1.0),
-        change=float(np.expm1(x[4])),
-        change_spread=float(np.exp(x[4]) * np.sqrt(covariance[4, 4])),
+        change=float(np.expm1(x[-1])),
+        change_spread=float(np.exp(x[-1]) * np.sqrt(covariance[-1, -1])),
     )
 
 
@@ -306,15 +323,17 @@ def check_heading(draft: Draft, flown: FlownRows, factor: Factor) -> None:
 
 
 def align(flown: FlownRows, psi: Array, mirrored: bool) -> Alignment:
-    """The least-squares a and wind of the velocity against the heading `psi` [rad], (n,)."""
+    """The least-squares a and winds of the velocity against the heading `psi` [rad], (n,)."""
     airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
     pointer = airspeed * np.exp(-1j * psi if mirrored else 1j * psi)
     velocity: Complex = flown.north + 1j * flown.east
-    matrix = np.stack([pointer, np.ones_like(pointer)], axis=1)
+    windows = np.arange(flown.window[-1] + 1) == flown.window[:, None]
+    matrix = np.column_stack([pointer, windows])
     solution = np.linalg.lstsq(matrix, velocity, rcond=None)[0]
     rest = velocity - matrix @ solution
     misfit = float(np.sqrt(np.mean(np.abs(rest) ** 2)))
-    scatter = float(np.std(pointer))
+    alone = pointer - windows @ np.linalg.lstsq(windows.astype(np.float64), pointer)[0]
+    scatter = float(np.sqrt(np.mean(np.abs(alone) ** 2)))
     spread = misfit / (abs(solution[0]) * scatter * np.sqrt(len(psi) / flown.shared))
     usual = abs(solution[0]) * float(np.median(airspeed))
     return Alignment(float(np.angle(solution[0])) / DEGREE, float(spread) / DEGREE, misfit / usual)
@@ -357,7 +376,7 @@ def _is_track(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> boo
     difference = np.angle(np.exp(1j * (psi - track)))
     if float(np.sqrt(np.mean(difference**2))) > LIMITS.track_equal * DEGREE:
         return False
-    wind = float(np.hypot(*factor.wind)) / float(np.median(np.hypot(flown.north, flown.east)))
+    wind = float(np.median(np.hypot(*factor.wind))) / float(np.median(np.hypot(flown.north, flown.east)))
     return wind >= 4.0 * LIMITS.track_equal * DEGREE
 
 

@@ -44,6 +44,8 @@ from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, Array, Booleans
 # new ones, and rows at the ceiling hold no measurement.
 
 AIR_DATA = numbers_from("air")
+PRESSURES = ("impact_pressure", "static_pressure")
+SLOW_BUS = 2.0  # rows between new pressures, from which a slower bus is told
 LISTED = 3  # outages of the GPS whose times are told
 
 
@@ -77,19 +79,29 @@ def _counted(effect: str, size: Estimate) -> Candidate:
 
 
 def _repeats(log: FlightLog) -> Booleans:
-    """Rows on which every air-data channel repeats its previous value; noisy sensors rarely do so by chance."""
-    present = [getattr(log, name) for name in AIR_DATA if getattr(log, name) is not None]
-    each = np.array([np.diff(values) == 0.0 for values in present])
-    same = np.all(each, axis=0)
-    by_chance = float(np.prod(np.mean(each, axis=1))) * len(same)
+    """Rows on which every air-data channel repeats its previous value, where that is more often than by chance.
+
+    The two pressures count as one: a slow bus, or a static pressure that both are made with, repeats them together.
+    A temperature that comes in coarse steps repeats at its own times, and a constant one says nothing.
+    """
+    present = {name: values for name in AIR_DATA if (values := getattr(log, name)) is not None}
+    each = {name: np.diff(values) == 0.0 for name, values in present.items()}
+    pressures = [each.pop(name) for name in PRESSURES]
+    varying = [same for same in each.values() if not same.all()]
+    sources = [np.all(pressures, axis=0), *varying] if varying else pressures
+    same = np.all([*pressures, *each.values()], axis=0)
+    rates = np.mean(sources, axis=1)
+    by_chance = float(np.prod(rates)) * len(same)
+    # A source that is held over k rows, k = 1/(1 - rate), gives as many independent rows less.
+    spread = np.sqrt(by_chance * (1.0 - float(np.min(rates))))
     repeated: Booleans = np.concatenate([[False], same])
-    surplus = THRESHOLDS.repeats_fewest + THRESHOLDS.repeats_beyond_chance * float(np.sqrt(by_chance))
+    surplus = THRESHOLDS.repeats_fewest + THRESHOLDS.repeats_beyond_chance * spread
     return repeated if repeated.sum() - by_chance > surplus else np.zeros_like(repeated)
 
 
 def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...]]:
     if not repeated.any():
-        return Check("repeated samples", "passed", "air data are new on every row"), ()
+        return _slow_bus(log), ()
     period = interval(log.time)
     out = in_outage(log.time, ~repeated)
     where = f"; {_outages(log, out)}" if out.any() else ""
@@ -113,10 +125,20 @@ def _hold(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, .
     )
 
 
+def _slow_bus(log: FlightLog) -> Check:
+    """Whether the pressures alone are held between samples: a slower bus, on which the comparison does not rest."""
+    new = np.flatnonzero(np.any([np.diff(getattr(log, name)) != 0.0 for name in PRESSURES], axis=0))
+    held = float(np.median(np.diff(new))) * interval(log.time) if len(new) > 1 else 0.0
+    if held < SLOW_BUS * interval(log.time):
+        return Check("repeated samples", "passed", "air data are new on every row")
+    why = f"the pressures are renewed every {held:.3g} s and held between; no row is lost"
+    return Check("repeated samples", "remark", why)
+
+
 def _steps(log: FlightLog, repeated: Booleans) -> tuple[Check, tuple[Candidate, ...]]:
     """The smallest step of the pressures against their noise, which second differences show."""
-    steps = [_step(getattr(log, name)[~repeated]) for name in ("impact_pressure", "static_pressure")]
-    noise = [_noise(getattr(log, name)[~repeated]) for name in ("impact_pressure", "static_pressure")]
+    steps = [_step(getattr(log, name)[~repeated]) for name in PRESSURES]
+    noise = [_noise(getattr(log, name)[~repeated]) for name in PRESSURES]
     coarse = [
         step > max(THRESHOLDS.quantization_smallest, THRESHOLDS.quantization_noise * level)
         for step, level in zip(steps, noise, strict=True)

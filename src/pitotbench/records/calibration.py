@@ -125,8 +125,9 @@ class ErrorCurve:
 class Share:
     """The contribution of one uncertain constant, such as a temperature error, to the 2σ bounds [m/s].
 
-    `curve` is its root mean square over the curve, `wind` that on the larger wind component. Contributions add as
-    squares. `estimate` is the constant as the log determines it.
+    `curve` is its root mean square over the curve, `wind` that on the larger wind component. Where the constant is
+    known, the square of the bound falls by its square. Parts of constants that the log hardly tells apart overlap.
+    `estimate` is the constant as the log determines it.
     """
 
     name: str

@@ -122,7 +122,8 @@ class LogInspection:
     `flights`: start and end [s] of each; `pauses`: start and length [s] of each pause inside them. `headings`: how
     many of the twelve sectors of 30° of track hold at least 2 % of the rows. `airspeeds`, `heights`: 5 %, 50 % and
     95 % quantiles, indicated [m/s] and pressure altitude [m]. `expected`: indicated airspeeds [m/s] and 2σ [m/s] in
-    light turbulence, or None with the reason in `refusal`. `wind`: toward north and east [m/s].
+    light turbulence with the pressure-error `model`, or None with the reason in `refusal`. `wind`: toward north and
+    east [m/s]; `wind_drifts` where a calibration gives each part of the flight a wind of its own.
     """
 
     rows: int
@@ -137,4 +138,6 @@ class LogInspection:
     expected: tuple[Array, Array] | None
     refusal: str
     wind: tuple[float, float]
+    wind_drifts: bool
+    model: str
     warnings: tuple[str, ...]

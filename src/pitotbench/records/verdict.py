@@ -12,10 +12,10 @@ SURE: tuple[Kind, ...] = ("named", "one_of")  # only these kinds explain the gap
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One deterministic check of the log: `status` is passed, failed or skipped; `why` gives the reason."""
+    """One deterministic check of the log, with what it found in `why`; a remark is no fault."""
 
     name: str
-    status: Literal["passed", "failed", "skipped"]
+    status: Literal["passed", "failed", "skipped", "remark"]
     why: str
 
 

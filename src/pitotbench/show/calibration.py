@@ -205,7 +205,8 @@ def _zero(result: Calibration) -> str:
         return ""
     return (
         "Add the correction to the raw reading: it takes out a zero offset of the impact pressure of "
-        f"{zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ); Δp/q_c is the pressure error without it."
+        f"{zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ, if the model's curve is right: a constant part of Δp "
+        "looks the same); Δp/q_c is the pressure error without it."
     )
 
 
@@ -461,7 +462,7 @@ def share_lines(result: Calibration) -> list[str]:
     return [
         f"{share.name} (estimated {_found(share.estimate)} ± {share.estimate.two_sigma:.3g}) contributes "
         f"±{share.curve / KNOT:.2f} kt to the curve's ±{total:.2f} kt and ±{share.wind / KNOT:.2f} kt to the "
-        f"wind's ±{wind:.2f} kt (2σ, added as squares)"
+        f"wind's ±{wind:.2f} kt (2σ, as squares; parts overlap)"
         for share in sorted(result.shares, key=lambda share: -share.curve - share.wind)
         if max(share.curve, share.wind) > _LEAST_SHARE * KNOT
     ]

@@ -175,7 +175,7 @@ def place_words(place: Located) -> str:
 def sentences(account: Account) -> list[str]:
     """The answer in plain sentences: what, how big and how sure, what it does to a calibration, what is closed."""
     verdict = account.rounds[0].verdict
-    lines = [_answer(verdict)]
+    lines = [_answer(verdict, account.aircraft)]
     if verdict.kind in SURE and account.calibration is not None:
         lines.append(calibration_words(account.calibration))
     if verdict.kind in SURE:
@@ -208,7 +208,9 @@ def evidence_words(account: Account) -> list[str]:
     return lines
 
 
-def _answer(verdict: Verdict) -> str:
+def _answer(verdict: Verdict, aircraft: str) -> str:
+    if verdict.kind == "no_gap" and aircraft == "none":
+        return "The sensors agree with one another: no significant gap."
     if verdict.kind == "no_gap":
         return "Simulation and measurement agree: no significant gap."
     if verdict.kind == "unknown":

@@ -57,7 +57,8 @@ def inspection_sentences(found: LogInspection) -> list[str]:
         f"Indicated airspeeds {low:.0f} to {high:.0f} kt, pressure altitudes {bottom:,.0f} to {top:,.0f} ft, "
         f"tracks in {found.headings} of 12 sectors of 30°.",
         f"Wind about {np.hypot(*found.wind) / KNOT:.0f} kt from "
-        f"{np.arctan2(-found.wind[1], -found.wind[0]) / DEGREE % 360.0:03.0f}°.",
+        f"{np.arctan2(-found.wind[1], -found.wind[0]) / DEGREE % 360.0:03.0f}°"
+        + (" on the whole; a calibration finds one for each part." if found.wind_drifts else "."),
     ]
     if found.expected is None:
         return [*sentences, f"No error curve can be found: {found.refusal}."]
@@ -67,7 +68,9 @@ def inspection_sentences(found: LogInspection) -> list[str]:
     )
     if len(speeds) == 1:
         points = f"{bound[0] / KNOT:.2f} kt at {speeds[0] / KNOT:.0f} KIAS"
-    return [*sentences, f"In light turbulence, expect an error curve with 2σ of {points} (Inverse+, noise known)."]
+    heights = any(q.answered for q in found.questions if q.name.startswith("altitude"))
+    given = f"model {found.model}, noise known{', without what the height adds' if heights else ''}"
+    return [*sentences, f"In light turbulence, expect an error curve with 2σ of {points} ({given})."]
 
 
 def print_inspection(found: LogInspection, console: Console) -> None:
@@ -97,6 +100,7 @@ def inspection_json(found: LogInspection) -> dict[str, Any]:
         "pressure_altitude_ft": [value / FOOT for value in found.heights],
         "wind_speed_kt": float(np.hypot(*found.wind)) / KNOT,
         "wind_from_deg": float(np.arctan2(-found.wind[1], -found.wind[0]) / DEGREE) % 360.0,
+        "wind_drifts": found.wind_drifts,
         "questions": json_rows(QUESTION_COLUMNS, found.questions),
         "expected": [{"indicated_airspeed_kt": v / KNOT, "two_sigma_kt": b / KNOT} for v, b in expected],
         "refusal": found.refusal or None,

@@ -249,10 +249,11 @@ def print_account(account: Account, console: Console) -> None:
 
 
 def _print_remarks(verdict: Verdict, console: Console) -> None:
-    failed = [f"failed check, {check.name}: {check.why}" for check in verdict.checks if check.status == "failed"]
+    heads = {"failed": "failed check", "remark": "remark on the recorder"}
+    told = [f"{heads[c.status]}, {c.name}: {c.why}" for c in verdict.checks if c.status in heads]
     next_flights = [f"next: {line}" for line in verdict.advice]
     console.print()
-    for line in [*failed, *next_flights, *(f"note: {line}" for line in verdict.notes)]:
+    for line in [*told, *next_flights, *(f"note: {line}" for line in verdict.notes)]:
         console.print(outside(line), soft_wrap=True)
 
 

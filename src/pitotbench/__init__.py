@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pitotbench.bench.planner import PlanRequest as PlanRequest
     from pitotbench.bench.planner import plan as plan
     from pitotbench.bench.questions import calibrate as calibrate
+    from pitotbench.bench.questions import inspect as inspect
     from pitotbench.bench.questions import reconcile as reconcile
     from pitotbench.bench.workflow import FullReconciliation as FullReconciliation
     from pitotbench.calibration.leg_points import fixed_speed as fixed_speed
@@ -57,6 +58,7 @@ _MODULES = {
     "calibrate": "bench.questions",
     "fixed_speed": "calibration.leg_points",
     "fly": "simulation.sortie",
+    "inspect": "bench.questions",
     "plan": "bench.planner",
     "read_case": "records.case_file",
     "read_log": "logbook.reading",

@@ -1,13 +1,21 @@
 """Python takes what a user has in the hand: a path, a table, a log, a list; and writes what the command writes."""
 
 import csv
+import re
+from dataclasses import fields, replace
+from hashlib import sha256
 
 import numpy as np
 import pytest
 from tests.calibration import trajectories as fixture
 
 import pitotbench
-from pitotbench import BadInputError, CalibrationOptions, calibrate, reconcile, write_log
+from pitotbench import BadInputError, CalibrationOptions, calibrate, inspect, reconcile, write_log
+from pitotbench.bench.digests import file_sha256
+from pitotbench.cli.app import main
+from pitotbench.records.calibration import Disagreement, LatencyFound
+from pitotbench.records.log import Caution
+from pitotbench.show.takehome import checks_of
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +82,102 @@ def test_the_result_writes_its_page_and_its_card_and_judges_itself(answer, tmp_p
     ):
         with pytest.raises(BadInputError):
             wrong()
+
+
+def test_an_answer_knows_its_file_its_choices_and_the_versions(log, answer, tmp_path):
+    path = write_log(log, tmp_path / "a.csv")
+    made = calibrate(path, model="quadratic").provenance
+    (of,) = made.inputs
+    assert (of.name, of.sha256) == ("a.csv", sha256(path.read_bytes()).hexdigest())
+    assert (of.rows, of.origin) == (len(log), "measured")
+    sources = {each.name: each.source for each in made.choices}
+    assert sources == {f.name: "default" for f in fields(CalibrationOptions) if f.name != "accuracies"} | {
+        "model": "stated"
+    }
+    assert {"pitotbench", "Python", "numpy", "scipy", "pandas"} <= set(made.versions)
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d", made.date)
+    # A log in memory has the digest of its channels: another log has another one.
+    assert answer.provenance.inputs == calibrate(log).provenance.inputs
+    assert calibrate(log.select(np.arange(len(log) - 1))).provenance.inputs[0].sha256 != (
+        answer.provenance.inputs[0].sha256
+    )
+    by_options = calibrate(log, CalibrationOptions(model="quadratic")).provenance.choices
+    assert by_options == answer.provenance.choices
+
+
+def test_the_digest_of_a_folder_is_that_of_its_files_by_path(tmp_path):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "b.csv").write_bytes(b"two")
+    (tmp_path / "a.csv").write_bytes(b"one")
+    (tmp_path / "in" / "c.csv").write_bytes(b"three")
+    assert file_sha256(tmp_path) == sha256(b"onetwothree").hexdigest()
+
+
+def test_every_check_passes_or_fails_by_the_records_of_the_answer(answer):
+    passed = {check.name: check.status for check in checks_of(answer, points=2)}
+    assert passed["the fit converged"] == passed["samples and curve agree"] == "passed"
+    assert passed["fixed-speed points and curve agree"] == "passed"
+    assert "failed" not in passed.values()
+    assert passed["flights agree"] == passed["latency of the GPS velocity"] == "skipped"
+    kinds = ("samples", "height", "fixed_speed")
+    codes = ("latency", "wind", "confounded", "curve size", "outside prior", "faulty rows", "axes turned")
+    wrong = replace(
+        answer,
+        converged=False,
+        disagreements=tuple(Disagreement(kind, f"off by {kind}", 1.0, fatal=True) for kind in kinds),
+        warnings=tuple(Caution(f"wrong: {code}", code) for code in codes),
+        left_out=("take-off roll",),
+        diagnostics=replace(answer.diagnostics, latency=LatencyFound(0.3, 0.1, 0.3)),
+    )
+    found = {check.name: check for check in checks_of(wrong)}
+    assert sum(check.status == "failed" for check in found.values()) == 1 + len(kinds) + len(codes)
+    assert found["latency of the GPS velocity"].why == "wrong: latency"
+    assert found["the whole log was used"].status == "skipped"
+
+
+def test_the_record_holds_inputs_choices_answer_rule_and_checks(log, tmp_path):
+    path, record = write_log(log, tmp_path / "a & b.csv"), tmp_path / "record.html"
+    calibrate(path, model="quadratic").write_record(record, "far23")
+    page = record.read_text(encoding="utf-8")
+    headings = re.findall("<h2>(.*?)</h2>", page)
+    assert headings[:6] == ["Objective and inputs", "Settings", "Conditions", "Answer", "Rule", "Checks"]
+    for text in (
+        "a &amp; b.csv",
+        sha256(path.read_bytes()).hexdigest(),
+        "model: quadratic (stated)",
+        "FAR 23.1323",
+    ):
+        assert text in page
+    assert "<svg" in page
+    with pytest.raises(BadInputError, match=r"must end in \.html"):
+        calibrate(log).write_record(tmp_path / "record.pdf")
+
+
+def test_the_command_writes_the_record_and_refuses_what_it_cannot_be(log, tmp_path, capsys):
+    one = write_log(log, tmp_path / "one.csv")
+    two = write_log(fixture.fly(fixture.step_decrease(10), 10, 10, fixture.Air(), seed=2), tmp_path / "two.csv")
+    record = tmp_path / "record.html"
+    assert main(["calibrate", str(one), str(two), "--record", str(record), "--from", "1:00"]) == 0
+    page = record.read_text(encoding="utf-8")
+    assert all(sha256(path.read_bytes()).hexdigest() in page for path in (one, two))
+    assert "from: 1:00 (stated)" in page
+    assert "to: the last row (default)" in page
+    assert "wind: checked (default)" in page
+    assert main(["calibrate", str(one), str(two), "--separately", "--record", str(record)]) == 2
+    assert "--record holds one curve" in capsys.readouterr().err
+    assert main(["calibrate", str(one), "--record", str(tmp_path / "record.txt")]) == 2
+    assert main(["reconcile", str(one), "--aircraft", "none", "--record", str(tmp_path / "record.txt")]) == 2
+
+
+def test_inspect_takes_what_calibrate_takes(log, tmp_path):
+    path = write_log(log, tmp_path / "a.csv")
+    found = [inspect(each) for each in (log, path, str(path), log.to_frame())]
+    assert {each.rows for each in found} == {len(log)}
+    assert "rows at" in repr(found[0])
+    assert set(found[0].to_frame()["name"]) == set(log.channels())
+    assert "<table>" in found[0]._repr_html_()
+    with pytest.raises(BadInputError, match="inspect takes a path"):
+        inspect(3)
 
 
 def test_the_public_names_are_shown_alone():

@@ -1,5 +1,6 @@
 """One flight as the files of other systems, each written after its public description or by its own library."""
 
+import re
 import struct
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime, timedelta
@@ -281,7 +282,7 @@ def dataflash(path: Path, flown: dict[str, Array], parameters: Mapping[str, floa
 def ulog_bytes(topics: dict[str, tuple[str, Array]], parameters: Mapping[str, float] | None = None) -> bytes:
     """A ULog (PX4 file format, version 1): header, flags, formats, subscriptions, data.
 
-    A topic is the types of its fields, such as `float alt;`, and rows of a clock [s] and values.
+    A topic is the types of its fields, such as `float alt;` or `float[3] xyz;`, and rows of a clock [s] and values.
     """
 
     def message(kind: str, body: bytes) -> bytes:
@@ -296,7 +297,8 @@ def ulog_bytes(topics: dict[str, tuple[str, Array]], parameters: Mapping[str, fl
     for number, name in enumerate(topics):
         parts.append(message("A", struct.pack("<BH", 0, number) + name.encode()))
     for number, (fields, rows) in enumerate(topics.values()):
-        codes = "".join("d" if field.startswith("double") else "f" for field in fields.split(";") if field)
+        types = re.findall(r"(double|float)(?:\[(\d+)\])? ", fields)
+        codes = "".join(kind[0] * int(count or 1) for kind, count in types).replace("double", "d")
         for seconds, *values in rows:
             parts.append(message("D", struct.pack(f"<HQ{codes}", number, round(seconds * 1e6), *values)))
     return b"".join(parts)
@@ -321,6 +323,11 @@ def ulog(
             gps,
         ),
     }
+    if "throttle" in flown:  # since 1.13 along the axes of the airplane, before as the fourth control
+        before, after = (3, 0) if not renewed else (0, 2)
+        many = [np.zeros(len(time))] * before + [flown["throttle"]] + [np.zeros(len(time))] * after
+        name, field = ("vehicle_thrust_setpoint", "xyz") if renewed else ("actuator_controls_0", "control")
+        topics[name] = (f"float[{len(many)}] {field};", np.column_stack([time, *many]))
     path.write_bytes(ulog_bytes(topics, parameters))
     return path
 

@@ -154,6 +154,20 @@ def test_the_throttle_of_a_dataflash_log_is_read_and_a_wash_looked_for(tmp_path)
     assert abs(wash.value) < 2.0 * wash.two_sigma < 2.0
 
 
+@pytest.mark.parametrize("renewed", [False, True])
+def test_the_thrust_of_a_ulog_is_read_and_a_wash_looked_for(tmp_path, renewed):
+    pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
+    throttle = 0.5 + 0.3 * np.sign(np.sin(FLOWN["time"] / 25.0))
+    throttle[:3] = np.nan  # motors that are stopped
+    held = {"ASPD_SCALE_1": 1.06, "SENS_DPRES_OFF": 7.0}
+    log = read_log(foreign.ulog(tmp_path / "log.ulg", {**FLOWN, "throttle": throttle}, renewed, held))
+    assert len(log) == len(FLOWN["time"]) - 3
+    np.testing.assert_allclose(log.throttle_left, throttle[3:], atol=1e-6)
+    wash = calibrate(log, replace(CHOICE, use_altitude=False)).params("px4").wash
+    assert wash is not None
+    assert abs(wash.value) < 2.0 * wash.two_sigma < 2.0
+
+
 def test_the_airspeed_of_a_ulog_is_that_which_was_shown(tmp_path):
     pytest.importorskip("pyulog", reason="needs the extra pitotbench[logs]")
     held = {"ASPD_SCALE_1": 1.06, "SENS_DPRES_OFF": 7.0}

@@ -25,6 +25,7 @@ from pitotbench.records.gap import (
     Tolerance,
     Trace,
 )
+from pitotbench.records.log import InputFile, Provenance
 from pitotbench.records.verdict import (
     Candidate,
     Check,
@@ -35,7 +36,7 @@ from pitotbench.records.verdict import (
     OwnSize,
     Verdict,
 )
-from pitotbench.show.gap_page import account_page, draw_trace, telling_panels
+from pitotbench.show.gap_page import account_page, draw_trace, reconciliation_record, telling_panels
 from pitotbench.show.gap_words import (
     calibration_words,
     evidence_words,
@@ -425,3 +426,27 @@ def test_what_differs_by_chance_is_no_gap_and_what_differs_by_more_stands_beside
     assert "(1 of 71)" in account_page(more)
     assert "indicated airspeed is within its tolerance less often" in account_page(chance)
     assert "less often" not in account_page(account())
+
+
+def test_the_record_is_in_the_order_of_a_qualification_test():
+    digest = "0123456789abcdef" * 4
+    made = Provenance((InputFile("aircraft", "navajo.xml", digest),), (), {"pitotbench": "0.1.0"}, "2026-01-01")
+    page = reconciliation_record(account(), made)
+    headings = re.findall("<h2>(.*?)</h2>", page)
+    assert headings == [
+        "Objective and inputs", "Settings", "Conditions", "Tolerances", "Results", "Statement", "Checks",
+    ]  # fmt: skip
+    assert digest in page
+    assert "pitotbench 0.1.0" in page
+    assert "belly pod (drag area 0.12 ± 0.01 m²" in page
+    rows = re.findall("<tr><td[^>]*>(.*?)</td><td[^>]*>(passed|failed|skipped)</td>", page)
+    assert dict(rows) == {
+        "clock": "passed", "saturation": "failed", "nothing speaks against the answer": "passed",
+        "nothing remains beside it": "passed", "a log that was not used is explained": "passed",
+        "flown again within the tolerances": "passed",
+    }  # fmt: skip
+    doubted = replace(NAMED, doubts=("it closes only 0.7",), remains=True, closure_holdout=None)
+    rows = dict(re.findall("<tr><td[^>]*>(.*?)</td><td[^>]*>(passed|failed|skipped)</td>",
+                           reconciliation_record(account(doubted), made)))  # fmt: skip
+    assert rows["nothing speaks against the answer"] == rows["nothing remains beside it"] == "failed"
+    assert rows["a log that was not used is explained"] == "skipped"

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from functools import cache, lru_cache
-from hashlib import sha256
+from hashlib import file_digest, sha256
 from pathlib import Path
 
 from pitotbench.simulation.aircraft import PACKAGE, find_aircraft
@@ -27,6 +27,16 @@ def package_digest(without: Iterable[str] = (), but: Iterable[str] = ()) -> str:
     left_out, kept = {*without}, {*but}
     paths = (file.relative_to(PACKAGE) for file in sorted(PACKAGE.rglob("*.py")))
     return _digest_of(PACKAGE, (p for p in paths if p.parts[0] not in left_out or p.as_posix() in kept))
+
+
+def file_sha256(path: Path) -> str:
+    """Return the SHA-256 of a file, or of the files of a folder one after another by path, in hexadecimal."""
+    found = sha256()
+    for each in sorted(path.rglob("*")) if path.is_dir() else [path]:
+        if each.is_file():
+            with each.open("rb") as file:
+                file_digest(file, lambda: found)
+    return found.hexdigest()
 
 
 def aircraft_digest(name: str) -> str:

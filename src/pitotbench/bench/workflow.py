@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from math import atan2, hypot, pi
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,8 @@ from pitotbench.bench.rounds import (
 )
 from pitotbench.calibration.reduction import one_thread
 from pitotbench.effects.stability import OWN_TERMS
+from pitotbench.logbook.columns import write_text
+from pitotbench.logbook.formats import PAGES, require_file
 from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart
 from pitotbench.reconciliation.formula import closure_on, find_formula, free_sizes_beside
 from pitotbench.reconciliation.free_parameters import AnalysisSetting, curve_of
@@ -41,7 +44,7 @@ from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.gap import Account, FlownAgain, FoundFormula
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import FlightLog, Provenance
 from pitotbench.records.verdict import SURE, Candidate, JoinedFlight, Verdict
 
 if TYPE_CHECKING:
@@ -141,11 +144,13 @@ class FullReconciliation:
     """The reconciliation of one or several logs, its account for a report, and its patch.
 
     It shows itself in a notebook as its account does: in words, as a picture and as a table of the causes.
+    `provenance`: the files and the choices behind the answer, where who asked for it told them.
     """
 
     reconciliation: Reconciliation
     account: Account
     patch: Patch
+    provenance: Provenance = field(default_factory=Provenance)
 
     @property
     def verdict(self) -> Verdict:
@@ -166,6 +171,20 @@ class FullReconciliation:
     def flights(self) -> tuple[JoinedFlight, ...]:
         """What each flight says."""
         return self.account.flights
+
+    def write_page(self, path: str | Path) -> None:
+        """Write the report as a page (.html). Raises BadInputError for another name."""
+        from pitotbench.show.gap_page import account_page
+
+        require_file(Path(path), PAGES)
+        write_text(Path(path), account_page(self.account))
+
+    def write_record(self, path: str | Path) -> None:
+        """Write the record for the file (.html), as `reconcile --record` does. Raises as `write_page`."""
+        from pitotbench.show.gap_page import reconciliation_record
+
+        require_file(Path(path), PAGES)
+        write_text(Path(path), reconciliation_record(self.account, self.provenance))
 
     def to_frame(self) -> "DataFrame":
         """Return the causes as a table, the most probable first."""

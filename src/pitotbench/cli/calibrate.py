@@ -9,6 +9,7 @@ from pitotbench.cli.shared_flags import (
     add_accuracy,
     add_mapping,
     add_part,
+    add_record,
     add_table,
     mapping_advice,
     read_logs,
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight
     from pitotbench.records.legs import FixedSpeedPoint
-    from pitotbench.records.log import FlightLog
+    from pitotbench.records.log import FlightLog, Provenance
     from pitotbench.show.limits import Limit
 
 _CHOICES = ("model", "method", "error_location", "mach_max", "wind")
@@ -80,6 +81,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--report", type=Path, help="also write a page (HTML)")
     parser.add_argument("--card", type=Path, help="also write the airspeed card (.csv)")
+    add_record(parser)
     add_table(parser)
 
 
@@ -112,13 +114,15 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.logbook.formats import PAGES, require_file
     from pitotbench.show.calibration import card_csv
     from pitotbench.show.limits import limit_named
+    from pitotbench.show.takehome import calibration_record
 
     if options.report is not None:
         require_file(options.report, PAGES, _inputs(options))
-    if options.card is not None:
-        if options.separately and len(options.logs) > 1:
-            raise BadInputError("--card holds one curve: leave out --separately, or give one log")
-        require_file(options.card, (".csv",), _inputs(options))
+    for flag, path, suffixes in (("--card", options.card, (".csv",)), ("--record", options.record, PAGES)):
+        if path is not None:
+            if options.separately and len(options.logs) > 1:
+                raise BadInputError(f"{flag} holds one curve: leave out --separately, or give one log")
+            require_file(path, suffixes, _inputs(options))
     require_table(options, _inputs(options))
     limit = limit_named(options.limit)
     autopilot, _ = _stated_autopilot(options)
@@ -128,6 +132,9 @@ def run(options: argparse.Namespace) -> int:
         _write_report(options.report, reduced, limit)
     if options.card is not None:
         write_text(options.card, card_csv(reduced[0].flight.calibration.curve))
+    if options.record is not None:
+        flights = [each.flight.calibration for each in reduced]
+        write_text(options.record, calibration_record(flights, limit, len(reduced[0].points)))
     write_table(options, {each.name: each.flight.calibration.curve for each in reduced if each.own_curve})
     if options.json:
         _print_json(reduced, limit, settings)
@@ -162,11 +169,12 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
         ]
     else:
         paired = [(options.logs[one.place], one) for one in calibrate_flights(logs, choice)]
-    shown = options.json or options.verbose or options.report is not None
-    reduced = []
+    shown = options.json or options.verbose or options.report is not None or options.record is not None
+    reduced, made = [], _provenance(options, logs, choice)
     for path, flight in paired:
         points = cross_check(flight.log, choice, flight.calibration) if shown else ()
-        held = replace(flight, calibration=with_points(flight.calibration, points))
+        told = replace(with_points(flight.calibration, points), provenance=made)
+        held = replace(flight, calibration=told)
         reduced.append(_Reduced(path, held, points))
     return reduced
 
@@ -238,9 +246,8 @@ def _inputs(options: argparse.Namespace) -> list[Path]:
     return [*options.logs, *([Path(options.mapping)] if options.mapping else [])]
 
 
-def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
-    """Return the options. A flag overrides the advice of the mapping, and the advice overrides the default."""
-    from pitotbench.calibration.options import options_from
+def _stated(options: argparse.Namespace, advised: dict[str, Any]) -> dict[str, Any]:
+    """Return the choices of the flags by name. `advised` are those of the mapping, which a flag overrides."""
     from pitotbench.units import KNOT
 
     stated = {name: getattr(options, name) for name in _CHOICES if getattr(options, name) is not None}
@@ -257,7 +264,34 @@ def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "Calibratio
     stated |= stated_accuracies(options, advised)
     if options.latency is not None:
         stated |= _latency(options.latency)
-    return options_from({"latency": "checked", "wind": "checked", **advised, **stated})
+    return stated
+
+
+def _choice(options: argparse.Namespace, advised: dict[str, Any]) -> "CalibrationOptions":
+    """Return the options. A flag overrides the advice of the mapping, and the advice overrides the default."""
+    from pitotbench.calibration.options import options_from
+
+    return options_from({"latency": "checked", "wind": "checked", **advised, **_stated(options, advised)})
+
+
+def _provenance(options: argparse.Namespace, logs: "list[FlightLog]", choice: "CalibrationOptions") -> "Provenance":
+    """Return the files and the choices behind the answer for the record; nothing where none is asked for."""
+    from pitotbench.bench.questions import flag_choice, provenance_of, settings_of, sources_of
+    from pitotbench.records.log import Provenance
+
+    if options.record is None:
+        return Provenance()
+    advised = mapping_advice(options, logs)
+    mapping = [("mapping", path, None) for path in _inputs(options)[len(logs) :] if path.is_file()]
+    flags = [
+        flag_choice("mapping", options.mapping, "the one that recognized the log, or none"),
+        flag_choice("from", options.begin, "the first row"),
+        flag_choice("to", options.end, "the last row"),
+        flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
+        flag_choice("params", options.params, "none"),
+    ]
+    settings = settings_of(choice, _stated(options, advised), advised)
+    return provenance_of([*sources_of("log", options.logs, logs), *mapping], [*settings, *flags])
 
 
 def _latency(text: str) -> dict[str, object]:

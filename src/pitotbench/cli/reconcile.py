@@ -2,15 +2,25 @@
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pitotbench.cli.shared_flags import add_mapping, add_part, mapping_advice, read_logs, say, stated_part
+from pitotbench.cli.shared_flags import (
+    add_mapping,
+    add_part,
+    add_record,
+    mapping_advice,
+    read_logs,
+    say,
+    stated_part,
+)
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
     from pitotbench.bench.workflow import FullReconciliation
     from pitotbench.reconciliation.free_parameters import AnalysisSetting
+    from pitotbench.records.log import FlightLog, Provenance
     from pitotbench.records.terms import Maneuver
 
 
@@ -52,6 +62,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         "--no-cache", action="store_true", help="fly the null flights of the card anew, and do not keep them"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON document")
+    add_record(parser)
     parser.add_argument("--out", type=Path, help="folder for report.html, verdict.json, patch.toml and overlay.xml")
 
 
@@ -70,6 +81,8 @@ def run(options: argparse.Namespace) -> int:
     outcome = _outcome(options)
     document = account_json(outcome.account)
     written = keep(outcome, document, options.out) if options.out is not None else []
+    if options.record is not None:
+        outcome.write_record(options.record)
     if options.json:
         sys.stdout.write(json_text(document))
     else:
@@ -107,6 +120,8 @@ def _run_terms(options: argparse.Namespace) -> int:
         raise BadInputError("--aircraft none has no aerodynamic terms: name the aircraft")
     if options.apply:
         raise BadInputError("--apply is not for terms: overlay.xml of --out holds what is added to the file")
+    if options.record:
+        raise BadInputError("--record is not for terms: report.html of --out holds their account")
 
     def maneuvers(path: Path) -> "list[Maneuver]":
         return maneuvers_in(path, lambda: stated_part(read_logs([path], options.mapping)[0], options))
@@ -138,14 +153,17 @@ def _check_variant(options: argparse.Namespace) -> None:
 
 
 def _check_folder(options: argparse.Namespace) -> None:
-    """Refuse a folder that cannot be written, or that holds an input under the name of an output."""
+    """Refuse a folder or a record that cannot be written, or that would replace an input."""
     from pitotbench.bench.verdict_folder import WRITTEN
-    from pitotbench.logbook.formats import require_folder
+    from pitotbench.logbook.formats import PAGES, require_file, require_folder
 
+    mapping = Path(options.mapping) if options.mapping else None
+    every = [*options.log, options.holdout, *(options.card or ()), mapping]
+    inputs = [path for path in every if path is not None]
     if options.out is not None:
-        mapping = Path(options.mapping) if options.mapping else None
-        inputs = [*options.log, options.holdout, *(options.card or ()), mapping]
-        require_folder(options.out, WRITTEN, [path for path in inputs if path is not None])
+        require_folder(options.out, WRITTEN, inputs)
+    if options.record is not None:
+        require_file(options.record, PAGES, inputs)
 
 
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
@@ -166,8 +184,9 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
         NamedLog(path.name, log, card)
         for path, log, card in zip(paths, logs, [*own, *(None for _ in held)], strict=True)
     ]
-    refly = options.out is not None or options.json  # only these two show the card flown again
-    return reconcile_fully(
+    # Only these show the card flown again.
+    refly = options.out is not None or options.json or options.record is not None
+    outcome = reconcile_fully(
         named[: len(options.log)],
         options.aircraft,
         named[-1] if held else None,
@@ -177,6 +196,33 @@ def _outcome(options: argparse.Namespace) -> "FullReconciliation":
         refly,
         keep=not options.no_cache,
     )
+    return replace(outcome, provenance=_provenance(options, logs)) if options.record else outcome
+
+
+def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Provenance":
+    """Return the files and the choices behind the verdict."""
+    from pitotbench.bench.questions import flag_choice, model_sources, provenance_of, sources_of
+    from pitotbench.records.log import Choice
+
+    count = len(options.log)
+    sources = [
+        *sources_of("log", options.log, logs[:count]),
+        *sources_of("held-out log", [options.holdout] * len(logs[count:]), logs[count:]),
+        *(("card", path, None) for path in options.card or ()),
+        *(("mapping", path, None) for path in [Path(options.mapping or "")] if path.is_file()),
+        *model_sources(options.aircraft),
+    ]
+    setting = _setting(advised := mapping_advice(options, logs))
+    place = "static source" if setting.static_error else "impact pressure"
+    choices = [
+        flag_choice("aircraft", options.aircraft, ""),
+        flag_choice("mapping", options.mapping, "the one that recognized the log, or none"),
+        flag_choice("from", options.begin, "the first row"),
+        flag_choice("to", options.end, "the last row"),
+        Choice("place of the error curve", place, "mapping" if setting.static_error else "default"),
+        Choice("mach max", f"{setting.mach_max:g}", "mapping" if "mach_max" in advised else "default"),
+    ]
+    return provenance_of(sources, choices)
 
 
 def _setting(advised: dict[str, Any]) -> "AnalysisSetting":

@@ -92,12 +92,9 @@ def _moment(flag: str, text: str) -> float:
 
 def mapping_advice(options: argparse.Namespace, logs: "Sequence[FlightLog]" = ()) -> dict[str, Any]:
     """Return the calibration choices of the mapping: of the one given, else of the one that recognized a log."""
-    from pitotbench.logbook.mapping import find_mapping, shipped
+    from pitotbench.bench.questions import advice_of
 
-    known = shipped() if logs else {}
-    found = [log.header["mapping"] for log in logs if str(log.header.get("mapping", "")) in known]
-    name = options.mapping or next(iter(found), None)
-    return dict(find_mapping(name).calibrate) if name else {}
+    return dict(advice_of(logs, options.mapping))
 
 
 def add_wind(parser: argparse.ArgumentParser) -> None:
@@ -161,6 +158,17 @@ def stated_accuracies(options: argparse.Namespace, advised: Mapping[str, Any]) -
     if options.accuracy is None:
         return {}
     return {"accuracies": {**advised.get("accuracies", {}), **parse_accuracies(options.accuracy)}}
+
+
+def add_record(parser: argparse.ArgumentParser) -> None:
+    """Add the flag of the record: `--record`."""
+    parser.add_argument(
+        "--record",
+        type=Path,
+        metavar="FILE.html",
+        help="also write the record for the file, two pages to print (HTML): inputs with SHA-256, settings, "
+        "versions, answer and checks",
+    )
 
 
 def add_table(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pitotbench.records import NoAnswerError, Shown, check_lengths, freeze, views
-from pitotbench.records.log import Caution, FlightLog
+from pitotbench.records.log import Caution, FlightLog, Provenance
 from pitotbench.units import FOOT, KNOT, Array, Booleans, Meters, MetersPerSecond, Seconds
 
 
@@ -328,6 +328,7 @@ class Calibration(Shown):
     `parts`: first and last time [s] of each part of the log that was used, and `left_out`: why others were not.
     `place_assumed`: nothing in the log shows at which source the error is. `mach`: the largest Mach number used.
     `log_start`: time of the first row [s]. `autopilot`: the parameters in the log, None for another log.
+    `provenance`: the files and the choices behind the answer, where who asked for it told them.
     """
 
     model: str
@@ -356,6 +357,7 @@ class Calibration(Shown):
     mach: float = 0.0
     log_start: float = 0.0
     autopilot: RecordedAutopilot | None = None
+    provenance: Provenance = field(default_factory=Provenance)
 
     @property
     def known_wind(self) -> WindEstimate:
@@ -372,6 +374,13 @@ class Calibration(Shown):
     def write_page(self, path: str | Path) -> None:
         """Write the answer, its picture and its card as a page (.html). Raises BadInputError for another name."""
         views().write_page(self, Path(path))
+
+    def write_record(self, path: str | Path, rule: str = "auto") -> None:
+        """Write the record for the file (.html, two pages), as `calibrate --record` does; `rule` as for `judge`.
+
+        Raises BadInputError for another name.
+        """
+        views().write_record(self, Path(path), rule)
 
     def write_card(self, path: str | Path) -> None:
         """Write the airspeed card (.csv), as `calibrate --card` does. Raises BadInputError for another name."""

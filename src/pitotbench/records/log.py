@@ -115,8 +115,8 @@ class Question:
     words: str
 
 
-@dataclass(frozen=True, slots=True)
-class LogInspection:
+@dataclass(frozen=True, slots=True, repr=False)
+class LogInspection(Shown):
     """The account of one log, in SI.
 
     `flights`: start and end [s] of each; `pauses`: start and length [s] of each pause inside them. `headings`: how
@@ -141,3 +141,45 @@ class LogInspection:
     wind_drifts: bool
     model: str
     warnings: tuple[str, ...]
+
+
+# What an answer was made from and with, for a record that is filed.
+
+
+@dataclass(frozen=True, slots=True)
+class InputFile:
+    """A file that an answer was made from: its `role` (log, mapping, card, aircraft), its name and its SHA-256.
+
+    A folder has the digest of its files one after another, by path; a log in memory that of its channels. Of a log
+    also the number of rows, the minutes, the origin (measured or simulated), the names of its channels, and the 5 %
+    and 95 % quantiles of its indicated airspeed [m/s] and pressure altitude [m].
+    """
+
+    role: str
+    name: str
+    sha256: str
+    rows: int = 0
+    minutes: float = 0.0
+    origin: str = ""
+    channels: tuple[str, ...] = ()
+    airspeeds: tuple[float, float] = (nan, nan)
+    heights: tuple[float, float] = (nan, nan)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A choice that acted on an answer, in words, and who made it: `stated`, `mapping` or `default`."""
+
+    name: str
+    value: str
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """What an answer was made from and with: files, choices, versions by name, and the date of the run (UTC)."""
+
+    inputs: tuple[InputFile, ...] = ()
+    choices: tuple[Choice, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    date: str = ""

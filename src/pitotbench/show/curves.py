@@ -37,6 +37,8 @@ from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
 
 _MODEL_COLORS = (GREEN, PURPLE, ORANGE, RED)
 _MARKERS = {"turn": "o", "four_leg": "s", "three_leg": "^", "horseshoe": "v", "many_leg": "D"}
+_MAIN = (5.8, 3.1)  # in, the first picture of a page
+_LIMIT_WITHIN = 1.3  # times what the curve and its samples reach: a limit beyond is not drawn
 _MOST_DOTS = 900  # of the samples drawn: more make a page slow
 _AIRSPEED, _CORRECTION = "indicated airspeed [kt]", "correction, CAS − IAS [kt]"
 
@@ -58,7 +60,7 @@ def curve_panels(
     chosen = limit_for(first, limit)
     note = " ".join(judgment.sentence for judgment in judgments(first, limit))
     panels = [
-        panel("Error curve", lambda axes: draw_curve(axes, results, true, points, chosen), note),
+        panel("Error curve", lambda axes: draw_curve(axes, results, true, points, chosen), note, _MAIN),
         panel("How well the curve is known", lambda axes: draw_bound(axes, first, true), legend_columns=2),
     ]
     if first.curve.altitude_correction is not None:
@@ -88,12 +90,17 @@ def draw_curve(
     axes.plot(speed, value, color=BLUE, label=f"curve ({name})")
     if truth is not None:
         axes.plot(speed, truth / KNOT, color="black", ls="--", lw=1.2, label="truth (simulated)")
-    if limit is not None:
-        axes.plot(speed, limit.airspeed(speed), color=RED, ls=":", lw=1.4, label=limit.label)
-        axes.plot(speed, -limit.airspeed(speed), color=RED, ls=":", lw=1.4)
     draw_points(axes, points)
     axes.axhline(0.0, color=INK, lw=0.5)
+    # A limit far beyond the curve would squeeze it to a stripe; the sentence of the rule tells its margin.
+    low, high = axes.get_ylim()
+    if limit is not None and np.min(limit.airspeed(speed)) < _LIMIT_WITHIN * max(-low, high):
+        axes.plot(speed, limit.airspeed(speed), color=RED, ls=":", lw=1.4, label=limit.label)
+        axes.plot(speed, -limit.airspeed(speed), color=RED, ls=":", lw=1.4)
     axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
+    axes.locator_params(
+        axis="y", nbins=7
+    )  # one by the axis' height may change after the layout, and move the label
 
 
 def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> str:

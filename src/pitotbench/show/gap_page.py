@@ -1,6 +1,7 @@
 """The report of a reconciliation: one self-contained page with the telling channel first."""
 
 from collections.abc import Sequence
+from html import escape
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,9 +10,17 @@ from matplotlib.patches import Rectangle
 
 from pitotbench.effects import effect_of
 from pitotbench.records.gap import Account, FlownAgain, GapMap, History, TellingChannel, Trace
-from pitotbench.records.verdict import SURE, Candidate, Closure, Located
+from pitotbench.records.log import Provenance
+from pitotbench.records.verdict import SURE, Candidate, Check, Closure, Located
 from pitotbench.show.columns import html_table
-from pitotbench.show.gap_words import evidence_words, features_limit, formula_closures, sentences
+from pitotbench.show.gap_words import (
+    closure_percent,
+    evidence_words,
+    features_limit,
+    formula_closures,
+    remaining_features,
+    sentences,
+)
 from pitotbench.show.markup import render
 from pitotbench.show.pages import page_version
 from pitotbench.show.style import (
@@ -30,6 +39,7 @@ from pitotbench.show.style import (
     svg,
     thin,
 )
+from pitotbench.show.takehome import Part, check, conditions_of, record_page
 from pitotbench.show.verdict import (
     CHECK_COLUMNS,
     DETECTABLE_COLUMNS,
@@ -441,3 +451,61 @@ def _flown(name: str, flown: FlownAgain) -> dict[str, object]:
         "noticed": len(features),
         "compared": len(flown.features),
     }
+
+
+# The record for the file, in the order of a qualification test.
+
+_TOLERANCES = (
+    "The simulator flies the card of the log again, before and with the patch. A sample is within tolerance where "
+    "it is no farther from the measured one than 40 % of what 14 CFR Part 60 (Appendix A, Attachment 2) allows a "
+    "simulator against flight: 3 kt of airspeed, 1.5° of pitch, 2° of bank, 3° of heading. Two flights of one "
+    "airplane, which differ by gusts alone, say what can be reached."
+)
+
+
+def reconciliation_record(account: Account, made: Provenance) -> str:
+    """The record of a reconciliation, in the order of a qualification test: objective to statement, and checks."""
+    verdict, flown, tables = account.rounds[0].verdict, account.flown, []
+    for each, log in ((flown, account.log), (account.flown_holdout, account.holdout)):
+        if each.tolerances:
+            tables.append(f"<p>{escape(log)}</p>{html_table(TOLERANCE_COLUMNS, each.tolerances)}")
+    judged = {each.quantity for each in flown.tolerances}
+    drawings = [p.drawing for p in history_panels([h for h in flown.histories if h.quantity in judged])]
+    lines = [f"Card of {each.log}: {words(each.maneuver or 'not known')}" for each in account.flights]
+    if account.null_flights:
+        lines.append(f"{account.null_flights} simulated flights of the card without an effect give the thresholds")
+    results = [f"Not flown again: {flown.skipped}."] if flown.skipped else []
+    if flown.features:
+        many = f"{len(remaining_features(flown.features))} of {len(flown.features)}"
+        results = [f"With the patch, {many} characteristic numbers of the card differ by more than chance."]
+    parts: list[Part] = [
+        ("Conditions", conditions_of(made, lines), ""),
+        ("Tolerances", [_TOLERANCES], ""),
+        ("Results", results, "".join(tables) + f'<div class="two">{"".join(drawings)}</div>'),
+        ("Statement", [*sentences(account), *evidence_words(account)], ""),
+        ("Checks", [], html_table(CHECK_COLUMNS, [*verdict.checks, *_answer_checks(account)])),
+    ]
+    sides = "the sensors of the log disagree with one another"
+    if account.aircraft != "none":
+        sides = f"the flight model {account.aircraft} and the measured flight disagree"
+    objective = f"Find where {sides}, because of what, and how far what is named closes the gap."
+    title = f"Record of a comparison of simulation and flight: {kind_words(verdict)}"
+    return record_page(title, objective, made, parts, [*account.warnings, *map(words, verdict.notes)])
+
+
+def _answer_checks(account: Account) -> list[Check]:
+    """What is held against the answer of a reconciliation, beside the checks of its log."""
+    verdict = account.rounds[0].verdict
+    closed = (
+        f"closes {closure_percent(verdict.closure)} of the explainable gap of the log" if verdict.effects else ""
+    )
+    held = verdict.closure_holdout
+    also = "" if held is None else f"closes {closure_percent(held)} of the explainable gap of {account.holdout}"
+    skipped = account.flown.skipped or "nothing is named"
+    fits = "as often as two flights of one airplane" if account.flown.tolerances else ""
+    return [
+        check("nothing speaks against the answer", "; ".join(verdict.doubts), closed, "nothing is named"),
+        check("nothing remains beside it", "a gap remains" if verdict.remains else "", closed and "no gap remains"),
+        check("a log that was not used is explained", "", also, "no log was held out"),
+        check("flown again within the tolerances", _shortfall(account.flown), fits, skipped),
+    ]

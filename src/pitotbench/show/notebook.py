@@ -19,7 +19,7 @@ from pitotbench.logbook.formats import PAGES, require_file
 from pitotbench.records.calibration import AutopilotSettings, Calibration, RecordedAutopilot
 from pitotbench.records.forecast import Plan
 from pitotbench.records.gap import Account
-from pitotbench.records.log import FlightLog
+from pitotbench.records.log import FlightLog, LogInspection
 from pitotbench.show.calibration import (
     CURVE_COLUMNS,
     GLANCE_COLUMNS,
@@ -27,18 +27,17 @@ from pitotbench.show.calibration import (
     card_csv,
     curve_points,
     glance_points,
-    headline,
-    location_lines,
     short_answer_of,
 )
 from pitotbench.show.columns import html_table, json_rows
-from pitotbench.show.curves import curve_panels, draw_curve
+from pitotbench.show.curves import draw_curve
 from pitotbench.show.gap_words import sentences
+from pitotbench.show.inspection import CHANNEL_COLUMNS, QUESTION_COLUMNS, inspection_sentences
 from pitotbench.show.limits import LimitJudgment, judgments, limit_for, limit_named
-from pitotbench.show.markup import render
-from pitotbench.show.pages import draw_front
+from pitotbench.show.pages import draw_front, log_page, log_section
 from pitotbench.show.plan import plan_advice, plan_columns, plan_json
 from pitotbench.show.style import BLUE, ORANGE, WIDE, broken, thin
+from pitotbench.show.takehome import calibration_record
 from pitotbench.show.verdict import FLIGHT_COLUMNS, candidate_columns
 from pitotbench.show.words import words
 from pitotbench.units import KNOT
@@ -110,22 +109,14 @@ def _(record: Calibration, axes: Axes) -> None:
 def write_page(record: Calibration, path: Path) -> None:
     """Write a calibration with its pictures and its card as a page."""
     require_file(path, PAGES)
-    answer = short_answer_of(record, "")
-    page = render(
-        "takehome.html",
-        title="Pitot-static calibration",
-        lines=[
-            *headline(record),
-            answer.correction_sentence,
-            answer.wind_sentence,
-            *(judgment.sentence for judgment in judgments(record)),
-            *(f"Warning: {text}" for text in record.warnings),
-        ],
-        drawing=curve_panels({record.model: record}, None)[0].drawing,
-        tables=[("Airspeed card", html_table(GLANCE_COLUMNS, glance_points(record.curve)))],
-        notes=[*location_lines(record), *assumption_lines(record)],
-    )
-    write_text(path, page)
+    name = ", ".join(each.name for each in record.provenance.inputs) or "a log"
+    write_text(path, log_page("Pitot-static calibration", [log_section(name, None, record)]))
+
+
+def write_record(record: Calibration, path: Path, rule: str) -> None:
+    """Write the record of a calibration for the file."""
+    require_file(path, PAGES)
+    write_text(path, calibration_record([record], limit_named(rule)))
 
 
 def write_card(record: Calibration, path: Path) -> None:
@@ -175,6 +166,22 @@ def _(record: FlightLog, axes: Axes) -> None:
         time, value = broken(*thin(record.time - record.time[0], speed / KNOT))
         axes.plot(time / 60.0, value, color=color, lw=0.9, label=label)
     axes.set(xlabel="time [min]", ylabel="speed [kt]")
+
+
+@in_one_line.register
+def _(record: LogInspection) -> str:
+    return " ".join(inspection_sentences(record))
+
+
+@to_html.register
+def _(record: LogInspection) -> str:
+    lines = [*inspection_sentences(record), *(f"Warning: {text}" for text in record.warnings)]
+    return "".join(f"<p>{escape(line)}</p>" for line in lines) + html_table(QUESTION_COLUMNS, record.questions)
+
+
+@to_frame.register
+def _(record: LogInspection) -> pd.DataFrame:
+    return pd.DataFrame(json_rows(CHANNEL_COLUMNS, record.channels))
 
 
 @in_one_line.register

@@ -159,7 +159,7 @@ def flight_section(
 
 def log_section(
     name: str,
-    log: FlightLog,
+    log: FlightLog | None,
     result: Calibration,
     points: Sequence[FixedSpeedPoint] = (),
     limit: Limit | str | None = AUTO,
@@ -167,15 +167,17 @@ def log_section(
 ) -> Section:
     """The section of a log that was read from a file, or of a flight of it; `lines` say which.
 
-    Its group says whether a simulator made the log. `limit` as for `judgments`.
+    Its group says whether a simulator made the log. `limit` as for `judgments`. Without the `log` nothing is shown
+    of the parts that were left out.
     """
     answer = short_answer_of(result, name)
-    rows = " ".join([*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log):,} rows read,"])
-    rows += f" {result.samples:,} used."
+    rows = " ".join([*(f"{line[0].upper()}{line[1:]}." for line in lines), f"{len(log or ()):,} rows read,"])
+    rows = f"{rows} {result.samples:,} used." if log else f"{result.samples:,} rows used."
     anchor = "log-" + "".join(c if c.isalnum() else "-" for c in name)
-    parts = [parts_panel(log, result)] if result.left_out else []
+    parts = [parts_panel(log, result)] if log and result.left_out else []
     html = _html(anchor, name, rows, answer, {result.model: result}, None, [], points, limit, parts)
-    origin = "simulated logs" if log.simulated else "measured logs"
+    simulated = log.simulated if log else any(each.origin == "simulated" for each in result.provenance.inputs)
+    origin = "simulated logs" if simulated else "measured logs"
     return Section(anchor, origin, name, answer, html)
 
 

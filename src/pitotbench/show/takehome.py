@@ -1,6 +1,6 @@
-"""What people take home from a calibration: parameters to set, tables for the handbook, two curves compared."""
+"""What people take home: parameters to set, tables for the handbook, two curves compared, records for the file."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from csv import writer
 from dataclasses import dataclass
 from html import escape
@@ -11,9 +11,23 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.records import BadInputError
-from pitotbench.records.calibration import AutopilotSettings, ErrorCurve, Estimate, Setting
+from pitotbench.records.calibration import (
+    AutopilotSettings,
+    Calibration,
+    ErrorCurve,
+    Estimate,
+    Setting,
+    WindEstimate,
+    WindowWind,
+)
+from pitotbench.records.log import InputFile, Provenance
+from pitotbench.records.verdict import Check
+from pitotbench.show.calibration import GLANCE_COLUMNS, condition_lines, glance_points, headline, short_answer_of
 from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table
+from pitotbench.show.limits import AUTO, Limit, judgments
 from pitotbench.show.markup import render
+from pitotbench.show.words import words
+from pitotbench.timeline import minutes_text
 from pitotbench.units import FOOT, KNOT, Array, Meters, MetersPerSecond
 
 if TYPE_CHECKING:
@@ -371,3 +385,147 @@ def table_text(suffix: str, curves: Mapping[str, ErrorCurve], subject: str) -> s
             "a card of one configuration"
         )
     return jsbsim_system(next(iter(curves.values())), subject)
+
+
+# The record for the file: of a calibration, and of a reconciliation in the order of a qualification test.
+
+_HEADINGS, _GEOMETRY = "heading and track agree", "headings and airspeeds suffice"
+# By the code of a warning or the kind of a disagreement, the check that fails with it.
+_FAILED_BY = {
+    "latency": "latency of the GPS velocity",
+    "wind": "constant wind",
+    "confounded": _GEOMETRY,
+    "one heading": _GEOMETRY,
+    "curve size": "curve of a possible size",
+    "outside prior": "sensors within their accuracies",
+    "faulty rows": "no faulty rows",
+    "flights disagree": "flights agree",
+    "samples": "samples and curve agree",
+    "height": "wind triangle and height agree",
+    "fixed_speed": "fixed-speed points and curve agree",
+    **dict.fromkeys(("heading", "mirrored", "axes turned", "track"), _HEADINGS),
+}
+_NOT_SHOWN = "the log does not show it, or it was not looked for"
+
+
+def checks_of(result: Calibration, points: int = 0) -> list[Check]:
+    """Return the checks of a calibration, passed, failed or skipped, each with its finding.
+
+    `points` is the number of fixed-speed points that the curve was held against.
+    """
+    found, wind, made = result.diagnostics, result.wind, result.provenance
+    failed: dict[str, list[str]] = {} if result.converged else {"the fit converged": [result.reason]}
+    told = [*((d.kind, d.words) for d in result.disagreements), *((w.code, str(w)) for w in result.warnings)]
+    for kind, why in told:
+        failed.setdefault(_FAILED_BY.get(kind, ""), []).append(why)
+    late, change, agreement = found.latency, found.wind_change, found.height_agreement
+    delay = ""
+    if late is not None and np.isfinite(late.two_sigma):
+        size = f"{late.value:+.2f} ± {late.two_sigma:.2f} s (2σ), of which {late.left:+.2f} s is not taken out"
+        delay = size.replace("-", "−")
+    known = "the wind is unknown" if wind is None else f"wind known to ±{_wind_two_sigma(wind):.2f} kt (2σ)"
+    largest = 100.0 * float(np.max(np.abs(result.curve.normalized_pressure_error)))
+    passed = {  # no finding where it was not looked for
+        "the fit converged": f"{result.reason}, {found.iterations} iterations",
+        _GEOMETRY: f"condition number {result.condition_number:.1e}, {known}",
+        "samples and curve agree": "" if result.method == "height" else "none lie off it by more than chance",
+        "wind triangle and height agree": ""
+        if agreement is None
+        else f"so much apart by chance in {100.0 * agreement:.2g} % of logs",
+        "fixed-speed points and curve agree": f"{points} points" if points else "",
+        "latency of the GPS velocity": delay,
+        "constant wind": "" if change is None else f"Bayes factor of a change {change.bayes_factor:.2g}",
+        _HEADINGS: "no constant angle" if any("heading" in each.channels for each in made.inputs) else "",
+        "curve of a possible size": f"Δp/q_c up to {largest:.1f} %",
+        "sensors within their accuracies": "no estimate lies outside its prior",
+        "no faulty rows": "no row disagrees with all others",
+        "flights agree": "their curves differ by no more than chance" if len(made.inputs) > 1 else "",
+        "the whole log was used": "" if result.left_out else "no part was left out",
+    }
+    return [check(name, ". ".join(failed.get(name, ())), why) for name, why in passed.items()]
+
+
+def check(name: str, failed: str, passed: str, skipped: str = _NOT_SHOWN) -> Check:
+    return Check(name, "failed" if failed else "passed" if passed else "skipped", failed or passed or skipped)
+
+
+def _wind_two_sigma(wind: WindEstimate) -> float:
+    return max(wind.north.two_sigma, wind.east.two_sigma) / KNOT
+
+
+Part = tuple[str, Sequence[str], str]  # of a record: heading, sentences, tables and drawings as HTML
+_STATUSES = ("failed", "passed", "skipped")
+INPUT_COLUMNS: tuple[Column[InputFile], ...] = (
+    Column("input", lambda f: f.role),
+    Column("name", lambda f: f.name),
+    Column("SHA-256", lambda f: f.sha256),
+    Column("rows", lambda f: f.rows or None, style=",d", optional=True),
+    Column("time", lambda f: f.minutes if f.rows else None, "min", ".1f", optional=True),
+    Column("origin", lambda f: f.origin or None, optional=True),
+)
+WIND_COLUMNS: tuple[Column[WindowWind], ...] = (
+    Column("begin", lambda w: minutes_text(w.begin)),
+    Column("end", lambda w: minutes_text(w.end)),
+    Column("mean height", lambda w: w.altitude / FOOT, "ft", ",.0f"),
+    Column("wind", lambda w: WindEstimate(w.north, w.east).speed_kt, "kt", ".1f"),
+    Column("from", lambda w: WindEstimate(w.north, w.east).from_deg, "°", "03.0f"),
+    Column("±2σ of its larger component", lambda w: _wind_two_sigma(WindEstimate(w.north, w.east)), "kt", ".2f"),
+)
+
+
+def calibration_record(flights: Sequence[Calibration], limit: Limit | str | None = AUTO, points: int = 0) -> str:
+    """The record of one curve, from one flight or from several with a wind each, as a page of two sheets.
+
+    `limit` as for `judgments`; `points` as for `checks_of`, of the first flight.
+    """
+    from pitotbench.show.curves import curve_panels
+    from pitotbench.show.verdict import CHECK_COLUMNS
+
+    result = flights[0]
+    answer = [*headline(result), short_answer_of(result, "").correction_sentence]
+    drawing = curve_panels({result.model: result}, None, limit=limit)[0].drawing
+    card = html_table(GLANCE_COLUMNS, glance_points(result.curve))
+    winds = [window for each in flights for window in each.winds]
+    rule = [judgment.sentence for judgment in judgments(result, limit)]
+    checks = [found for each in flights for found in checks_of(each, points if each is result else 0)]
+    by_status = sorted(checks, key=lambda each: _STATUSES.index(each.status))
+    worst = {each.name: each for each in reversed(by_status)}  # of several flights the worst one is told
+    warnings = dict.fromkeys(str(w) for each in flights for w in each.warnings if w.code not in _FAILED_BY)
+    parts: list[Part] = [
+        ("Conditions", conditions_of(result.provenance, condition_lines(result)), html_table(WIND_COLUMNS, winds)),
+        ("Answer", answer, f'<div class="beside"><div>{card}</div>{drawing}</div>'),
+        ("Rule", rule or ["No rule was asked for, or none holds at these speeds."], ""),
+        ("Checks", [], html_table(CHECK_COLUMNS, [worst[each.name] for each in checks_of(result)])),
+    ]
+    title = "Record of a pitot-static calibration"
+    return record_page(
+        title, "Find the correction of the airspeed, with a bound.", result.provenance, parts, warnings
+    )
+
+
+def conditions_of(made: Provenance, lines: Sequence[str]) -> list[str]:
+    """The ranges of the logs, in the field's units, before further lines."""
+    ranges = [
+        f"{f.name}: {f.airspeeds[0] / KNOT:.0f} to {f.airspeeds[1] / KNOT:.0f} KIAS, pressure altitude "
+        f"{f.heights[0] / FOOT:,.0f} to {f.heights[1] / FOOT:,.0f} ft (5 % to 95 % of the rows)."
+        for f in made.inputs
+        if f.rows
+    ]
+    return [*ranges, *(f"{line[:1].upper()}{line[1:]}" for line in lines)]
+
+
+def record_page(
+    title: str, objective: str, made: Provenance, parts: Sequence[Part], warnings: Iterable[str]
+) -> str:
+    choices = [f"{words(c.name)}: {words(c.value)} ({c.source})" for c in made.choices]
+    used = ", ".join(f"{name} {number}" for name, number in made.versions.items())
+    return render(
+        "record.html",
+        title=title,
+        objective=objective,
+        inputs=html_table(INPUT_COLUMNS, made.inputs),
+        choices=choices,
+        versions=f"{used}. Made on {made.date} (UTC)." if used else "Not recorded.",
+        parts=parts,
+        warnings=[*warnings],
+    )

@@ -428,7 +428,12 @@ def draw(methods: pd.DataFrame, folder: Path) -> None:
 
 
 def _label(axes: "Axes", x: "pd.Series[float]", y: "pd.Series[float]", names: "pd.Series[str]") -> None:
+    """Name the dots: above them to the right, below one with another close on its right, and below a long name."""
+    wide, high = float(np.ptp(x)), float(np.ptp(y))
     for name in x.index:
+        right = (x - x[name]).between(0.0, 0.1 * wide) & ((y - y[name]).abs() < 0.1 * high)
+        close, long = bool(right.drop(name).any()), len(names[name]) > 20
         axes.annotate(
-            names[name], (float(x[name]), float(y[name])), (6, 5), textcoords="offset points", fontsize=8.5
-        )
+            names[name], (float(x[name]), float(y[name])), (-4 if close else 6, -12 if close or long else 5),
+            textcoords="offset points", fontsize=8.5, ha="right" if close else "left",
+        )  # fmt: skip

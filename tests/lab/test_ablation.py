@@ -49,7 +49,7 @@ def test_thresholds_are_as_before_after_a_step(name):
 def test_a_replay_equals_a_judgment_of_its_own(tmp_path: Path):
     case = next(c for c in opened(KEPT / "eleventh.tar.xz")["cases"] if c["name"] == "log-0342")
     path = tmp_path / "log-0342.parquet"
-    log, steps = flown_log(path, case), ("temper", "looks", "all doubt")
+    log, steps = flown_log(path, case), ("temper", "looks", "sensor effects taken out", "all doubt")
     replayed = {each["step"]: each for each in judged("log-0342", log, steps, aircraft="none")}
     for step in (COMPLETE, *steps):
         with thresholds(STEPS[step].values):

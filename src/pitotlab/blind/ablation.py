@@ -26,6 +26,7 @@ from pitotbench.bench import rounds, workflow
 from pitotbench.bench.rounds import JudgedLog, NamedLog
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
+from pitotbench.reconciliation.posterior import CauseSearch
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
@@ -46,17 +47,23 @@ Replacement = Callable[..., Any]
 class Step:
     """How a step is switched off: thresholds with other values, and functions with others in their place.
 
-    `of_null` changes the null distribution. A step that is `told` acts after the posterior, which stays as it is.
+    `of_null` changes the null distribution. A step that is `told` acts after the posterior, which stays as it is;
+    one that is `renewed` acts already where signatures are renewed.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
     functions: Mapping[str, Replacement] = field(default_factory=dict)
     of_null: Callable[[NullDistribution], NullDistribution] | None = None
     told: bool = False
+    renewed: bool = False
 
 
 def _nothing(*given: Any) -> tuple[Any, ...]:
     return ()
+
+
+def _whole_shares(search: CauseSearch, names: tuple[str, ...]) -> Array:
+    return np.ones(len(search.keys_of(names)))
 
 
 def _without_left_over(null: NullDistribution) -> NullDistribution:
@@ -85,18 +92,29 @@ STEPS: Mapping[str, Step] = {
     "rest": Step({"prior_of_rest": 1e-9}),
     "temper": Step({"table_error": 0.0}),
     "sets of plain neighbors": Step(functions={f"{REST}.posterior._with_plain_neighbors": lambda weights: weights}),
-    "parts of the flight": Step(functions={f"{REST}.naming.with_parts_of_flight": lambda layout, noise: layout}),
+    "own shares of the form error": Step(functions={f"{REST}.posterior.CauseSearch._own_shares": _whole_shares}),
+    "five sizes of a rest: two": Step({"rest_sizes": (12.0, 108.0)}),
+    "prior of four sizes: two": Step({"size_scales": (0.5, 4.0)}),
+    "parts of the flight": Step(
+        functions={f"{REST}.naming.with_parts_of_flight": lambda layout, noise: layout}, renewed=True
+    ),
+    "sensor effects taken out": Step({"undone_from": NEVER}, renewed=True),
+    "renewal at fitted sizes": Step(
+        functions={f"{REST}.naming.at_sizes": lambda layout, sizes: layout}, renewed=True
+    ),
     # What is told of the posterior.
     "hold and power of odds above even": Step({"odds_above_even": 1.0}, told=True),
     "power of odds below even": Step({"odds_below_even": 1.0}, told=True),
     "powers and hold of the odds": Step(NO_POWERS, told=True),
     "doubt by what is left": Step({"doubt_most": THRESHOLDS.doubt_least}, told=True),
     "doubt by objections": Step({"doubt_probable": 0.0, "doubt_taken_back": 0.0}, told=True),
+    "doubt by objections: one share": Step({"doubt_probable": 0.5, "doubt_taken_back": 0.5}, told=True),
     "all doubt": Step(NO_DOUBT, told=True),
     "powers, hold and doubt": Step({**NO_POWERS, **NO_DOUBT}, told=True),
     "closure rules": Step(functions=NO_CLOSURE_RULES, told=True),
     "withdrawal by the closure": Step({"closure_probable": ALWAYS}, told=True),
     "withdrawal by a formula": Step(functions=NO_FORMULA, told=True),
+    "closure rules: one limit": Step({"closure_with_rest": 0.85, "closure_probable": 0.85}, told=True),
     "a rest asks for more closure": Step({"closure_with_rest": THRESHOLDS.closure_lowest}, told=True),
     "closure rules and formula": Step(functions={**NO_CLOSURE_RULES, **NO_FORMULA}, told=True),
     "a wander or line outweighs": Step(functions={f"{VERDICT}._outweighs": lambda *given: False}, told=True),
@@ -168,8 +186,8 @@ class Kept:
     def _posterior(self) -> str:
         return COMPLETE if self.step.told else self.name
 
-    def _renewal(self) -> bool:
-        return f"{REST}.naming.with_parts_of_flight" in self.step.functions
+    def _renewal(self) -> str:
+        return self.name if self.step.renewed else COMPLETE
 
 
 def _formula_key(layout: Layout, null: NullDistribution) -> tuple[str, int]:

@@ -94,14 +94,10 @@ STEPS: Mapping[str, Step] = {
     "sets of plain neighbors": Step(functions={f"{REST}.posterior._with_plain_neighbors": lambda weights: weights}),
     "own shares of the form error": Step(functions={f"{REST}.posterior.CauseSearch._own_shares": _whole_shares}),
     "five sizes of a rest: two": Step({"rest_sizes": (12.0, 108.0)}),
-    "prior of four sizes: two": Step({"size_scales": (0.5, 4.0)}),
     "parts of the flight": Step(
         functions={f"{REST}.naming.with_parts_of_flight": lambda layout, noise: layout}, renewed=True
     ),
     "sensor effects taken out": Step({"undone_from": NEVER}, renewed=True),
-    "renewal at fitted sizes": Step(
-        functions={f"{REST}.naming.at_sizes": lambda layout, sizes: layout}, renewed=True
-    ),
     # What is told of the posterior.
     "hold and power of odds above even": Step({"odds_above_even": 1.0}, told=True),
     "power of odds below even": Step({"odds_below_even": 1.0}, told=True),
@@ -293,8 +289,8 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     parser.add_argument(
         "--set", default="eleventh", dest="kept", help="a set whose truth is open (default: eleventh)"
     )
-    parser.add_argument("--settings", default="H,J,F,A,K,I", help="of the set, in their order")
-    parser.add_argument("--kinds", default="above 7,none,outside")
+    parser.add_argument("--settings", default="H,J,F,A", help="of the set, in their order")
+    parser.add_argument("--kinds", default="above 7=5,none=2,outside=2", help="of each setting, and how many")
     parser.add_argument("--steps", default="", help="names with ; between them (default: all)")
     parser.add_argument(
         "--minutes", type=float, default=0.0, help="after which no further log begins; 0: only score"
@@ -305,11 +301,16 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     options = parser.parse_args(words)
     cases = {c["name"]: c for c in opened(KEPT / f"{options.kept}.tar.xz")["cases"]}
     steps = options.steps.split(";") if options.steps else list(STEPS)
-    kinds, letters = options.kinds.split(","), options.settings.split(",")
+    kinds = {kind: int(most) for kind, _, most in (each.partition("=") for each in options.kinds.split(","))}
     lines = options.results.read_text("utf-8").splitlines() if options.results.is_file() else []
     answers = [json.loads(line) for line in lines]
     done = {(a["name"], a["step"]) for a in answers}
-    chosen = [c for x in letters for c in cases.values() if c["settings"] == [x] and c["kind"] in kinds]
+    chosen = [
+        case
+        for letter in options.settings.split(",")
+        for kind, most in kinds.items()
+        for case in [c for c in cases.values() if c["settings"] == [letter] and c["kind"] == kind][:most]
+    ]
     begun = monotonic()
     options.results.parent.mkdir(parents=True, exist_ok=True)
     for case in chosen:

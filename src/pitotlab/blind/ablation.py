@@ -26,7 +26,6 @@ from pitotbench.bench import rounds, workflow
 from pitotbench.bench.rounds import JudgedLog, NamedLog
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
-from pitotbench.reconciliation.posterior import CauseSearch
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
@@ -37,7 +36,7 @@ from pitotlab.blind.parts import hidden_parts, kept_table, named_parts, proper_s
 from pitotlab.blind.sealed import KEPT, opened
 from pitotlab.experiment import OUT
 
-COMPLETE = "complete"
+COMPLETE, FIRST_LOOK = "complete", "further looks"
 AIRCRAFT = "navajo"
 NEVER, ALWAYS = 1e9, -1e9
 Replacement = Callable[..., Any]
@@ -48,7 +47,8 @@ class Step:
     """How a step is switched off: thresholds with other values, and functions with others in their place.
 
     `of_null` changes the null distribution. A step that is `told` acts after the posterior, which stays as it is;
-    one that is `renewed` acts already where signatures are renewed.
+    any other one is tried on the first look alone, beside that of the complete chain. One that is
+    `renewed` acts already where signatures are renewed.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -57,13 +57,19 @@ class Step:
     told: bool = False
     renewed: bool = False
 
+    @property
+    def beside(self) -> str:
+        """The step whose answers are those without this one off."""
+        return COMPLETE if self.told else FIRST_LOOK
+
+    @property
+    def thresholds(self) -> Mapping[str, Any]:
+        """The thresholds with other values."""
+        return self.values if self.told else {**self.values, "looks_most": 1}
+
 
 def _nothing(*given: Any) -> tuple[Any, ...]:
     return ()
-
-
-def _whole_shares(search: CauseSearch, names: tuple[str, ...]) -> Array:
-    return np.ones(len(search.keys_of(names)))
 
 
 def _without_left_over(null: NullDistribution) -> NullDistribution:
@@ -78,7 +84,7 @@ NO_FORMULA: Mapping[str, Replacement] = {"pitotbench.bench.workflow._is_simpler"
 NO_DOUBT = {"doubt_least": 0.0, "doubt_most": 0.0, "doubt_probable": 0.0, "doubt_taken_back": 0.0}
 NO_POWERS = {"odds_above_even": 1.0, "odds_below_even": 1.0}
 STEPS: Mapping[str, Step] = {
-    COMPLETE: Step(),
+    COMPLETE: Step(told=True),
     # What the posterior weighs.
     "prior of four sizes: one": Step({"size_scales": (1.0,)}),
     "form error": Step({"form_error": 0.0}),
@@ -86,13 +92,11 @@ STEPS: Mapping[str, Step] = {
     "form and smooth error": Step({"form_error_from": NEVER}),
     "vanes": Step({"null_size_margin": 0.0}),
     "fluctuation": Step(functions=NO_FLUCTUATION),
-    "vanes and fluctuation": Step({"null_size_margin": 0.0}, NO_FLUCTUATION),
     "left-over scores": Step(of_null=_without_left_over),
     "wander": Step(functions=NO_WANDER),
     "rest": Step({"prior_of_rest": 1e-9}),
     "temper": Step({"table_error": 0.0}),
     "sets of plain neighbors": Step(functions={f"{REST}.posterior._with_plain_neighbors": lambda weights: weights}),
-    "own shares of the form error": Step(functions={f"{REST}.posterior.CauseSearch._own_shares": _whole_shares}),
     "five sizes of a rest: two": Step({"rest_sizes": (12.0, 108.0)}),
     "parts of the flight": Step(
         functions={f"{REST}.naming.with_parts_of_flight": lambda layout, noise: layout}, renewed=True
@@ -119,7 +123,7 @@ STEPS: Mapping[str, Step] = {
     "wanders and lines": Step(
         functions={f"{VERDICT}.wandering_channels": _nothing, f"{VERDICT}.periodic_channels": _nothing}, told=True
     ),
-    "looks": Step({"looks_most": 1}, told=True),
+    FIRST_LOOK: Step({"looks_most": 1}, told=True),
 }
 
 
@@ -142,7 +146,7 @@ class Kept:
     def __init__(self) -> None:
         self._found: dict[tuple[Any, ...], Any] = {}
         self._inputs: list[Any] = []  # an object whose address is a key must not go
-        self.step = Step()
+        self.step = STEPS[COMPLETE]
         self.name = COMPLETE
         self.computed: dict[str, int] = {}
 
@@ -193,10 +197,10 @@ def _formula_key(layout: Layout, null: NullDistribution) -> tuple[str, int]:
 def judged(name: str, log: FlightLog, steps: Sequence[str], aircraft: str = AIRCRAFT) -> Iterator[dict[str, Any]]:
     """Yield the answer on one log for each step: the complete chain first, then with the step off."""
     kept = Kept()
-    for each in dict.fromkeys((COMPLETE, *steps)):
+    for each in dict.fromkeys((COMPLETE, FIRST_LOOK, *steps)):
         kept.step, kept.name, begun = STEPS[each], each, process_time()
         with ExitStack() as stack:
-            stack.enter_context(thresholds(kept.step.values))
+            stack.enter_context(thresholds(kept.step.thresholds))
             stack.enter_context(kept.at_hand())
             for path, function in kept.step.functions.items():
                 stack.enter_context(patch(path, function))
@@ -270,8 +274,9 @@ def table(truth: Mapping[str, Mapping[str, Any]], answers: Sequence[Mapping[str,
         by_step.setdefault(each["step"], {})[each["name"]] = JudgedCase(truth[each["name"]], each)
     rows = []
     for step, found in by_step.items():
-        names = [name for name in found if name in by_step[COMPLETE]]
-        off, whole = counts([found[n] for n in names]), counts([by_step[COMPLETE][n] for n in names])
+        before = by_step[STEPS[step].beside]
+        names = [name for name in found if name in before]
+        off, whole = counts([found[n] for n in names]), counts([before[n] for n in names])
         row: dict[str, Any] = {"step off": step, "logs": len(names)}
         difference = off.proper if step == COMPLETE else off.proper - whole.proper
         for i, name in enumerate(PROPER):
@@ -279,7 +284,7 @@ def table(truth: Mapping[str, Mapping[str, Any]], answers: Sequence[Mapping[str,
             row[f"{name}_se"] = f"{difference[:, i].std() / np.sqrt(max(1, len(difference) - 1)):.4f}"
         for name in COUNTED:
             row[name] = getattr(off, name) - (0 if step == COMPLETE else getattr(whole, name))
-        changed = [n for n in names if found[n].groups != by_step[COMPLETE][n].groups]
+        changed = [n for n in names if found[n].groups != before[n].groups]
         rows.append(row | {"answers_changed": len(changed)})
     return rows
 

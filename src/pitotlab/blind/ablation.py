@@ -81,7 +81,7 @@ NO_FLUCTUATION: Mapping[str, Replacement] = {f"{REST}.evidence.LogEvidence._add_
 NO_WANDER: Mapping[str, Replacement] = {f"{REST}.naming.wander_of": lambda null, channels: {}}
 NO_CLOSURE_RULES: Mapping[str, Replacement] = {"pitotbench.bench.rounds.closure_checked": lambda looks: looks}
 NO_FORMULA: Mapping[str, Replacement] = {"pitotbench.bench.workflow._is_simpler": lambda *given: False}
-NO_DOUBT = {"doubt_least": 0.0, "doubt_most": 0.0, "doubt_probable": 0.0, "doubt_taken_back": 0.0}
+NO_DOUBT = {"doubt_least": 0.0, "doubt_most": 0.0, "doubt_objected": 0.0}
 NO_POWERS = {"odds_above_even": 1.0, "odds_below_even": 1.0}
 STEPS: Mapping[str, Step] = {
     COMPLETE: Step(told=True),
@@ -107,8 +107,7 @@ STEPS: Mapping[str, Step] = {
     "power of odds below even": Step({"odds_below_even": 1.0}, told=True),
     "powers and hold of the odds": Step(NO_POWERS, told=True),
     "doubt by what is left": Step({"doubt_most": THRESHOLDS.doubt_least}, told=True),
-    "doubt by objections": Step({"doubt_probable": 0.0, "doubt_taken_back": 0.0}, told=True),
-    "doubt by objections: one share": Step({"doubt_probable": 0.5, "doubt_taken_back": 0.5}, told=True),
+    "doubt by objections": Step({"doubt_objected": 0.0}, told=True),
     "all doubt": Step(NO_DOUBT, told=True),
     "powers, hold and doubt": Step({**NO_POWERS, **NO_DOUBT}, told=True),
     "closure rules": Step(functions=NO_CLOSURE_RULES, told=True),
@@ -117,12 +116,8 @@ STEPS: Mapping[str, Step] = {
     "closure rules: one limit": Step({"closure_with_rest": 0.85, "closure_probable": 0.85}, told=True),
     "a rest asks for more closure": Step({"closure_with_rest": THRESHOLDS.closure_lowest}, told=True),
     "closure rules and formula": Step(functions={**NO_CLOSURE_RULES, **NO_FORMULA}, told=True),
-    "a wander or line outweighs": Step(functions={f"{VERDICT}._outweighs": lambda *given: False}, told=True),
+    "a line outweighs": Step(functions={f"{VERDICT}._outweighs": lambda *given: False}, told=True),
     "lines": Step(functions={f"{VERDICT}.periodic_channels": _nothing}, told=True),
-    "wandering channels": Step(functions={f"{VERDICT}.wandering_channels": _nothing}, told=True),
-    "wanders and lines": Step(
-        functions={f"{VERDICT}.wandering_channels": _nothing, f"{VERDICT}.periodic_channels": _nothing}, told=True
-    ),
     FIRST_LOOK: Step({"looks_most": 1}, told=True),
 }
 

@@ -68,10 +68,12 @@ class Thresholds:
     set_holds: float = 0.95  # probability that the reported set holds the cause
     outside_likely: float = 0.5  # probability from which a gap is one that the table does not hold
     rest_likely: float = 0.5  # probability from which something remains beside what is named
-    closure_lowest: float = 0.85  # closure of the log itself below which an effect only looks like its cause
-    closure_with_rest: float = 0.95  # the same where something is known to remain: of 17 such names one was right
-    closure_probable: float = 0.8  # closure from which a name that a check speaks against is still a probable cause
-    hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
+    closure_lowest: float = (
+        0.85  # of the log, or of a held-out one, below which an effect only looks like its cause
+    )
+    closure_with_rest: float = (
+        0.95  # below which a name is only probable where something remains: 0 of 10 were right
+    )
     left_by_chance: float = 9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
     contradicted_from: float = 4.0  # σ between flights, or between parts of one; false in one set of 3,000
     left_over_from: float = 2.0  # root mean square of a score on eight null flights: by chance in one of 10,000

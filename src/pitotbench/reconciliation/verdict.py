@@ -351,7 +351,7 @@ def closes(held: Closure) -> bool:
     and so do sizes that are hardly known.
     """
     by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * held.chance
-    return held.share >= THRESHOLDS.hold_out_lowest or held.after - held.noise < by_chance
+    return held.share >= THRESHOLDS.closure_lowest or held.after - held.noise < by_chance
 
 
 # What the probability of a cause is worth: the posterior's own, with a doubt that it cannot have itself.

@@ -38,7 +38,7 @@ from pitotlab.experiment import OUT
 
 COMPLETE, FIRST_LOOK = "complete", "further looks"
 AIRCRAFT = "navajo"
-NEVER, ALWAYS = 1e9, -1e9
+NEVER = 1e9
 Replacement = Callable[..., Any]
 
 
@@ -111,9 +111,7 @@ STEPS: Mapping[str, Step] = {
     "all doubt": Step(NO_DOUBT, told=True),
     "powers, hold and doubt": Step({**NO_POWERS, **NO_DOUBT}, told=True),
     "closure rules": Step(functions=NO_CLOSURE_RULES, told=True),
-    "withdrawal by the closure": Step({"closure_probable": ALWAYS}, told=True),
     "withdrawal by a formula": Step(functions=NO_FORMULA, told=True),
-    "closure rules: one limit": Step({"closure_with_rest": 0.85, "closure_probable": 0.85}, told=True),
     "a rest asks for more closure": Step({"closure_with_rest": THRESHOLDS.closure_lowest}, told=True),
     "closure rules and formula": Step(functions={**NO_CLOSURE_RULES, **NO_FORMULA}, told=True),
     "a line outweighs": Step(functions={f"{VERDICT}._outweighs": lambda *given: False}, told=True),
@@ -190,9 +188,9 @@ def _formula_key(layout: Layout, null: NullDistribution) -> tuple[str, int]:
 
 
 def judged(name: str, log: FlightLog, steps: Sequence[str], aircraft: str = AIRCRAFT) -> Iterator[dict[str, Any]]:
-    """Yield the answer on one log for each step: the complete chain first, then with the step off."""
+    """Yield the answer on one log for each step off, those of the chain beside which it is held before."""
     kept = Kept()
-    for each in dict.fromkeys((COMPLETE, FIRST_LOOK, *steps)):
+    for each in dict.fromkeys((*(STEPS[step].beside for step in steps), *steps)):
         kept.step, kept.name, begun = STEPS[each], each, process_time()
         with ExitStack() as stack:
             stack.enter_context(thresholds(kept.step.thresholds))
@@ -269,7 +267,7 @@ def table(truth: Mapping[str, Mapping[str, Any]], answers: Sequence[Mapping[str,
         by_step.setdefault(each["step"], {})[each["name"]] = JudgedCase(truth[each["name"]], each)
     rows = []
     for step, found in by_step.items():
-        before = by_step[STEPS[step].beside]
+        before = by_step.get(STEPS[step].beside, {})
         names = [name for name in found if name in before]
         off, whole = counts([found[n] for n in names]), counts([before[n] for n in names])
         row: dict[str, Any] = {"step off": step, "logs": len(names)}

@@ -36,7 +36,7 @@ NOISE = NoiseModel(("one", "two"), np.array([[0.5, 0.1], [0.3, 1 / 3]]), np.arra
 SCORES = ScoreScale({"pod": 0.3}, {"pod": 1.1}, {"one||time": -0.2}, {"one||time": 1.0})
 NULL = NullDistribution(
     *(NOISE, SCORES, 3.9, 4.4, 8),
-    *({"level": Measure(-1.0, 0.1)}, {"one": Measure(0.0, 0.2)}, {"two": Measure(1.0, 0.3)}),
+    *(Measure(-1.0, 0.1), {"two": Measure(1.0, 0.3)}),
 )
 CARD = Case(maneuver="circle")
 LOG = FlightLog(
@@ -70,7 +70,7 @@ def test_a_null_distribution_reads_back_bit_for_bit():
     assert same(back, NULL)
     assert back.noise.names == NULL.noise.names
     assert np.array_equal(back.noise.coefficients, NOISE.coefficients)
-    assert back.gust_levels == NULL.gust_levels
+    assert back.gust_level == NULL.gust_level
 
 
 def test_a_card_is_flown_once(flown, tmp_path):
@@ -86,7 +86,7 @@ SPOILED = {
     "cut": text_of(NULL).encode()[:-40],
     "binary": bytes(range(256)),
     "another document": b"[1, 2]",
-    "a key less": json.dumps({k: v for k, v in GOOD.items() if k != "channel_powers"}).encode(),
+    "a key less": json.dumps({k: v for k, v in GOOD.items() if k != "spectral_lines"}).encode(),
     "a threshold that is no number": json.dumps({**GOOD, "threshold": float("nan")}).encode(),
     "an infinite threshold": json.dumps({**GOOD, "cell_threshold": float("inf")}).encode(),
     "a threshold of zero": json.dumps({**GOOD, "threshold": 0.0}).encode(),
@@ -94,7 +94,7 @@ SPOILED = {
     "a number as text": json.dumps({**GOOD, "threshold": "3.9"}).encode(),
     "a spread of zero": json.dumps({**GOOD, "scores": {**GOOD["scores"], "effect_spread": {"pod": 0.0}}}).encode(),
     "a deviation of zero": json.dumps(
-        {**GOOD, "channel_powers": {"one": {"mean": 0.0, "deviation": 0.0}}}
+        {**GOOD, "spectral_lines": {"one": {"mean": 0.0, "deviation": 0.0}}}
     ).encode(),
     "a mean that is no number": json.dumps(
         {**GOOD, "scores": {**GOOD["scores"], "cell_mean": {"one||time": float("nan")}}}

@@ -72,13 +72,15 @@ def test_a_wrong_patch_is_not_quiet(found):
     assert rounds[1].verdict.kind != "no_gap"
 
 
-@pytest.mark.parametrize(("left", "kind"), [(0.3, "unknown"), (0.18, "one_of"), (0.1, "named")])
-def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(found, looks, left, kind):
+@pytest.mark.parametrize(
+    ("left", "remains", "kind"), [(0.22, False, "unknown"), (0.1, True, "one_of"), (0.1, False, "named")]
+)
+def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(found, looks, left, remains, kind):
     """The second look is changed so that it finds a share of the first gap again."""
     assert looks.closure.share > THRESHOLDS.closure_lowest
     closed, last = found.verdict.closure, looks.later[-1]
     again = replace(last.found.closure, before=last.found.closure.noise + left * (closed.before - closed.noise))
-    changed = replace(looks, later=(replace(last, found=replace(last.found, closure=again)),))
+    changed = replace(looks, later=(replace(last, found=replace(last.found, closure=again, remains=remains)),))
     assert changed.closure.share == pytest.approx(1.0 - left, abs=0.02)
     after = closure_checked(changed)
     first = after.first
@@ -89,7 +91,7 @@ def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(found, 
         assert not patch_of(after, (), "", "").entries
         assert first.verdict.changes == (f"named -> unknown: {first.checks.closure.why}",)
     elif kind == "one_of":
-        assert first.verdict.doubts == ("gps_latency comes closest, but closes only 82% of the gap",)
+        assert first.verdict.doubts == ("gps_latency comes closest, but closes only 90% of the gap",)
         assert [e.name for e in after.effects] == ["gps_latency"]
         told = with_calibrated_probabilities(after).first.verdict
         assert told.alternatives[0]

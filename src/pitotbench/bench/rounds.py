@@ -276,7 +276,7 @@ def closure_checked(looks: Looks) -> Looks:
     """
     closed, verdict = looks.closure, looks.first.verdict
     share = f"{max(0.0, closed.share):.0%} of the gap"
-    if verdict.doubts and closed.share < THRESHOLDS.closure_probable:
+    if verdict.doubts and closed.share < THRESHOLDS.closure_lowest:
         return _objected(looks, f"all looks close only {share}")
     least = THRESHOLDS.closure_with_rest if looks.remains else THRESHOLDS.closure_lowest
     by_chance = closed.after - closed.noise < THRESHOLDS.gap_cell
@@ -292,7 +292,7 @@ def closure_checked(looks: Looks) -> Looks:
 
 def _objected(looks: Looks, why: str) -> Looks:
     """The passes with an objection, which withdraws the names where they close too little of the gap."""
-    withdraws = looks.closure.share < THRESHOLDS.closure_probable
+    withdraws = looks.closure.share < THRESHOLDS.closure_lowest
     first = replace(looks.first, checks=replace(looks.first.checks, closure=Objection(why, withdraws)))
     return first_pass(first) if withdraws else replace(looks, first=first)
 

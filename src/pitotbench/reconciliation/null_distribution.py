@@ -76,8 +76,8 @@ class NullDistribution:
     """What flights of a card without an effect show by chance.
 
     `threshold` is for the largest score of the table and `cell_threshold` for the largest score of the cells, both
-    on the scale of `scores`. `gust_levels`, `channel_powers` and `spectral_lines` hold further measures, see
-    `null_learning`, which measures them.
+    on the scale of `scores`. `gust_level` and `spectral_lines` hold further measures, see `null_learning`, which
+    measures them.
     """
 
     noise: NoiseModel
@@ -85,8 +85,7 @@ class NullDistribution:
     threshold: float
     cell_threshold: float
     flights: int
-    gust_levels: Mapping[str, Measure] = field(default_factory=dict)
-    channel_powers: Mapping[str, Measure] = field(default_factory=dict)
+    gust_level: Measure | None = None
     spectral_lines: Mapping[str, Measure] = field(default_factory=dict)
 
     @property
@@ -179,8 +178,7 @@ class _Text:
     threshold: Positive
     cell_threshold: Positive
     flights: Annotated[int, Field(ge=THRESHOLDS.null_flights_fewest)]
-    gust_levels: dict[str, _Measure]
-    channel_powers: dict[str, _Measure]
+    gust_level: _Measure
     spectral_lines: dict[str, _Measure]
 
 
@@ -202,8 +200,7 @@ def read_distribution(text: str | bytes) -> NullDistribution:
         threshold=checked.threshold,
         cell_threshold=checked.cell_threshold,
         flights=checked.flights,
-        gust_levels=_measures(checked.gust_levels),
-        channel_powers=_measures(checked.channel_powers),
+        gust_level=Measure(checked.gust_level.mean, checked.gust_level.deviation),
         spectral_lines=_measures(checked.spectral_lines),
     )
 

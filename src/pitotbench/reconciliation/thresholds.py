@@ -60,8 +60,7 @@ class Thresholds:
     doubt_least: float = 0.04  # share of probability for other causes where an answer closes the gap
     doubt_most: float = 0.38  # the same where it leaves much
     doubt_most_left: float = 0.15  # share of the gap left from which the doubt does not grow any more
-    doubt_probable: float = 0.38  # further share where a check speaks against the names: 16 of 34 were right
-    doubt_taken_back: float = 0.58  # the same where it takes the names back: 5 of 19 were right
+    doubt_objected: float = 0.45  # further share where a check speaks against the names: 21 of 53 were right
     odds_trusted: float = 4.0  # to one: up to these odds the posterior is as sure as it is right
     odds_above_even: float = 0.5  # power of odds far above even: the posterior is surer than it is right
     odds_below_even: float = 0.8  # power of odds below even
@@ -69,10 +68,12 @@ class Thresholds:
     set_holds: float = 0.95  # probability that the reported set holds the cause
     outside_likely: float = 0.5  # probability from which a gap is one that the table does not hold
     rest_likely: float = 0.5  # probability from which something remains beside what is named
-    closure_lowest: float = 0.85  # closure of the log itself below which an effect only looks like its cause
-    closure_with_rest: float = 0.95  # the same where something is known to remain: of 17 such names one was right
-    closure_probable: float = 0.8  # closure from which a name that a check speaks against is still a probable cause
-    hold_out_lowest: float = 0.85  # closure of a held-out log below which a name is taken back
+    closure_lowest: float = (
+        0.85  # of the log, or of a held-out one, below which an effect only looks like its cause
+    )
+    closure_with_rest: float = (
+        0.95  # below which a name is only probable where something remains: 0 of 10 were right
+    )
     left_by_chance: float = 9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
     contradicted_from: float = 4.0  # σ between flights, or between parts of one; false in one set of 3,000
     left_over_from: float = 2.0  # root mean square of a score on eight null flights: by chance in one of 10,000
@@ -82,17 +83,11 @@ class Thresholds:
     beam_depth: float = 12.0  # of the logarithm of the weight by which a set that is still weighed may be behind
 
     # What remains: a gap that no effect of the table explains.
-    remaining_wander: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
-    wander_deviation_lowest: float = 0.3  # of a logarithm: 0.1 to 0.5 from day to day, 14 null flights of two cards
-    wander_nearby: int = 40  # instants, 20 s, with a noise of their own: a throttle's counts more at half power
-    wander_nearby_lowest: float = 0.3  # of the noise of all: a channel that rests for a while has none of its own
-    remaining_line: float = 6.4  # σ; the same count for the strongest spectral line of each channel
+    remaining_line: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
     remaining_share: float = 0.1  # of the explained SS, which an imperfect signature leaves in a channel
     outweighing_share: float = 0.5  # of the explained SS; an explanation of less than twice the rest names nothing
-    wander_share: float = 0.5  # of the channel's surplus before; less is the form error of the named effect
     line_periods: int = 3  # periods in the log; slower errors are drifts, which the cells show
     line_deviation_lowest: float = 0.22  # of a log power: the largest of 300 exponential numbers (Gumbel 1958)
-    calm_gusts: float = 0.1  # m/s, deviation below which the air is calm and airspeed is judged by its wander
     gust_level: float = 4.5  # σ of the turbulence level among eight null flights
     gust_deviation_lowest: float = 0.02  # of a logarithm; eight flights do not determine a spread below 2 %
     gust_change_plausible: float = 3.0  # times the card's turbulence, on top of it; more is another cause

@@ -33,7 +33,7 @@ from pitotbench.reconciliation.naming import (
     own_sizes,
 )
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
-from pitotbench.reconciliation.null_learning import periodic_channels, turbulence_candidates, wandering_channels
+from pitotbench.reconciliation.null_learning import periodic_channels, turbulence_candidates
 from pitotbench.reconciliation.patches import flights_to_fly
 from pitotbench.reconciliation.posterior import OUTSIDE, Names, answer_of
 from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
@@ -71,7 +71,7 @@ class Checks:
     """What every check found on the flights of a verdict; `verdict_of` makes the verdict of it.
 
     `found` is what all flights show, with the kind of the posterior's answer. Each step fills its own field:
-    `outweighed`, whether a wander or a line of a flight outweighs what the effects explain; `left_out` and
+    `outweighed`, whether a line of a flight outweighs what the effects explain; `left_out` and
     `contradictions`, the sentences of flights that the others do not close or that contradict them; `hold_out`,
     the closure of a held-out log; `closure`, the objection of the closure of all passes; `formula`, why a formula
     replaces the names; `maneuvers`, those flown, which no advice repeats; `added`, the positions of the effects
@@ -95,13 +95,13 @@ class Checks:
 def verdict_of(checks: Checks) -> Verdict:
     """Return the verdict of what all checks found. Nothing else sets the kind of a verdict.
 
-    First the posterior answers. A wander or a line may outweigh its effects, and what was counted is a gap of its
+    First the posterior answers. A line may outweigh its effects, and what was counted is a gap of its
     own. Then the objections follow: flights left out, contradictions, a held-out log, the closure of all passes,
     a formula. A later pass tells only what it adds. The doubt of the table comes last.
     """
     verdict = replace(checks.found, closure_holdout=checks.hold_out)
     if checks.outweighed:
-        why = "a wander or a line outweighs what the effects explain"
+        why = "a line of one period outweighs what the effects explain"
         verdict = replace(_with_kind(verdict, "unknown", why), remains=False)
     elif verdict.kind == "no_gap" and verdict.effects:
         kind: Kind = "one_of" if any(verdict.alternatives) else "named"
@@ -168,10 +168,8 @@ def _with_effects(verdict: Verdict, added: Sequence[int]) -> Verdict:
 def _found(layout: Layout, naming: Naming, null: NullDistribution) -> Checks:
     """What one flight shows: its effects with what was counted and the turbulence, and what remains."""
     explained = _without_named(naming)
-    gusts = turbulence_candidates(explained, null.gust_levels)
-    # Other turbulence than that of the card makes every channel wander.
-    wandering = () if gusts else wandering_channels(explained, naming.layout, null, naming.fit.gain)
-    unexplained = (*wandering, *periodic_channels(explained, null, naming.fit.gain))
+    gusts = turbulence_candidates(explained, null.gust_level)
+    unexplained = periodic_channels(explained, null, naming.fit.gain)
     counted = layout.checked.effects
     named, others_of = _named_effects(naming), dict(zip(naming.chosen, naming.alternatives, strict=True))
     effects = (*counted, *named, *gusts)
@@ -203,15 +201,13 @@ def _found(layout: Layout, naming: Naming, null: NullDistribution) -> Checks:
 
 
 def _outweighs(explained: Layout, naming: Naming, null: NullDistribution) -> bool:
-    """Whether a wander or a line that is left is larger than a share of what the effects explain.
+    """Whether a line that is left is larger than a share of what the effects explain.
 
-    Neither is smooth, so that the posterior has no hypothesis for it, and a cause that takes up a part of it is not
+    It is not smooth, so that the posterior has no hypothesis for it, and a cause that takes up a part of it is not
     its cause.
     """
     share = THRESHOLDS.outweighing_share / THRESHOLDS.remaining_share * naming.fit.gain
-    return bool(
-        wandering_channels(explained, naming.layout, null, share) or periodic_channels(explained, null, share)
-    )
+    return bool(periodic_channels(explained, null, share))
 
 
 def _named_effects(naming: Naming) -> tuple[Candidate, ...]:
@@ -355,7 +351,7 @@ def closes(held: Closure) -> bool:
     and so do sizes that are hardly known.
     """
     by_chance = THRESHOLDS.gap_cell + THRESHOLDS.left_by_chance * held.chance
-    return held.share >= THRESHOLDS.hold_out_lowest or held.after - held.noise < by_chance
+    return held.share >= THRESHOLDS.closure_lowest or held.after - held.noise < by_chance
 
 
 # What the probability of a cause is worth: the posterior's own, with a doubt that it cannot have itself.
@@ -390,9 +386,7 @@ def _nearer_even(probabilities: Array | float) -> Array:
 
 def doubt_beside(verdict: Verdict) -> float:
     """Return the share of doubt that the objections to a verdict's names leave, beside that of the gap left."""
-    if not verdict.doubts:
-        return 0.0
-    return THRESHOLDS.doubt_taken_back if verdict.kind == "unknown" else THRESHOLDS.doubt_probable
+    return THRESHOLDS.doubt_objected if verdict.doubts else 0.0
 
 
 def parts_of(probabilities: Mapping[str, float]) -> dict[str, float]:

@@ -35,7 +35,8 @@ from pitotbench.reconciliation.signatures import returns
 from pitotbench.reconciliation.verdict import hold_out
 from pitotbench.records import BadInputError
 from pitotbench.records.case_file import write_case
-from pitotbench.records.verdict import SURE, Closure
+from pitotbench.records.gap import FoundFormula, Round
+from pitotbench.records.verdict import SURE, Closure, Verdict
 from pitotlab.experiment import OUT
 
 LEAST = 1e-3  # probability of a cause that is written down
@@ -70,7 +71,7 @@ def judge(paths: Sequence[Path], aircraft: str, held: Path | None = None) -> dic
     try:
         told["warm"] = all(is_warm(path, aircraft) for path in paths)
         made = _reconciled(paths, aircraft)
-        told |= _told(made)
+        told |= answer_in(made.verdict, made.account.rounds, made.account.formula)
     except BadInputError as error:
         return {**told, "kind": "refused", "why": str(error), **_seconds(wall, processor)}
     except Exception as error:  # whatever it is, it is no answer
@@ -99,9 +100,8 @@ def _reconciled(paths: Sequence[Path], aircraft: str) -> FullReconciliation:
     return reconcile_fully(logs, aircraft, refly=False)
 
 
-def _told(made: FullReconciliation) -> dict[str, Any]:
+def answer_in(verdict: Verdict, rounds: Sequence[Round], formula: FoundFormula | None) -> dict[str, Any]:
     """The answer with what later looks add to it; the figures are those of the first look, the closure of all."""
-    verdict, rounds = made.verdict, made.account.rounds
     effects = {e.name: list(others) for e, others in zip(verdict.effects, verdict.alternatives, strict=True)}
     sizes = {e.name: {s.name: [s.value, s.two_sigma] for s in e.sizes} for e in verdict.effects}
     for later in rounds[1:]:
@@ -125,14 +125,13 @@ def _told(made: FullReconciliation) -> dict[str, Any]:
         "notes": [note for note in verdict.notes if "taken back" in note],
         "advice": list(verdict.advice),
         "located": [[p.channel, p.where, round(p.significance, 1)] for p in verdict.located[:4]],
-        **_formula(made),
+        **_formula(verdict, formula),
     }
 
 
-def _formula(made: FullReconciliation) -> dict[str, Any]:
+def _formula(verdict: Verdict, found: FoundFormula | None) -> dict[str, Any]:
     """The closure of the gap by a formula, where the table leaves one."""
-    found = made.account.formula
-    if not (made.verdict.kind == "unknown" or made.verdict.doubts):
+    if not (verdict.kind == "unknown" or verdict.doubts):
         return {}
     if found is None:
         return {"formula": None}

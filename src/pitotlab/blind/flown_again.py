@@ -67,7 +67,7 @@ def reflown(logs: Path, cases: Sequence[JudgedCase], most: int) -> Iterator[Mapp
         if case.flights != 1 or not case.named or any(isinstance(KNOWN[n], SensorEffect) for n in names):
             continue
         name = case.truth["name"]
-        full = reconcile_fully(NamedLog(name, _flown_log(logs / f"{name}.parquet", case.truth)))
+        full = reconcile_fully(NamedLog(name, flown_log(logs / f"{name}.parquet", case.truth)))
         every = full.account.flown.features
         wanted = [f for f in every if f.name in QUANTITIES]
         if gap(wanted, patched=False) < SHOWN:
@@ -85,7 +85,7 @@ def reflown(logs: Path, cases: Sequence[JudgedCase], most: int) -> Iterator[Mapp
             return
 
 
-def _flown_log(path: Path, told: Mapping[str, Any]) -> FlightLog:
+def flown_log(path: Path, told: Mapping[str, Any]) -> FlightLog:
     """The log of the first flight of a case, as it was written or flown anew."""
     if path.is_file():
         return read_log(path)

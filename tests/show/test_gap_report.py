@@ -86,6 +86,7 @@ def account(verdict: Verdict = NAMED, added: tuple[str, ...] = ("belly_pod",)) -
         waterfall=(Step("belly_pod", 1010.0),) if added else (),
         traces=(Trace("specific_force_x", "m/s²", TIME, np.cos(TIME), np.cos(TIME), EVERY),),
         patch='[[effects]]\nname = "belly_pod"\n' if added else "",
+        effects=verdict.effects if added else (),
         flown=flown(),
         flown_holdout=FlownAgain(skipped="no card"),
         null_flights=8,

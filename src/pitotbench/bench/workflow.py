@@ -256,6 +256,7 @@ def reconcile_fully(
         waterfall=waterfall(first.naming),
         traces=over_time,
         patch=patch.text,
+        effects=looks.effects,
         flown=flown,
         flown_holdout=flown_holdout,
         null_flights=first.null.flights,

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from pitotbench.records import Shown
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.verdict import Closure, JoinedFlight, Verdict
+from pitotbench.records.verdict import Candidate, Closure, JoinedFlight, Verdict
 from pitotbench.units import Array, Booleans
 
 # A formula that describes a gap which the table of effects does not explain.
@@ -198,8 +198,9 @@ class Round:
 class Account(Shown):
     """The content of a reconciliation's report.
 
-    `rounds[0].verdict` is the answer. `patch` is the text of the patch, `flown` and `flown_holdout` are the cards
-    flown again,. `flights` says what each log says. `telling` is the
+    `rounds[0].verdict` is the answer. `effects` are those of all passes with the sizes of the patch, `patch` is its
+    text, `flown` and `flown_holdout` are the cards
+    flown again. `flights` says what each log says. `telling` is the
     channel of the first picture, and `calibration` what the effects do to a calibration; None without a gap or an
     effect. `warnings` are those of the logs as they were read.
     `formula` describes a gap that the table does not explain; None where there is no such gap, or no formula.
@@ -213,6 +214,7 @@ class Account(Shown):
     waterfall: tuple[Step, ...]
     traces: tuple[Trace, ...]
     patch: str
+    effects: tuple[Candidate, ...] = ()
     flown: FlownAgain = field(default_factory=FlownAgain)
     flown_holdout: FlownAgain = field(default_factory=FlownAgain)
     null_flights: int = 0

@@ -381,9 +381,8 @@ def account_page(account: Account) -> str:
 
 def flying_words(account: Account) -> list[str]:
     """The commands that fly the patch: those of its aircraft, and those of a case file."""
-    every = [e for each in account.rounds if each.added for e in each.verdict.effects]
     lines = ["cat patch.toml >> case.toml", "pitotbench fly case.toml -o patched.csv"]
-    if account.aircraft != "none" and any(effect_of(e.name).acts_on == "aircraft" for e in every):
+    if account.aircraft != "none" and any(effect_of(e.name).acts_on == "aircraft" for e in account.effects):
         apply = f"pitotbench reconcile {account.log.replace(', ', ' ')} --aircraft {account.aircraft} --apply NAME"
         lines += ["", apply, f'# fly it with aircraft = "{account.aircraft}+NAME" in the case file']
     return lines

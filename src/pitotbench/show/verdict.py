@@ -238,6 +238,9 @@ def print_account(account: Account, console: Console) -> None:
         added = f": {'; '.join(effect_words(e) for e in each.verdict.effects)}" if each.added else ""
         line = f"pass {number}, with the effects of the passes before in the model: {kind_words(each.verdict)}"
         console.print(outside(line + added), soft_wrap=True)
+    if len(account.rounds) > 2:
+        together = "; ".join(map(effect_words, account.effects))
+        console.print(outside(f"the patch, all sizes fitted together: {together}"), soft_wrap=True)
     for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
         if flown.tolerances:
             console.print()
@@ -296,6 +299,7 @@ def account_json(account: Account) -> dict[str, Any]:
             {"verdict": r.verdict.kind, "added": list(r.added), "closure": _share(r.verdict, r.verdict.closure)}
             for r in account.rounds
         ],
+        "patched": [_effect(effect) for effect in account.effects],
         "waterfall": [{"effect": step.effect, "left": step.left} for step in account.waterfall],
         "flown_again": _flown(account.flown),
         "flown_again_holdout": _flown(account.flown_holdout),

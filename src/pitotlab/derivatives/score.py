@@ -3,7 +3,7 @@
 import json
 from argparse import ArgumentParser
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from math import sqrt
 from pathlib import Path
 from statistics import median
@@ -108,27 +108,16 @@ class ScoredCase:
         return sum(term.outcome in outcomes for term in self.terms)
 
 
-def _corrected(first: Effect, later: Effect) -> Effect:
-    """An effect with the correction of a later pass, as the patch holds it: the sizes add up."""
-    added = {size["name"]: size for size in later["parameters"]}
-    sizes = []
-    for size in first["parameters"]:
-        more = added.get(size["name"])
-        summed = {} if more is None else {"value": size["value"] + more["value"], "two_sigma": more["two_sigma"]}
-        sizes.append({**size, **summed})
-    return {**first, "parameters": sizes}
-
-
 def groups_of(answer: Mapping[str, Any]) -> list[Group]:
-    """What an answer names, in the first pass and in those that follow, each effect once."""
+    """What the passes of an answer name, each effect once, with its size in the patch."""
+    patched = {effect["name"]: effect["parameters"] for effect in answer.get("patched", ())}
     found: dict[str, Group] = {}
     for each in (answer, *answer.get("passes", ())):
         if each["verdict"] in ("named", "one_of"):
             for effect, others in zip(each["effects"], each["alternatives"], strict=True):
-                before = found.get(effect["name"])
-                whole = effect if before is None else _corrected(before.effect, effect)
-                told = Group(whole, tuple(others), bool(each.get("doubts"))) if before is None else before
-                found[effect["name"]] = replace(told, effect=whole)
+                sizes = patched.get(effect["name"], effect["parameters"])
+                told = Group({**effect, "parameters": sizes}, tuple(others), bool(each.get("doubts")))
+                found.setdefault(effect["name"], told)
     return list(found.values())
 
 

@@ -101,24 +101,6 @@ def test_a_name_that_leaves_too_much_of_the_gap_is_doubted_or_taken_back(found, 
         assert not first.verdict.changes
 
 
-def test_the_sizes_of_several_effects_are_fitted_together_at_the_end():
-    """A size that a pass fitted wrong comes back, and its bound knows of the other one."""
-    hidden = {"gps_latency": ("latency_s", 0.3), "pitot_lag": ("lag_s", 0.4)}
-    effects = tuple(EffectSpec(name, dict([size])) for name, size in hidden.items())
-    log = sense(fly(Case(maneuver="rapid_decel", truth_seed=41, effects=effects)), "20/20")
-    first = reconcile_logs([NamedLog("log", log)], "none")
-    named = {each.name: each for each in first.verdict.effects}
-    assert named.keys() == hidden.keys()
-    size = named["pitot_lag"].sizes[0]
-    bent = replace(named["pitot_lag"], sizes=(replace(size, value=size.value - 0.8 * size.two_sigma),))
-    checks = replace(first.checks, found=replace(first.checks.found, effects=(named["gps_latency"], bent)))
-    for each in iterate("none", replace(first, checks=checks)).effects:
-        (told,), (_, truth) = each.sizes, hidden[each.name]
-        assert abs(told.value - truth) < told.two_sigma
-        assert abs(told.value - named[each.name].sizes[0].value) < 0.3 * told.two_sigma
-        assert told.two_sigma > named[each.name].sizes[0].two_sigma
-
-
 def test_the_wind_of_a_log_is_that_of_the_case(late):
     wind = wind_of_log(late)
     assert wind.speed / KNOT == pytest.approx(15.0, abs=1.5)

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from pitotbench.bench.null_flights import (
     NULL_FLIGHTS,
     Progress,
@@ -15,10 +13,9 @@ from pitotbench.bench.null_flights import (
     tells_the_day,
 )
 from pitotbench.effects.stability import OWN_TERMS
-from pitotbench.reconciliation.evidence import LogEvidence
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
-from pitotbench.reconciliation.naming import Naming, own_sizes
+from pitotbench.reconciliation.naming import Naming
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconciliation.renewal import with_effects
@@ -246,14 +243,14 @@ def iterate(
 
     Ends with a verdict of no gap or of an unknown cause, or after the third pass.
     """
-    looks, model, logs = first_pass(first), aircraft_model(aircraft), first.joint.together.logs
+    looks, model = first_pass(first), aircraft_model(aircraft)
     while looks.rounds[-1].added and len(looks.rounds) < _most(looks):
         if progress is not None:
             progress(f"looking again with {', '.join(looks.rounds[-1].added)} in the model")
         entries = dict(patch_of(looks, (), "", "").entries)
         layouts = [with_effects(each.layout, model, entries) for each in first.logs]
         joint = judge([each.name for each in first.logs], layouts, [each.null for each in first.logs])
-        logs, naming = joint.together.logs, joint.together.namings[first.shown]
+        naming = joint.together.namings[first.shown]
         checks = replace(joint.checks, added=_news(joint.checks.found, naming, set(entries)))
         looks = replace(looks, later=(*looks.later, checks), last=naming)
         news = looks.rounds[-1]
@@ -262,32 +259,7 @@ def iterate(
             added=(*looks.added, *(news.verdict.effects if news.added else ())),
             shapes={**looks.shapes, **fitted_shapes(naming)},
         )
-    return replace(looks, added=(*looks.added, *_fitted_together(looks, logs)))
-
-
-def _fitted_together(looks: Looks, logs: Sequence[LogEvidence]) -> list[Candidate]:
-    """Return the last corrections of the sizes of several effects, with their bounds, from one fit of them all.
-
-    A pass holds what the passes before it named at the sizes of that time, and its bounds know nothing of their
-    errors. `logs` is the evidence of the last pass.
-    """
-    effects = [each for each in looks.effects if each.name in FITTED and each.name not in GUSTS]
-    if not looks.later or len(effects) < 2:
-        return []
-    last = looks.rounds[-1]
-    newest = {(e.name, s.name): s.value for e in last.verdict.effects if last.added for s in e.sizes}
-    sizes = {(e.name, s.name): s.value for e in effects for s in e.sizes}
-    found = own_sizes(logs, tuple(each.name for each in effects), sizes)
-    deviations = np.sqrt(np.diag(found.covariance)).tolist()
-    # What the last pass added is not in the model yet: the fit finds all of it once more.
-    corrections = {
-        key: Estimate(key[1], value - newest.get(key, 0.0), 2.0 * deviation)
-        for key, value, deviation in zip(found.keys, found.values.tolist(), deviations, strict=True)
-    }
-    return [
-        replace(e, sizes=tuple(corrections[e.name, s.name] for s in e.sizes if (e.name, s.name) in corrections))
-        for e in effects
-    ]
+    return looks
 
 
 def _most(looks: Looks) -> int:

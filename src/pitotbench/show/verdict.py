@@ -240,7 +240,7 @@ def print_account(account: Account, console: Console) -> None:
         console.print(outside(line + added), soft_wrap=True)
     if len(account.rounds) > 2:
         together = "; ".join(map(effect_words, account.effects))
-        console.print(outside(f"the patch, all sizes fitted together: {together}"), soft_wrap=True)
+        console.print(outside(f"the patch, with the corrections of all passes: {together}"), soft_wrap=True)
     for flown, log in ((account.flown, account.log), (account.flown_holdout, account.holdout)):
         if flown.tolerances:
             console.print()

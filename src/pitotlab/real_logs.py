@@ -11,7 +11,8 @@ import os
 import time
 from argparse import ArgumentParser
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from datetime import datetime
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,8 @@ JETS = ("CLASS55", "CLASS65")
 HANDBOOK = np.array([[50, 56], [60, 62], [70, 70], [80, 78], [90, 87], [100, 97], [110, 107]], dtype=float)
 ONE_AIRPLANE = 3.0  # kt, by which one airplane may differ from its handbook
 LAUNCH = 200.0  # m above sea level, from which the sondes' heights count
+ALOFT = 1500.0  # m, from which the gliders' pressure and temperature are held against the sonde's
+PAIRED = 120.0  # s between the middles of two recorders' windows of one wind
 KNOWN, AWAY = 8.0, 25.0  # kt: 2σ of a wind that counts; a sonde of another hour and place in lee waves
 # Δp/q_c of the jets by the balloon's pressure at GPS height, and 0.5 hPa as the balloon's own doubt.
 BALLOON_KT = np.array([260.0, 300.0, 340.0, 380.0, 420.0])
@@ -58,8 +61,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     data = options.data
     for name in LOGS if not options.terms else ():
         _consistent(data / name)
-    for name in GLIDERS if not options.terms else ():
-        _against_sonde(data / "perlan", name)
+    found = {name: _against_sonde(data / "perlan", name) for name in GLIDERS if not options.terms}
+    for front, rear in zip(GLIDERS[::2], GLIDERS[1::2], strict=True) if found else ():
+        _front_and_rear(front, found[front], found[rear])
     for name in JETS if not options.terms else ():
         _against_balloon(data / "jmoss" / f"{name}.csv", name)
     for fitted, held in (TWIN_OTTER, TWIN_OTTER[::-1]):
@@ -150,18 +154,36 @@ def _against_handbook(found: Calibration | str) -> None:
             )
 
 
-def _against_sonde(folder: Path, name: str) -> None:
+@dataclass(frozen=True, slots=True)
+class Sonde:
+    """A sounding: height above sea level [m], wind toward north and east [m/s], pressure [Pa], temperature [K]."""
+
+    height: Array
+    north: Array
+    east: Array
+    pressure: Array
+    temperature: Array
+
+    def at(self, name: str, height: Array | float) -> Array:
+        """One of the quantities at heights [m]."""
+        return np.asarray(np.interp(height, self.height, getattr(self, name)))
+
+
+Glider = tuple[FlightLog, Calibration | str]
+
+
+def _against_sonde(folder: Path, name: str) -> Glider:
     began, log = time.process_time(), read_log(folder / f"{name}.igc.gz")
     found = _answer(log)
     seconds = time.process_time() - began
     if isinstance(found, str):
         print(f"{name}: {found}")
-        return
+        return log, found
     sonde = _sonde(folder / f"{name.partition('-')[0]}-sounding.txt.gz")
     known = [w for w in found.winds if max(w.north.two_sigma, w.east.two_sigma) <= KNOWN * KNOT]
     inside = 0
     for window in known:
-        true = [float(np.interp(window.altitude, sonde[0], part)) for part in sonde[1:]]
+        true = [float(sonde.at(axis, window.altitude)) for axis in ("north", "east")]
         parts = (window.north, window.east)
         good = all(abs(e.value - t) <= np.hypot(e.two_sigma, AWAY * KNOT) for e, t in zip(parts, true, strict=True))
         inside += good
@@ -173,10 +195,64 @@ def _against_sonde(folder: Path, name: str) -> None:
     print(
         f"{name}: {seconds:.1f} CPU s, {len(known)} of {len(found.winds)} winds known, {inside} inside the sonde's"
     )
+    assert log.altitude is not None
+    assert log.air_temperature is not None
+    aloft = log.altitude > ALOFT
+    for words, measured, quantity, unit, size in (
+        ("static pressure at GPS height", log.static_pressure, "pressure", "hPa", 100.0),
+        ("air temperature at GPS height", log.air_temperature, "temperature", "K", 1.0),
+    ):
+        apart = (measured[aloft] - sonde.at(quantity, log.altitude[aloft])) / size
+        print(f"  {words} less the sonde's: {_spread(apart)} {unit}")
+    return log, found
 
 
-def _sonde(path: Path) -> tuple[Array, Array, Array]:
-    """Height above sea level [m], and the wind toward north and east [m/s], of a sounding."""
+def _spread(values: Array) -> str:
+    low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
+    return f"median {middle:+.2f}, nine in ten {low:+.2f} to {high:+.2f}, rms {np.sqrt(np.mean(values**2)):.2f}"
+
+
+def _front_and_rear(name: str, front: Glider, rear: Glider) -> None:
+    """The two recorders of one flight against each other: what they measured, and what is made of it."""
+    began = [datetime.fromisoformat(str(log.header["start"])) for log, _ in (front, rear)]
+    shift = (began[1] - began[0]).total_seconds()
+    (one, found), (other, also) = front, rear
+    assert one.altitude is not None
+    assert other.altitude is not None
+    clock = other.time + shift
+    rows = (one.altitude > ALOFT) & (one.time > clock[0]) & (one.time < clock[-1])
+    print(f"{name} less its rear recorder, {int(rows.sum()):,} s:")
+    for words, channel, unit, size in (
+        ("impact pressure", "impact_pressure", "Pa", 1.0),
+        ("static pressure", "static_pressure", "hPa", 100.0),
+        ("air temperature", "air_temperature", "K", 1.0),
+        ("GPS height", "altitude", "m", 1.0),
+    ):
+        there = np.interp(one.time[rows], clock, getattr(other, channel))
+        print(f"  {words}: {_spread((getattr(one, channel)[rows] - there) / size)} {unit}")
+    if isinstance(found, str) or isinstance(also, str):
+        return
+    pairs = [
+        (a, b)
+        for a in found.winds
+        for b in also.winds
+        if abs(0.5 * (a.begin + a.end) - 0.5 * (b.begin + b.end) - shift) < PAIRED
+        and max(e.two_sigma for w in (a, b) for e in (w.north, w.east)) <= KNOWN * KNOT
+    ]
+    for axis in ("north", "east"):
+        apart = np.array([getattr(a, axis).value - getattr(b, axis).value for a, b in pairs]) / KNOT
+        joined = [np.hypot(getattr(a, axis).two_sigma, getattr(b, axis).two_sigma) / KNOT for a, b in pairs]
+        inside = int(np.sum(np.abs(apart) <= joined))
+        rms = float(np.sqrt(np.mean(apart**2)))
+        print(
+            f"  wind toward {axis}, {len(pairs)} windows: bias {np.mean(apart):+.2f} kt, rms {rms:.2f} kt, "
+            f"{inside} inside the joined 2σ"
+        )
+    print(f"  curves: at most {_apart(found.curve, also.curve):.2f} of the joined 2σ apart")
+
+
+def _sonde(path: Path) -> Sonde:
+    """Read a sounding."""
     rows = []
     with gzip.open(path, "rt", errors="replace") as file:
         for line in file:
@@ -187,7 +263,13 @@ def _sonde(path: Path) -> tuple[Array, Array, Array]:
     table = np.array([row for row in rows if len(row) == 7])
     toward = np.radians(table[:, 6] + 180.0)
     speed = table[:, 5] * KNOT
-    return table[:, 0] * FOOT + LAUNCH, speed * np.cos(toward), speed * np.sin(toward)
+    return Sonde(
+        table[:, 0] * FOOT + LAUNCH,
+        speed * np.cos(toward),
+        speed * np.sin(toward),
+        100.0 * table[:, 2],
+        table[:, 3] + 273.15,
+    )
 
 
 def _against_balloon(path: Path, name: str) -> None:

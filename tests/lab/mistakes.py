@@ -1,10 +1,11 @@
 """The mistakes of units and columns that people make in flight logs, each as a change to one good log.
 
-    python -m tests.lab.mistakes [--each]
+    python -m tests.lab.mistakes [--each] [--faults] [--maneuver circle]
 
 spoils the log of a simulated flight (maneuver `circle`, air data at 20 Hz, GPS at 1 Hz) in every way of `MISTAKES`,
 calibrates what can be read, holds the answer against the truth and prints how many mistakes are refused, warned
-of, harmless, or accepted with a wrong answer. `--each` prints one line a mistake as well.
+of, harmless, or accepted with a wrong answer. `--each` prints one line a mistake as well. `--faults` takes those of
+`FAULTS` instead: sensors that fail in flight, which a log often cannot show.
 """
 
 import argparse
@@ -113,15 +114,15 @@ def good_columns(log: FlightLog) -> Columns:
 
 
 @cache
-def flight() -> Flight:
+def flight(maneuver: str = "circle") -> Flight:
     """The good flight, flown once; seeds are those of the case's defaults."""
-    return fly(Case(maneuver="circle", das=data_system("20/1")))
+    return fly(Case(maneuver=maneuver, das=data_system("20/1")))
 
 
 @cache
-def log() -> FlightLog:
+def log(maneuver: str = "circle") -> FlightLog:
     """The good log of it."""
-    return record(flight(), data_system("20/1"), flight().case.sensor_seed)
+    return record(flight(maneuver), data_system("20/1"), flight(maneuver).case.sensor_seed)
 
 
 def read(columns: Columns) -> FlightLog:
@@ -384,33 +385,228 @@ MISTAKES: Mapping[str, Mistake] = {
 }
 
 
-def check(mistake: Mistake) -> tuple[FlightLog | None, str]:
+# Sensors and recorders that fail in flight, each at a size that harms. What a message may name is a stem of words.
+
+
+def of(column: str, values: Callable[[NDArray[Any]], NDArray[Any]]) -> Change:
+    return rewrite(column, column, values)
+
+
+def along(v: NDArray[Any]) -> NDArray[Any]:
+    """0 in the first row to 1 in the last."""
+    return np.linspace(0.0, 1.0, len(v))
+
+
+def ramp(column: str, size: float) -> Change:
+    """An error that grows from nothing to a size at the end."""
+    return rewrite(column, column, lambda v: v + size * along(v))
+
+
+def gain(column: str, first: float, last: float, begin: float = 0.0, end: float = 1.0) -> Change:
+    """A factor that goes from one value to another within a part of the log, and is 1 outside it."""
+
+    def values(v: NDArray[Any]) -> NDArray[Any]:
+        share = np.clip((along(v) - begin) / max(end - begin, 1e-9), 0.0, 1.0)
+        inside = (along(v) >= begin) & (along(v) <= end)
+        return v * np.where(inside, first + (last - first) * share, 1.0)
+
+    return rewrite(column, column, values)
+
+
+def step(column: str, size: float) -> Change:
+    return rewrite(column, column, lambda v: v + size * (along(v) > 0.45))
+
+
+def frozen(column: str, begin: float, seconds: float) -> Change:
+    """A value that stands for some time; rows come 20 times a second."""
+
+    def values(v: NDArray[Any]) -> NDArray[Any]:
+        first = int(begin * len(v))
+        held = v.copy()
+        held[first : first + int(20 * seconds)] = v[first]
+        return held
+
+    return rewrite(column, column, values)
+
+
+def slow(column: str, seconds: float) -> Change:
+    """A first-order lag."""
+
+    def values(v: NDArray[Any]) -> NDArray[Any]:
+        share, out = 1.0 / (1.0 + 20.0 * seconds), v.copy()
+        for row in range(1, len(v)):
+            out[row] = out[row - 1] + share * (v[row] - out[row - 1])
+        return out
+
+    return rewrite(column, column, values)
+
+
+def late(column: str, seconds: float) -> Change:
+    """Values that come so much later; earlier where it is negative."""
+
+    def values(v: NDArray[Any]) -> NDArray[Any]:
+        rows = np.clip(np.arange(len(v)) - int(20 * seconds), 0, len(v) - 1)
+        return v[rows]
+
+    return rewrite(column, column, values)
+
+
+def coarse(column: str, size: float) -> Change:
+    return rewrite(column, column, lambda v: np.round(v / size) * size)
+
+
+def from_heading(north: float, east: float) -> Change:
+    """The velocity made of airspeed and heading, with a wind that someone typed."""
+
+    def run(t: Columns) -> Columns:
+        mach = air.mach_from_impact_pressure(t[IMPACT], t[STATIC])
+        speed = mach * air.sound_speed(air.air_temperature(t[PROBE], mach))
+        return {
+            **t,
+            NORTH: speed * np.cos(t["heading_rad"]) + north,
+            EAST: speed * np.sin(t["heading_rad"]) + east,
+        }
+
+    return run
+
+
+def in_body_axes(t: Columns) -> Columns:
+    c, s = np.cos(t["heading_rad"]), np.sin(t["heading_rad"])
+    return {**t, NORTH: c * t[NORTH] + s * t[EAST], EAST: c * t[EAST] - s * t[NORTH]}
+
+
+def in_turns(column: str, factor: float) -> Change:
+    return lambda t: {**t, column: t[column] * np.where(np.abs(t["roll_rad"]) > 0.25, factor, 1.0)}
+
+
+def zero_by_temperature(t: Columns) -> Columns:
+    return {**t, IMPACT: t[IMPACT] + 12.0 * (t[PROBE] - np.mean(t[PROBE])) + 40.0 * along(t[PROBE])}
+
+
+def pasted_twice(t: Columns) -> Columns:
+    clock = "time_s"
+    lasting = t[clock][-1] - t[clock][0] + 1.0
+    both = {k: np.concatenate([v, v]) for k, v in t.items()}
+    both[clock] = np.concatenate([t[clock], t[clock] + lasting])
+    return both
+
+
+def pressure_height(t: Columns) -> Columns:
+    return {**t, "altitude_m": np.asarray(air.pressure_altitude(t[STATIC]))}
+
+
+Q_WORDS = ("impact_pressure", "impact pressure", "samples near")
+S_WORDS = ("static_pressure", "static pressure", "height", "altitude")
+T_WORDS = ("temperature", "recovery")
+V_WORDS = ("velocity", "GPS", "latency", "wind", "axes", "heading", "ground")
+C_WORDS = ("clock", "time", "latency", "trail", *V_WORDS)
+
+LEVEL_SCALE = (
+    "in level flight a factor of the airspeed is a factor of q_c, which is the pressure error that is sought"
+)
+EACH_ONCE = "each speed is flown once: an error that goes with time is one that goes with speed"
+A_LEAK = "a share of q_c that goes with time, on a card that goes through its speeds in time"
+WEATHER = "the pressure of the day, and the static error that the altitude cannot tell from it"
+AT_A_CHANGE = "it falls on a change of the speed flown: a factor for each speed is a curve"
+A_WIND = "a velocity that drifts is a wind that drifts"
+ONE_AXIS = "nothing else in a log measures one component of the ground velocity to a few percent"
+
+_FAULTS: list[tuple[str, Change, tuple[str, ...], str]] = [
+    ("pitot ices x 0.85 in the last quarter", gain(IMPACT, 0.85, 0.85, 0.75), Q_WORDS, ""),
+    ("pitot ices slowly to x 0.85 in the last third", gain(IMPACT, 1.0, 0.85, 0.66), Q_WORDS, A_LEAK),
+    ("pitot x 0.95 in the first third", gain(IMPACT, 0.95, 0.95, 0.0, 0.33), Q_WORDS, ""),
+    ("pitot x 0.92 for 60 s", gain(IMPACT, 0.92, 0.92, 0.5, 0.62), Q_WORDS, ""),
+    ("q_c zero drifts by -100 Pa", ramp(IMPACT, -100.0), Q_WORDS, EACH_ONCE),
+    ("q_c zero drifts by +60 Pa", ramp(IMPACT, 60.0), Q_WORDS, EACH_ONCE),
+    ("q_c zero steps by +60 Pa", step(IMPACT, 60.0), Q_WORDS, EACH_ONCE),
+    ("q_c zero steps by -120 Pa", step(IMPACT, -120.0), Q_WORDS, ""),
+    ("q_c zero follows the temperature", zero_by_temperature, Q_WORDS, EACH_ONCE),
+    ("total line leaks to -8 %", gain(IMPACT, 1.0, 0.92), Q_WORDS, A_LEAK),
+    ("total line leaks to -4 %", gain(IMPACT, 1.0, 0.96), Q_WORDS, A_LEAK),
+    ("q_c x 1.04 from the middle on", gain(IMPACT, 1.04, 1.04, 0.5), Q_WORDS, AT_A_CHANGE),
+    ("q_c x 0.95 in turns", in_turns(IMPACT, 0.95), Q_WORDS, ""),
+    ("q_c frozen for 40 s", frozen(IMPACT, 0.3, 40.0), Q_WORDS, ""),
+    ("q_c in steps of 150 Pa", coarse(IMPACT, 150.0), Q_WORDS, ""),
+    ("q_c in steps of 400 Pa", coarse(IMPACT, 400.0), Q_WORDS, ""),
+    ("q_c lags by 3 s", slow(IMPACT, 3.0), (*Q_WORDS, *C_WORDS), ""),
+    ("q_c ends at its 80 % quantile", of(IMPACT, lambda v: np.minimum(v, np.quantile(v, 0.8))), Q_WORDS, ""),
+    ("q_c 0 each 30 s", of(IMPACT, lambda v: np.where(np.arange(len(v)) % 600 < 8, 0.0, v)), Q_WORDS, ""),
+    ("q_c of the flight backwards", rewrite(IMPACT, IMPACT, lambda v: v[::-1]), (*Q_WORDS, *V_WORDS), ""),
+    ("q_c to the power 1.02", of(IMPACT, lambda v: v**1.02 / np.mean(v) ** 0.02), Q_WORDS, LEVEL_SCALE),
+    ("static leaks +100 Pa", ramp(STATIC, 100.0), S_WORDS, ""),
+    ("static leaks -100 Pa", ramp(STATIC, -100.0), S_WORDS, ""),
+    ("static leaks +400 Pa", ramp(STATIC, 400.0), S_WORDS, ""),
+    ("static steps by 150 Pa", step(STATIC, 150.0), S_WORDS, ""),
+    ("static lags by 8 s", slow(STATIC, 8.0), S_WORDS, ""),
+    ("static frozen for 60 s", frozen(STATIC, 0.3, 60.0), S_WORDS, ""),
+    ("static in steps of 200 Pa", coarse(STATIC, 200.0), S_WORDS, ""),
+    ("static of 1030 hPa", scaled(STATIC, 1030.0 / 1013.25), S_WORDS, WEATHER),
+    ("static of 995 hPa", scaled(STATIC, 995.0 / 1013.25), S_WORDS, WEATHER),
+    ("static x 0.97", scaled(STATIC, 0.97), S_WORDS, WEATHER),
+    ("T -15 K", shifted(PROBE, -15.0), T_WORDS, LEVEL_SCALE),
+    ("T +15 K", shifted(PROBE, 15.0), T_WORDS, LEVEL_SCALE),
+    ("T drifts by -15 K", ramp(PROBE, -15.0), T_WORDS, EACH_ONCE),
+    ("T drifts by +10 K", ramp(PROBE, 10.0), T_WORDS, EACH_ONCE),
+    ("T of the cabin", rewrite(PROBE, PROBE, lambda v: 294.0 + np.sin(4.0 * along(v))), T_WORDS, LEVEL_SCALE),
+    ("T frozen", rewrite(PROBE, PROBE, lambda v: np.full_like(v, v[0])), T_WORDS, ""),
+    ("T lags by 60 s", slow(PROBE, 60.0), T_WORDS, ""),
+    ("T in steps of 5 K", coarse(PROBE, 5.0), T_WORDS, ""),
+    ("T with the wrong sign of °C", rewrite(PROBE, PROBE, lambda v: 2.0 * FREEZING - v), T_WORDS, ""),
+    ("T twice in °C", rewrite(PROBE, PROBE, lambda v: FREEZING + 2.0 * (v - FREEZING)), T_WORDS, LEVEL_SCALE),
+    ("GPS smoothed over 5 s", both(slow(NORTH, 5.0), slow(EAST, 5.0)), C_WORDS, ""),
+    ("GPS 1.5 s late", both(late(NORTH, 1.5), late(EAST, 1.5)), C_WORDS, ""),
+    ("GPS 3 s late", both(late(NORTH, 3.0), late(EAST, 3.0)), C_WORDS, ""),
+    ("GPS 1 s early", both(late(NORTH, -1.0), late(EAST, -1.0)), C_WORDS, ""),
+    ("east 2 s later than north", late(EAST, 2.0), C_WORDS, ""),
+    ("north x 1.03", scaled(NORTH, 1.03), V_WORDS, ONE_AXIS),
+    ("east x 0.94", scaled(EAST, 0.94), V_WORDS, ""),
+    ("velocity frozen for 30 s", both(frozen(NORTH, 0.4, 30.0), frozen(EAST, 0.4, 30.0)), V_WORDS, ""),
+    ("velocity in steps of 5 m/s", both(coarse(NORTH, 5.0), coarse(EAST, 5.0)), V_WORDS, ""),
+    ("axes turned by 7°", turned(7.0), V_WORDS, ""),
+    ("east drifts by 4 m/s", ramp(EAST, 4.0), V_WORDS, A_WIND),
+    (
+        "velocity x 0.97 from the middle on", both(*(gain(c, 0.97, 0.97, 0.5) for c in (NORTH, EAST))),
+        (*V_WORDS, *Q_WORDS), AT_A_CHANGE,
+    ),
+    ("velocity of airspeed and heading", from_heading(0.0, 0.0), V_WORDS, ""),
+    ("velocity of airspeed, heading and a typed wind", from_heading(5.0, -3.0), V_WORDS, ""),
+    ("velocity in body axes", in_body_axes, V_WORDS, ""),
+    ("east ends at 55 m/s", rewrite(EAST, EAST, lambda v: np.clip(v, -55.0, 55.0)), V_WORDS, ""),
+    ("the log pasted twice", pasted_twice, C_WORDS, ""),
+    ("pressure height as geometric height", pressure_height, S_WORDS, "a height of the static pressure fits it"),
+    ("height x 1.03", scaled("altitude_m", 1.03), S_WORDS, ""),
+]  # fmt: skip
+FAULTS: Mapping[str, Mistake] = {name: Mistake(name, change, names, why) for name, change, names, why in _FAULTS}
+
+
+def check(mistake: Mistake, maneuver: str = "circle") -> tuple[FlightLog | None, str]:
     """Read the spoiled log: the log, or None where it is refused, and what was said about it."""
     try:
-        found = read(mistake.change(good_columns(log())))
+        found = read(mistake.change(good_columns(log(maneuver))))
     except BadInputError as error:
         return None, str(error)
     return found, " | ".join(found.header.get("warnings", ()))
 
 
-def judge(mistake: Mistake) -> Outcome:
+def judge(mistake: Mistake, maneuver: str = "circle", wind: str = "constant") -> Outcome:
     """Read and calibrate the spoiled log, and hold the answer against the truth."""
     try:
-        spoiled, says = check(mistake)
+        spoiled, says = check(mistake, maneuver)
         if spoiled is None:
             return Outcome(mistake, "refused", says)
-        found = calibrate(spoiled, CalibrationOptions(latency="checked"))
+        found = calibrate(spoiled, CalibrationOptions(latency="checked", wind=wind))
     except (BadInputError, NoAnswerError) as error:
         return Outcome(mistake, "refused", str(error))
     except Exception as error:  # a traceback is an outcome of its kind
         return Outcome(mistake, "crashed", f"{type(error).__name__}: {error}")
-    said = dict.fromkeys([*spoiled.header.get("warnings", ()), *found.warnings])
-    case = flight().case
+    headlines = (each.words for each in found.disagreements)
+    said = dict.fromkeys([*headlines, *map(str, spoiled.header.get("warnings", ())), *map(str, found.warnings)])
+    case = flight(maneuver).case
     curve = compare_curve(found.curve, case.pressure_error)
-    wind = compare_wind(found.wind, wind_toward(case.wind)[:2])
+    of_wind = compare_wind(found.wind, wind_toward(case.wind)[:2])
     size = np.abs(curve.error)
     ratio = float(np.max(size / curve.two_sigma))
-    wind_ratio = float(np.linalg.norm(wind.error) / np.linalg.norm(wind.two_sigma))
+    wind_ratio = float(np.linalg.norm(of_wind.error) / np.linalg.norm(of_wind.two_sigma))
     return _kind(mistake, " | ".join(said), float(np.max(size)) / KNOT, ratio, wind_ratio)
 
 
@@ -431,11 +627,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns exit code 0 where nothing is accepted wrong in silence or hidden below a warning."""
     parser = argparse.ArgumentParser(prog="python -m tests.lab.mistakes", description=__doc__.split("\n")[0])
     parser.add_argument("--each", action="store_true", help="one line a mistake")
+    parser.add_argument(
+        "--faults", action="store_true", help="sensors that fail in flight, as the command calibrates"
+    )
+    parser.add_argument("--maneuver", default="circle", help="of the good log (default: %(default)s)")
     choice = parser.parse_args(arguments)
     found = []
-    for mistake in MISTAKES.values():
+    for mistake in (FAULTS if choice.faults else MISTAKES).values():
         begun = time.perf_counter()
-        outcome = judge(mistake)
+        outcome = judge(mistake, choice.maneuver, "checked" if choice.faults else "constant")
         found.append(outcome)
         if choice.each:
             numbers = f"{outcome.error_kt:8.2f} kt {outcome.ratio:8.1f} {outcome.wind_ratio:8.1f}"

@@ -1,8 +1,10 @@
 """The mistakes of `mistakes`, read only; `python -m tests.lab.mistakes` calibrates what is read as well."""
 
+import re
+
 import pytest
 from tests.lab import mistakes
-from tests.lab.mistakes import MISTAKES, Mistake, check, good_columns, judge, read
+from tests.lab.mistakes import FAULTS, MISTAKES, Mistake, check, good_columns, judge, read
 
 KNOWABLE = [m for m in MISTAKES.values() if not m.passes]
 PASSING = [m for m in MISTAKES.values() if m.passes]
@@ -72,3 +74,41 @@ def test_what_no_log_can_show_is_read_without_a_word(mistake):
 def test_the_good_log_is_judged_unharmed_and_a_gain_as_not_to_be_shown():
     assert judge(Mistake("none", lambda t: t, ())).kind == "unharmed"
     assert judge(MISTAKES["velocity x 1.02"]).kind == "no log can show it"
+
+
+TOLD = {  # a fault, the maneuver, and words of what is said, as a log is read or calibrated
+    ("velocity of airspeed and heading", "circle"): "made of the air data",
+    ("velocity of airspeed, heading and a typed wind", "diagnostic"): "made of the air data",
+    ("q_c in steps of 150 Pa", "circle"): "comes in steps of 150 Pa",
+    ("GPS 1.5 s late", "circle"): "one of them late in the turns",
+    ("static frozen for 60 s", "diagnostic"): "seems stuck",
+    ("T with the wrong sign of °C", "circle"): "rises with the airspeed",
+    ("q_c of the flight backwards", "circle"): "did a unit, a gain or a source change",
+}
+STEPS = {"pitot x 0.95 in the first third": 0.05, "q_c zero steps by -120 Pa": -0.05}
+
+
+def test_there_are_60_faults():
+    assert len(FAULTS) == 60
+    assert {name for name, _ in TOLD} | STEPS.keys() <= FAULTS.keys()
+    assert not FAULTS.keys() & MISTAKES.keys()
+
+
+@pytest.mark.parametrize(("name", "maneuver"), TOLD)
+def test_a_fault_is_told(name, maneuver):
+    assert TOLD[name, maneuver] in check(FAULTS[name], maneuver)[1]
+    assert check(Mistake("none", lambda t: t, ()), maneuver)[1] == ""
+
+
+@pytest.mark.parametrize("name", [None, *STEPS])
+def test_a_step_of_the_impact_pressure_within_a_speed_is_told_with_its_time(name):
+    """It was silent and 5 to 7 times beyond the bound. Of the good log nothing is said."""
+    says = judge(FAULTS[name] if name else Mistake("none", lambda t: t, ()), wind="checked").says
+    told = re.search(r"impact pressure seems to be ([+-]\d+)% larger from (\d):(\d\d) of the rows used on", says)
+    if name is None:
+        assert says == ""
+        return
+    assert told
+    assert float(told[1]) / 100.0 == pytest.approx(STEPS[name], abs=0.025)
+    whole = (mistakes.log().time[-1] - mistakes.log().time[0]) * (0.33 if "third" in name else 0.45)
+    assert 60.0 * float(told[2]) + float(told[3]) == pytest.approx(whole, abs=60.0)

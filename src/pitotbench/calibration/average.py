@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.special import logsumexp
 
 from pitotbench.calibration.altitude import altitude_rows
@@ -34,6 +35,7 @@ from pitotbench.calibration.output_error import fit_scalar
 from pitotbench.calibration.prediction import CurveMap, MeanWind, Nuisance, PredictionModel
 from pitotbench.calibration.reduction import Reduction, flown_range, model_of, reduce_log
 from pitotbench.calibration.result import assemble, correction_gradient, found_zero, widened, with_altitude
+from pitotbench.calibration.wind import check_wind
 from pitotbench.estimation.noise import Noise
 from pitotbench.estimation.restricted_likelihood import Regression, restricted_log_likelihood
 from pitotbench.pressure_error import MODELS
@@ -188,7 +190,8 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
     Raises NoAnswerError where the log determines no model, and BadInputError for a log that cannot be used.
     """
     rows = _rows(log, options)
-    choice = _of_every_location(choose_model(_judgments(rows), rows), log, rows, options)
+    choice = _over_winds(choose_model(_judgments(rows), rows), rows)
+    choice = _of_every_location(choice, log, rows, options)
     best = choice.best
     chosen = replace(
         rows,
@@ -221,6 +224,33 @@ def calibrate_auto(log: FlightLog, options: CalibrationOptions) -> Calibration:
     )
 
 
+def _over_winds(choice: ModelChoice, rows: Reduction) -> ModelChoice:
+    """Average the answer over changes of the wind, as the fit of the richest law does.
+
+    A change moves the mixture by what it moves that law's curve, at the knots, and its other unknowns.
+    """
+    drifts = wind_drifts(rows.options, rows.observations)
+    if rows.options.wind != "checked" or drifts:
+        return choice
+    judged = {judgment.candidate.name: judgment.candidate for judgment in choice.judgments}
+    law = next(judged[name] for name in _LAWS if name in judged)
+    structure = Structure(law.model, rows.nuisances, drifts, altitude=rows.altitude)
+    steady = posterior_of(law.fit)
+    changed = check_wind(structure, rows.observations, law.fit, steady)[1]
+    first, free = len(steady.weights), law.model.error_count
+    share = float(changed.weights[:first].sum())
+    assert isinstance(choice.common.error, SplineModel)
+    turn = block_diag(law.model.error.basis(np.array(choice.common.error.knots)), np.eye(len(steady.mean) - free))
+    answer, moved = choice.answer, changed.means[first:] - steady.mean
+    spread = changed.covariances[first:] - steady.covariance
+    averaged = Posterior(
+        np.concatenate([share * answer.weights, changed.weights[first:]]),
+        np.concatenate([answer.means, answer.mean + moved @ turn.T]),
+        np.concatenate([answer.covariances, answer.covariance + turn @ spread @ turn.T]),
+    )
+    return replace(choice, answer=averaged)
+
+
 def _of_every_location(
     choice: ModelChoice, log: FlightLog, rows: Reduction, options: CalibrationOptions
 ) -> ModelChoice:
@@ -240,7 +270,7 @@ def _of_every_location(
         return choice
     there = _at_other_location(log, rows)
     try:
-        other = choose_model(_judgments(there), there).answer
+        other = _over_winds(choose_model(_judgments(there), there), there).answer
     except NoAnswerError:  # the other location explains no curve
         return choice
     return replace(choice, answer=mixed([(share, choice.answer), (1.0 - share, other)]))

@@ -206,9 +206,9 @@ def _samples_off(residuals: Residuals, curve: ErrorCurve, over: float) -> tuple[
     group = np.floor((residuals.time - residuals.time[0]) / over).astype(np.intp)
     # By the airspeed without the residual: a gust that raises a reading would else sort itself to its own kind.
     speed = residuals.indicated_airspeed - residuals.airspeed
-    place = np.floor(speed / _BIN).astype(np.intp)
+    place = np.floor(np.nan_to_num(speed, nan=-_BIN) / _BIN).astype(np.intp)
     worst = (0.0, 0.0)
-    for number in np.unique(place):
+    for number in np.unique(place[np.isfinite(speed)]):
         rows = place == number
         means = np.bincount(group[rows], residuals.airspeed[rows])[np.unique(group[rows])]
         means = means / np.bincount(group[rows])[np.unique(group[rows])]

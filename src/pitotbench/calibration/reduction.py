@@ -49,7 +49,7 @@ from pitotbench.calibration.prediction import (
     nuisances_of,
     wind_by_circle,
 )
-from pitotbench.calibration.wind import ASKS, check_wind
+from pitotbench.calibration.wind import ASKS, check_gain, check_wind
 from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.pressure_error import MODELS, REFERENCE_PRESSURE
 from pitotbench.records import BadInputError, NoAnswerError
@@ -439,8 +439,10 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
     """The reduction with the answer of a located fit and what it found beside it."""
     structure, fit, obs = located.structure, located.fit, white.observations
     change, answer = None, located.answer
+    stepped: tuple[Caution, ...] = ()
     if white.options.wind == "checked" and not structure.drifting:
         change, answer = check_wind(structure, obs, fit, located.answer)
+        stepped = check_gain(structure, obs, fit, change)
     return replace(
         white,
         model=structure.model,
@@ -455,7 +457,7 @@ def _covered(white: Reduction, located: ErrorPlace, latency: LatencyFound | None
             static_probability=located.static_probability,
             height=_height_found(structure.altitude, fit),
         ),
-        warnings=outside_prior(structure, obs, fit, located.answer),
+        warnings=(*outside_prior(structure, obs, fit, located.answer), *stepped),
         error_location=located.location,
         altitude=structure.altitude,
         winds=fit.winds,

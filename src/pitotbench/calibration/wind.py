@@ -15,7 +15,10 @@ from pitotbench.calibration.prediction import CurveMap, PredictionModel, curve_a
 from pitotbench.estimation.evidence import ColumnEvidence, EvidencePart, column_evidence
 from pitotbench.estimation.noise import MarkovNoise, MarkovProcess, deviation_of_sizes
 from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck
+from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.records.calibration import WindChange
+from pitotbench.records.log import Caution
+from pitotbench.timeline import minutes_text
 from pitotbench.units import Array, MetersPerSecond, Seconds
 
 # The wind across the heading in straight flight, which needs no airspeed.
@@ -174,6 +177,78 @@ def check_wind(
     steady = (1.0 - _CHANGES) * np.exp(-max(log_factor, 0.0))
     averaged = _averaged(answer, steady, shares, found, shapes, structure.model.error_count)
     return WindChange(factor, chance, change.kind, float(np.max(apart)), time, *moves), averaged
+
+
+# A factor of the impact pressure that steps in flight (ice, a leak, another source) is only warned of: where each
+# speed is flown once it is hard to tell from a curve, and an average over it would widen the bound of every log.
+
+_GAIN, _LEAST_GAIN = 0.05, 0.01  # 1σ of a step of the factor, and the least that is named
+_CLEARER = 3.0  # logarithm by which a step of the factor must be likelier than a changed or a constant wind
+_CLEAR_STEP, _OWN_SCATTER = 4.0, 30.0  # standard errors by the rows' own scatter, over blocks of so many seconds
+_GAIN_CHANCE = 0.01  # of a constant factor in the same gusts, above which no step is named
+
+
+def check_gain(
+    structure: Structure, every: Observations, fit: CoveringFit, change: WindChange | None
+) -> tuple[Caution, ...]:
+    """Warn of a step of the impact pressure's factor that the log shows, and no wind and no chance explains."""
+    obs = every.every(max(round(_ENOUGH / float(np.median(np.diff(every.time)))), 1))
+    blocks, theta = divide(obs, 2.0 * block_length(obs)), fit.theta[: structure.model.count]
+    triangle = linearize(replace(structure, altitude=None), obs, blocks, theta)
+    prediction = structure.model.predict(theta, obs)
+    time, first = blocks.middle(), structure.model.error_count
+    times = np.linspace(time[0], time[-1], _JUMP_TIMES + 2)[1:-1]
+    effect = blocks.mean(obs.impact_pressure / prediction.slope)
+    regression, along = triangle.regression, -triangle.regression.regressors[:, first : first + 2]
+    airspeed = blocks.mean(prediction.true_airspeed)
+    best = max(fit.nodes, key=lambda node: node.weight).noise
+    noises = [_shorter(best, ratio) for ratio in _SHORTER]
+    columns = effect[:, None] * (time[:, None] > times)
+
+    def evidence(phi: Array) -> ColumnEvidence:
+        noise = _triangle_noise(blocks, triangle, along, airspeed, phi)
+        part = EvidencePart(regression.response, regression.instruments, columns, noise)
+        return column_evidence([part], regression.prior_precision)
+
+    found = [evidence(phi) for phi in noises]
+    log_prior = log_prior_of(structure, obs)
+    heights = np.array([each.log_likelihood + log_prior(phi) for each, phi in zip(found, noises, strict=True)])
+    share, one = float(-np.log(len(times))), np.array([_GAIN])
+
+    def gains(each: ColumnEvidence, pulls: Array) -> Array:
+        return np.array([each.log_bayes_factors(pulls, np.array([i]), one) + share for i in range(len(times))])
+
+    odds = heights[:, None] + np.array([gains(each, each.pull[None])[:, 0] for each in found])
+    noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
+    log_factor = float(logsumexp(odds) - logsumexp(heights))
+    size = float(found[int(noise)].estimate(np.array([place]), one)[0])
+    of_wind = 0.0 if change is None else max(float(np.log(change.bayes_factor)), 0.0)
+    if log_factor < of_wind + _CLEARER or abs(size) < _LEAST_GAIN:
+        return ()
+    by_chance = logsumexp(gains(found[0], found[0].drawn(_DRAWS, _SEED)), axis=0) >= log_factor
+    if float(np.mean(by_chance)) > _GAIN_CHANCE:
+        return ()
+    if _by_own_scatter(regression, columns[:, place], time) < _CLEAR_STEP:
+        return ()
+    when = minutes_text(float(times[place] - every.time[0]))
+    text = (
+        f"the impact pressure seems to be {size:+.0%} larger from {when} of the rows used on, more than gusts or a "
+        "change of the wind explain: look for ice, a leak or another source"
+    )
+    return (Caution(text, "gain", "impact_pressure", size),)
+
+
+def _by_own_scatter(problem: Regression, column: Array, time: Seconds) -> float:
+    """How many of its standard errors a column's size is from zero, by the scatter of the rows around it.
+
+    Gusts that come in bursts make a step where they are strong; the error of blocks of 30 s sees that (Liang and
+    Zeger 1986).
+    """
+    both = np.column_stack([column, problem.response])
+    own, response = (both - problem.instruments @ np.linalg.lstsq(problem.instruments, both)[0]).T
+    size = float(own @ response) / float(own @ own)
+    scores = np.bincount(((time - time[0]) // _OWN_SCATTER).astype(np.intp), own * (response - size * own))
+    return abs(size) * float(own @ own) / float(np.sqrt(scores @ scores))
 
 
 def _averaged(

@@ -367,6 +367,9 @@ def form_impact_pressure(draft: Draft) -> None:
     draft.suffixes["impact_pressure"] = draft.suffixes["total_pressure"]
 
 
+_COARSE, _FEWEST_LEVELS = 0.04, 4  # of the usual impact pressure: a whole knot at 50 kt; levels that tell a step
+
+
 def check_impact_pressure(draft: Draft) -> None:
     """Drop rows of negative impact pressure. Raise BadInputError for a stuck sensor, and where most are negative.
 
@@ -388,6 +391,16 @@ def check_impact_pressure(draft: Draft) -> None:
             f"({draft.named(negative)}): they are dropped"
         )
         draft.keep(~negative)
+    levels = np.unique(draft.channels["impact_pressure"])
+    step, usual = (
+        float(np.median(np.diff(levels))) if len(levels) > _FEWEST_LEVELS else 0.0,
+        float(np.median(impact)),
+    )
+    if step > _COARSE * usual:
+        draft.warnings.append(
+            f"column {column!r} comes in steps of {step:.0f} Pa, {step / usual:.0%} of what it usually reads: the "
+            "curve may be off by as much; record more digits"
+        )
 
 
 # The order matters: fixes are held before blanks count as a start-up or as missing numbers, the clock is right

@@ -363,12 +363,23 @@ def _disagreement(flown: FlownRows, factor: Factor, psi: Array, track: Array) ->
     if abs(direct.angle) - LIMITS.sigmas * direct.spread > LIMITS.angle_doubted:
         text = (
             f"the axes are turned by {direct.angle:+.0f}° against each other: is one of them magnetic, the heading "
-            "not the airplane's, the velocity late in a turn, or a sign wrong?"
+            "not the airplane's, a sign wrong, or one of them late in the turns?"
         )
         if abs(direct.angle) > 150.0:
             text = "both velocities have the wrong sign, or the heading is that of the tail"
         return Caution(text, "axes turned", size=direct.angle)
+    if _is_reckoned(flown, factor):
+        return Caution("the velocity repeats the noise of the airspeed: it is made of the air data", "reckoned")
     return Caution("the heading is the track over ground" if _is_track(flown, factor, psi, track) else "", "track")
+
+
+def _is_reckoned(flown: FlownRows, factor: Factor) -> bool:
+    """Whether the velocity is made of airspeed and heading: a receiver does not know the noise of the air data."""
+    airspeed = air.true_airspeed(flown.impact, flown.static, flown.temperature)
+    through = np.hypot(flown.north - factor.wind[0], flown.east - factor.wind[1])
+    wiggles = np.diff([airspeed, through], 2, axis=1)
+    size, apart = (float(np.median(np.abs(each))) for each in (wiggles[0], wiggles[1] - wiggles[0]))
+    return apart < LIMITS.wiggles_apart * size
 
 
 def _is_track(flown: FlownRows, factor: Factor, psi: Array, track: Array) -> bool:

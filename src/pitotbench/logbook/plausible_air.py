@@ -52,6 +52,7 @@ class Limits:
     angle_doubted: float = 5.0  # degrees between heading and velocity less wind: above an attitude system's error
     headings_spread: float = 0.3  # 1 − |mean of e^iψ|: 0 on one heading, 1 over full turns or out and back
     mirror_better: float = 0.5  # share of the misfit that a mirrored velocity may have to be believed
+    wiggles_apart: float = 0.2  # of the airspeed's second differences: two sensors have 0.37 or more in real logs
     track_equal: float = 1.0  # degrees rms: a heading so near the track in a wind is the track
 
     # Attitude.

@@ -1,0 +1,429 @@
+"""Spoiled logs and mappings given to the commands: each must end in an answer or in one line that explains itself.
+
+    python -m tests.lab.spoil --out FOLDER [--first 1] [--count 1000]
+
+spoils a good file of each format by a seed, runs a command on it in a process of its own, and counts what no input
+may bring about: exit code 1, a traceback, a hang, too much memory, output that nobody asked for, JSON that is none.
+One row an input goes into FOLDER/results.csv, which is read first, so that a run goes on where it stopped; inputs
+that fail are kept beside it.
+"""
+
+import argparse
+import csv
+import gzip
+import json
+import os
+import resource
+import shutil
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from tests.lab.formats import FORMATS
+from tests.logbook import foreign_files as foreign
+
+from pitotbench.cli.app import main as run_command
+from pitotbench.logbook.formats import write_log
+from pitotbench.records.log import FlightLog
+
+Random = np.random.Generator
+FAULTS = ("traceback", "exit 1", "hang", "memory", "stray output", "invalid JSON", "crash")
+SECONDS, BYTES = 60, 2 << 30
+TEXT = (".csv", ".toml")
+COMMANDS = (
+    ("inspect", ("inspect", "{log}")),
+    ("map", ("map", "{log}")),
+    ("inspect json", ("inspect", "{log}", "--json")),
+    ("calibrate", ("calibrate", "{log}")),
+    ("calibrate json", ("calibrate", "{log}", "--json", "--model", "bias")),
+    ("fixed-speed", ("fixed-speed", "{log}")),
+    ("a mapping", ("inspect", "{log}", "--mapping", "{mapping}")),
+)
+USUAL = np.array([0.3, 0.3, 0.1, 0.07, 0.05, 0.08, 0.1])  # shares of the commands: a calibration takes longest
+MAPPING = """\
+[log]
+delimiter = ","
+rate_hz = 1.0
+
+[columns]
+"t" = "time_s"
+"q" = "impact_pressure_pa"
+"vn" = { name = "velocity_north_mps", scale = 1.0, offset = 0.0 }
+
+[calibrate]
+mach_max = 0.9
+model = "bias"
+"""
+VALUES = (
+    '""', '"x"', "-1", "0", "1e400", "nan", "inf", "true", "[]", "{}", "[[1]]", "1979-05-27", '"\\u0000"', '"*"',
+    "[" * 60 + "]" * 60, "9" * 400, '{ a = { b = { c = 1 } } }', '"time_s"', '"impact_pressure_pa"', "'''a\nb'''",
+)  # fmt: skip
+CELLS = (
+    "", "nan", "NaN", "inf", "-inf", "1e400", "-1e308", "1e-320", "0", "-0", "x", '"', '""', "'", ",", ";", "1,5",
+    "1_000", "0x1F", "١٢", "²", "\x00", "\x1a", "\r", "\ufeff", "é", "\U0001f681", "=1+1", "12:34:56", "24:60:61",
+    "2026-02-30", "1e5 m", " 5 ", "5\t", "true", "None", "-", "--", "9" * 400, "A" * 200_000, "%s", "{}", "\\",
+)  # fmt: skip
+LINES = (
+    "# a = [", "# mapping = 5", '# mapping = "jmoss"', "# accuracy = 3", "# accuracy = { temperature_k = -1 }",
+    "# " + "a." * 3000 + "b = 1", "# display = { airspeed_mps = -1 }", "# synthetic = 7", "# case = []", "#",
+    "# time = 1e999", "# source = nan", "# [[[", "sep=;", "", ",,,,", "#" * 5000, "# aircraft = 1", "# \x00",
+    "# warnings = 5",
+    "# flights = { a = 1 }", '# accuracy = { nothing = 1 }', "# parameters = 3", "# gps_latency_s = 1e30",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What became of one input: a fault of `FAULTS` or nothing, with the first words that it said."""
+
+    seed: int
+    file: str
+    damage: str
+    command: str
+    code: int
+    seconds: float
+    megabytes: int
+    fault: str
+    says: str
+
+
+def good_files(folder: Path) -> list[Path]:
+    """Write one good file of each format; a file that needs a mapping has it beside it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    flown = foreign.flight()
+    found = []
+    for number, form in enumerate(FORMATS.values()):
+        path = folder / f"{number:02d}" / f"log{form.suffix}"
+        if not path.exists():
+            path.parent.mkdir(exist_ok=True)
+            path = form.write(path, flown)
+        found.append(path)
+    for name in ("own.csv", "own.parquet", "own.mat"):
+        path = folder / name
+        if not path.exists():
+            write_log(FlightLog(**flown), path)
+        found.append(path)
+    return found
+
+
+# Damage to bytes of any file.
+
+
+def cut(data: bytes, rng: Random) -> bytes:
+    return data[: int(rng.integers(0, len(data)))]
+
+
+def flipped(data: bytes, rng: Random) -> bytes:
+    spoiled = bytearray(data)
+    for _ in range(int(rng.integers(1, 30))):
+        spoiled[int(rng.integers(len(spoiled)))] ^= 1 << int(rng.integers(8))
+    return bytes(spoiled)
+
+
+def head_flipped(data: bytes, rng: Random) -> bytes:
+    """Formats of tables say what they hold at their head or at their end."""
+    size = min(len(data), 600)
+    if rng.random() < 0.5:
+        return flipped(data[:size], rng) + data[size:]
+    return data[:-size] + flipped(data[-size:], rng)
+
+
+def with_hole(data: bytes, rng: Random) -> bytes:
+    first, size = int(rng.integers(len(data))), int(rng.integers(1, 3000))
+    return data[:first] + data[first + size :]
+
+
+def with_noise(data: bytes, rng: Random) -> bytes:
+    first = int(rng.integers(len(data)))
+    return data[:first] + rng.bytes(int(rng.integers(1, 400))) + data[first:]
+
+
+def doubled(data: bytes, rng: Random) -> bytes:
+    return data + data[int(rng.integers(len(data))) :]
+
+
+def zeroed(data: bytes, rng: Random) -> bytes:
+    first, size = int(rng.integers(len(data))), int(rng.integers(1, 5000))
+    return data[:first] + bytes(len(data[first : first + size])) + data[first + size :]
+
+
+def zipped(data: bytes, rng: Random) -> bytes:
+    whole = gzip.compress(data)
+    return whole if rng.random() < 0.5 else cut(whole, rng)
+
+
+BYTES_DAMAGE = (cut, flipped, head_flipped, with_hole, with_noise, doubled, zeroed, zipped)
+
+
+# Damage to text.
+
+
+def of_lines(change: Callable[[list[str], Random], list[str]]) -> Callable[[bytes, Random], bytes]:
+    """Damage to the lines of a file, whatever its encoding."""
+
+    def run(data: bytes, rng: Random) -> bytes:
+        text = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8"
+        lines = change(data.decode(text, "replace").split("\n"), rng)
+        return "\n".join(lines).encode(text, "replace")
+
+    run.__name__ = getattr(change, "__name__", "lines").lstrip("_")
+    return run
+
+
+def _somewhere(lines: list[str], rng: Random) -> int:
+    """A line; the first ten, which say what the file is, as often as all others."""
+    return int(rng.integers(min(10, len(lines)) if rng.random() < 0.5 else len(lines)))
+
+
+def _mark(line: str) -> str:
+    return max(",;\t", key=line.count)
+
+
+def _cells(lines: list[str], rng: Random) -> list[str]:
+    for _ in range(int(rng.integers(1, 6))):
+        row = _somewhere(lines, rng)
+        mark = _mark(lines[row])
+        parts = lines[row].split(mark)
+        parts[int(rng.integers(len(parts)))] = str(rng.choice(CELLS))
+        lines[row] = mark.join(parts)
+    return lines
+
+
+def _column(lines: list[str], rng: Random) -> list[str]:
+    """One column in every row: scaled, constant, blank, or of junk."""
+    place, kind, junk = int(rng.integers(12)), int(rng.integers(4)), str(rng.choice(CELLS[:30]))
+    for row in range(2, len(lines)):
+        mark = _mark(lines[row])
+        parts = lines[row].split(mark)
+        if place >= len(parts):
+            continue
+        if kind == 0:
+            try:
+                parts[place] = repr(float(parts[place]) * 10.0 ** int(place - 6))
+            except ValueError:
+                parts[place] = junk
+        else:
+            parts[place] = ("1", "", junk)[kind - 1]
+        lines[row] = mark.join(parts)
+    return lines
+
+
+def _rows_moved(lines: list[str], rng: Random) -> list[str]:
+    kind = int(rng.integers(4))
+    if kind == 0:
+        return [*lines[:3], *rng.permutation(lines[3:]).tolist()]
+    if kind == 1:
+        return [*lines[:3], *lines[:2:-1]]
+    if kind == 2:
+        row = _somewhere(lines, rng)
+        return lines[:row] + lines[row : row + 1] * int(rng.integers(1, 400)) + lines[row:]
+    return lines[: int(rng.integers(1, 30))]
+
+
+def _line_added(lines: list[str], rng: Random) -> list[str]:
+    row = 0 if rng.random() < 0.5 else _somewhere(lines, rng)
+    return [*lines[:row], str(rng.choice(LINES)), *lines[row:]]
+
+
+def _names(lines: list[str], rng: Random) -> list[str]:
+    """Names of columns: exchanged, repeated, in other units, or of junk."""
+    row = int(rng.integers(min(3, len(lines))))
+    mark = _mark(lines[row])
+    names = lines[row].split(mark)
+    a, b = (int(rng.integers(len(names))) for _ in range(2))
+    kind = int(rng.integers(4))
+    if kind == 0:
+        names[a], names[b] = names[b], names[a]
+    elif kind == 1:
+        names[a] = names[b]
+    elif kind == 2:
+        names[a] = names[a].rsplit("_", 1)[0] + str(rng.choice(["_kt", "_mps", "_hpa", "_degf", "_ft", "_ms", ""]))
+    else:
+        names[a] = str(rng.choice(CELLS))
+    lines[row] = mark.join(names)
+    return lines
+
+
+def _endings(lines: list[str], rng: Random) -> list[str]:
+    ending = str(rng.choice(["\r", "\r\n", "\r\r\n", "\x0b", "\u2028", "\x00"]))
+    return [ending.join(lines)] if rng.random() < 0.5 else [line + ending.strip("\n") for line in lines]
+
+
+def _marks(lines: list[str], rng: Random) -> list[str]:
+    mark = str(rng.choice([";", "\t", "|", " ", ",,", '","']))
+    return [line.replace(",", mark) for line in lines]
+
+
+def recoded(data: bytes, rng: Random) -> bytes:
+    text = data.decode("utf-8", "replace")
+    return text.encode(str(rng.choice(["utf-16", "utf-16-le", "utf-32", "latin-1", "utf-7", "cp037"])), "replace")
+
+
+TEXT_DAMAGE = (
+    *(of_lines(each) for each in (_cells, _cells, _column, _rows_moved, _line_added, _names, _endings, _marks)),
+    recoded,
+)
+
+
+def _mapping(rng: Random) -> tuple[str, bytes]:
+    """A mapping of which values or bytes are spoiled."""
+    lines = MAPPING.split("\n")
+    for _ in range(int(rng.integers(1, 4))):
+        row = int(rng.integers(len(lines)))
+        key, equals, _ = lines[row].partition("=")
+        lines[row] = (
+            f"{key}= {rng.choice(VALUES)}" if equals else str(rng.choice(["[log", "[[columns]]", "[x]", "="]))
+        )
+    data = "\n".join(lines).encode("utf-8", "replace")
+    return ("values", data) if rng.random() < 0.7 else ("bytes", flipped(data, rng))
+
+
+# One input.
+
+
+def spoil(seed: int, files: Sequence[Path], folder: Path) -> tuple[Path, str, str, tuple[str, ...]]:
+    """Write the input of a seed; return its file, its damage, and the command's name and words."""
+    rng = np.random.default_rng([seed, 1031])
+    good = files[int(rng.integers(len(files)))]
+    name, words = COMMANDS[int(rng.choice(len(COMMANDS), p=USUAL))]
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    path, mapping = folder / good.name, folder / "mapping.toml"
+    data, damages = good.read_bytes(), []
+    if name == "a mapping":
+        kind, spoiled = _mapping(rng)
+        mapping.write_bytes(spoiled)
+        damages.append(f"mapping {kind}")
+        if rng.random() < 0.5:
+            words = ("calibrate", *words[1:])
+    else:
+        for _ in range(1 if rng.random() < 0.7 else 2):
+            kinds = (*BYTES_DAMAGE[:5], *TEXT_DAMAGE, *TEXT_DAMAGE) if good.suffix in TEXT else BYTES_DAMAGE
+            change = kinds[int(rng.integers(len(kinds)))]
+            data = change(data, rng) if data else data
+            damages.append(change.__name__)
+    path.write_bytes(data)
+    filled = tuple(word.format(log=path, mapping=mapping) for word in words)
+    return good, " + ".join(damages), name, filled
+
+
+def judge(seed: int, files: Sequence[Path], folder: Path) -> Result:
+    """Run the command of a seed in a process of its own and judge how it ended."""
+    good, damage, name, words = spoil(seed, files, folder / "input")
+    out, err = folder / "stdout", folder / "stderr"
+    began = time.monotonic()
+    child = os.fork()
+    if child == 0:
+        _become(words, out, err)
+    _, status, used = os.wait4(child, 0)
+    lasted = time.monotonic() - began
+    said, told = (path.read_bytes().decode("utf-8", "replace") for path in (out, err))
+    code = os.waitstatus_to_exitcode(status)
+    fault = _fault(name, code, said, told, used.ru_maxrss * 1024)
+    at_fault = f"{said[:200]} | {told[:400]}" if fault else told[:120]
+    if fault:
+        shutil.copytree(folder / "input", folder / f"kept-{seed}", dirs_exist_ok=True)
+    file, megabytes, says = f"{good.parent.name}/{good.name}", used.ru_maxrss // 1024, " ".join(at_fault.split())
+    return Result(seed, file, damage, name, code, round(lasted, 2), megabytes, fault, says)
+
+
+def _become(words: Sequence[str], out: Path, err: Path) -> None:
+    """Run the command in this process, which a fork has made, and end it."""
+    code = 1
+    try:
+        for number, path in ((1, out), (2, err)):
+            os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
+        resource.setrlimit(resource.RLIMIT_AS, (2 * BYTES, 2 * BYTES))
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(SECONDS)
+        sys.argv = ["pitotbench", *words]
+        code = run_command()
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except SystemExit as ended:
+        code = ended.code if isinstance(ended.code, int) else 1
+    except BaseException:
+        import traceback
+
+        traceback.print_exc()
+        sys.stderr.flush()
+    finally:
+        os._exit(code)
+
+
+def _fault(name: str, code: int, said: str, told: str, used: int) -> str:
+    if code == -signal.SIGALRM:
+        return "hang"
+    if "Traceback" in told or "Exception ignored" in told:
+        return "traceback"
+    if code not in (0, 2, 3):
+        return "exit 1" if code == 1 else "crash"
+    if used > BYTES:
+        return "memory"
+    if code and (said or not told.startswith("pitotbench: ")):
+        return "stray output"
+    if "Warning" in told or (code == 0 and "json" not in name and not said):
+        return "stray output"
+    if code == 0 and told and not all(line.startswith(("written", "#")) for line in told.splitlines()):
+        return "stray output"
+    if code == 0 and "json" in name:
+        try:
+            json.loads(said, parse_constant=_no_json)
+        except ValueError:
+            return "invalid JSON"
+    return ""
+
+
+def _no_json(text: str) -> None:
+    raise ValueError(f"{text} is no JSON")
+
+
+def judge_all(seeds: Sequence[int], out: Path) -> list[Result]:
+    """Judge the inputs of seeds that the results of a folder do not hold yet; return those of all the seeds."""
+    out.mkdir(parents=True, exist_ok=True)
+    files, table = good_files(out / "good"), out / "results.csv"
+    kinds = {"seed": int, "code": int, "seconds": float, "megabytes": int}
+    names = [field.name for field in fields(Result)]
+    found: dict[int, Result] = {}
+    if table.exists():
+        with table.open(newline="", encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                cells = {name: kinds.get(name, str)(row[name]) for name in names}
+                found[int(row["seed"])] = Result(**cells)
+    with table.open("a", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        if file.tell() == 0:
+            rows.writerow(names)
+        for seed in seeds:
+            if seed not in found:
+                found[seed] = judge(seed, files, out)
+                rows.writerow(astuple(found[seed]))
+                file.flush()
+    return [found[seed] for seed in seeds]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; returns exit code 1 where an input brought a fault about."""
+    parser = argparse.ArgumentParser(prog="python -m tests.lab.spoil", description=__doc__.split("\n")[0])
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--first", type=int, default=1, help="the first seed")
+    parser.add_argument("--count", type=int, default=1000)
+    choice = parser.parse_args(arguments)
+    found = judge_all(range(choice.first, choice.first + choice.count), choice.out)
+    for each in found:
+        if each.fault:
+            print(f"{each.fault}: seed {each.seed}, {each.file}, {each.damage}, {each.command}: {each.says[:300]}")
+    faults, codes = Counter(each.fault for each in found), Counter(each.code for each in found)
+    print(f"{len(found):,} inputs: " + ", ".join(f"{name} {faults[name]}" for name in FAULTS))
+    print("exit codes: " + ", ".join(f"{code} {codes[code]:,}" for code in sorted(codes)))
+    print(f"largest: {max(e.seconds for e in found):.1f} s, {max(e.megabytes for e in found):,} MB")
+    return 1 if any(each.fault for each in found) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -165,7 +165,7 @@ def difference_sentence(found: CurveDifference) -> str:
 
 _DifferenceRow = tuple[float, float, float]
 DIFFERENCE_COLUMNS: tuple[Column[_DifferenceRow], ...] = (
-    Column("KIAS", lambda r: r[0], "kt", ".0f", "indicated_airspeed_kt"),
+    Column("KIAS", lambda r: r[0], "", ".0f", "indicated_airspeed_kt"),
     Column("difference of the corrections", lambda r: r[1], "kt", "+.2f", "difference_kt"),
     Column("±2σ", lambda r: r[2], "kt", ".2f", "two_sigma_kt"),
 )
@@ -276,8 +276,8 @@ def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meter
 def _handbook_columns(rows: Sequence[HandbookRow]) -> list[Column[HandbookRow]]:
     columns: list[Column[HandbookRow]] = [
         Column("configuration", lambda r: r.configuration or None, key="configuration", optional=True),
-        Column("KIAS", lambda r: r.indicated / KNOT, "kt", ".0f", "indicated_airspeed_kt"),
-        Column("KCAS", lambda r: r.calibrated / KNOT, "kt", ".1f", "calibrated_airspeed_kt"),
+        Column("KIAS", lambda r: r.indicated / KNOT, "", ".0f", "indicated_airspeed_kt"),
+        Column("KCAS", lambda r: r.calibrated / KNOT, "", ".1f", "calibrated_airspeed_kt"),
         Column("±2σ", lambda r: r.two_sigma / KNOT, "kt", ".1f", "two_sigma_kt"),
     ]
     heights = next((row.heights for row in rows if row.heights), ())
@@ -319,7 +319,9 @@ def handbook_page(curves: Mapping[str, ErrorCurve], subject: str) -> str:
     return render(
         "takehome.html",
         title=f"Airspeed calibration: {subject}",
-        lines=["Read KCAS beside KIAS. Add the altitude correction to the altimeter's reading."],
+        lines=[
+            "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the altimeter's reading."
+        ],
         drawing="",
         tables=tables,
         notes=[

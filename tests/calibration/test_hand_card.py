@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
@@ -200,6 +201,16 @@ def test_a_plan_by_hand_keeps_its_word(capsys):
     planned = [card["two_sigma_kt"] for card in cards if 35.0 <= card["minutes"] <= 40.0]
     assert planned
     assert 0.6 * planned[-1] < flown < 1.6 * planned[-1]
+
+
+def test_the_sheet_of_a_plan_holds_its_legs(tmp_path, capsys):
+    sheet = tmp_path / "sheet.html"
+    assert main(["plan", "--by-hand", "--minutes", "60", "--json", "--sheet", str(sheet)]) == 0
+    fly, text = json.loads(capsys.readouterr().out)["fly"], sheet.read_text(encoding="utf-8")
+    wanted = [f"{v:.0f} KIAS, {t:03.0f}°" for v in fly["airspeeds_kt"] for t in fly["tracks_deg"]]
+    assert re.findall(r"<td>(\d+ KIAS, \d+°)</td>", text) == wanted
+    assert main(["plan", "--sheet", str(sheet)]) == 2
+    assert main(["plan", "--by-hand", "--sheet", str(tmp_path / "sheet.txt")]) == 2
 
 
 @pytest.mark.parametrize("flags", [["--want-kt", "-1"], ["--speeds-kt", "160,100"], ["--speeds-kt", "1,2,3"]])

@@ -81,8 +81,8 @@ def test_the_command_prints_and_draws(tmp_path, capsys):
     text = page.read_text(encoding="utf-8")
     assert text.count("<svg") == 4
     units = set(re.findall(r'<tr><td class="text">[^<]*</td><td class="text">([^<]*)</td>', text))
-    assert {"s", "Pa", "K", "m/s", "rad"} <= units
-    assert not units & {"pa", "k", "mps", "radps", "mps2", "kgps"}
+    assert {"s", "inHg", "°C", "kt"} <= units
+    assert not units & {"pa", "k", "mps", "radps", "mps2", "kgps", "Pa", "K", "m/s", "rad"}
     assert main(["inspect", str(log)]) == 0
     assert "In light turbulence, expect" in capsys.readouterr().out
     assert main(["inspect", str(log), "--report", str(log)]) == 2

@@ -58,6 +58,7 @@ def add(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="plan a card written by hand (for `fixed-speed POINTS.csv`) by --want-kt, --minutes, --speeds-kt",
     )
+    flag("--sheet", type=Path, metavar="FILE", help="of --by-hand: write its legs as a sheet to fill in (HTML)")
     flag("--json", action="store_true", help="print one JSON document")
     flag("--out", type=Path, help="folder for the page (plan.html) and the best case (plan.toml)")
 
@@ -66,6 +67,8 @@ def run(options: argparse.Namespace) -> int:
     """Plan, print, and write the page and the case where asked for."""
     if options.by_hand:
         return _by_hand(options)
+    if options.sheet is not None:
+        raise BadInputError("--sheet is of a card written by hand: give --by-hand too")
     from rich.console import Console
 
     from pitotbench.bench.fleet import progress
@@ -95,20 +98,26 @@ def _by_hand(options: argparse.Namespace) -> int:
 
     from pitotbench.bench.flights import wind_toward
     from pitotbench.calibration.hand_card_model import plans_by_hand
+    from pitotbench.logbook.columns import write_text
+    from pitotbench.logbook.formats import PAGES, require_file
     from pitotbench.show.columns import json_text
-    from pitotbench.show.legs import chosen_plan, hand_plan_json, print_hand_plan
+    from pitotbench.show.legs import card_sheet, chosen_plan, hand_plan_json, print_hand_plan
     from pitotbench.units import KNOT
 
     wanted = options.speeds_kt or "100,160"
     low, high = _speeds(wanted)
     if not 20.0 * KNOT <= low < high <= 400.0 * KNOT:
         raise BadInputError(f"--speeds-kt {wanted}: give LOW,HIGH between 20 and 400 kt")
+    if options.sheet is not None:
+        require_file(options.sheet, PAGES)
     if options.want_kt is not None and not options.want_kt > 0.0:
         raise BadInputError(f"--want-kt {options.want_kt:g}: give a bound above zero")
     north, east = (float(part) for part in wind_toward(stated_wind(options))[:2])
     plans = plans_by_hand(low, high, (north, east))
     want = None if options.want_kt is None else options.want_kt * KNOT
     chosen = chosen_plan(plans, want, options.minutes)
+    if options.sheet is not None and chosen is not None:
+        write_text(options.sheet, card_sheet(chosen))
     if options.json:
         sys.stdout.write(json_text(hand_plan_json(plans, chosen)))
     else:

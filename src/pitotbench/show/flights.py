@@ -1,6 +1,6 @@
 """Pictures of a simulated flight and of a campaign's maneuvers."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.flight import Flight
+from pitotbench.show.calibration import ShortAnswer
 from pitotbench.show.campaign import campaign_table
 from pitotbench.show.style import BLUE, GREEN, GREY, NARROW, ORANGE, PURPLE, RED, SKY, Panel, broken, panel, thin
 from pitotbench.show.words import with_unit
@@ -142,7 +143,7 @@ _BARS = 0.8  # share of a maneuver's place that bars fill
 
 
 def summary_panels(results: "pd.DataFrame") -> list[Panel]:
-    """2σ of the residual, the bound of the curve with the true error, and the models where several were fitted."""
+    """2σ of the residual, and the models where several were fitted."""
     table = campaign_table(results)
     models = list(table["model"].unique())
     first = table[table["model"] == models[0]]
@@ -151,11 +152,6 @@ def summary_panels(results: "pd.DataFrame") -> list[Panel]:
             f"2σ of the residual ({models[0]})",
             lambda axes: draw_summary_bars(axes, first, "das", "residual_two_sigma_kt", "2σ of the residual [kt]"),
             "The scatter that gusts and sensor noise leave: the figure that the literature reports.",
-        ),
-        panel(
-            f"How well the curve is known ({models[0]})",
-            lambda axes: draw_knowledge(axes, first),
-            "Bars: mean ±2σ bound of the curve. Black marks: twice the true rms error of these flights.",
         ),
     ]
     if len(models) > 1:
@@ -188,23 +184,48 @@ def draw_summary_bars(axes: Axes, table: "pd.DataFrame", kind: str, column: str,
     axes.grid(axis="x", visible=False)
 
 
-def draw_knowledge(axes: Axes, table: "pd.DataFrame") -> None:
-    """Draw the mean bound of the curve as bars, and twice the true rms error as marks on them."""
-    draw_summary_bars(axes, table, "das", "two_sigma_kt", "mean ±2σ of the curve [kt]")
-    maneuvers = list(table["maneuver"].unique())
-    kinds = list(table["das"].unique())
-    width, label = _BARS / len(kinds), "2 × true rms error"
-    for number, name in enumerate(kinds):
-        error = 2.0 * table[table["das"] == name].set_index("maneuver")["curve_rms_error_kt"].reindex(maneuvers)
-        axes.hlines(
-            error,
-            _places(maneuvers, number, width) - 0.45 * width,
-            _places(maneuvers, number, width) + 0.45 * width,
-            color="black",
-            lw=1.8,
-            label=label,
+def lead_panels(results: "pd.DataFrame", answers: Sequence[ShortAnswer]) -> list[Panel]:
+    """The first pictures of a campaign: what the flights cost and give, and the curves over one another.
+
+    `answers` are those of the first model, one a maneuver and data system.
+    """
+    first = results[results["model"] == results["model"].iloc[0]]
+    return [
+        panel(
+            "How well the curve is known, against minutes",
+            lambda axes: draw_cost(axes, first),
+            "A dot is a flight: the mean ±2σ of its curve. A cross is its true rms error.",
+        ),
+        panel("The corrections over one another", lambda axes: draw_corrections(axes, answers), "Bars are ±2σ."),
+    ]
+
+
+def draw_cost(axes: Axes, table: "pd.DataFrame") -> None:
+    """Draw bound and true error of every flight against its minutes, a color a maneuver."""
+    for number, (name, rows) in enumerate(table.groupby("maneuver", sort=False)):
+        color, label = _color(number), str(name).replace("_", " ")
+        axes.plot(rows["minutes"], rows["two_sigma_kt"], "o", ms=5.0, color=color, label=label)
+        axes.plot(rows["minutes"], rows["curve_rms_error_kt"], "x", ms=5.0, color=color)
+    axes.set(xlabel="time recorded [min]", ylabel="±2σ, and true error [kt]")
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(bottom=0.0)
+
+
+def draw_corrections(axes: Axes, answers: Sequence[ShortAnswer]) -> None:
+    """Draw the corrections of each flight with their bounds, side by side at each airspeed."""
+    count = len(answers)
+    maneuvers = list(dict.fromkeys(answer.subject.rpartition(" ")[0] for answer in answers))
+    for place, answer in enumerate(answers):
+        name = answer.subject.rpartition(" ")[0]
+        speed, value, bound = (
+            np.array([getattr(each, part) for each in answer.corrections])
+            for part in ("indicated_kt", "correction_kt", "two_sigma_kt")
         )
-        label = "_"  # one entry of the legend is enough
+        shift = 6.0 * ((place + 0.5) / count - 0.5)  # kt
+        color = _color(maneuvers.index(name))
+        axes.errorbar(speed + shift, value, bound, fmt="o", ms=3.0, lw=1.0, capsize=1.5, color=color, label=name)
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    axes.set(xlabel="indicated airspeed [kt]", ylabel="correction, CAS − IAS [kt]")
 
 
 def _places(maneuvers: list[object], number: int, width: float) -> Array:

@@ -15,27 +15,40 @@ from pitotbench.records.aircraft import (
 )
 from pitotbench.records.log import HeldChannel, LogInspection, Question
 from pitotbench.show.columns import Column, json_rows, outside, print_table, print_warnings
-from pitotbench.show.words import words
+from pitotbench.show.words import with_unit, words
 from pitotbench.timeline import minutes_text
-from pitotbench.units import DEGREE, FOOT, KNOT, POUND, SYMBOLS
+from pitotbench.units import DEGREE, FOOT, KNOT, POUND, SYMBOLS, from_si
 
 # The account of a log: for the terminal and as plain data.
 
 
-def _five_digits(value: float | None) -> float | None:
-    """A number without the digits that nobody reads."""
-    return None if value is None else float(f"{value:.5g}")
+# The units in which a person reads a channel of a canonical one.
+_FIELD = {
+    "pa": "inhg", "k": "degc", "mps": "kt", "m": "ft", "rad": "deg", "radps": "degps", "mps2": "g", "kg": "lb",
+    "kgps": "pph",
+}  # fmt: skip
+
+
+def _unit(channel: HeldChannel) -> str:
+    return "rpm" if channel.name.startswith("propeller_speed") else _FIELD.get(channel.unit, channel.unit)
+
+
+def _five_digits(channel: HeldChannel, value: float | None) -> float | None:
+    """A number in the unit of the field, without the digits that nobody reads."""
+    if value is None:
+        return None
+    return float(f"{float(from_si(value, _unit(channel))) if channel.unit else value:.5g}")
 
 
 CHANNEL_COLUMNS: tuple[Column[HeldChannel], ...] = (
     Column("channel", lambda c: words(c.name)),
     Column("", lambda c: c.name, key="name"),
     Column("", lambda c: c.unit or "-", key="unit"),
-    Column("unit", lambda c: SYMBOLS.get(c.unit, "")),
+    Column("unit", lambda c: SYMBOLS.get(_unit(c), "")),
     Column("", lambda c: c.low, key="low"),
     Column("", lambda c: c.high, key="high"),
-    Column("5 %", lambda c: _five_digits(c.low), "", ",.10g"),
-    Column("95 %", lambda c: _five_digits(c.high), "", ",.10g"),
+    Column("5 %", lambda c: _five_digits(c, c.low), "", ",.10g"),
+    Column("95 %", lambda c: _five_digits(c, c.high), "", ",.10g"),
     Column("changes", lambda c: c.rate, "1/s", ".3g", "rate_hz"),
 )
 QUESTION_COLUMNS: tuple[Column[Question], ...] = (
@@ -118,7 +131,7 @@ MANEUVER_COLUMNS: tuple[Column[ManeuverCheck], ...] = (
     Column("on condition", lambda m: m.on_condition, "%", ".0%", "on_condition"),
 )
 STEP_COLUMNS: tuple[Column[StepResponse], ...] = (
-    Column("step", lambda s: f"{words(s.quantity)} {s.step:+.0f} {s.unit}", key="step"),
+    Column("step", lambda s: f"{words(s.quantity)} {with_unit(f'{s.step:+.0f}', s.unit)}", key="step"),
     Column("at", lambda s: s.speed_kt, "KCAS", ".0f", "speed_kt"),
     Column("overshoot", lambda s: s.overshoot, "%", ".0%", "overshoot"),
     Column("settled to 10 %", lambda s: s.settled, "s", ".1f", "settled_s"),
@@ -139,7 +152,7 @@ def _found(found: Attached) -> list[str]:
     fastest = "Mach 0.7, to which the bench keeps, is" if found.mach_limited else "the maximum level speed is"
     count = {1: "one engine", 2: "two engines"}.get(found.engines, f"{found.engines} engines")
     sentences = [
-        f"{found.mass_kg:,.0f} kg, {count} ({found.engine_kind}), thrust lag {found.engine_time_s:.1f} s.",
+        f"{found.mass_kg / POUND:,.0f} lb, {count} ({found.engine_kind}), thrust lag {found.engine_time_s:.1f} s.",
         f"At {found.altitude_ft:,.0f} ft with flaps up the stall speed is {found.stall_kt:.0f} KCAS, and {fastest} "
         f"{found.fastest_kt:.0f} KCAS: both found by flying the model.",
     ]

@@ -248,6 +248,11 @@ def hand_plan_json(plans: Sequence[HandPlan], chosen: HandPlan | None) -> dict[s
     return {"fly": fly, "cards": json_rows(PLAN_COLUMNS, plans)}
 
 
-def card_sheet(points: int = 6, legs: int = 4) -> str:
-    """The HTML of an empty sheet, which prints on one page."""
-    return render("sheet.html", points=points, legs=legs)
+def card_sheet(plan: HandPlan | None = None, points: int = 6, legs: int = 4) -> str:
+    """The HTML of a sheet to fill in, which prints on one page: empty, or with the legs that a plan asks for."""
+    asked = [""] * (points * legs)
+    if plan is not None:
+        legs = plan.legs
+        asked = [f"{v / KNOT:.0f} KIAS, {t / DEGREE:03.0f}°" for v in plan.airspeeds for t in plan.tracks]
+    rows = [(place // legs + 1, place % legs == 0, text) for place, text in enumerate(asked)]
+    return render("sheet.html", legs=legs, rows=rows, words=[] if plan is None else plan_words(plan, None))

@@ -27,7 +27,7 @@ from pitotbench.show.calibration import (
 from pitotbench.show.campaign import campaign_html, remarks
 from pitotbench.show.columns import Column, html_table
 from pitotbench.show.curves import curve_panels, parts_panel, residual_panels
-from pitotbench.show.flights import flight_panels, summary_panels
+from pitotbench.show.flights import flight_panels, lead_panels, summary_panels
 from pitotbench.show.inspection import (
     CHANNEL_COLUMNS,
     MANEUVER_COLUMNS,
@@ -53,23 +53,28 @@ if TYPE_CHECKING:
 _MOST_NAMED = 2  # maneuvers that fit into a title
 
 
-def _correction(heading: str, number: int) -> Column[ShortAnswer]:
-    def value(answer: ShortAnswer) -> str:
-        correction = answer.corrections[number]
-        return f"{correction} at {correction.indicated_kt:.0f} KIAS"
+def answer_columns(answers: Sequence[ShortAnswer]) -> list[Column[ShortAnswer]]:
+    """The columns of some answers; where all are at the same airspeeds, these head the corrections."""
+    speeds = [[f"at {each.indicated_kt:.0f} KIAS" for each in answer.corrections] for answer in answers]
+    same = all(each == speeds[0] for each in speeds)
+    headings = speeds[0] if same and speeds else ("low speed", "middle speed", "high speed")
 
-    return Column(heading, value)
+    def correction(number: int) -> Column[ShortAnswer]:
+        def value(answer: ShortAnswer) -> str:
+            each = answer.corrections[number]
+            return str(each).removesuffix(" kt") if same else f"{each} at {each.indicated_kt:.0f} KIAS"
 
+        return Column(headings[number], value, "kt" if same else "")
 
-ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
-    Column("flight", lambda answer: answer.subject),
-    Column("model", lambda answer: answer.model),
-    *(_correction(heading, number) for number, heading in enumerate(("low speed", "middle speed", "high speed"))),
-    Column("wind", lambda answer: answer.wind_kt, "kt", ".1f"),
-    Column("wind from", lambda answer: answer.wind_from_deg, "°", "03.0f"),
-    Column("±2σ of the wind", lambda answer: answer.wind_two_sigma_kt, "kt", ".2f"),
-    Column("2σ of the residual", lambda answer: answer.residual_two_sigma_kt, "kt", ".2f"),
-)
+    return [
+        Column("flight", lambda answer: answer.subject),
+        Column("model", lambda answer: answer.model),
+        *map(correction, range(len(headings))),
+        Column("wind", lambda answer: answer.wind_kt, "kt", ".1f"),
+        Column("wind from", lambda answer: answer.wind_from_deg, "°", "03.0f"),
+        Column("±2σ of the wind", lambda answer: answer.wind_two_sigma_kt, "kt", ".2f"),
+        Column("2σ of the residual", lambda answer: answer.residual_two_sigma_kt, "kt", ".2f"),
+    ]
 
 
 def campaign_page(
@@ -90,6 +95,7 @@ def campaign_page(
         table=campaign_html(first),
         all_models=campaign_html(results) if len(first) < len(results) else "",
         panels=summary_panels(results) if len(sections) > 1 else [],
+        lead=lead_panels(results, [section.answer for section in sections]) if len(sections) > 1 else [],
         case=case,
     )
 
@@ -113,14 +119,15 @@ def _flown(results: "pd.DataFrame") -> str:
 
 
 def _page(sections: Sequence[Section], **content: object) -> str:
-    optional = {"failures": (), "table": "", "all_models": "", "panels": (), "case": ""}
+    optional = {"failures": (), "table": "", "all_models": "", "panels": (), "lead": (), "case": ""}
+    answers = [section.answer for section in sections]
     groups = [(name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)]
     return render(
         "report.html",
         version=page_version(),
         sections=sections,
         groups=groups,
-        answers=html_table(ANSWER_COLUMNS, [section.answer for section in sections]),
+        answers=html_table(answer_columns(answers), answers),
         **{**optional, **content},
     )
 

@@ -20,7 +20,7 @@ from pitotbench.records.calibration import (
     WindEstimate,
     WindowWind,
 )
-from pitotbench.records.log import InputFile, Provenance
+from pitotbench.records.log import Provenance
 from pitotbench.records.verdict import Check
 from pitotbench.show.calibration import GLANCE_COLUMNS, condition_lines, glance_points, headline, short_answer_of
 from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table
@@ -165,7 +165,7 @@ def difference_sentence(found: CurveDifference) -> str:
 
 _DifferenceRow = tuple[float, float, float]
 DIFFERENCE_COLUMNS: tuple[Column[_DifferenceRow], ...] = (
-    Column("KIAS", lambda r: r[0], "kt", ".0f", "indicated_airspeed_kt"),
+    Column("KIAS", lambda r: r[0], "", ".0f", "indicated_airspeed_kt"),
     Column("difference of the corrections", lambda r: r[1], "kt", "+.2f", "difference_kt"),
     Column("±2σ", lambda r: r[2], "kt", ".2f", "two_sigma_kt"),
 )
@@ -220,36 +220,29 @@ TABLES = (".csv", ".html", ".xml")
 
 
 @dataclass(frozen=True, slots=True)
-class HandbookRow:
-    """A line of the tables: a configuration, an indicated airspeed and its calibrated one [m/s] with 2σ, and the
-    altitude correction [m] with 2σ at each of `heights` [m]; none where the static source is right."""
+class _Column:
+    """A column of the tables: its heading and unit, its name in a CSV, its style, and a value a row."""
 
-    configuration: str
-    indicated: float
-    calibrated: float
-    two_sigma: float
-    heights: tuple[float, ...]
-    altitude: tuple[tuple[float, float], ...]
+    heading: str
+    unit: str
+    key: str
+    style: str
+    values: Array
 
 
-def handbook_rows(curves: Mapping[str, ErrorCurve], heights_ft: Sequence[float] = _HEIGHTS_FT) -> list[HandbookRow]:
-    """Return a line for each airspeed of each configuration; airspeeds are those of the curves."""
-    heights = tuple(h * FOOT for h in heights_ft)
-    rows = []
-    for name, curve in curves.items():
-        by_height = (
-            [altitude_correction(curve, height) for height in heights]
-            if curve.altitude_correction is not None
-            else []
-        )
-        for at, speed in enumerate(curve.indicated_airspeed):
-            rows.append(
-                HandbookRow(
-                    name, float(speed), float(speed + curve.correction[at]), float(curve.two_sigma[at]),
-                    heights if by_height else (), tuple((float(v[at]), float(b[at])) for v, b in by_height),
-                )
-            )  # fmt: skip
-    return rows
+def _handbook(curve: ErrorCurve) -> list[_Column]:
+    """The columns for a curve, a row an airspeed; those of the altimeter only where the static source errs."""
+    columns = [
+        _Column("KIAS", "", "indicated_airspeed_kt", ".0f", curve.indicated_airspeed_kt),
+        _Column("KCAS", "", "calibrated_airspeed_kt", ".1f", curve.calibrated_airspeed_kt),
+        _Column("±2σ", "kt", "two_sigma_kt", ".1f", curve.two_sigma_kt),
+    ]
+    for height in _HEIGHTS_FT if curve.altitude_correction is not None else ():
+        value, bound = (each / FOOT for each in altitude_correction(curve, height * FOOT))
+        at, heading = f"at_{height}_ft", f"add to the altimeter at {height:,} ft"
+        columns.append(_Column(heading, "ft", f"altitude_correction_{at}", "+.0f", value))
+        columns.append(_Column("±2σ", "ft", f"altitude_two_sigma_{at}", ".0f", bound))
+    return columns
 
 
 def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meters]:
@@ -273,39 +266,19 @@ def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meter
     return found, bound
 
 
-def _handbook_columns(rows: Sequence[HandbookRow]) -> list[Column[HandbookRow]]:
-    columns: list[Column[HandbookRow]] = [
-        Column("configuration", lambda r: r.configuration or None, key="configuration", optional=True),
-        Column("KIAS", lambda r: r.indicated / KNOT, "kt", ".0f", "indicated_airspeed_kt"),
-        Column("KCAS", lambda r: r.calibrated / KNOT, "kt", ".1f", "calibrated_airspeed_kt"),
-        Column("±2σ", lambda r: r.two_sigma / KNOT, "kt", ".1f", "two_sigma_kt"),
-    ]
-    heights = next((row.heights for row in rows if row.heights), ())
-    for place, height in enumerate(heights):
-        label = f"{height / FOOT:,.0f} ft"
-        key = f"_at_{height / FOOT:.0f}_ft"
-
-        def value(row: HandbookRow, place: int = place) -> float | None:
-            return row.altitude[place][0] / FOOT if row.altitude else None
-
-        def bound(row: HandbookRow, place: int = place) -> float | None:
-            return row.altitude[place][1] / FOOT if row.altitude else None
-
-        columns.append(Column(f"add to the altimeter at {label}", value, "ft", "+.0f", f"altitude_correction{key}"))
-        columns.append(Column("±2σ", bound, "ft", ".0f", f"altitude_two_sigma{key}"))
-    return columns
-
-
 def handbook_csv(curves: Mapping[str, ErrorCurve]) -> str:
     """The tables as CSV: one line an airspeed and configuration; the unit ends each column's name."""
-    rows = handbook_rows(curves)
-    columns = [c for c in _handbook_columns(rows) if not (c.optional and all(c.value(r) is None for r in rows))]
+    tables = {name: _handbook(curve) for name, curve in curves.items()}
+    keys = list(dict.fromkeys(column.key for columns in tables.values() for column in columns))
+    named = ["configuration"] if any(curves) else []
     text = StringIO()
     lines = writer(text, lineterminator="\n")
-    lines.writerow(column.key for column in columns)
-    for row in rows:
-        values = [column.value(row) for column in columns]
-        lines.writerow("" if v is None else format(v, ".3f") if isinstance(v, float) else v for v in values)
+    lines.writerow([*named, *keys])
+    for name, columns in tables.items():
+        held = {column.key: column.values for column in columns}
+        for row in range(len(columns[0].values)):
+            cells = [format(held[key][row], ".3f") if key in held else "" for key in keys]
+            lines.writerow([*([name] if named else []), *cells])
     return text.getvalue()
 
 
@@ -313,13 +286,19 @@ def handbook_page(curves: Mapping[str, ErrorCurve], subject: str) -> str:
     """The tables as a page to print, a table for each configuration."""
     tables = []
     for name, curve in curves.items():
-        rows = handbook_rows({"": curve})
-        kept = [row for row in rows if round(row.indicated / KNOT) % 5 == 0] or rows
-        tables.append((name or "Airspeed and altimeter", html_table(_handbook_columns(rows), kept)))
+        every = range(len(curve.indicated_airspeed))
+        kept = [row for row in every if round(float(curve.indicated_airspeed_kt[row])) % 5 == 0] or every
+        columns = [
+            Column(c.heading, lambda row, c=c: float(c.values[row]), c.unit, c.style)  # type: ignore[misc]
+            for c in _handbook(curve)
+        ]
+        tables.append((name or "Airspeed and altimeter", html_table(columns, kept)))
     return render(
         "takehome.html",
         title=f"Airspeed calibration: {subject}",
-        lines=["Read KCAS beside KIAS. Add the altitude correction to the altimeter's reading."],
+        lines=[
+            "Read KCAS beside KIAS. Add the altitude correction, where there is one, to the altimeter's reading."
+        ],
         drawing="",
         tables=tables,
         notes=[
@@ -426,7 +405,7 @@ def checks_of(result: Calibration, points: int = 0) -> list[Check]:
     known = "the wind is unknown" if wind is None else f"wind known to ±{_wind_two_sigma(wind):.2f} kt (2σ)"
     largest = 100.0 * float(np.max(np.abs(result.curve.normalized_pressure_error)))
     passed = {  # no finding where it was not looked for
-        "the fit converged": f"{result.reason}, {found.iterations} iterations",
+        "the fit converged": result.reason,
         _GEOMETRY: f"condition number {result.condition_number:.1e}, {known}",
         "samples and curve agree": "" if result.method == "height" else "none lie off it by more than chance",
         "wind triangle and height agree": ""
@@ -455,14 +434,6 @@ def _wind_two_sigma(wind: WindEstimate) -> float:
 
 Part = tuple[str, Sequence[str], str]  # of a record: heading, sentences, tables and drawings as HTML
 _STATUSES = ("failed", "passed", "skipped")
-INPUT_COLUMNS: tuple[Column[InputFile], ...] = (
-    Column("input", lambda f: f.role),
-    Column("name", lambda f: f.name),
-    Column("SHA-256", lambda f: f.sha256),
-    Column("rows", lambda f: f.rows or None, style=",d", optional=True),
-    Column("time", lambda f: f.minutes if f.rows else None, "min", ".1f", optional=True),
-    Column("origin", lambda f: f.origin or None, optional=True),
-)
 WIND_COLUMNS: tuple[Column[WindowWind], ...] = (
     Column("begin", lambda w: minutes_text(w.begin)),
     Column("end", lambda w: minutes_text(w.end)),
@@ -523,7 +494,7 @@ def record_page(
         "record.html",
         title=title,
         objective=objective,
-        inputs=html_table(INPUT_COLUMNS, made.inputs),
+        inputs=made.inputs,
         choices=choices,
         versions=f"{used}. Made on {made.date} (UTC)." if used else "Not recorded.",
         parts=parts,

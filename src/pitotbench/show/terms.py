@@ -222,7 +222,7 @@ def comparison_sentences(found: ModelComparison) -> list[str]:
     return [
         f"{len(found.channels)} channel{'s' * (len(found.channels) > 1)} changed {card}; most of all the "
         f"{first.channel}, by up to {first.largest:,.4g} {first.unit} ({100.0 * first.share:,.3g} % of its largest "
-        f"value) in phase `{place.phase}`.",
+        f"value) in the phase {place.phase}.",
         f"By: {'; '.join(change_words(term) for term in acting)}.",
         *found.remarks,
     ]

@@ -57,7 +57,7 @@ def turbulence_candidates(layout: Layout, on_null: Measure | None) -> tuple[Cand
     if score < THRESHOLDS.gust_level:
         return ()
     size = Estimate("change", max(change, -1.0), 2.0 * (1.0 + change) * on_null.deviation)
-    return (Candidate("turbulence_level", (size,), score, 1.0, change <= THRESHOLDS.gust_change_plausible),)
+    return (Candidate("turbulence_level", (size,), score),)
 
 
 # Errors with a period of their own: a line in the spectrum of a channel that null flights do not have.

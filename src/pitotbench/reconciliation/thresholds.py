@@ -39,7 +39,6 @@ class Thresholds:
     # Explanations: single fits, and the sizes that are told.
     free_size_penalty: float = 6.0  # fall of the SS a further size must bring: ln n for some 400 free instants
     size_error: float = 0.05  # 1σ of the method as a share of a size: lags come out 3 to 5 % long
-    range_slack: float = 2.0  # σ by which a fitted size may miss its plausible range
     effects_most: int = 3  # effects named at once; each further one multiplies the sets that are tried
     undone_from: float = 8.0  # σ from which an effect on the sensors bends the signatures of the others
 
@@ -90,7 +89,6 @@ class Thresholds:
     line_deviation_lowest: float = 0.22  # of a log power: the largest of 300 exponential numbers (Gumbel 1958)
     gust_level: float = 4.5  # σ of the turbulence level among eight null flights
     gust_deviation_lowest: float = 0.02  # of a logarithm; eight flights do not determine a spread below 2 %
-    gust_change_plausible: float = 3.0  # times the card's turbulence, on top of it; more is another cause
     noise_noted: float = 1.3  # times the noise of null flights, from which the verdict has a note
     noise_above_null: float = 4.0  # times the noise of null flights; more is a gap, not noise
 

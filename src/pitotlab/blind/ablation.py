@@ -201,7 +201,13 @@ def judged(name: str, log: FlightLog, steps: Sequence[str], aircraft: str = AIRC
                 answer = _answer(NamedLog(name, log), aircraft)
             except Exception as error:  # a step may be what keeps the arithmetic sound
                 answer = {"kind": "crash", "why": f"{type(error).__name__}: {error}"}
-        yield {"name": name, "step": each, **answer, "processor_s": round(process_time() - begun, 2)}
+        yield {
+            "name": name,
+            "step": each,
+            "beside": kept.step.beside,
+            **answer,
+            "processor_s": round(process_time() - begun, 2),
+        }
 
 
 def _answer(named: NamedLog, aircraft: str) -> dict[str, Any]:
@@ -267,18 +273,17 @@ def table(truth: Mapping[str, Mapping[str, Any]], answers: Sequence[Mapping[str,
         by_step.setdefault(each["step"], {})[each["name"]] = JudgedCase(truth[each["name"]], each)
     rows = []
     for step, found in by_step.items():
-        before = by_step.get(STEPS[step].beside, {})
-        names = [name for name in found if name in before]
-        off, whole = counts([found[n] for n in names]), counts([before[n] for n in names])
-        row: dict[str, Any] = {"step off": step, "logs": len(names)}
+        pairs = [(case, by_step.get(case.answer["beside"], {}).get(name)) for name, case in found.items()]
+        held = [(case, before) for case, before in pairs if before is not None]
+        off, whole = (counts(list(each)) for each in zip(*held, strict=True))
+        row: dict[str, Any] = {"step off": step, "logs": len(held)}
         difference = off.proper if step == COMPLETE else off.proper - whole.proper
         for i, name in enumerate(PROPER):
             row[name] = f"{difference[:, i].mean():.4f}"
             row[f"{name}_se"] = f"{difference[:, i].std() / np.sqrt(max(1, len(difference) - 1)):.4f}"
         for name in COUNTED:
             row[name] = getattr(off, name) - (0 if step == COMPLETE else getattr(whole, name))
-        changed = [n for n in names if found[n].groups != before[n].groups]
-        rows.append(row | {"answers_changed": len(changed)})
+        rows.append(row | {"answers_changed": sum(case.groups != before.groups for case, before in held)})
     return rows
 
 

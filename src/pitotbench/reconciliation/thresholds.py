@@ -24,15 +24,11 @@ class Thresholds:
     # Null flights: the scores that an effect has to exceed.
     null_flights_fewest: int = 4  # flights; the spread of fewer says nothing
     false_alarms: float = 0.01  # share of null flights whose largest score may exceed the threshold
-    effect_threshold_lowest: float = 3.5  # σ; a few null flights can all have small scores by chance
-    largest_score_deviation: float = 0.5  # σ from flight to flight: 0.4 to 0.7 on 48 null flights of four cards
-    largest_score_weight: int = 8  # flights that this prior deviation counts for: as many as are flown
     noise_without_null_flights: float = 1.5  # times the noise that the log itself gives
     gap_without_null_flights: float = 30.0  # logarithm; it reached 27 on 16 flights without an effect in gusts
     gap_of_short_log: float = 45.0  # times the squared shortness; 47 pieces in gusts had 0.75 of it at most
     fluctuation_unknown: float = 4.0  # σ of what gusts imitate of a signature: 1 to 10 on null flights
-    vanes_unknown: float = 16.0  # σ of vane effects: 6 to 15 on null flights of two cards
-    vanes_moving: float = 1000.0  # σ of what gusts imitate of a vane's effect: it does not count at all
+    vanes_unknown: float = 1000.0  # σ of what gusts imitate of a vane's effect: it does not count at all
     instants_a_size: float = 15.0  # of a log, for each fitted cell and each instant of the noise's memory
     score_deviation_lowest: float = 1.0  # σ; eight flights can show less spread than the noise itself has
 

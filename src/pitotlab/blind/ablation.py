@@ -24,6 +24,7 @@ import numpy as np
 
 from pitotbench.bench import rounds, workflow
 from pitotbench.bench.rounds import JudgedLog, NamedLog
+from pitotbench.effects.effect import SensorEffect
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.thresholds import THRESHOLDS
@@ -31,7 +32,7 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 from pitotlab.blind.analyze import answer_in
 from pitotlab.blind.case import JudgedCase
-from pitotlab.blind.flown_again import flown_log
+from pitotlab.blind.flown_again import KNOWN, flown_log
 from pitotlab.blind.parts import hidden_parts, kept_table, named_parts, proper_scores
 from pitotlab.blind.sealed import KEPT, opened
 from pitotlab.experiment import OUT
@@ -294,6 +295,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     )
     parser.add_argument("--settings", default="H,J,F,A", help="of the set, in their order")
     parser.add_argument("--kinds", default="above 7=5,none=2,outside=2", help="of each setting, and how many")
+    parser.add_argument(
+        "--aircraft", default=AIRCRAFT, help="none: the sensors alone, of which few seconds are needed"
+    )
     parser.add_argument("--steps", default="", help="names with ; between them (default: all)")
     parser.add_argument(
         "--minutes", type=float, default=0.0, help="after which no further log begins; 0: only score"
@@ -313,6 +317,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         for letter in options.settings.split(",")
         for kind, most in kinds.items()
         for case in [c for c in cases.values() if c["settings"] == [letter] and c["kind"] == kind][:most]
+        if options.aircraft != "none" or all(isinstance(KNOWN[e["name"]], SensorEffect) for e in case["effects"])
     ]
     begun = monotonic()
     options.results.parent.mkdir(parents=True, exist_ok=True)
@@ -322,7 +327,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
             continue
         log = flown_log(options.logs / f"{case['name']}.parquet", case)
         with options.results.open("a", encoding="utf-8") as out:
-            for answer in judged(case["name"], log, todo):
+            for answer in judged(case["name"], log, todo, options.aircraft):
                 if (case["name"], answer["step"]) not in done:
                     answers.append(answer)
                     out.write(json.dumps(answer) + "\n")

@@ -61,8 +61,7 @@ class Thresholds:
     odds_below_even: float = 0.8  # power of odds below even
     named_from: float = 0.9  # probability from which a cause is named
     set_holds: float = 0.95  # probability that the reported set holds the cause
-    outside_likely: float = 0.5  # probability from which a gap is one that the table does not hold
-    rest_likely: float = 0.5  # probability from which something remains beside what is named
+    likely: float = 0.5  # probability from which a gap is none of the table, or something remains beside a name
     closure_lowest: float = (
         0.85  # of the log, or of a held-out one, below which an effect only looks like its cause
     )

@@ -180,7 +180,7 @@ def _found(layout: Layout, naming: Naming, null: NullDistribution) -> Checks:
     answer, equations, fit = naming.answer, naming.equations, naming.fit
     outweighed = bool(unexplained) and not counted and (not naming.chosen or _outweighs(explained, naming, null))
     explains = bool(effects) and not outweighed and answer.kind != "unknown"
-    remains = explains and (bool(unexplained) or answer.rest > THRESHOLDS.rest_likely)
+    remains = explains and (bool(unexplained) or answer.rest > THRESHOLDS.likely)
     found = Verdict(
         kind=answer.kind,
         effects=effects,

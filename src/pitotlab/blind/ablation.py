@@ -34,7 +34,8 @@ from pitotlab.blind.analyze import answer_in
 from pitotlab.blind.case import JudgedCase
 from pitotlab.blind.flown_again import KNOWN, flown_log
 from pitotlab.blind.parts import hidden_parts, kept_table, named_parts, proper_scores
-from pitotlab.blind.sealed import KEPT, opened
+from pitotlab.blind.sealed import KEPT, judged_in, kept_sets, opened
+from pitotlab.blind.told import rows_of_checks, rows_of_tellings
 from pitotlab.experiment import OUT
 
 COMPLETE, FIRST_LOOK = "complete", "further looks"
@@ -332,9 +333,19 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
                     answers.append(answer)
                     out.write(json.dumps(answer) + "\n")
         print(f"{case['name']} ({case['kind']}): {(monotonic() - begun) / 60.0:.1f} min", flush=True)
-    rows = table(cases, answers)
-    with options.table.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+    sets = {path.name.split(".")[0]: judged_in(path) for path in kept_sets()}
+    replayed = [
+        {"measured on": f"{options.kept}, {each['logs']} logs again", **each} for each in table(cases, answers)
+    ]
+    _write(options.table, [*replayed, *rows_of_tellings(sets)])
+    _write(options.table.with_name("ablation-checks.csv"), list(rows_of_checks(sets)))
+
+
+def _write(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows as a table, and print it."""
+    columns = list(dict.fromkeys(column for row in rows for column in row))
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, columns, lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
-    print(options.table.read_text("utf-8"))
+    print(path.read_text("utf-8"))

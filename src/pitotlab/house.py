@@ -3,6 +3,7 @@
 `python -m pitotlab house` prints the table. The tests of the house hold the figures to their budgets.
 """
 
+import ast
 import json
 import os
 import subprocess
@@ -77,6 +78,23 @@ def long_modules() -> dict[str, int]:
     """Return the modules of the product with more than 600 lines."""
     lines = {f.relative_to(PRODUCT).as_posix(): size_of(f).lines for f in PRODUCT.rglob("*.py")}
     return {name: count for name, count in sorted(lines.items()) if count > LONG}
+
+
+def judge_files() -> list[Path]:
+    """Return the files of `reconcile`: the judge and its part of the bench, without the airplane's own terms."""
+    judge = [f for f in sorted((PRODUCT / "reconciliation").glob("*.py")) if f.name not in _OWN_TERMS]
+    return [*judge, *(PRODUCT / "bench" / name for name in _BENCH_OF_THE_JUDGE)]
+
+
+_OWN_TERMS = ("terms.py", "term_regression.py")
+_BENCH_OF_THE_JUDGE = ("rounds.py", "null_flights.py", "workflow.py", "verdict_folder.py")
+
+
+def numbers_in(*files: Path) -> int:
+    """Return how many numbers some files hold in their syntax trees: every one but 0, 1 and 2."""
+    nodes = [node for file in files for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))]
+    values = [node.value for node in nodes if isinstance(node, ast.Constant)]
+    return sum(isinstance(v, (int, float)) and not isinstance(v, bool) and v not in (0, 1, 2) for v in values)
 
 
 def entered(arguments: Sequence[str], folder: Path) -> list[str]:
@@ -159,6 +177,8 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     print(f"modules over {LONG} lines: {long_modules() or 'none'}")
     print(f"modules with one reader in the same folder: {len(alone)}: {', '.join(alone)}")
     print(f"docs: {pages} pages, {counted} words, {size / 1e6:.2f} MB; README {readme} bytes")
+    judge = judge_files()
+    print(f"reconcile without own terms: {size_of(*judge).lines} lines, {numbers_in(*judge)} numbers")
     for job, modules in BEHIND.items():
         print(f"files behind {job}: {behind(modules)}")
     with TemporaryDirectory() as folder:

@@ -16,8 +16,8 @@ from pitotbench.records.verdict import Candidate, Closure, Verdict
 from pitotbench.simulation.aircraft import find_aircraft
 from pitotbench.units import INCH_OF_MERCURY
 
-POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.3, 0.02),), 40.0, 1.0, True)
-LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.4, 0.02),), 40.0, 1.0, True)
+POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.3, 0.02),), 40.0)
+LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.4, 0.02),), 40.0)
 
 
 def outcome(*effects: Candidate, kind: str = "named"):
@@ -61,7 +61,7 @@ def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
 
 
 def test_an_airplane_of_a_doubtful_answer_is_kept_with_its_doubt(tmp_path):
-    doubtful = Candidate("belly_pod", POD.sizes, 40.0, 1.0, True, 0.58)
+    doubtful = Candidate("belly_pod", POD.sizes, 40.0, 0.58)
     verdict = Verdict(
         "one_of", (doubtful,), (("turn_drag",),), (doubtful,), (), (), Closure(100.0, 11.0, 10.0), (),
         ("to tell belly_pod, turn_drag apart: fly four_leg",), probabilities={"belly_pod": 0.58, "turn_drag": 0.4},

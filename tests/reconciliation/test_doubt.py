@@ -15,7 +15,7 @@ GAP = Closure(1000.0, 100.0, 100.0)
 def verdict(**probabilities: float) -> Verdict:
     """A verdict that names the first of some causes."""
     named = next(iter(probabilities))
-    effect = Candidate(named, (), 20.0, 1.0, True, probabilities[named])
+    effect = Candidate(named, (), 20.0, probabilities[named])
     return Verdict("named", (effect,), ((),), (effect,), (), (), GAP, (), (), probabilities=probabilities)
 
 
@@ -80,7 +80,7 @@ def test_what_a_check_speaks_against_is_worth_what_such_names_were():
 
 
 def test_what_was_counted_is_certain():
-    counted = replace(verdict(mass=0.5), effects=(Candidate("dropped_samples", (), 99.0, 1.0, True),))
+    counted = replace(verdict(mass=0.5), effects=(Candidate("dropped_samples", (), 99.0),))
     assert verdict_of(Checks(counted, left=0.1)).kind == "named"
 
 
@@ -97,7 +97,7 @@ def test_a_part_is_no_less_probable_than_its_causes_and_a_counted_fault_has_one(
     told = parts_of({"pitot_lag": 0.97, "mass": 0.02})
     assert told["pitot line"] == 0.97
     assert list(told) == ["pitot line", "loading"]
-    counted = replace(verdict(mass=0.05), effects=(Candidate("dropped_samples", (), 99.0, 1.0, True),))
+    counted = replace(verdict(mass=0.05), effects=(Candidate("dropped_samples", (), 99.0),))
     assert verdict_of(Checks(counted, left=0.0)).named_parts == ("recorder",)
 
 
@@ -105,6 +105,6 @@ def test_a_candidate_of_the_answer_has_the_sizes_of_the_answer():
     plain, wide = Estimate("lag_s", 0.4, 0.05), Estimate("lag_s", 0.4, 0.1)
     named = verdict(pitot_lag=0.9999)
     effect = replace(named.effects[0], sizes=(wide,))
-    listed = (replace(effect, sizes=(plain,)), Candidate("mass", (plain,), 1.0, 1.0, True))
+    listed = (replace(effect, sizes=(plain,)), Candidate("mass", (plain,), 1.0))
     told = verdict_of(Checks(replace(named, effects=(effect,), candidates=listed), left=0.0))
     assert [each.sizes for each in told.candidates] == [(wide,), (plain,)]

@@ -12,7 +12,7 @@ from pitotbench.simulation.modified import overlay_xml
 
 
 def candidate(name: str, *sizes: tuple[str, float, float]) -> Candidate:
-    return Candidate(name, tuple(Estimate(*size) for size in sizes), 10.0, 1.0, True)
+    return Candidate(name, tuple(Estimate(*size) for size in sizes), 10.0)
 
 
 POD = candidate("belly_pod", ("drag_area_m2", 0.1234567, 0.01))

@@ -51,8 +51,8 @@ from pitotbench.units import SYMBOLS
 
 TIME = np.arange(200) / 2.0
 EVERY = np.full(len(TIME), True)
-POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.12, 0.01),), 50.0, 1.0, True, 0.91)
-GEAR = Candidate("gear_not_up", (Estimate("extension", 0.26, 0.02),), 49.9, 1.0, True)
+POD = Candidate("belly_pod", (Estimate("drag_area_m2", 0.12, 0.01),), 50.0, 0.91)
+GEAR = Candidate("gear_not_up", (Estimate("extension", 0.26, 0.02),), 49.9)
 NAMED = Verdict(
     kind="named",
     effects=(POD,),
@@ -340,10 +340,8 @@ def test_a_notebook_shows_the_sentences_the_probabilities_and_the_sizes():
     assert bar.get_width() == pytest.approx(0.91)
 
 
-LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.33, 0.06),), 30.0, 1.0, True, 0.74)
-WATER = Candidate(
-    "water_in_line", (Estimate("lag_s", 0.31, 0.06), Estimate("column_m", 0.02, 0.01)), 29.0, 1.0, True
-)
+LAG = Candidate("pitot_lag", (Estimate("lag_s", 0.33, 0.06),), 30.0, 0.74)
+WATER = Candidate("water_in_line", (Estimate("lag_s", 0.31, 0.06), Estimate("column_m", 0.02, 0.01)), 29.0)
 PARTED = replace(
     NAMED,
     kind="one_of",

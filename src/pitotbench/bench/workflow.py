@@ -73,8 +73,7 @@ class BeyondTable:
         sizes: dict[str, list[Estimate]] = {}
         for term in self.formula.terms:
             sizes.setdefault(term.effect, []).append(term.size)
-        ratio = self.formula.held_out_ratio
-        return tuple(Candidate(name, tuple(each), 0.0, ratio, True) for name, each in sizes.items())
+        return tuple(Candidate(name, tuple(each), 0.0) for name, each in sizes.items())
 
 
 def beyond_the_table(

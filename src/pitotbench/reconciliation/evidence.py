@@ -172,7 +172,7 @@ def significance(fit: Fit) -> float:
     return float(np.sqrt(max(0.0, merit(fit))))
 
 
-# Sizes of effects: with their bounds as estimates, and in their plausible ranges.
+# Sizes of effects, with their bounds as estimates.
 
 
 def estimates(signatures: Sequence[Signature], fit: Fit) -> tuple[Estimate, ...]:
@@ -188,18 +188,6 @@ def significant(sizes: Sequence[Estimate]) -> tuple[Estimate, ...]:
     """Return the sizes that are beyond their own bound of zero; the largest in its bound where none is."""
     beyond = tuple(size for size in sizes if abs(size.value) > size.two_sigma)
     return beyond or tuple(sorted(sizes, key=lambda size: -abs(size.value) / size.two_sigma)[:1])
-
-
-def is_in_range(signatures: Sequence[Signature], fit: Fit) -> bool:
-    """Whether all sizes are plausible: in their ranges, or not significantly different from zero."""
-    fitted = zip(fit.columns, fit.sizes, fit.deviations, strict=True)
-    return all(_plausible(signatures[c], float(s), float(d)) for c, s, d in fitted)
-
-
-def _plausible(signature: Signature, size: float, deviation: float) -> bool:
-    parameter = FITTED[signature.effect].parameter(signature.parameter)
-    slack = THRESHOLDS.range_slack * deviation
-    return parameter.low - slack <= size <= parameter.high + slack or abs(size) <= slack
 
 
 LOWEST = 1e-12  # of a deviation, so that it can be divided by

@@ -75,7 +75,7 @@ def check_log(log: FlightLog) -> CheckedLog:
 
 
 def _counted(effect: str, size: Estimate) -> Candidate:
-    return Candidate(effect, (size,), THRESHOLDS.counted_score, 1.0, True)
+    return Candidate(effect, (size,), THRESHOLDS.counted_score)
 
 
 def _repeats(log: FlightLog) -> Booleans:

@@ -14,7 +14,7 @@ from pitotbench.reconciliation.equations import (
     whitened_equations,
     with_form_error,
 )
-from pitotbench.reconciliation.evidence import Evidence, LogEvidence, estimates, is_in_range, merit, significance
+from pitotbench.reconciliation.evidence import Evidence, LogEvidence, estimates, merit, significance
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.null_distribution import NullDistribution
@@ -45,7 +45,6 @@ RENEWALS = 3  # times the signatures are renewed; they mostly stay as they are a
 RENEWED = 6  # best single explanations whose signatures are renewed: the others have no part in the answer
 SETTLED = 0.02  # change of a size, as a share, from which an effect is taken out of the log anew
 LISTED = 10  # candidates in a verdict
-SMALLEST_GAIN = 1e-9  # so that the ratio of two gains is defined for an effect without any
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,8 +187,6 @@ def _candidates(
             name,
             estimates(signatures, fits[name]),
             null.scores.of_effect(name, significance(fits[name])),
-            equations.held_out_gain(columns[name]) / max(fits[name].gain, SMALLEST_GAIN),
-            is_in_range(signatures, fits[name]),
             probable.get(cause_of(name), 0.0),
             times_of(signatures[columns[name][0]]),
         )

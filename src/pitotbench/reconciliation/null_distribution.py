@@ -113,7 +113,7 @@ def theoretical_distribution(layout: Layout) -> NullDistribution:
     noise = replace(noise, deviations=THRESHOLDS.noise_without_null_flights * noise.deviations)
     vanes = {name: THRESHOLDS.vanes_unknown for name in FITTED if reads_gusts(name)}
     fluctuation = {
-        size_label(name, p.name): THRESHOLDS.vanes_moving if name in vanes else THRESHOLDS.fluctuation_unknown
+        size_label(name, p.name): THRESHOLDS.vanes_unknown if name in vanes else THRESHOLDS.fluctuation_unknown
         for name, effect in FITTED.items()
         for p in effect.parameters
         if not p.shape and not effect.part_of

@@ -25,7 +25,6 @@ from pitotbench.reconciliation.signatures import FITTED, columns_of, searched_sh
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.verdict import Candidate, Located
-from pitotbench.units import Array
 
 # The level of the turbulence of a log against that of null flights.
 # No mean shows it. It shows in how far the residuals of the wind triangle wander: in their autocovariance beyond
@@ -57,7 +56,7 @@ def turbulence_candidates(layout: Layout, on_null: Measure | None) -> tuple[Cand
     if score < THRESHOLDS.gust_level:
         return ()
     size = Estimate("change", max(change, -1.0), 2.0 * (1.0 + change) * on_null.deviation)
-    return (Candidate("turbulence_level", (size,), score, 1.0, change <= THRESHOLDS.gust_change_plausible),)
+    return (Candidate("turbulence_level", (size,), score),)
 
 
 # Errors with a period of their own: a line in the spectrum of a channel that null flights do not have.
@@ -144,7 +143,6 @@ def wander_of_scores(scores: ScoreScale) -> dict[str, float]:
 
 
 MEAN_SCORE = 0.8  # mean absolute value of a standard normal number, √(2/π)
-EULER = 0.5772156649  # the Euler-Mascheroni constant
 
 Item = TypeVar("Item")
 Flight = tuple[Layout, NoiseModel]
@@ -193,8 +191,8 @@ def learn_null_distribution(layouts: Sequence[Layout], each: Perform | None = No
     return NullDistribution(
         noise=learned(names, data),
         scores=scale,
-        threshold=_threshold(largest, THRESHOLDS.effect_threshold_lowest),
-        cell_threshold=_threshold(largest_cell, _lowest_cell_threshold(len(scale.cell_mean), len(layouts))),
+        threshold=_threshold(largest, len(scale.effect_spread)),
+        cell_threshold=_threshold(largest_cell, len(scale.cell_mean)),
         flights=len(layouts),
         gust_level=measures_over([{"": gust_level(each)} for each in layouts], THRESHOLDS.gust_deviation_lowest)[
             ""
@@ -283,23 +281,10 @@ def _is_searched(name: str) -> bool:
     return bool(searched_shapes(FITTED[name]))
 
 
-def _lowest_cell_threshold(cells: int, flights: int) -> float:
-    """The value that the largest of independent scores exceeds on the share of false alarms (Šidák 1967).
+def _threshold(largest: Sequence[float], scores: int) -> float:
+    """The largest of so many scores on any null flight, or what that of independent ones exceeds by chance.
 
-    It includes the error of means over so few flights.
+    The latter is exceeded on the share of false alarms (Šidák 1967), with the error of means over so few flights.
     """
-    return float(ndtri(1.0 - 0.5 * THRESHOLDS.false_alarms / cells) * np.sqrt(1.0 + 1.0 / flights))
-
-
-def _threshold(largest: Sequence[float] | Array, lowest: float) -> float:
-    """The value that the largest score exceeds on the share of false alarms.
-
-    Source: the distribution of extremes (Gumbel 1958), fitted by moments. The deviation is shrunk toward that of
-    other cards, because few flights determine it badly.
-    """
-    variance, n = float(np.var(largest, ddof=1)), len(largest)
-    prior, weight = THRESHOLDS.largest_score_deviation, THRESHOLDS.largest_score_weight
-    shrunk = ((n - 1) * variance + weight * prior**2) / (n - 1 + weight)
-    scale = float(np.sqrt(6.0 * shrunk)) / np.pi
-    mode = float(np.mean(largest)) - EULER * scale
-    return max(lowest, float(mode - scale * np.log(-np.log1p(-THRESHOLDS.false_alarms))))
+    by_chance = ndtri(1.0 - 0.5 * THRESHOLDS.false_alarms / scores) * np.sqrt(1.0 + 1.0 / len(largest))
+    return max(float(by_chance), *largest)

@@ -513,7 +513,7 @@ def answer_of(posterior: CausePosterior) -> Answer:
     empty = next(w for w in posterior.weights if not w.causes)
     if posterior.log_bayes_factor < posterior.least_bayes_factor:
         return Answer("no_gap", (), probabilities, empty, 0.0, "")
-    if outside > THRESHOLDS.outside_likely:
+    if outside > THRESHOLDS.likely:
         return Answer("unknown", (), probabilities, empty, outside, empty.place)
     named = tuple(c for c, p in probabilities.items() if p > THRESHOLDS.named_from)
     groups: list[Names] = [(cause,) for cause in named]

@@ -24,22 +24,17 @@ class Thresholds:
     # Null flights: the scores that an effect has to exceed.
     null_flights_fewest: int = 4  # flights; the spread of fewer says nothing
     false_alarms: float = 0.01  # share of null flights whose largest score may exceed the threshold
-    effect_threshold_lowest: float = 3.5  # σ; a few null flights can all have small scores by chance
-    largest_score_deviation: float = 0.5  # σ from flight to flight: 0.4 to 0.7 on 48 null flights of four cards
-    largest_score_weight: int = 8  # flights that this prior deviation counts for: as many as are flown
     noise_without_null_flights: float = 1.5  # times the noise that the log itself gives
     gap_without_null_flights: float = 30.0  # logarithm; it reached 27 on 16 flights without an effect in gusts
     gap_of_short_log: float = 45.0  # times the squared shortness; 47 pieces in gusts had 0.75 of it at most
     fluctuation_unknown: float = 4.0  # σ of what gusts imitate of a signature: 1 to 10 on null flights
-    vanes_unknown: float = 16.0  # σ of vane effects: 6 to 15 on null flights of two cards
-    vanes_moving: float = 1000.0  # σ of what gusts imitate of a vane's effect: it does not count at all
+    vanes_unknown: float = 1000.0  # σ of what gusts imitate of a vane's effect: it does not count at all
     instants_a_size: float = 15.0  # of a log, for each fitted cell and each instant of the noise's memory
     score_deviation_lowest: float = 1.0  # σ; eight flights can show less spread than the noise itself has
 
     # Explanations: single fits, and the sizes that are told.
     free_size_penalty: float = 6.0  # fall of the SS a further size must bring: ln n for some 400 free instants
     size_error: float = 0.05  # 1σ of the method as a share of a size: lags come out 3 to 5 % long
-    range_slack: float = 2.0  # σ by which a fitted size may miss its plausible range
     effects_most: int = 3  # effects named at once; each further one multiplies the sets that are tried
     undone_from: float = 8.0  # σ from which an effect on the sensors bends the signatures of the others
 
@@ -66,8 +61,7 @@ class Thresholds:
     odds_below_even: float = 0.8  # power of odds below even
     named_from: float = 0.9  # probability from which a cause is named
     set_holds: float = 0.95  # probability that the reported set holds the cause
-    outside_likely: float = 0.5  # probability from which a gap is one that the table does not hold
-    rest_likely: float = 0.5  # probability from which something remains beside what is named
+    likely: float = 0.5  # probability from which a gap is none of the table, or something remains beside a name
     closure_lowest: float = (
         0.85  # of the log, or of a held-out one, below which an effect only looks like its cause
     )
@@ -90,7 +84,6 @@ class Thresholds:
     line_deviation_lowest: float = 0.22  # of a log power: the largest of 300 exponential numbers (Gumbel 1958)
     gust_level: float = 4.5  # σ of the turbulence level among eight null flights
     gust_deviation_lowest: float = 0.02  # of a logarithm; eight flights do not determine a spread below 2 %
-    gust_change_plausible: float = 3.0  # times the card's turbulence, on top of it; more is another cause
     noise_noted: float = 1.3  # times the noise of null flights, from which the verdict has a note
     noise_above_null: float = 4.0  # times the noise of null flights; more is a gap, not noise
 

@@ -23,7 +23,6 @@ from pitotbench.reconciliation.evidence import estimates, significant
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import DAY, Layout, lay_out
 from pitotbench.reconciliation.naming import (
-    SMALLEST_GAIN,
     Naming,
     OwnSizes,
     Together,
@@ -181,7 +180,7 @@ def _found(layout: Layout, naming: Naming, null: NullDistribution) -> Checks:
     answer, equations, fit = naming.answer, naming.equations, naming.fit
     outweighed = bool(unexplained) and not counted and (not naming.chosen or _outweighs(explained, naming, null))
     explains = bool(effects) and not outweighed and answer.kind != "unknown"
-    remains = explains and (bool(unexplained) or answer.rest > THRESHOLDS.rest_likely)
+    remains = explains and (bool(unexplained) or answer.rest > THRESHOLDS.likely)
     found = Verdict(
         kind=answer.kind,
         effects=effects,
@@ -221,15 +220,13 @@ def _named_effects(naming: Naming) -> tuple[Candidate, ...]:
         own = [c for c in fit.columns if c in columns.get(effect, ())]
         if not own:
             continue
-        others = [c for c in fit.columns if c not in own]
-        gain = naming.equations.fit(own, given=others).gain
-        ratio = naming.equations.held_out_gain(own, others) / max(gain, SMALLEST_GAIN)
+        gain = naming.equations.fit(own, given=[c for c in fit.columns if c not in own]).gain
         places = [fit.columns.index(c) for c in own]
         part = Fit(tuple(own), fit.sizes[places], fit.covariance[np.ix_(places, places)], gain)
         sizes = significant(estimates(naming.layout.signatures, part))
         probability = naming.answer.probabilities.get(cause_of(effect), 0.0)
         times = times_of(naming.layout.signatures[own[0]])
-        effects.append(Candidate(effect, sizes, float(np.sqrt(gain)), ratio, True, probability, times))
+        effects.append(Candidate(effect, sizes, float(np.sqrt(gain)), probability, times))
     return tuple(effects)
 
 
@@ -486,7 +483,7 @@ def judge(names: Sequence[str], layouts: Sequence[Layout], nulls: Sequence[NullD
         for number, (name, null) in enumerate(zip(names, nulls, strict=True))
     )
     checks = Checks(
-        found=_joined(names, [one.found for one in each], left_out),
+        found=_joined(names, [one.found for one in each]),
         outweighed=any(one.outweighed for one in each),
         left_out=tuple(
             f"the sizes of the other flights close only {max(0.0, closed.share):.0%} of the gap of {name}"
@@ -575,11 +572,11 @@ def _of(sizes: OwnSizes, effect: str) -> OwnSizes:
     )
 
 
-def _joined(names: Sequence[str], each: Sequence[Verdict], left_out: Sequence[Closure | None]) -> Verdict:
+def _joined(names: Sequence[str], each: Sequence[Verdict]) -> Verdict:
     """What all flights show, which share the posterior; a single flight has nothing to join."""
     if len(each) == 1:
         return each[0]
-    effects, alternatives = _joined_effects(each, left_out)
+    effects, alternatives = _joined_effects(each)
     whole = Closure(*(sum(getattr(v.closure, n) for v in each) for n in ("before", "after", "noise")))
     notes = dict.fromkeys(note for verdict in each for note in verdict.notes)
     return replace(
@@ -600,14 +597,8 @@ def _joined(names: Sequence[str], each: Sequence[Verdict], left_out: Sequence[Cl
     )
 
 
-def _joined_effects(
-    each: Sequence[Verdict], left_out: Sequence[Closure | None]
-) -> tuple[tuple[Candidate, ...], tuple[tuple[str, ...], ...]]:
-    """The effects of all flights, each once: their significances add in squares, their bounds are the smallest.
-
-    The ratio held out is the fall of the sums of squares of the flights left out by the sizes of the others, over
-    the fall by the shared sizes.
-    """
+def _joined_effects(each: Sequence[Verdict]) -> tuple[tuple[Candidate, ...], tuple[tuple[str, ...], ...]]:
+    """The effects of all flights, each once: their significances add in squares, their bounds are the smallest."""
     found: dict[str, tuple[Candidate, tuple[str, ...]]] = {}
     for verdict in each:
         for effect, others in zip(verdict.effects, verdict.alternatives, strict=True):
@@ -615,11 +606,7 @@ def _joined_effects(
             score = float(np.hypot(old.score, effect.score)) if effect.name in found else effect.score
             better = effect if effect.score > old.score else old
             found[effect.name] = (replace(better, score=score), others)
-    shared = sum(verdict.closure.before - verdict.closure.after for verdict in each)
-    held = sum(closed.before - closed.after for closed in left_out if closed is not None)
-    ratio = held / max(shared, SMALLEST_GAIN)
-    effects = tuple(replace(effect, held_out_ratio=ratio) for effect, _ in found.values())
-    return effects, tuple(others for _, others in found.values())
+    return tuple(effect for effect, _ in found.values()), tuple(others for _, others in found.values())
 
 
 def _joined_candidates(each: Sequence[Verdict]) -> tuple[Candidate, ...]:

@@ -43,18 +43,14 @@ class Located:
 class Candidate:
     """An effect of the table as an explanation of the gap; its sizes are in the table's units.
 
-    `score` is its significance [σ], relative to null flights of this card. `held_out_ratio` is the reduction of
-    the sum of squares on parts of the log that the sizes were not fitted to, over that on the fitted parts:
-    near 1 for a cause, far below 1 for a coincidence. `plausible` says whether its sizes are. `probability` is that
-    of its cause, given a gap; 1 for what is counted and not fitted. `times` are those at which an effect for a part
-    of the flight begins and ends [s], by name.
+    `score` is its significance [σ], relative to null flights of this card. `probability` is that of its cause,
+    given a gap; 1 for what is counted and not fitted. `times` are those at which an effect for a part of the flight
+    begins and ends [s], by name.
     """
 
     name: str
     sizes: tuple[Estimate, ...]
     score: float
-    held_out_ratio: float
-    plausible: bool
     probability: float = 1.0
     times: tuple[tuple[str, float], ...] = ()
 

@@ -128,8 +128,6 @@ def candidate_columns(verdict: Verdict) -> list[Column[Candidate]]:
         Column("size (± is 2σ)", _sizes),
         Column("probability", lambda each: each.probability, style=".2f", key="probability"),
         Column("score", lambda each: each.score, "σ", ".1f", "score"),
-        Column("gain on held-out parts / gain on fitted parts", lambda each: each.held_out_ratio, style=".2f"),
-        Column("plausible size", lambda each: each.plausible, key="plausible"),
         Column("verdict", result),
     ]
 

@@ -24,6 +24,7 @@ import numpy as np
 
 from pitotbench.bench import rounds, workflow
 from pitotbench.bench.rounds import JudgedLog, NamedLog
+from pitotbench.effects.effect import SensorEffect
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.thresholds import THRESHOLDS
@@ -31,9 +32,10 @@ from pitotbench.records.log import FlightLog
 from pitotbench.units import Array
 from pitotlab.blind.analyze import answer_in
 from pitotlab.blind.case import JudgedCase
-from pitotlab.blind.flown_again import flown_log
+from pitotlab.blind.flown_again import KNOWN, flown_log
 from pitotlab.blind.parts import hidden_parts, kept_table, named_parts, proper_scores
-from pitotlab.blind.sealed import KEPT, opened
+from pitotlab.blind.sealed import KEPT, judged_in, kept_sets, opened
+from pitotlab.blind.told import rows_of_checks, rows_of_tellings
 from pitotlab.experiment import OUT
 
 COMPLETE, FIRST_LOOK = "complete", "further looks"
@@ -201,7 +203,13 @@ def judged(name: str, log: FlightLog, steps: Sequence[str], aircraft: str = AIRC
                 answer = _answer(NamedLog(name, log), aircraft)
             except Exception as error:  # a step may be what keeps the arithmetic sound
                 answer = {"kind": "crash", "why": f"{type(error).__name__}: {error}"}
-        yield {"name": name, "step": each, **answer, "processor_s": round(process_time() - begun, 2)}
+        yield {
+            "name": name,
+            "step": each,
+            "beside": kept.step.beside,
+            **answer,
+            "processor_s": round(process_time() - begun, 2),
+        }
 
 
 def _answer(named: NamedLog, aircraft: str) -> dict[str, Any]:
@@ -267,18 +275,17 @@ def table(truth: Mapping[str, Mapping[str, Any]], answers: Sequence[Mapping[str,
         by_step.setdefault(each["step"], {})[each["name"]] = JudgedCase(truth[each["name"]], each)
     rows = []
     for step, found in by_step.items():
-        before = by_step.get(STEPS[step].beside, {})
-        names = [name for name in found if name in before]
-        off, whole = counts([found[n] for n in names]), counts([before[n] for n in names])
-        row: dict[str, Any] = {"step off": step, "logs": len(names)}
+        pairs = [(case, by_step.get(case.answer["beside"], {}).get(name)) for name, case in found.items()]
+        held = [(case, before) for case, before in pairs if before is not None]
+        off, whole = (counts(list(each)) for each in zip(*held, strict=True))
+        row: dict[str, Any] = {"step off": step, "logs": len(held)}
         difference = off.proper if step == COMPLETE else off.proper - whole.proper
         for i, name in enumerate(PROPER):
             row[name] = f"{difference[:, i].mean():.4f}"
             row[f"{name}_se"] = f"{difference[:, i].std() / np.sqrt(max(1, len(difference) - 1)):.4f}"
         for name in COUNTED:
             row[name] = getattr(off, name) - (0 if step == COMPLETE else getattr(whole, name))
-        changed = [n for n in names if found[n].groups != before[n].groups]
-        rows.append(row | {"answers_changed": len(changed)})
+        rows.append(row | {"answers_changed": sum(case.groups != before.groups for case, before in held)})
     return rows
 
 
@@ -289,6 +296,9 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     )
     parser.add_argument("--settings", default="H,J,F,A", help="of the set, in their order")
     parser.add_argument("--kinds", default="above 7=5,none=2,outside=2", help="of each setting, and how many")
+    parser.add_argument(
+        "--aircraft", default=AIRCRAFT, help="none: the sensors alone, of which few seconds are needed"
+    )
     parser.add_argument("--steps", default="", help="names with ; between them (default: all)")
     parser.add_argument(
         "--minutes", type=float, default=0.0, help="after which no further log begins; 0: only score"
@@ -308,6 +318,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
         for letter in options.settings.split(",")
         for kind, most in kinds.items()
         for case in [c for c in cases.values() if c["settings"] == [letter] and c["kind"] == kind][:most]
+        if options.aircraft != "none" or all(isinstance(KNOWN[e["name"]], SensorEffect) for e in case["effects"])
     ]
     begun = monotonic()
     options.results.parent.mkdir(parents=True, exist_ok=True)
@@ -317,14 +328,24 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
             continue
         log = flown_log(options.logs / f"{case['name']}.parquet", case)
         with options.results.open("a", encoding="utf-8") as out:
-            for answer in judged(case["name"], log, todo):
+            for answer in judged(case["name"], log, todo, options.aircraft):
                 if (case["name"], answer["step"]) not in done:
                     answers.append(answer)
                     out.write(json.dumps(answer) + "\n")
         print(f"{case['name']} ({case['kind']}): {(monotonic() - begun) / 60.0:.1f} min", flush=True)
-    rows = table(cases, answers)
-    with options.table.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+    sets = {path.name.split(".")[0]: judged_in(path) for path in kept_sets()}
+    replayed = [
+        {"measured on": f"{options.kept}, {each['logs']} logs again", **each} for each in table(cases, answers)
+    ]
+    _write(options.table, [*replayed, *rows_of_tellings(sets)])
+    _write(options.table.with_name("ablation-checks.csv"), list(rows_of_checks(sets)))
+
+
+def _write(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows as a table, and print it."""
+    columns = list(dict.fromkeys(column for row in rows for column in row))
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, columns, lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
-    print(options.table.read_text("utf-8"))
+    print(path.read_text("utf-8"))

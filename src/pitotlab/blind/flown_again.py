@@ -23,8 +23,9 @@ from pitotbench.effects import FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
 from pitotbench.logbook.formats import write_log
 from pitotbench.logbook.reading import read_log
-from pitotbench.reconciliation.evidence import is_in_range, significance
-from pitotbench.reconciliation.signatures import columns_of, returns
+from pitotbench.reconciliation.equations import Fit
+from pitotbench.reconciliation.evidence import significance
+from pitotbench.reconciliation.signatures import Signature, columns_of, returns
 from pitotbench.reconciliation.verdict import hold_out
 from pitotbench.records.gap import Feature
 from pitotbench.records.log import FlightLog
@@ -98,6 +99,13 @@ def flown_log(path: Path, told: Mapping[str, Any]) -> FlightLog:
 
 SEEN = 3.0  # σ by which a wrong effect improves the log that it is forced into; one of no gain is forced by nobody
 CLOSES = 0.3  # share of the gap held out that a wrong effect must not close
+
+
+def is_in_range(signatures: Sequence[Signature], fit: Fit) -> bool:
+    """Whether all sizes lie within 2σ of their plausible ranges."""
+    ranges = [FORMS[signatures[c].effect].parameter(signatures[c].parameter) for c in fit.columns]
+    each = zip(ranges, fit.sizes, 2.0 * fit.deviations, strict=True)
+    return all(p.low - slack <= size <= p.high + slack or abs(size) <= slack for p, size, slack in each)
 
 
 def forced(logs: Path, cases: Sequence[JudgedCase], wrong: int) -> Iterator[Mapping[str, Any]]:

@@ -11,11 +11,11 @@ from functools import partial
 from pathlib import Path
 from re import fullmatch
 from statistics import mode
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
-from pitotbench.effects import EFFECTS
+from pitotbench.effects import EFFECTS, FAMILIES
 from pitotbench.effects import effect as effect_records
-from pitotbench.effects.effect import Effect, Excitation, Family, Parameter
+from pitotbench.effects.effect import Effect, Excitation, Parameter
 from pitotbench.show.columns import Column, Row, shown_columns
 from pitotbench.simulation.card import Card
 from pitotbench.simulation.maneuvers import MANEUVERS
@@ -29,14 +29,13 @@ Rows = Iterator[Sequence[str]]
 Numbers = dict[str, float | list[float]]
 
 
-def effect_rows(family: Family) -> Rows:
+def effect_rows(effects: Sequence[Effect]) -> Rows:
     """Yield a row for each effect of a family: what it is, its parameters, what shows it, and its source.
 
     The row tells where the effect acts only if most of the family act elsewhere.
     """
     sources = short_sources(EFFECTS.values())
     shown_by = {excitation: name for name, excitation in excitations()}
-    effects = [effect for effect in EFFECTS.values() if effect.family == family]
     usual = mode(effect.acts_on for effect in effects)
     for effect in effects:
         place = f" (on the {effect.acts_on})" if effect.acts_on != usual else ""
@@ -106,8 +105,8 @@ def _number(value: float | list[float]) -> str:
 TABLES: dict[tuple[str, str], Callable[[], Rows]] = {
     ("effects.md", "| best shown by | what to fly | maneuvers |"): excitation_rows,
     **{
-        ("effects.md", f"| {family} effect | parameters | best shown by | source |"): partial(effect_rows, family)
-        for family in get_args(Family)
+        ("effects.md", f"| {family} effect | parameters | best shown by | source |"): partial(effect_rows, effects)
+        for family, effects in FAMILIES.items()
     },
     ("case.md", "| maneuver | entries and defaults |"): card_rows,
 }

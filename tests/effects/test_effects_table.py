@@ -138,9 +138,6 @@ def test_the_table_is_that_of_its_pages_in_their_order():
     """Tables, and causes that are equally probable, stand in this order."""
     pages = (PNEUMATIC, RECORDER, AIR, AIRFRAME, STABILITY, PROPULSION)
     assert list(EFFECTS) == [effect.name for page in pages for effect in page]
-    families = [effect.family for effect in EFFECTS.values()]
-    assert list(dict.fromkeys(families)) == ["pneumatic", "das", "air", "airframe", "propulsion"]
-    assert families == sorted(families, key=["pneumatic", "das", "air", "airframe", "propulsion"].index)
 
 
 def test_an_effect_of_one_model_has_the_terms_of_a_plain_effect():

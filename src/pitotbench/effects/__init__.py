@@ -23,7 +23,15 @@ from pitotbench.effects.recorder import RECORDER
 from pitotbench.effects.response import Signals as Signals
 from pitotbench.effects.stability import STABILITY
 
-_ALL = (*PNEUMATIC, *RECORDER, *AIR, *AIRFRAME, *STABILITY, *PROPULSION)
+# The effects of each family, in the order of every table.
+FAMILIES: dict[str, tuple[Effect, ...]] = {
+    "pneumatic": PNEUMATIC,
+    "das": RECORDER,
+    "air": AIR,
+    "airframe": (*AIRFRAME, *STABILITY),
+    "propulsion": PROPULSION,
+}
+_ALL = tuple(effect for family in FAMILIES.values() for effect in family)
 EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in _ALL})
 # The table, and every effect of it from a time on and for a time.
 FORMS: Catalog[Effect] = Catalog(

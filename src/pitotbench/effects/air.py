@@ -69,7 +69,6 @@ def _humid(signals: Signals, sizes: Sizes) -> Signals:
 
 HUMID_AIR = SensorEffect(
     name="humid_air",
-    family="air",
     part="air",
     parameters=(Parameter("relative_humidity", 0.7, 0.02, 1.0, "vapor pressure over that of saturation"),),
     source="Bolton 1980, Monthly Weather Review 108, eq. 10: saturation pressure; T_v = T/(1 − 0.378 e/p)",
@@ -90,7 +89,6 @@ def _build_nonstandard_temperature(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 NONSTANDARD_TEMPERATURE = AirEffect(
     name="nonstandard_temperature",
-    family="air",
     part="thermometer, or the day",
     parameters=(Parameter("warmer_k", 10.0, -40.0, 40.0, "temperature above that of the case"),),
     source="ISO 2533 standard atmosphere and its hot and cold days (MIL-STD-210)",
@@ -120,7 +118,6 @@ def _wind_sea_breeze_front(signals: Signals, sizes: Sizes) -> tuple[Array, Array
 
 SEA_BREEZE_FRONT = AirEffect(
     name="sea_breeze_front",
-    family="air",
     part="air",
     parameters=(
         Parameter("north_mps", 2.5, -20.0, 20.0, "step of the wind toward north"),
@@ -150,7 +147,6 @@ def _build_turbulence_level(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 TURBULENCE_LEVEL = AirEffect(
     name="turbulence_level",
-    family="air",
     part="air",
     parameters=(Parameter("change", 0.5, -1.0, 3.0, "gusts stronger by this share; -1 removes them"),),
     source="MIL-F-8785C 1980, §3.7: root-mean-square intensities, light to severe",
@@ -208,7 +204,6 @@ def _build_turbulence_scale(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 TURBULENCE_SCALE = AirEffect(
     name="turbulence_scale",
-    family="air",
     part="air",
     parameters=(Parameter("change", -0.6, -0.9, 3.0, "gusts longer by this share"),),
     source="MIL-F-8785C 1980, §3.7.2: Dryden spectra, 1,750 ft above 2,000 ft",
@@ -240,7 +235,6 @@ def _wind_updraft(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Array]:
 
 UPDRAFT = AirEffect(
     name="updraft",
-    family="air",
     part="air",
     parameters=(
         Parameter("up_mps", 1.0, -10.0, 10.0, "speed of the rising air"),
@@ -275,7 +269,6 @@ def _wind_wind_drift(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Arra
 
 WIND_DRIFT = AirEffect(
     name="wind_drift",
-    family="air",
     part="air",
     parameters=(
         Parameter("north_mps_per_min", 0.15, -2.0, 2.0, "change of the wind toward north, per minute"),
@@ -310,7 +303,6 @@ def _wind_wind_oscillation(signals: Signals, sizes: Sizes) -> tuple[Array, Array
 
 WIND_OSCILLATION = AirEffect(
     name="wind_oscillation",
-    family="air",
     part="air",
     parameters=(
         Parameter("north_mps", 0.8, -10.0, 10.0, "amplitude of the wind toward north"),
@@ -349,7 +341,6 @@ def _wind_wind_shear(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Arra
 
 WIND_SHEAR = AirEffect(
     name="wind_shear",
-    family="air",
     part="air",
     parameters=(
         Parameter("north_mps_per_km", 4.0, -50.0, 50.0, "growth of the wind toward north with height"),

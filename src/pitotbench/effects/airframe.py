@@ -27,7 +27,6 @@ def _build_belly_pod(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 BELLY_POD = AircraftEffect(
     name="belly_pod",
-    family="airframe",
     part="drag",
     parameters=(Parameter("drag_area_m2", 0.1, -0.2, 0.8, "drag area: drag over dynamic pressure"),),
     source="Hoerner 1965, Fluid-Dynamic Drag, ch. 13: 0.1 on the frontal area of a fairing to 1 for blunt bodies; "
@@ -68,7 +67,6 @@ def _moving(baseline: Baseline, key: str) -> tuple[AeroFunction, ...]:
 
 CONTROL_EFFECTIVENESS = AircraftEffect(
     name="control_effectiveness",
-    family="airframe",
     part="controls and trim",
     parameters=(
         Parameter("elevator_change", -0.15, -0.6, 0.6, "elevator more effective by this share"),
@@ -94,7 +92,6 @@ def _build_inclined_pod(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 INCLINED_POD = AircraftEffect(
     name="inclined_pod",
-    family="airframe",
     part="drag",
     parameters=(
         Parameter("drag_area_m2", 0.08, -0.2, 0.8, "drag area with the pod along the flow"),
@@ -120,7 +117,6 @@ def _build_induced_drag(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 INDUCED_DRAG = AircraftEffect(
     name="induced_drag",
-    family="airframe",
     part="drag",
     parameters=(Parameter("factor", 0.010, -0.05, 0.08, "added k of C_D = C_D0 + k C_L²"),),
     source="lifting line, k = 1/(π A e): e 0.72 to 0.64 at an aspect ratio of 7.2 adds 0.008",
@@ -151,7 +147,6 @@ def _center_of_gravity(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 MASS = AircraftEffect(
     name="mass",
-    family="airframe",
     part="loading",
     parameters=(Parameter("mass_kg", 150.0, -600.0, 600.0, "mass at the center of gravity beyond the loading"),),
     source="loading sheets: passengers, fuel and equipment to some 5 % of the weight",
@@ -162,7 +157,6 @@ MASS = AircraftEffect(
 
 CENTER_OF_GRAVITY = AircraftEffect(
     name="center_of_gravity",
-    family="airframe",
     part="loading",
     parameters=(Parameter("aft_m", 0.06, -0.25, 0.25, "center of gravity behind that of the model"),),
     source="type certificate limits of the class: a range of some 0.3 m",
@@ -191,7 +185,6 @@ def _gear(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 FLAP_NOT_UP = AircraftEffect(
     name="flap_not_up",
-    family="airframe",
     part="drag",
     parameters=(Parameter("extension", 0.15, 0.005, 1.0, "flaps down by this share of their travel"),),
     source="a rigging error or a forgotten lever; lift and drag are those of the aircraft's flaps",
@@ -202,7 +195,6 @@ FLAP_NOT_UP = AircraftEffect(
 
 GEAR_NOT_UP = AircraftEffect(
     name="gear_not_up",
-    family="airframe",
     part="drag",
     parameters=(Parameter("extension", 0.3, 0.01, 1.0, "gear down by this share; a gear door is part of it"),),
     source="a door or a leg that does not close; the drag is that of the aircraft's gear",
@@ -225,7 +217,6 @@ def _build_polar_bend(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 POLAR_BEND = AircraftEffect(
     name="polar_bend",
-    family="airframe",
     part="drag",
     parameters=(
         Parameter("factor", 0.05, -0.1, 0.4, "added drag coefficient over (C_L - onset)²"),
@@ -255,7 +246,6 @@ def _build_trim_offset(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 TRIM_OFFSET = AircraftEffect(
     name="trim_offset",
-    family="airframe",
     part="controls and trim",
     parameters=(
         Parameter("pitch_coefficient", 0.015, -0.1, 0.1, "added pitching-moment coefficient, nose up"),
@@ -281,7 +271,6 @@ def _build_turn_drag(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 TURN_DRAG = AircraftEffect(
     name="turn_drag",
-    family="airframe",
     part="drag",
     parameters=(
         Parameter("coefficient_at_30deg", 0.005, -0.01, 0.04, "added drag coefficient at 30° of bank, as sin²"),
@@ -306,7 +295,6 @@ def _build_turn_rate_drag(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 TURN_RATE_DRAG = AircraftEffect(
     name="turn_rate_drag",
-    family="airframe",
     part="drag",
     parameters=(
         Parameter("coefficient_at_3degps", 0.004, -0.01, 0.04, "added drag coefficient at 3°/s, linear in it"),

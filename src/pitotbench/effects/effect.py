@@ -65,7 +65,6 @@ TEMPERATURE = Excitation(
 
 # The records of an effect: its name, where it acts, its parameters with units and ranges, and its source.
 
-Family = Literal["pneumatic", "das", "air", "airframe", "propulsion"]
 ActsOn = Literal["sensors", "air", "aircraft"]
 Part = Literal[  # what a mechanic looks at, or the day; an effect of a formula has none
     "",
@@ -130,7 +129,6 @@ class Effect:
     """
 
     name: str
-    family: Family
     acts_on: ClassVar[ActsOn]
     parameters: tuple[Parameter, ...]
     source: str

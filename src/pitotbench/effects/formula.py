@@ -262,7 +262,6 @@ FORCE_AXES: Mapping[str, str] = {force_name(axis): axis for axis in AXES}
 FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
     name: AircraftEffect(
         name=name,
-        family="airframe",
         parameters=parameters_of(FORCE_TERMS, "", AXES[axis].typical, AXES[axis].symbol),
         source=FORCE_SOURCE,
         what=f"The airplane has a further {AXES[axis].quantity} that follows a formula.",
@@ -404,7 +403,6 @@ def _apply(name: str, signals: Signals, sizes: Mapping[str, float]) -> Signals:
 SENSOR_FORMULAS: Mapping[str, SensorEffect] = {
     name: SensorEffect(
         name=name,
-        family="das",
         parameters=parameters_of(reading.terms, reading.unit, reading.typical, reading.symbol),
         source=SENSOR_SOURCE,
         what=f"The {reading.quantity} is read with an error that follows a formula.",

@@ -40,7 +40,6 @@ def _sideslip(signals: Signals, sizes: Sizes) -> Signals:
 
 ALPHA_STATIC_ERROR = SensorEffect(
     name="alpha_static_error",
-    family="pneumatic",
     part="static ports and line",
     parameters=(Parameter("slope_per_rad", 0.15, -1.0, 1.0, "static error over impact pressure per radian"),),
     source=FLOW_ANGLE_SOURCE,
@@ -53,7 +52,6 @@ ALPHA_STATIC_ERROR = SensorEffect(
 
 SIDESLIP_STATIC_ERROR = SensorEffect(
     name="sideslip_static_error",
-    family="pneumatic",
     part="static ports and line",
     parameters=(
         Parameter("slope_per_rad", 0.10, -2.0, 2.0, "static error over impact pressure per radian: one port only"),
@@ -79,7 +77,6 @@ def _apply_creep(signals: Signals, sizes: Sizes) -> Signals:
 
 CREEP = SensorEffect(
     name="creep",
-    family="pneumatic",
     part="impact transducer",
     parameters=(
         Parameter("fraction", 0.02, -0.2, 0.3, "part of a change that appears slowly"),
@@ -109,7 +106,6 @@ def _apply_height_dependent_lag(signals: Signals, sizes: Sizes) -> Signals:
 
 HEIGHT_DEPENDENT_LAG = SensorEffect(
     name="height_dependent_lag",
-    family="pneumatic",
     part="pitot line",
     parameters=(Parameter("sea_level_lag_s", 0.35, 0.01, 3.0, "time constant of the line at sea level"),),
     source="Gracey 1980, NASA RP-1046, pressure-system lag: time constant as viscosity over pressure",
@@ -139,7 +135,6 @@ def play(values: Array, width: float) -> Array:
 
 HYSTERESIS = SensorEffect(
     name="hysteresis",
-    family="pneumatic",
     part="impact transducer",
     parameters=(Parameter("width_pa", 25.0, 1.0, 300.0, "reading at falling minus reading at rising pressure"),),
     source=HYSTERESIS_SOURCE,
@@ -151,7 +146,6 @@ HYSTERESIS = SensorEffect(
 
 STATIC_HYSTERESIS = SensorEffect(
     name="static_hysteresis",
-    family="pneumatic",
     part="static transducer",
     parameters=(Parameter("width_pa", 100.0, 5.0, 1500.0, "reading at falling minus reading at rising pressure"),),
     source=HYSTERESIS_SOURCE,
@@ -183,7 +177,6 @@ def _static_line_lag(signals: Signals, sizes: Sizes) -> Signals:
 
 PITOT_LAG = SensorEffect(
     name="pitot_lag",
-    family="pneumatic",
     part="pitot line",
     parameters=(Parameter("lag_s", 0.4, 0.01, 3.0, "time constant of the total-pressure line"),),
     source=LAG_SOURCE,
@@ -196,7 +189,6 @@ PITOT_LAG = SensorEffect(
 
 STATIC_LAG = SensorEffect(
     name="static_lag",
-    family="pneumatic",
     part="static ports and line",
     parameters=(Parameter("lag_s", 0.6, 0.01, 5.0, "time constant of the static-pressure line"),),
     source=LAG_SOURCE,
@@ -218,7 +210,6 @@ def _apply_line_leak(signals: Signals, sizes: Sizes) -> Signals:
 
 LINE_LEAK = SensorEffect(
     name="line_leak",
-    family="pneumatic",
     part="static ports and line",
     parameters=(
         Parameter("fraction", 0.02, 0.001, 0.3, "share of the impact pressure that leaks away"),
@@ -244,7 +235,6 @@ def _apply_local_static_bump(signals: Signals, sizes: Sizes) -> Signals:
 
 LOCAL_STATIC_BUMP = SensorEffect(
     name="local_static_bump",
-    family="pneumatic",
     part="static ports and line",
     parameters=(
         Parameter("coefficient", 0.010, -0.1, 0.1, "static error over impact pressure at the band's center"),
@@ -282,7 +272,6 @@ def _apply_propwash_error(signals: Signals, sizes: Sizes) -> Signals:
 
 PROPWASH_ERROR = SensorEffect(
     name="propwash_error",
-    family="pneumatic",
     part="static ports and line",
     parameters=(Parameter("pressure_pa", 40.0, -300.0, 300.0, "static error at rated power and 130 KIAS"),),
     source="McCormick 1995, Aerodynamics, Aeronautics and Flight Mechanics, momentum theory: the slipstream's "
@@ -306,7 +295,6 @@ def _apply_second_order_line(signals: Signals, sizes: Sizes) -> Signals:
 
 SECOND_ORDER_LINE = SensorEffect(
     name="second_order_line",
-    family="pneumatic",
     part="pitot line",
     parameters=(
         Parameter("lag_s", 0.4, 0.01, 3.0, "delay of a ramp, 2 damping / natural frequency"),
@@ -336,7 +324,6 @@ def _apply_static_source_change(signals: Signals, sizes: Sizes) -> Signals:
 
 STATIC_SOURCE_CHANGE = SensorEffect(
     name="static_source_change",
-    family="pneumatic",
     part="static ports and line",
     parameters=(
         Parameter("coefficient_at_100kt", 0.010, -0.1, 0.1, "static error over impact pressure at 100 KIAS"),
@@ -362,7 +349,6 @@ def _inclined(signals: Signals, sizes: Sizes) -> Signals:
 
 TOTAL_PRESSURE_LOSS = SensorEffect(
     name="total_pressure_loss",
-    family="pneumatic",
     part="pitot head",
     parameters=(Parameter("fraction", 0.01, -0.05, 0.15, "share of the impact pressure that is lost"),),
     source=LOSS_SOURCE,
@@ -375,7 +361,6 @@ TOTAL_PRESSURE_LOSS = SensorEffect(
 
 INCLINED_PITOT_LOSS = SensorEffect(
     name="inclined_pitot_loss",
-    family="pneumatic",
     part="pitot head",
     parameters=(Parameter("loss_per_rad2", 1.0, -5.0, 10.0, "loss over impact pressure per square radian"),),
     source=LOSS_SOURCE,
@@ -410,7 +395,6 @@ def _with_temperature(signals: Signals, sizes: Sizes) -> Signals:
 
 TIME_DRIFT = SensorEffect(
     name="time_drift",
-    family="pneumatic",
     part="impact transducer",
     parameters=(Parameter("rate_pa_per_min", 3.0, -30.0, 30.0, "zero shift per minute since the first sample"),),
     source=DRIFT_SOURCE,
@@ -423,7 +407,6 @@ TIME_DRIFT = SensorEffect(
 
 TEMPERATURE_DRIFT = SensorEffect(
     name="temperature_drift",
-    family="pneumatic",
     part="impact transducer",
     parameters=(Parameter("shift_pa_per_k", 6.0, -60.0, 60.0, "zero shift per kelvin from the first sample"),),
     source=DRIFT_SOURCE,
@@ -443,7 +426,6 @@ SCALE_SOURCE = "transducer data sheets: span errors of 0.05 to 0.5 % (classes, n
 
 IMPACT_PRESSURE_SCALE = SensorEffect(
     name="impact_pressure_scale",
-    family="pneumatic",
     part="impact transducer",
     parameters=(Parameter("scale", 0.005, -0.1, 0.1, "impact pressure too large by this share"),),
     source=SCALE_SOURCE,
@@ -456,7 +438,6 @@ IMPACT_PRESSURE_SCALE = SensorEffect(
 
 STATIC_PRESSURE_SCALE = SensorEffect(
     name="static_pressure_scale",
-    family="pneumatic",
     part="static transducer",
     parameters=(Parameter("scale", 0.002, -0.05, 0.05, "static pressure too large by this share"),),
     source=SCALE_SOURCE,
@@ -478,7 +459,6 @@ def _apply_warm_up_drift(signals: Signals, sizes: Sizes) -> Signals:
 
 WARM_UP_DRIFT = SensorEffect(
     name="warm_up_drift",
-    family="pneumatic",
     part="impact transducer",
     parameters=(
         Parameter("shift_pa", 30.0, -300.0, 300.0, "zero shift after the warm-up"),
@@ -507,7 +487,6 @@ def _apply_water_in_line(signals: Signals, sizes: Sizes) -> Signals:
 
 WATER_IN_LINE = SensorEffect(
     name="water_in_line",
-    family="pneumatic",
     part="pitot line",
     parameters=(
         Parameter(
@@ -532,7 +511,6 @@ ZERO_SOURCE = "transducer data sheets: zero error up to some 0.1 % of full scale
 
 IMPACT_ZERO_OFFSET = SensorEffect(
     name="impact_zero_offset",
-    family="pneumatic",
     part="impact transducer",
     parameters=(Parameter("offset_pa", 15.0, -150.0, 150.0, "reading at zero impact pressure"),),
     source=ZERO_SOURCE,
@@ -544,7 +522,6 @@ IMPACT_ZERO_OFFSET = SensorEffect(
 
 STATIC_ZERO_OFFSET = SensorEffect(
     name="static_zero_offset",
-    family="pneumatic",
     part="static transducer",
     parameters=(Parameter("offset_pa", 80.0, -500.0, 500.0, "reading above the true static pressure"),),
     source=ZERO_SOURCE,

@@ -59,7 +59,6 @@ def _build_friction_loss(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 FRICTION_LOSS = AircraftEffect(
     name="friction_loss",
-    family="propulsion",
     part="engine or propeller, a side",
     parameters=(
         Parameter("left_kw", 8.0, -20.0, 80.0, "power that the left engine loses"),
@@ -86,7 +85,6 @@ def _build_governor_speed(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 GOVERNOR_SPEED = AircraftEffect(
     name="governor_speed",
-    family="propulsion",
     part="engine or propeller, a side",
     parameters=(Parameter("offset_rpm", -75.0, -500.0, 100.0, "propeller speed above that of the model"),),
     source="governor stops are set to some 25 rpm; a pilot's lever to 50 rpm (estimate)",
@@ -116,7 +114,6 @@ def both_read(gauge: str, suffix: str, read: Callable[[Array, float], Array]) ->
 
 MANIFOLD_PRESSURE_GAUGE = SensorEffect(
     name="manifold_pressure_gauge",
-    family="propulsion",
     part="engine instruments",
     parameters=(
         Parameter("left_inhg", 0.6, -4.0, 4.0, "left gauge reads too high"),
@@ -131,7 +128,6 @@ MANIFOLD_PRESSURE_GAUGE = SensorEffect(
 
 MANIFOLD_PRESSURE_SCALE = SensorEffect(
     name="manifold_pressure_scale",
-    family="propulsion",
     part="engine instruments",
     parameters=(
         Parameter("left", 0.02, -0.2, 0.2, "left gauge reads too high by this share"),
@@ -164,7 +160,6 @@ def _build_power_deficit(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 POWER_DEFICIT = AircraftEffect(
     name="power_deficit",
-    family="propulsion",
     part="engine or propeller, a side",
     parameters=(
         Parameter("left_fraction", 0.06, -0.3, 0.5, "share of the left engine's indicated power that is missing"),
@@ -190,7 +185,6 @@ def _build_propeller_efficiency(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 PROPELLER_EFFICIENCY = AircraftEffect(
     name="propeller_efficiency",
-    family="propulsion",
     part="engine or propeller, a side",
     parameters=(
         Parameter("left_change", -0.04, -0.4, 0.2, "relative change of the left propeller's thrust"),
@@ -210,7 +204,6 @@ THROTTLES = ("throttle_left", "throttle_right")
 
 THROTTLE_PICKUP = SensorEffect(
     name="throttle_pickup",
-    family="propulsion",
     part="engine instruments",
     parameters=(
         Parameter("left", 0.03, -0.2, 0.2, "left throttle reads too far open at half travel, share of the travel"),
@@ -241,7 +234,6 @@ def _build_throttle_rigging(sizes: Sizes, baseline: Baseline) -> Overlay:
 
 THROTTLE_RIGGING = AircraftEffect(
     name="throttle_rigging",
-    family="propulsion",
     part="engine instruments",
     parameters=(
         Parameter("left", 0.02, -0.2, 0.2, "left throttle more open, share of the plate's travel"),

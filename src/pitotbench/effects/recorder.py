@@ -43,7 +43,6 @@ def _late(names: tuple[str, ...], latency: Callable[[Signals, Sizes], Array | fl
 
 AIR_DATA_LATENCY = SensorEffect(
     name="air_data_latency",
-    family="das",
     part="pitot line",
     parameters=(Parameter("latency_s", 0.3, 0.01, 3.0, "time by which pressures and temperature are late"),),
     source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
@@ -74,7 +73,6 @@ def _apply_antenna_lever_arm(signals: Signals, sizes: Sizes) -> Signals:
 
 ANTENNA_LEVER_ARM = SensorEffect(
     name="antenna_lever_arm",
-    family="das",
     part="GPS receiver and its clock",
     parameters=(
         Parameter("forward_m", -3.0, -15.0, 15.0, "antenna ahead of the center of gravity"),
@@ -96,7 +94,6 @@ ANTENNA_LEVER_ARM = SensorEffect(
 
 CLOCK_DRIFT = SensorEffect(
     name="clock_drift",
-    family="das",
     part="GPS receiver and its clock",
     parameters=(Parameter("drift_ppm", 500.0, -5000.0, 5000.0, "GPS data late, a millionth of the time flown"),),
     source="quartz clocks: 20 to 100 ppm by data sheet, some 1,000 ppm for a loaded computer's timer",
@@ -129,7 +126,6 @@ def _waves(times: int) -> SensorFunction:
 
 COMPASS_DEVIATION = SensorEffect(
     name="compass_deviation",
-    family="das",
     part="attitude and vanes",
     parameters=(
         Parameter("sine_deg", 1.5, -20.0, 20.0, "heading too large on east: coefficient B"),
@@ -145,7 +141,6 @@ COMPASS_DEVIATION = SensorEffect(
 
 QUADRANTAL_DEVIATION = SensorEffect(
     name="quadrantal_deviation",
-    family="das",
     part="attitude and vanes",
     parameters=(
         Parameter("sine_deg", 1.0, -10.0, 10.0, "heading too large on northeast: coefficient D"),
@@ -178,7 +173,6 @@ def _apply_dropped_samples(signals: Signals, sizes: Sizes) -> Signals:
 
 DROPPED_SAMPLES = SensorEffect(
     name="dropped_samples",
-    family="das",
     part="recorder",
     parameters=(
         Parameter("fraction", 0.05, 0.001, 0.5, "share of the rows that is lost"),
@@ -199,7 +193,6 @@ DROPPED_SAMPLES = SensorEffect(
 
 GPS_LATENCY = SensorEffect(
     name="gps_latency",
-    family="das",
     part="GPS receiver and its clock",
     parameters=(Parameter("latency_s", 0.3, 0.01, 3.0, "time by which GPS velocity and altitude are late"),),
     source="Martos, Kiszely and Foster 2011, §II.C: time alignment of air data and GPS",
@@ -221,7 +214,6 @@ def _apply_gps_smoothing(signals: Signals, sizes: Sizes) -> Signals:
 
 GPS_SMOOTHING = SensorEffect(
     name="gps_smoothing",
-    family="das",
     part="GPS receiver and its clock",
     parameters=(Parameter("lag_s", 0.3, 0.01, 3.0, "time constant of the receiver's filter"),),
     source="receivers' low-dynamics navigation filters; first-order form (estimate)",
@@ -246,7 +238,6 @@ def _apply_gps_velocity_scale(signals: Signals, sizes: Sizes) -> Signals:
 
 GPS_VELOCITY_SCALE = SensorEffect(
     name="gps_velocity_scale",
-    family="das",
     part="GPS receiver and its clock",
     parameters=(
         Parameter("north", 0.01, -0.2, 0.2, "velocity toward north too large by this share"),
@@ -294,7 +285,6 @@ def _apply_inertial_unit_misalignment(signals: Signals, sizes: Sizes) -> Signals
 
 INERTIAL_UNIT_MISALIGNMENT = SensorEffect(
     name="inertial_unit_misalignment",
-    family="das",
     part="attitude and vanes",
     parameters=(
         Parameter("roll_deg", 1.0, -15.0, 15.0, "unit mounted right wing down"),
@@ -324,7 +314,6 @@ def _apply_quantization(signals: Signals, sizes: Sizes) -> Signals:
 
 QUANTIZATION = SensorEffect(
     name="quantization",
-    family="das",
     part="impact transducer",
     parameters=(Parameter("step_pa", 40.0, 1.0, 500.0, "step of both pressures"),),
     source="Widrow and Kollár 2008, Quantization Noise: a step q adds q²/12; 34 Pa is 12 bits over 138 kPa",
@@ -352,7 +341,6 @@ def _apply_sample_and_hold(signals: Signals, sizes: Sizes) -> Signals:
 
 SAMPLE_AND_HOLD = SensorEffect(
     name="sample_and_hold",
-    family="das",
     part="recorder",
     parameters=(Parameter("period_s", 0.25, 0.02, 5.0, "time between new values"),),
     source="Martos, Kiszely and Foster 2011, §II.C: data systems of several rates on one time base",
@@ -370,7 +358,6 @@ SAMPLE_AND_HOLD = SensorEffect(
 
 SATURATION = SensorEffect(
     name="saturation",
-    family="das",
     part="recorder",
     parameters=(Parameter("ceiling_pa", 3500.0, 500.0, 20000.0, "greatest impact pressure; 0 for none"),),
     source="range of the transducer or of its amplifier; 3,500 Pa is 146 KIAS",
@@ -398,7 +385,6 @@ def _recovery(signals: Signals, sizes: Sizes) -> Signals:
 
 RECOVERY_DEFICIT = SensorEffect(
     name="recovery_deficit",
-    family="das",
     part="thermometer, or the day",
     parameters=(Parameter("deficit", 0.2, -0.2, 1.0, "one minus the recovery factor, against full recovery"),),
     source=PROBE_SOURCE,
@@ -411,7 +397,6 @@ RECOVERY_DEFICIT = SensorEffect(
 
 TEMPERATURE_BIAS = SensorEffect(
     name="temperature_bias",
-    family="das",
     part="thermometer, or the day",
     parameters=(Parameter("bias_k", 2.5, -15.0, 15.0, "reading above the probe's temperature"),),
     source=PROBE_SOURCE,
@@ -436,7 +421,6 @@ def _vane(angle: Array, sizes: Sizes) -> Array:
 
 ALPHA_VANE_CALIBRATION = SensorEffect(
     name="alpha_vane_calibration",
-    family="das",
     part="attitude and vanes",
     parameters=(
         Parameter("scale", 0.1, -0.5, 1.0, "reading too large by this share of the angle: upwash"),
@@ -452,7 +436,6 @@ ALPHA_VANE_CALIBRATION = SensorEffect(
 
 SIDESLIP_VANE_CALIBRATION = SensorEffect(
     name="sideslip_vane_calibration",
-    family="das",
     part="attitude and vanes",
     parameters=(
         Parameter("scale", 0.1, -0.5, 1.0, "reading too large by this share of the angle: sidewash"),
@@ -479,7 +462,6 @@ def _apply_vane_friction(signals: Signals, sizes: Sizes) -> Signals:
 
 VANE_FRICTION = SensorEffect(
     name="vane_friction",
-    family="das",
     part="attitude and vanes",
     parameters=(
         Parameter("alpha_deg", 0.5, 0.02, 10.0, "angle of attack that turns the vane back after a turn-round"),

@@ -78,7 +78,6 @@ def _term(
     change = Parameter(CHANGE, 0.2, -0.8, 1.5, "relative change of the term of the aircraft's file")
     return AircraftEffect(
         name=name,
-        family="airframe",
         part="lift, stability and damping",
         parameters=(change, zero) if zero else (change,),
         source=SOURCE,
@@ -100,7 +99,6 @@ LIFT_SLOPE = _term(
 
 ZERO_LIFT = AircraftEffect(
     name="zero_lift",
-    family="airframe",
     part="lift, stability and damping",
     parameters=(Parameter("lift_coefficient", 0.05, -0.4, 0.4, "added lift coefficient at any angle of attack"),),
     source="wing incidence and body attitude are set to some 0.5°, which is 0.04 of lift coefficient (estimate)",

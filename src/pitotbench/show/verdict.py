@@ -51,7 +51,7 @@ CHECK_COLUMNS: tuple[Column[Check], ...] = (
 )
 
 DETECTABLE_COLUMNS: tuple[Column[Detectable], ...] = (
-    Column("family", lambda found: EFFECTS[found.effect].family),
+    Column("part", lambda found: EFFECTS[found.effect].part),
     Column("effect", lambda found: words(found.effect)),
     Column("smallest size", lambda found: size_words(found.parameter, found.size)),
     Column("", lambda found: found.effect, key="effect"),

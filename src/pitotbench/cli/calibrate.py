@@ -284,7 +284,7 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]", choice: "C
     advised = mapping_advice(options, logs)
     mapping = [("mapping", path, None) for path in _inputs(options)[len(logs) :] if path.is_file()]
     flags = [
-        flag_choice("mapping", options.mapping, "the one that recognized the log, or none"),
+        flag_choice("mapping", options.mapping, "as recognized"),
         flag_choice("from", options.begin, "the first row"),
         flag_choice("to", options.end, "the last row"),
         flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),

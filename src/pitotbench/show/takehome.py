@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from csv import writer
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
@@ -433,6 +433,7 @@ def _wind_two_sigma(wind: WindEstimate) -> float:
 
 
 Part = tuple[str, Sequence[str], str]  # of a record: heading, sentences, tables and drawings as HTML
+_MOST_WINDS = 12  # rows, so that the record of a long flight keeps to two pages
 _STATUSES = ("failed", "passed", "skipped")
 WIND_COLUMNS: tuple[Column[WindowWind], ...] = (
     Column("begin", lambda w: minutes_text(w.begin)),
@@ -456,14 +457,25 @@ def calibration_record(flights: Sequence[Calibration], limit: Limit | str | None
     answer = [*headline(result), short_answer_of(result, "").correction_sentence]
     drawing = curve_panels({result.model: result}, None, limit=limit)[0].drawing
     card = html_table(GLANCE_COLUMNS, glance_points(result.curve))
-    winds = [window for each in flights for window in each.winds]
+    winds = [
+        replace(window, begin=window.begin - each.log_start, end=window.end - each.log_start)
+        for each in flights
+        for window in each.winds
+    ]
+    step = max(1, -(-len(winds) // _MOST_WINDS))
+    thinned = [] if step == 1 else [f"Of {len(winds)} windows of the wind, one in {step} is shown"]
+    lines = [*condition_lines(result), *thinned]
     rule = [judgment.sentence for judgment in judgments(result, limit)]
-    checks = [found for each in flights for found in checks_of(each, points if each is result else 0)]
+    checks = []
+    for number, each in enumerate(flights, start=1):
+        of = f"flight {number}: " if len(flights) > 1 else ""
+        found = checks_of(each, points if each is result else 0)
+        checks += [replace(c, why=of + c.why) if c.status == "failed" else c for c in found]
     by_status = sorted(checks, key=lambda each: _STATUSES.index(each.status))
     worst = {each.name: each for each in reversed(by_status)}  # of several flights the worst one is told
     warnings = dict.fromkeys(str(w) for each in flights for w in each.warnings if w.code not in _FAILED_BY)
     parts: list[Part] = [
-        ("Conditions", conditions_of(result.provenance, condition_lines(result)), html_table(WIND_COLUMNS, winds)),
+        ("Conditions", conditions_of(result.provenance, lines), html_table(WIND_COLUMNS, winds[::step])),
         ("Answer", answer, f'<div class="beside"><div>{card}</div>{drawing}</div>'),
         ("Rule", rule or ["No rule was asked for, or none holds at these speeds."], ""),
         ("Checks", [], html_table(CHECK_COLUMNS, [worst[each.name] for each in checks_of(result)])),

@@ -133,6 +133,7 @@ def test_every_check_passes_or_fails_by_the_records_of_the_answer(answer):
     assert sum(check.status == "failed" for check in found.values()) == 1 + len(kinds) + len(codes)
     assert found["latency of the GPS velocity"].why == "wrong: latency"
     assert found["the whole log was used"].status == "skipped"
+    assert found["the whole log was used"].why == "left out: take-off roll"
 
 
 def test_the_record_holds_inputs_choices_answer_rule_and_checks(log, tmp_path):

@@ -419,12 +419,16 @@ def checks_of(result: Calibration, points: int = 0) -> list[Check]:
         "sensors within their accuracies": "no estimate lies outside its prior",
         "no faulty rows": "no row disagrees with all others",
         "flights agree": "their curves differ by no more than chance" if len(made.inputs) > 1 else "",
-        "the whole log was used": "" if result.left_out else "no part was left out",
     }
-    return [check(name, ". ".join(failed.get(name, ())), why) for name, why in passed.items()]
+    left_out = f"left out: {', '.join(result.left_out)}" if result.left_out else ""
+    return [
+        *(check(name, ". ".join(failed.get(name, ())), why) for name, why in passed.items()),
+        check("the whole log was used", "", "" if left_out else "no part was left out", left_out),
+    ]
 
 
 def check(name: str, failed: str, passed: str, skipped: str = _NOT_SHOWN) -> Check:
+    """Return a check that fails with a reason, else passes with a finding, else was skipped."""
     return Check(name, "failed" if failed else "passed" if passed else "skipped", failed or passed or skipped)
 
 
@@ -500,7 +504,8 @@ def conditions_of(made: Provenance, lines: Sequence[str]) -> list[str]:
 def record_page(
     title: str, objective: str, made: Provenance, parts: Sequence[Part], warnings: Iterable[str]
 ) -> str:
-    choices = [f"{words(c.name)}: {words(c.value)} ({c.source})" for c in made.choices]
+    """The page of a record: inputs and settings, then its parts in their order, then the warnings."""
+    choices = [f"{words(c.name)}: {c.value} ({c.source})" for c in made.choices]
     used = ", ".join(f"{name} {number}" for name, number in made.versions.items())
     return render(
         "record.html",

@@ -138,6 +138,15 @@ def test_campaign_refuses_wrong_names_and_leaves_nothing(flags, says, tmp_path, 
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_campaign_of_one_flight_says_what_its_page_says(tmp_path, capsys):
+    flags = ["--maneuver", "rapid_decel", "--das", "20/1", "--jobs", "1", "--out", str(tmp_path / "out")]
+    assert main(["campaign", *flags]) == 0
+    first, wind, *_, last = capsys.readouterr().out.splitlines()
+    assert f"{first} {wind}" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert first.startswith("Add ")
+    assert last == f"open this page: {tmp_path / 'out' / 'report.html'}"
+
+
 def test_campaign_does_not_replace_a_stranger_folder(tmp_path, capsys):
     (tmp_path / "thesis.txt").write_text("mine")
     flags = ["--maneuver", "rapid_decel", "--das", "20/1", "--jobs", "1", "--out", str(tmp_path)]

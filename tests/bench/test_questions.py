@@ -15,7 +15,7 @@ from pitotbench.bench.digests import file_sha256
 from pitotbench.cli.app import main
 from pitotbench.records.calibration import Disagreement, LatencyFound
 from pitotbench.records.log import Caution
-from pitotbench.show.takehome import checks_of
+from pitotbench.show.takehome import calibration_record, checks_of
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +133,7 @@ def test_every_check_passes_or_fails_by_the_records_of_the_answer(answer):
     assert sum(check.status == "failed" for check in found.values()) == 1 + len(kinds) + len(codes)
     assert found["latency of the GPS velocity"].why == "wrong: latency"
     assert found["the whole log was used"].status == "skipped"
+    assert found["the whole log was used"].why == "left out: take-off roll"
 
 
 def test_the_record_holds_inputs_choices_answer_rule_and_checks(log, tmp_path):
@@ -151,6 +152,17 @@ def test_the_record_holds_inputs_choices_answer_rule_and_checks(log, tmp_path):
     assert "<svg" in page
     with pytest.raises(BadInputError, match=r"must end in \.html"):
         calibrate(log).write_record(tmp_path / "record.pdf")
+
+
+def test_of_several_flights_the_worst_check_is_told_and_a_long_flight_keeps_to_two_pages(answer):
+    late = replace(answer, warnings=(Caution("the GPS is late", "latency"),))
+    page = calibration_record([answer, late])
+    assert "flight 2: the GPS is late" in page
+    (window,) = answer.winds
+    many = tuple(replace(window, begin=9e8 + 60.0 * k, end=9e8 + 60.0 * (k + 1)) for k in range(40))
+    page = calibration_record([replace(answer, winds=many, log_start=9e8)])
+    assert "Of 40 windows of the wind, one in 4 is shown" in page
+    assert re.findall(r'<tr><td class="text">(\d+:\d+)</td>', page)[:3] == ["0:00", "4:00", "8:00"]
 
 
 def test_the_command_writes_the_record_and_refuses_what_it_cannot_be(log, tmp_path, capsys):

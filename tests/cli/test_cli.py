@@ -7,12 +7,15 @@ import pytest
 from tests.calibration import trajectories as fixture
 
 from pitotbench.bench.campaign_plan import plan_of_names
+from pitotbench.calibration import calibrate
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.cli.app import command_line, main
 from pitotbench.cli.plan import request_of as plan_request
 from pitotbench.logbook.formats import write_log
+from pitotbench.logbook.reading import read_log
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case
+from pitotbench.show.calibration import short_answer_of
 from pitotbench.simulation.maneuvers import MANEUVERS, PAPER_MANEUVERS, maneuvers_named
 
 CURVE_KEYS = {
@@ -136,6 +139,16 @@ def test_campaign_refuses_wrong_names_and_leaves_nothing(flags, says, tmp_path, 
     assert says in error
     assert "Traceback" not in error
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_campaign_of_one_flight_says_what_its_page_says(tmp_path, capsys):
+    flags = ["--maneuver", "rapid_decel", "--das", "20/1", "--jobs", "1", "--out", str(tmp_path / "out")]
+    assert main(["campaign", *flags]) == 0
+    first, *_, last = capsys.readouterr().out.splitlines()
+    (log,) = (tmp_path / "out" / "logs").iterdir()
+    answer = short_answer_of(calibrate(read_log(log)), "")
+    assert first == f"{answer.correction_sentence} {answer.wind_sentence}"
+    assert last == f"open this page: {tmp_path / 'out' / 'report.html'}"
 
 
 def test_campaign_does_not_replace_a_stranger_folder(tmp_path, capsys):

@@ -133,7 +133,8 @@ def run(options: argparse.Namespace) -> int:
     if options.card is not None:
         write_text(options.card, card_csv(reduced[0].flight.calibration.curve))
     if options.record is not None:
-        flights = [each.flight.calibration for each in reduced]
+        # A flight with a curve of its own, as of `auto`, is no part of the record of the first one.
+        flights = [each.flight.calibration for i, each in enumerate(reduced) if i == 0 or not each.own_curve]
         write_text(options.record, calibration_record(flights, limit, len(reduced[0].points)))
     write_table(options, {each.name: each.flight.calibration.curve for each in reduced if each.own_curve})
     if options.json:
@@ -284,7 +285,7 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]", choice: "C
     advised = mapping_advice(options, logs)
     mapping = [("mapping", path, None) for path in _inputs(options)[len(logs) :] if path.is_file()]
     flags = [
-        flag_choice("mapping", options.mapping, "the one that recognized the log, or none"),
+        flag_choice("mapping", options.mapping, "as recognized"),
         flag_choice("from", options.begin, "the first row"),
         flag_choice("to", options.end, "the last row"),
         flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),

@@ -216,7 +216,7 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Proven
     place = "static source" if setting.static_error else "impact pressure"
     choices = [
         flag_choice("aircraft", options.aircraft, ""),
-        flag_choice("mapping", options.mapping, "the one that recognized the log, or none"),
+        flag_choice("mapping", options.mapping, "as recognized"),
         flag_choice("from", options.begin, "the first row"),
         flag_choice("to", options.end, "the last row"),
         Choice("place of the error curve", place, "mapping" if setting.static_error else "default"),

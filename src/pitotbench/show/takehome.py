@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from csv import writer
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from io import StringIO
 from typing import TYPE_CHECKING, Any
@@ -419,12 +419,16 @@ def checks_of(result: Calibration, points: int = 0) -> list[Check]:
         "sensors within their accuracies": "no estimate lies outside its prior",
         "no faulty rows": "no row disagrees with all others",
         "flights agree": "their curves differ by no more than chance" if len(made.inputs) > 1 else "",
-        "the whole log was used": "" if result.left_out else "no part was left out",
     }
-    return [check(name, ". ".join(failed.get(name, ())), why) for name, why in passed.items()]
+    left_out = f"left out: {', '.join(result.left_out)}" if result.left_out else ""
+    return [
+        *(check(name, ". ".join(failed.get(name, ())), why) for name, why in passed.items()),
+        check("the whole log was used", "", "" if left_out else "no part was left out", left_out),
+    ]
 
 
 def check(name: str, failed: str, passed: str, skipped: str = _NOT_SHOWN) -> Check:
+    """Return a check that fails with a reason, else passes with a finding, else was skipped."""
     return Check(name, "failed" if failed else "passed" if passed else "skipped", failed or passed or skipped)
 
 
@@ -433,6 +437,7 @@ def _wind_two_sigma(wind: WindEstimate) -> float:
 
 
 Part = tuple[str, Sequence[str], str]  # of a record: heading, sentences, tables and drawings as HTML
+_MOST_WINDS = 12  # rows, so that the record of a long flight keeps to two pages
 _STATUSES = ("failed", "passed", "skipped")
 WIND_COLUMNS: tuple[Column[WindowWind], ...] = (
     Column("begin", lambda w: minutes_text(w.begin)),
@@ -456,14 +461,25 @@ def calibration_record(flights: Sequence[Calibration], limit: Limit | str | None
     answer = [*headline(result), short_answer_of(result, "").correction_sentence]
     drawing = curve_panels({result.model: result}, None, limit=limit)[0].drawing
     card = html_table(GLANCE_COLUMNS, glance_points(result.curve))
-    winds = [window for each in flights for window in each.winds]
+    winds = [
+        replace(window, begin=window.begin - each.log_start, end=window.end - each.log_start)
+        for each in flights
+        for window in each.winds
+    ]
+    step = max(1, -(-len(winds) // _MOST_WINDS))
+    thinned = [] if step == 1 else [f"Of {len(winds)} windows of the wind, one in {step} is shown"]
+    lines = [*condition_lines(result), *thinned]
     rule = [judgment.sentence for judgment in judgments(result, limit)]
-    checks = [found for each in flights for found in checks_of(each, points if each is result else 0)]
+    checks = []
+    for number, each in enumerate(flights, start=1):
+        of = f"flight {number}: " if len(flights) > 1 else ""
+        found = checks_of(each, points if each is result else 0)
+        checks += [replace(c, why=of + c.why) if c.status == "failed" else c for c in found]
     by_status = sorted(checks, key=lambda each: _STATUSES.index(each.status))
     worst = {each.name: each for each in reversed(by_status)}  # of several flights the worst one is told
     warnings = dict.fromkeys(str(w) for each in flights for w in each.warnings if w.code not in _FAILED_BY)
     parts: list[Part] = [
-        ("Conditions", conditions_of(result.provenance, condition_lines(result)), html_table(WIND_COLUMNS, winds)),
+        ("Conditions", conditions_of(result.provenance, lines), html_table(WIND_COLUMNS, winds[::step])),
         ("Answer", answer, f'<div class="beside"><div>{card}</div>{drawing}</div>'),
         ("Rule", rule or ["No rule was asked for, or none holds at these speeds."], ""),
         ("Checks", [], html_table(CHECK_COLUMNS, [worst[each.name] for each in checks_of(result)])),
@@ -488,7 +504,8 @@ def conditions_of(made: Provenance, lines: Sequence[str]) -> list[str]:
 def record_page(
     title: str, objective: str, made: Provenance, parts: Sequence[Part], warnings: Iterable[str]
 ) -> str:
-    choices = [f"{words(c.name)}: {words(c.value)} ({c.source})" for c in made.choices]
+    """The page of a record: inputs and settings, then its parts in their order, then the warnings."""
+    choices = [f"{words(c.name)}: {c.value} ({c.source})" for c in made.choices]
     used = ", ".join(f"{name} {number}" for name, number in made.versions.items())
     return render(
         "record.html",

@@ -21,7 +21,15 @@ def answer(step: str, name: str = "a", **probabilities: float) -> dict[str, obje
     named = [cause for cause, p in probabilities.items() if p > 0.9]
     effects = {"effects": named, "alternatives": [[] for _ in named]}
     kind = "named" if named else "no_gap"
-    return {"name": name, "step": step, "beside": COMPLETE, "kind": kind, "probabilities": probabilities, **effects}
+    return {
+        "name": name,
+        "aircraft": "none",
+        "step": step,
+        "beside": COMPLETE,
+        "kind": kind,
+        "probabilities": probabilities,
+        **effects,
+    }
 
 
 def test_every_step_changes_something_that_exists():

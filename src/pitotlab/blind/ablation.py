@@ -270,15 +270,17 @@ def counts(cases: Sequence[JudgedCase]) -> Counts:
 
 def table(truth: Mapping[str, Mapping[str, Any]], answers: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """The scores of the complete chain, and what each changes by with a step off, on the logs that both judged."""
-    by_step: dict[str, dict[str, JudgedCase]] = {}
+    by_step: dict[tuple[str, str], dict[str, JudgedCase]] = {}
     for each in answers:
-        by_step.setdefault(each["step"], {})[each["name"]] = JudgedCase(truth[each["name"]], each)
+        by_step.setdefault((each["aircraft"], each["step"]), {})[each["name"]] = JudgedCase(
+            truth[each["name"]], each
+        )
     rows = []
-    for step, found in by_step.items():
-        pairs = [(case, by_step.get(case.answer["beside"], {}).get(name)) for name, case in found.items()]
+    for (aircraft, step), found in by_step.items():
+        pairs = [(c, by_step.get((aircraft, c.answer["beside"]), {}).get(name)) for name, c in found.items()]
         held = [(case, before) for case, before in pairs if before is not None]
         off, whole = (counts(list(each)) for each in zip(*held, strict=True))
-        row: dict[str, Any] = {"step off": step, "logs": len(held)}
+        row: dict[str, Any] = {"step off": step, "measured on": f"logs again, {aircraft}", "logs": len(held)}
         difference = off.proper if step == COMPLETE else off.proper - whole.proper
         for i, name in enumerate(PROPER):
             row[name] = f"{difference[:, i].mean():.4f}"
@@ -312,7 +314,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
     kinds = {kind: int(most) for kind, _, most in (each.partition("=") for each in options.kinds.split(","))}
     lines = options.results.read_text("utf-8").splitlines() if options.results.is_file() else []
     answers = [json.loads(line) for line in lines]
-    done = {(a["name"], a["step"]) for a in answers}
+    done = {(a["name"], a["step"]) for a in answers if a["aircraft"] == options.aircraft}
     chosen = [
         case
         for letter in options.settings.split(",")
@@ -334,10 +336,7 @@ def command(parser: ArgumentParser, words: Sequence[str]) -> None:
                     out.write(json.dumps(answer) + "\n")
         print(f"{case['name']} ({case['kind']}): {(monotonic() - begun) / 60.0:.1f} min", flush=True)
     sets = {path.name.split(".")[0]: judged_in(path) for path in kept_sets()}
-    replayed = [
-        {"measured on": f"{options.kept}, {each['logs']} logs again", **each} for each in table(cases, answers)
-    ]
-    _write(options.table, [*replayed, *rows_of_tellings(sets)])
+    _write(options.table, [*table(cases, answers), *rows_of_tellings(sets)])
     _write(options.table.with_name("ablation-checks.csv"), list(rows_of_checks(sets)))
 
 

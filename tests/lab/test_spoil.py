@@ -1,4 +1,4 @@
-"""Spoiled logs of all formats: an answer or one line, whatever the damage; `python -m tests.lab.spoil` takes more."""
+"""Spoiled logs of all formats: an answer or one line, whatever the damage; `tests.lab.spoil` takes more."""
 
 import os
 

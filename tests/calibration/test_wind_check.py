@@ -84,6 +84,17 @@ def test_the_bound_holds_the_curve_that_a_front_moves(seed):
     assert np.max(off["checked"]) < 1.0
 
 
+def test_the_mixture_of_models_is_averaged_over_changes_of_the_wind_too():
+    """The bound holds what a front moves, and costs little where the wind was steady."""
+    auto = replace(CHECKED, model="auto")
+    steady = flown("step_decrease", 1)
+    right = calibrate(steady, CONSTANT).curve
+    moved = calibrate(flown("step_decrease", 1, front(150.0, 2.8, 2.8)), auto).curve
+    assert np.max(np.abs(moved.correction - right.correction) / moved.two_sigma) < 1.0
+    widths = [np.mean(calibrate(steady, each).curve.two_sigma) for each in (auto, replace(auto, wind="constant"))]
+    assert 0.99 < widths[0] / widths[1] < 1.2
+
+
 def test_a_heading_that_is_off_or_follows_the_speed_is_no_change_of_the_wind():
     """A compass with 8° of variation left in, and a trim that turns the nose by 2° over the speeds."""
     log = flown("step_decrease", 3)

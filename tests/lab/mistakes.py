@@ -508,6 +508,7 @@ EACH_ONCE = "each speed is flown once: an error that goes with time is one that 
 A_LEAK = "a share of q_c that goes with time, on a card that goes through its speeds in time"
 WEATHER = "the pressure of the day, and the static error that the altitude cannot tell from it"
 AT_A_CHANGE = "it falls on a change of the speed flown: a factor for each speed is a curve"
+IN_TIME = (EACH_ONCE, A_LEAK, AT_A_CHANGE)  # not on a card that flies a speed twice
 A_WIND = "a velocity that drifts is a wind that drifts"
 ONE_AXIS = "nothing else in a log measures one component of the ground velocity to a few percent"
 
@@ -607,16 +608,16 @@ def judge(mistake: Mistake, maneuver: str = "circle", wind: str = "constant") ->
     size = np.abs(curve.error)
     ratio = float(np.max(size / curve.two_sigma))
     wind_ratio = float(np.linalg.norm(of_wind.error) / np.linalg.norm(of_wind.two_sigma))
-    return _kind(mistake, " | ".join(said), float(np.max(size)) / KNOT, ratio, wind_ratio)
+    return _kind(mistake, " | ".join(said), float(np.max(size)) / KNOT, ratio, wind_ratio, maneuver)
 
 
-def _kind(mistake: Mistake, says: str, error_kt: float, ratio: float, wind: float) -> Outcome:
+def _kind(mistake: Mistake, says: str, error_kt: float, ratio: float, wind: float, maneuver: str) -> Outcome:
     warned = any(name in says for name in mistake.names)
     if warned:
         kind = "hidden" if error_kt > _ABSURD else "warned"
     elif ratio <= _WRONG and wind <= _WRONG:
         kind = "unharmed"
-    elif mistake.unknowable:
+    elif mistake.unknowable and (maneuver == "circle" or mistake.unknowable not in IN_TIME):
         kind = "no log can show it"
     else:
         kind = "hidden" if says else "silent"

@@ -232,7 +232,7 @@ def check_gain(
         return ()
     when = minutes_text(float(times[place] - every.time[0]))
     text = (
-        f"the impact pressure seems to be {size:+.0%} larger from {when} of the rows used on, more than gusts or a "
+        f"the impact pressure seems to change by {size:+.0%} from {when} of the rows used on, more than gusts or a "
         "change of the wind explain: look for ice, a leak or another source"
     )
     return (Caution(text, "gain", "impact_pressure", size),)

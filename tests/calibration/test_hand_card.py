@@ -182,6 +182,18 @@ def test_the_sheet_prints(tmp_path, capsys):
     assert main(["fixed-speed", "--sheet", str(tmp_path / "sheet.pdf")]) == 2
 
 
+def test_the_headings_of_the_sheet_are_those_of_the_card(tmp_path, capsys):
+    """What was filled in on paper and typed as it stands is read as the same card."""
+    sheet = tmp_path / "sheet.html"
+    assert main(["fixed-speed", "--sheet", str(sheet)]) == 0
+    headings = [h.replace("<br>", " ") for h in re.findall(r"<th>(.*?)</th>", sheet.read_text(encoding="utf-8"))]
+    rows = [("1", "clean", 150, 5000, 5, speed, track) for speed, track in ((140, 192), (112, 283), (120, 20))]
+    typed = tmp_path / "typed.csv"
+    with typed.open("w", newline="") as file:
+        csv.writer(file).writerows([headings, *((*row, "") for row in rows)])
+    assert read_points(typed) == read_points(write(tmp_path / "points.csv", rows))
+
+
 def test_a_missing_column_is_named(tmp_path):
     path = tmp_path / "points.csv"
     path.write_text("point,indicated_airspeed_kt\n1,100\n")

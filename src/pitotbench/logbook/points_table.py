@@ -31,6 +31,14 @@ FLY_BY_COLUMNS = (
     "tower_pressure_inhg",
     "tower_temperature_degc",
 )
+# The headings of the sheet that is filled in by hand, in small letters and without their units.
+_OF_SHEET = {
+    "kias": "indicated_airspeed_kt",
+    "pressure altitude": "pressure_altitude_ft",
+    "oat": "air_temperature_degc",
+    "gps ground speed": "ground_speed_kt",
+    "true track": "track_deg",
+}
 _QUANTITIES = ("indicated_airspeed", "pressure_altitude", "air_temperature", "ground_speed", "track")
 # The steps of usual displays, where the numbers of a short card show none [SI].
 _ROUND_STEPS = ReadingSteps(KNOT, 10.0 * FOOT, 1.0, KNOT, DEGREE)
@@ -132,6 +140,7 @@ def _rows(
 
 def _parsed(name: str) -> tuple[str, str]:
     """Return the quantity of a column and its suffix; empty for another. Raises BadInputError for a wrong unit."""
+    name = _OF_SHEET.get(name.partition("[")[0].strip().lower(), name)
     for quantity, dimension in _OF_TOWER.items():
         if name.startswith(quantity):
             suffix = name[len(quantity) + 1 :]

@@ -365,7 +365,7 @@ def _unpacked_sizes(path: Path) -> Iterator[int]:
 
 
 def _require_known_kinds(elements: bytes, order: str) -> None:
-    """Raise BadInputError for an element of a variable that is of no kind; a small one holds its data in its tag."""
+    """Raise BadInputError for an element of a variable of no kind; a small one holds its data in its tag."""
     place = 0
     while len(tag := elements[place : place + 8]) == 8 and any(tag):
         kind, size = struct.unpack(f"{order}II", tag)

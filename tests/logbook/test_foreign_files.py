@@ -359,3 +359,15 @@ def test_another_file_is_not_read_through_a_mat_file(tmp_path):
             file[name] = h5py.ExternalLink(str(other), name)
     with pytest.raises(BadInputError):
         read_log(tmp_path / "log.mat")
+
+
+@pytest.mark.parametrize("kind", [8, 10, 19, 0x0801])
+def test_an_element_of_no_kind_in_a_mat_file_is_refused(tmp_path, kind):
+    """One flipped bit in the tag of an element ended the whole program within SciPy's reader."""
+    path = foreign.mat_channels(tmp_path / "log.mat", FLOWN)
+    data = bytearray(path.read_bytes())
+    shape = data.index(b"\x05\x00\x00\x00\x08\x00\x00\x00")
+    data[shape : shape + 2] = kind.to_bytes(2, "little")
+    path.write_bytes(data)
+    with pytest.raises(BadInputError, match=f"not a complete .mat file: an element of the kind {kind}"):
+        read_log(path)

@@ -222,7 +222,7 @@ def check_gain(
     noise, place = np.unravel_index(int(np.argmax(odds)), odds.shape)
     log_factor = float(logsumexp(odds) - logsumexp(heights))
     size = float(found[int(noise)].estimate(np.array([place]), one)[0])
-    of_wind = 0.0 if change is None else max(float(np.log(change.bayes_factor)), 0.0)
+    of_wind = 0.0 if change is None else float(np.log(max(change.bayes_factor, 1.0)))
     if log_factor < of_wind + _CLEARER or abs(size) < _LEAST_GAIN:
         return ()
     by_chance = logsumexp(gains(found[0], found[0].drawn(_DRAWS, _SEED)), axis=0) >= log_factor

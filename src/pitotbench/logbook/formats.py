@@ -300,7 +300,8 @@ def _value(item: Any, held: type) -> Any:
 
 _HEADER = "header"
 _IDENTIFICATION = "fdata"
-_COMPRESSED = 15  # miCOMPRESSED: kind of a variable that is compressed
+_MATRIX, _COMPRESSED = 14, 15  # miMATRIX and miCOMPRESSED: kinds of a variable, which holds further elements
+_KINDS = {*range(1, 8), 9, *range(12, 19)}  # of the elements of a file: SciPy's reader dies of another
 _DATA, _UNITS = "data", ("units", "unit")  # fields of a struct that is one channel
 
 
@@ -357,7 +358,23 @@ def _unpacked_sizes(path: Path) -> Iterator[int]:
                 with suppress(zlib.error, struct.error):  # SciPy tells what is wrong
                     yield struct.unpack(f"{order}II", zlib.decompressobj().decompress(begin, 8))[1]
                 size -= len(begin)
+            elif kind == _MATRIX:
+                _require_known_kinds(file.read(size), order)
+                size = 0
             file.seek(size, os.SEEK_CUR)
+
+
+def _require_known_kinds(elements: bytes, order: str) -> None:
+    """Raise BadInputError for an element of a variable of no kind; a small one holds its data in its tag."""
+    place = 0
+    while len(tag := elements[place : place + 8]) == 8 and any(tag):
+        kind, size = struct.unpack(f"{order}II", tag)
+        small = kind >> 16
+        if (kind & 0xFFFF) not in _KINDS:
+            raise BadInputError(f"not a complete .mat file: an element of the kind {kind & 0xFFFF}")
+        if kind == _MATRIX:
+            _require_known_kinds(elements[place + 8 : place + 8 + size], order)
+        place += 8 if small else 8 + -(-size // 8) * 8
 
 
 def _columns_of(name: str, value: object) -> dict[str, tuple[Column, str]]:

@@ -116,8 +116,12 @@ STEPS: Mapping[str, Step] = {
     "withdrawal by a formula": Step(functions=NO_FORMULA, told=True),
     "a rest asks for more closure": Step({"closure_with_rest": THRESHOLDS.closure_lowest}, told=True),
     "closure rules and formula": Step(functions={**NO_CLOSURE_RULES, **NO_FORMULA}, told=True),
-    "a line outweighs": Step(functions={f"{VERDICT}._outweighs": lambda *given: False}, told=True),
+    "a wander or line outweighs": Step(functions={f"{VERDICT}._outweighs": lambda *given: False}, told=True),
     "lines": Step(functions={f"{VERDICT}.periodic_channels": _nothing}, told=True),
+    "wandering channels": Step(functions={f"{VERDICT}.wandering_channels": _nothing}, told=True),
+    "wanders and lines": Step(
+        functions={f"{VERDICT}.wandering_channels": _nothing, f"{VERDICT}.periodic_channels": _nothing}, told=True
+    ),
     FIRST_LOOK: Step({"looks_most": 1}, told=True),
 }
 

@@ -76,8 +76,8 @@ class NullDistribution:
     """What flights of a card without an effect show by chance.
 
     `threshold` is for the largest score of the table and `cell_threshold` for the largest score of the cells, both
-    on the scale of `scores`. `gust_level` and `spectral_lines` hold further measures, see `null_learning`, which
-    measures them.
+    on the scale of `scores`. `gust_level`, `channel_powers` and `spectral_lines` hold further measures, see
+    `null_learning`, which measures them.
     """
 
     noise: NoiseModel
@@ -86,6 +86,7 @@ class NullDistribution:
     cell_threshold: float
     flights: int
     gust_level: Measure | None = None
+    channel_powers: Mapping[str, Measure] = field(default_factory=dict)
     spectral_lines: Mapping[str, Measure] = field(default_factory=dict)
 
     @property
@@ -179,6 +180,7 @@ class _Text:
     cell_threshold: Positive
     flights: Annotated[int, Field(ge=THRESHOLDS.null_flights_fewest)]
     gust_level: _Measure
+    channel_powers: dict[str, _Measure]
     spectral_lines: dict[str, _Measure]
 
 
@@ -201,6 +203,7 @@ def read_distribution(text: str | bytes) -> NullDistribution:
         cell_threshold=checked.cell_threshold,
         flights=checked.flights,
         gust_level=Measure(checked.gust_level.mean, checked.gust_level.deviation),
+        channel_powers=_measures(checked.channel_powers),
         spectral_lines=_measures(checked.spectral_lines),
     )
 

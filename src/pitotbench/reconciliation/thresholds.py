@@ -23,7 +23,7 @@ class Thresholds:
 
     # Null flights: the scores that an effect has to exceed.
     null_flights_fewest: int = 4  # flights; the spread of fewer says nothing
-    false_alarms: float = 0.01  # share of null flights whose largest score may exceed the threshold
+    false_alarms: float = 0.01  # share of flights whose largest score exceeds the threshold by chance
     noise_without_null_flights: float = 1.5  # times the noise that the log itself gives
     gap_without_null_flights: float = 30.0  # logarithm; it reached 27 on 16 flights without an effect in gusts
     gap_of_short_log: float = 45.0  # times the squared shortness; 47 pieces in gusts had 0.75 of it at most
@@ -77,11 +77,17 @@ class Thresholds:
     beam_depth: float = 12.0  # of the logarithm of the weight by which a set that is still weighed may be behind
 
     # What remains: a gap that no effect of the table explains.
-    remaining_line: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
+    remaining_wander: float = 6.4  # σ; one log in 200 by Student's t of eight flights, over some 20 channels
+    wander_deviation_lowest: float = 0.3  # of a logarithm: 0.1 to 0.5 from day to day, 14 null flights of two cards
+    wander_nearby: int = 40  # instants, 20 s, with a noise of their own: a throttle's counts more at half power
+    wander_nearby_lowest: float = 0.3  # of the noise of all: a channel that rests for a while has none of its own
+    remaining_line: float = 6.4  # σ; the same count for the strongest spectral line of each channel
     remaining_share: float = 0.1  # of the explained SS, which an imperfect signature leaves in a channel
     outweighing_share: float = 0.5  # of the explained SS; an explanation of less than twice the rest names nothing
+    wander_share: float = 0.5  # of the channel's surplus before; less is the form error of the named effect
     line_periods: int = 3  # periods in the log; slower errors are drifts, which the cells show
     line_deviation_lowest: float = 0.22  # of a log power: the largest of 300 exponential numbers (Gumbel 1958)
+    calm_gusts: float = 0.1  # m/s, deviation below which the air is calm and airspeed is judged by its wander
     gust_level: float = 4.5  # σ of the turbulence level among eight null flights
     gust_deviation_lowest: float = 0.02  # of a logarithm; eight flights do not determine a spread below 2 %
     noise_noted: float = 1.3  # times the noise of null flights, from which the verdict has a note

@@ -32,7 +32,7 @@ from pitotbench.reconciliation.naming import (
     own_sizes,
 )
 from pitotbench.reconciliation.null_distribution import NullDistribution, theoretical_distribution
-from pitotbench.reconciliation.null_learning import periodic_channels, turbulence_candidates
+from pitotbench.reconciliation.null_learning import periodic_channels, turbulence_candidates, wandering_channels
 from pitotbench.reconciliation.patches import flights_to_fly
 from pitotbench.reconciliation.posterior import OUTSIDE, Names, answer_of
 from pitotbench.reconciliation.renewal import at_sizes, without_sensor_effects
@@ -70,7 +70,7 @@ class Checks:
     """What every check found on the flights of a verdict; `verdict_of` makes the verdict of it.
 
     `found` is what all flights show, with the kind of the posterior's answer. Each step fills its own field:
-    `outweighed`, whether a line of a flight outweighs what the effects explain; `left_out` and
+    `outweighed`, whether a wander or a line of a flight outweighs what the effects explain; `left_out` and
     `contradictions`, the sentences of flights that the others do not close or that contradict them; `hold_out`,
     the closure of a held-out log; `closure`, the objection of the closure of all passes; `formula`, why a formula
     replaces the names; `maneuvers`, those flown, which no advice repeats; `added`, the positions of the effects
@@ -94,13 +94,13 @@ class Checks:
 def verdict_of(checks: Checks) -> Verdict:
     """Return the verdict of what all checks found. Nothing else sets the kind of a verdict.
 
-    First the posterior answers. A line may outweigh its effects, and what was counted is a gap of its
+    First the posterior answers. A wander or a line may outweigh its effects, and what was counted is a gap of its
     own. Then the objections follow: flights left out, contradictions, a held-out log, the closure of all passes,
     a formula. A later pass tells only what it adds. The doubt of the table comes last.
     """
     verdict = replace(checks.found, closure_holdout=checks.hold_out)
     if checks.outweighed:
-        why = "a line of one period outweighs what the effects explain"
+        why = "a wander or a line outweighs what the effects explain"
         verdict = replace(_with_kind(verdict, "unknown", why), remains=False)
     elif verdict.kind == "no_gap" and verdict.effects:
         kind: Kind = "one_of" if any(verdict.alternatives) else "named"
@@ -168,7 +168,9 @@ def _found(layout: Layout, naming: Naming, null: NullDistribution) -> Checks:
     """What one flight shows: its effects with what was counted and the turbulence, and what remains."""
     explained = _without_named(naming)
     gusts = turbulence_candidates(explained, null.gust_level)
-    unexplained = periodic_channels(explained, null, naming.fit.gain)
+    # Other turbulence than that of the card makes every channel wander.
+    wandering = () if gusts else wandering_channels(explained, naming.layout, null, naming.fit.gain)
+    unexplained = (*wandering, *periodic_channels(explained, null, naming.fit.gain))
     counted = layout.checked.effects
     named, others_of = _named_effects(naming), dict(zip(naming.chosen, naming.alternatives, strict=True))
     effects = (*counted, *named, *gusts)
@@ -200,13 +202,15 @@ def _found(layout: Layout, naming: Naming, null: NullDistribution) -> Checks:
 
 
 def _outweighs(explained: Layout, naming: Naming, null: NullDistribution) -> bool:
-    """Whether a line that is left is larger than a share of what the effects explain.
+    """Whether a wander or a line that is left is larger than a share of what the effects explain.
 
-    It is not smooth, so that the posterior has no hypothesis for it, and a cause that takes up a part of it is not
+    Neither is smooth, so that the posterior has no hypothesis for it, and a cause that takes up a part of it is not
     its cause.
     """
     share = THRESHOLDS.outweighing_share / THRESHOLDS.remaining_share * naming.fit.gain
-    return bool(periodic_channels(explained, null, share))
+    return bool(
+        wandering_channels(explained, naming.layout, null, share) or periodic_channels(explained, null, share)
+    )
 
 
 def _named_effects(naming: Naming) -> tuple[Candidate, ...]:

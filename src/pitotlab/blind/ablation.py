@@ -78,9 +78,9 @@ def _without_left_over(null: NullDistribution) -> NullDistribution:
     return replace(null, scores=replace(null.scores, left_over={}))
 
 
-REST, VERDICT = "pitotbench.reconciliation", "pitotbench.reconciliation.verdict"
-NO_FLUCTUATION: Mapping[str, Replacement] = {f"{REST}.evidence.LogEvidence._add_fluctuations": lambda log: {}}
-NO_WANDER: Mapping[str, Replacement] = {f"{REST}.naming.wander_of": lambda null, channels: {}}
+JUDGE, VERDICT = "pitotbench.reconciliation", "pitotbench.reconciliation.verdict"
+NO_FLUCTUATION: Mapping[str, Replacement] = {f"{JUDGE}.evidence.LogEvidence._add_fluctuations": lambda log: {}}
+NO_WANDER: Mapping[str, Replacement] = {f"{JUDGE}.naming.wander_of": lambda null, channels: {}}
 NO_CLOSURE_RULES: Mapping[str, Replacement] = {"pitotbench.bench.rounds.closure_checked": lambda looks: looks}
 NO_FORMULA: Mapping[str, Replacement] = {"pitotbench.bench.workflow._is_simpler": lambda *given: False}
 NO_DOUBT = {"doubt_least": 0.0, "doubt_most": 0.0, "doubt_objected": 0.0}
@@ -98,10 +98,12 @@ STEPS: Mapping[str, Step] = {
     "wander": Step(functions=NO_WANDER),
     "rest": Step({"prior_of_rest": 1e-9}),
     "temper": Step({"table_error": 0.0}),
-    "sets of plain neighbors": Step(functions={f"{REST}.posterior._with_plain_neighbors": lambda weights: weights}),
+    "sets of plain neighbors": Step(
+        functions={f"{JUDGE}.posterior._with_plain_neighbors": lambda weights: weights}
+    ),
     "five sizes of a rest: two": Step({"rest_sizes": (12.0, 108.0)}),
     "parts of the flight": Step(
-        functions={f"{REST}.naming.with_parts_of_flight": lambda layout, noise: layout}, renewed=True
+        functions={f"{JUDGE}.naming.with_parts_of_flight": lambda layout, noise: layout}, renewed=True
     ),
     "sensor effects taken out": Step({"undone_from": NEVER}, renewed=True),
     # What is told of the posterior.
@@ -116,8 +118,12 @@ STEPS: Mapping[str, Step] = {
     "withdrawal by a formula": Step(functions=NO_FORMULA, told=True),
     "a rest asks for more closure": Step({"closure_with_rest": THRESHOLDS.closure_lowest}, told=True),
     "closure rules and formula": Step(functions={**NO_CLOSURE_RULES, **NO_FORMULA}, told=True),
-    "a line outweighs": Step(functions={f"{VERDICT}._outweighs": lambda *given: False}, told=True),
+    "a wander or line outweighs": Step(functions={f"{VERDICT}._outweighs": lambda *given: False}, told=True),
     "lines": Step(functions={f"{VERDICT}.periodic_channels": _nothing}, told=True),
+    "wandering channels": Step(functions={f"{VERDICT}.wandering_channels": _nothing}, told=True),
+    "wanders and lines": Step(
+        functions={f"{VERDICT}.wandering_channels": _nothing, f"{VERDICT}.periodic_channels": _nothing}, told=True
+    ),
     FIRST_LOOK: Step({"looks_most": 1}, told=True),
 }
 
@@ -151,10 +157,14 @@ class Kept:
         keys: Mapping[str, Replacement] = {
             "pitotbench.bench.rounds._judged": lambda named, *others: named.name,
             "pitotbench.bench.rounds.with_effects": lambda layout, model, entries: (id(layout), repr(entries)),
-            f"{REST}.naming.renewed_signatures": lambda layout, null: (id(layout), id(null.noise), self._renewal()),
+            f"{JUDGE}.naming.renewed_signatures": lambda layout, null: (
+                id(layout),
+                id(null.noise),
+                self._renewal(),
+            ),
             f"{VERDICT}.name_effects": lambda layouts, nulls: (*map(id, layouts), self._posterior()),
             "pitotbench.bench.workflow.find_formula": _formula_key,
-            f"{REST}.evidence.whitened_columns": lambda layout, noise: (id(layout), id(noise)),
+            f"{JUDGE}.evidence.whitened_columns": lambda layout, noise: (id(layout), id(noise)),
         }
         with ExitStack() as stack:
             for path, key in keys.items():

@@ -129,7 +129,11 @@ CHECKS = {
 
 
 def rows_of_checks(sets: Mapping[str, Sequence[JudgedCase]]) -> Iterator[dict[str, Any]]:
-    """Yield for each check how often it spoke, and whether the names that it spoke against were right."""
+    """Yield for each check how often it spoke, and whether the names that it spoke against were right.
+
+    Of a line or a wander (alone) the name is the most probable cause where the answer is unknown; where there was
+    an answer all the same, or nothing hidden, it counts as partly right.
+    """
     for check, words in CHECKS.items():
         count = Counter(
             _worth(case)
@@ -155,9 +159,9 @@ def rows_of_checks(sets: Mapping[str, Sequence[JudgedCase]]) -> Iterator[dict[st
         yield {
             "check": check,
             "spoke": len(shown),
-            "right": sum(case.is_single or case.kind in ("two", "none") for case in unknown),
-            "partly": len(shown) - len(unknown),
-            "wrong": sum(case.kind == "outside" for case in unknown),
+            "right": sum(case.first for case in unknown),
+            "partly": len(shown) - len(unknown) + sum(case.kind == "none" for case in unknown),
+            "wrong": sum(case.kind != "none" and not case.first for case in unknown),
         }
 
 

@@ -120,10 +120,12 @@ class Spline:
     def __call__(self, time: Seconds) -> Array:
         """Return the values at times [s], (m,)."""
         piece = np.clip(np.searchsorted(self._knots, time, side="right") - 1, 0, len(self._knots) - 2)
-        since, power, value = time - self._knots[piece], 1.0, 0.0
+        since, value = time - self._knots[piece], np.zeros(len(time))
+        power = np.ones(len(time))
         for term in self._terms:
-            value, power = value + term[piece] * power, power * since
-        return np.asarray(value)
+            value += term[piece] * power
+            power *= since
+        return value
 
     def integral(self) -> "Spline":
         """Return the integral from the first knot."""

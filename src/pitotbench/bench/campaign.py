@@ -32,13 +32,12 @@ from pitotbench.bench.fleet import (
     terminal_bar,
     usable_cores,
 )
-from pitotbench.bench.result_table import RESULTS, STORE, Gathered, gather, publish_files, require_own_folder
+from pitotbench.bench.result_table import RESULTS, STORE, gather, page_of, publish_files, require_own_folder
 from pitotbench.bench.store import DONE, PUBLISHED, Document, ResultStore, satisfies, stored
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.columns import write_text
 from pitotbench.records import NoAnswerError
 from pitotbench.records.case import Case
-from pitotbench.records.case_file import write_case
 from pitotbench.simulation.maneuvers import MANEUVERS
 
 # Say what a campaign would fly and what it would cost, before anything is flown.
@@ -486,22 +485,11 @@ class _Campaign:
             publish_files(folder, store, self.tasks())
         table = pd.read_parquet(folder / RESULTS)
         if self.request.report:
-            write_text(folder / PAGE, self._page(table, found, failures))
+            write_text(folder / PAGE, page_of(next(self.tasks()).case, table, found.sections, failures))
         else:
             (folder / PAGE).unlink(missing_ok=True)  # that of an earlier run, which shows another table
         note_published(folder, store, plan, failures)
         return CampaignResult(table, failures, folder, watch.found, watch.flown)
-
-    def _page(self, table: pd.DataFrame, found: Gathered, failures: tuple[str, ...]) -> str:
-        from pitotbench.show.pages import campaign_page  # it loads the drawing library, which only a page needs
-
-        first = next(self.tasks())
-        seeds = max(len(self.plan.seeds), 1)
-        subtitle = (
-            f"{', '.join(dict.fromkeys(table.das))} Hz · {', '.join(dict.fromkeys(table.turbulence))} turbulence · "
-            f"{seeds} seed{'s' if seeds > 1 else ''} · simulated flights of {first.case.aircraft}"
-        )
-        return campaign_page(subtitle, table, found.sections, failures, write_case(first.case))
 
 
 def _is_command() -> bool:

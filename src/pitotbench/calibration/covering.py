@@ -168,7 +168,7 @@ def smooth_means(data: Array, deviation: float) -> Array:
     window = np.exp(-0.5 / (deviation * deviation) * np.arange(-reach, reach + 1) ** 2)
     window /= window.sum()
     padded, count = np.pad(data, ((reach, reach), (0, 0)), mode="edge"), len(data)
-    total = data * window[reach]
+    total: Array = data * window[reach]
     for near, share in enumerate(window[:reach]):
         far = 2 * reach - near
         total += (padded[near : near + count] + padded[far : far + count]) * share

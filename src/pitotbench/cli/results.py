@@ -29,6 +29,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--by", help="comma list of columns: the means over all others, and the number of rows")
     parser.add_argument("--limit", type=int, default=40, help="rows printed (default: %(default)s; 0: all)")
     parser.add_argument("--draw", metavar="Y,X", help="draw a column against another, with --out FILE.svg")
+    parser.add_argument(
+        "--page", metavar="FLIGHT", help="fly a flight of DIR again and draw its page, FLIGHT.html in DIR or --out"
+    )
     parser.add_argument("--out", type=Path, help="write the rows to .parquet or .csv, or the figure to .svg")
 
 
@@ -39,6 +42,8 @@ def run(options: argparse.Namespace) -> int:
     """
     from pitotbench.bench.result_table import chosen_rows, means, result_table, write_table
 
+    if options.page:
+        return _page(options)
     if options.draw and (options.out is None or options.out.suffix != ".svg"):
         raise BadInputError("--draw needs --out FILE.svg")
     table = chosen_rows(result_table(options.folders), options.where, options.state)
@@ -55,6 +60,20 @@ def run(options: argparse.Namespace) -> int:
     states = ", ".join(f"{count:,} {state}" for state, count in table.state.value_counts().items())
     print(f"{len(table):,} rows of {table.flight.nunique():,} flights: {states}")
     return DONE
+
+
+def _page(options: argparse.Namespace) -> int:
+    """Draw the page of one flight; return exit code 3 where its numbers are no more those stored."""
+    from pitotbench.bench.result_table import write_page
+    from pitotbench.show.columns import printable
+
+    if len(options.folders) > 1:
+        raise BadInputError("--page takes the folder of one campaign")
+    path, differences = write_page(options.folders[0] / options.page, options.out)
+    for line in differences:
+        print(printable(f"differs from the stored result: {line}"))
+    print(f"page: {path}")
+    return NO_ANSWER if differences else DONE
 
 
 def _selected(table: "DataFrame", columns: list[str]) -> "DataFrame":

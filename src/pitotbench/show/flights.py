@@ -142,7 +142,7 @@ _BARS = 0.8  # share of a maneuver's place that bars fill
 
 
 def summary_panels(results: "pd.DataFrame") -> list[Panel]:
-    """2σ of the residual, the bound of the curve with the true error, and the models where several were fitted."""
+    """2σ of the residual, and the models where several were fitted."""
     table = campaign_table(results)
     models = list(table["model"].unique())
     first = table[table["model"] == models[0]]
@@ -151,11 +151,6 @@ def summary_panels(results: "pd.DataFrame") -> list[Panel]:
             f"2σ of the residual ({models[0]})",
             lambda axes: draw_summary_bars(axes, first, "das", "residual_two_sigma_kt", "2σ of the residual [kt]"),
             "The scatter that gusts and sensor noise leave: the figure that the literature reports.",
-        ),
-        panel(
-            f"How well the curve is known ({models[0]})",
-            lambda axes: draw_knowledge(axes, first),
-            "Bars: mean ±2σ bound of the curve. Black marks: twice the true rms error of these flights.",
         ),
     ]
     if len(models) > 1:
@@ -188,23 +183,25 @@ def draw_summary_bars(axes: Axes, table: "pd.DataFrame", kind: str, column: str,
     axes.grid(axis="x", visible=False)
 
 
-def draw_knowledge(axes: Axes, table: "pd.DataFrame") -> None:
-    """Draw the mean bound of the curve as bars, and twice the true rms error as marks on them."""
-    draw_summary_bars(axes, table, "das", "two_sigma_kt", "mean ±2σ of the curve [kt]")
-    maneuvers = list(table["maneuver"].unique())
-    kinds = list(table["das"].unique())
-    width, label = _BARS / len(kinds), "2 × true rms error"
-    for number, name in enumerate(kinds):
-        error = 2.0 * table[table["das"] == name].set_index("maneuver")["curve_rms_error_kt"].reindex(maneuvers)
-        axes.hlines(
-            error,
-            _places(maneuvers, number, width) - 0.45 * width,
-            _places(maneuvers, number, width) + 0.45 * width,
-            color="black",
-            lw=1.8,
-            label=label,
-        )
-        label = "_"  # one entry of the legend is enough
+def all_flights_panel(results: "pd.DataFrame") -> Panel:
+    """The bound and the true error of every flight against its minutes, for the first model."""
+    first = results[results["model"] == results["model"].iloc[0]]
+    return panel(
+        f"How well the curve is known ({first['model'].iloc[0]})",
+        lambda axes: draw_all_flights(axes, first),
+        "A dot: the mean ±2σ bound of the curve of one flight, as one data system recorded it. A black mark: twice "
+        "its true rms error.",
+    )
+
+
+def draw_all_flights(axes: Axes, results: "pd.DataFrame") -> None:
+    """Draw the bound of each flight as a dot, a color a maneuver, and twice its true rms error as a mark."""
+    for number, (name, rows) in enumerate(results.groupby("maneuver", sort=False)):
+        label = str(name).replace("_", " ")
+        axes.plot(rows["minutes"], rows["two_sigma_kt"], "o", ms=4.0, alpha=0.7, color=_color(number), label=label)
+    error = 2.0 * results["curve_rms_error_kt"]
+    axes.plot(results["minutes"], error, "_", ms=7.0, mew=1.3, color="black", label="2 × true rms error")
+    axes.set(xlabel="time [min]", ylabel="mean ±2σ of the curve [kt]", xlim=(0.0, None), ylim=(0.0, None))
 
 
 def _places(maneuvers: list[object], number: int, width: float) -> Array:

@@ -27,7 +27,7 @@ from pitotbench.show.calibration import (
 from pitotbench.show.campaign import campaign_html, remarks
 from pitotbench.show.columns import Column, html_table
 from pitotbench.show.curves import curve_panels, parts_panel, residual_panels
-from pitotbench.show.flights import flight_panels, summary_panels
+from pitotbench.show.flights import all_flights_panel, flight_panels, summary_panels
 from pitotbench.show.inspection import (
     CHANNEL_COLUMNS,
     MANEUVER_COLUMNS,
@@ -90,6 +90,7 @@ def campaign_page(
         table=campaign_html(first),
         all_models=campaign_html(results) if len(first) < len(results) else "",
         panels=summary_panels(results) if len(sections) > 1 else [],
+        picture=[all_flights_panel(results)] if len(sections) > 1 else [],
         case=case,
     )
 
@@ -113,12 +114,13 @@ def _flown(results: "pd.DataFrame") -> str:
 
 
 def _page(sections: Sequence[Section], **content: object) -> str:
-    optional = {"failures": (), "table": "", "all_models": "", "panels": (), "case": ""}
+    optional = {"failures": (), "table": "", "all_models": "", "panels": (), "picture": (), "case": ""}
     groups = [(name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)]
     return render(
         "report.html",
         version=page_version(),
         sections=sections,
+        drawn=[section for section in sections if section.html],
         groups=groups,
         answers=html_table(ANSWER_COLUMNS, [section.answer for section in sections]),
         **{**optional, **content},

@@ -97,9 +97,7 @@ def stacked(
 def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:
     """Add a legend above the axes, of as many columns as fit into the figure, at most `most`."""
     for columns in range(min(most, len(named)), 0, -1):
-        legend = figure.legend(
-            [*named.values()], [*named], loc="upper left", ncols=columns, borderaxespad=0.1
-        )
+        legend = figure.legend([*named.values()], [*named], loc="upper left", ncols=columns, borderaxespad=0.1)
         if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
             return
         legend.remove()

@@ -120,8 +120,7 @@ class Spline:
     def __call__(self, time: Seconds) -> Array:
         """Return the values at times [s], (m,)."""
         piece = np.clip(np.searchsorted(self._knots, time, side="right") - 1, 0, len(self._knots) - 2)
-        since, value = time - self._knots[piece], np.zeros(len(time))
-        power = np.ones(len(time))
+        since, value, power = time - self._knots[piece], np.zeros(len(time)), np.ones(len(time))
         for term in self._terms:
             value += term[piece] * power
             power *= since
@@ -131,10 +130,9 @@ class Spline:
         """Return the integral from the first knot."""
         found, step = copy(self), np.diff(self._knots)
         terms = [term / number for number, term in enumerate(self._terms, start=1)]
-        powers = [step, step * step, step * step * step, step * step * step * step]
-        areas = np.stack([term * power for term, power in zip(terms, powers, strict=True)], axis=1)
+        areas = np.stack(terms, axis=1) * np.cumprod([step] * len(terms), axis=0).T
         # Term by term, so that the sum has the rounding of a loop over the pieces.
-        found._terms = [np.concatenate([[0.0], np.cumsum(areas)[3::4]])[:-1], *terms]
+        found._terms = [np.append(0.0, np.cumsum(areas)[3:-1:4]), *terms]
         return found
 
 

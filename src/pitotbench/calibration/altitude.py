@@ -60,8 +60,8 @@ def carried_height(log: FlightLog, latency: float, by_velocity: bool) -> Carried
             at_fixes.append(fixes)
             offsets.append(measured - integral - start)
         else:
-            curve = np.interp(log.time[inside], knots, measured) if dense else None
-            height[inside] = Spline(knots, measured)(log.time[inside]) if curve is None else curve
+            time = log.time[inside]
+            height[inside] = np.interp(time, knots, measured) if dense else Spline(knots, measured)(time)
     seconds = interval(log.time[fresh])
     fixes = np.concatenate(at_fixes) if at_fixes else np.flatnonzero(fresh)
     return CarriedHeight(height, part, fresh, fixes, seconds, np.concatenate(offsets) if offsets else None)

@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError for options that do not go together.
     """
-    from pitotbench.bench.result_table import chosen_rows, means, result_table, write_table
+    from pitotbench.bench.result_table import chosen_rows, means, require_columns, result_table, write_table
 
     if options.page:
         return _page(options)
@@ -54,7 +54,8 @@ def run(options: argparse.Namespace) -> int:
         print(f"{len(table):,} rows: {options.out}")
         return DONE
     columns = [*table.columns] if options.columns == "all" else options.columns.split(",")
-    shown = means(table, options.by.split(",")) if options.by else _selected(table, columns)
+    require_columns(table, columns)
+    shown = means(table, options.by.split(",")) if options.by else table[columns]
     rows = len(shown) if options.limit == 0 else options.limit
     print(shown.head(rows).to_string(index=False, float_format="%.3f"))
     states = ", ".join(f"{count:,} {state}" for state, count in table.state.value_counts().items())
@@ -74,13 +75,6 @@ def _page(options: argparse.Namespace) -> int:
         print(printable(f"differs from the stored result: {line}"))
     print(f"page: {path}")
     return NO_ANSWER if differences else DONE
-
-
-def _selected(table: "DataFrame", columns: list[str]) -> "DataFrame":
-    from pitotbench.bench.result_table import require_columns
-
-    require_columns(table, columns)
-    return table[columns]
 
 
 def _draw(options: argparse.Namespace, table: "DataFrame") -> int:

@@ -1,21 +1,15 @@
-"""Pictures of a simulated flight and of a campaign's maneuvers."""
+"""Pictures of a simulated flight."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.flight import Flight
-from pitotbench.show.campaign import campaign_table
-from pitotbench.show.style import BLUE, GREEN, GREY, NARROW, ORANGE, PURPLE, RED, SKY, Panel, broken, panel, thin
+from pitotbench.show.style import BLUE, GREY, NARROW, ORANGE, RED, Panel, broken, panel, thin
 from pitotbench.show.words import with_unit
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, NAUTICAL_MILE, Array
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 # Pictures of a simulated flight: its ground track, and its channels over time with the card's tolerances.
 
@@ -133,80 +127,3 @@ def _unwrapped(heading: Array) -> Array:
     degrees = np.unwrap(heading) / DEGREE
     whole_turns = 360.0 * np.round(degrees[0] / 360.0)
     return np.asarray(degrees - whole_turns, dtype=np.float64)
-
-
-# Pictures of a campaign: its maneuvers compared, by data system and by model.
-
-_COLORS = (BLUE, SKY, GREEN, ORANGE, PURPLE, RED, GREY)
-_BARS = 0.8  # share of a maneuver's place that bars fill
-
-
-def summary_panels(results: "pd.DataFrame") -> list[Panel]:
-    """2σ of the residual, and the models where several were fitted."""
-    table = campaign_table(results)
-    models = list(table["model"].unique())
-    first = table[table["model"] == models[0]]
-    panels = [
-        panel(
-            f"2σ of the residual ({models[0]})",
-            lambda axes: draw_summary_bars(axes, first, "das", "residual_two_sigma_kt", "2σ of the residual [kt]"),
-            "The scatter that gusts and sensor noise leave: the figure that the literature reports.",
-        ),
-    ]
-    if len(models) > 1:
-        system = table["das"].iloc[0]
-        one = table[table["das"] == system]
-        panels += [
-            panel(
-                f"{title}, by model ({system} Hz)",
-                lambda axes, column=column, label=label: draw_summary_bars(axes, one, "model", column, label),  # type: ignore[misc]
-            )
-            for title, column, label in (
-                ("2σ of the residual", "residual_two_sigma_kt", "2σ of the residual [kt]"),
-                ("True rms error of the curve", "curve_rms_error_kt", "rms error [kt]"),
-            )
-        ]
-    return panels
-
-
-def draw_summary_bars(axes: Axes, table: "pd.DataFrame", kind: str, column: str, label: str) -> None:
-    """Draw one column of the campaign's table: a group of bars a maneuver, a bar a `kind` (das or model)."""
-    maneuvers = list(table["maneuver"].unique())
-    kinds = list(table[kind].unique())
-    width = _BARS / len(kinds)
-    for number, name in enumerate(kinds):
-        rows = table[table[kind] == name].set_index("maneuver")[column].reindex(maneuvers)
-        text = f"{name} Hz" if kind == "das" else str(name)
-        axes.bar(_places(maneuvers, number, width), rows, 0.92 * width, color=_color(number), label=text)
-    axes.set_xticks(np.arange(len(maneuvers)), [str(m).replace("_", "\n") for m in maneuvers])
-    axes.set_ylabel(label)
-    axes.grid(axis="x", visible=False)
-
-
-def all_flights_panel(results: "pd.DataFrame") -> Panel:
-    """The bound and the true error of every flight against its minutes, for the first model."""
-    first = results[results["model"] == results["model"].iloc[0]]
-    return panel(
-        f"How well the curve is known ({first['model'].iloc[0]})",
-        lambda axes: draw_all_flights(axes, first),
-        "A dot: the mean ±2σ bound of the curve of one flight, as one data system recorded it. A black mark: twice "
-        "its true rms error.",
-    )
-
-
-def draw_all_flights(axes: Axes, results: "pd.DataFrame") -> None:
-    """Draw the bound of each flight as a dot, a color a maneuver, and twice its true rms error as a mark."""
-    for number, (name, rows) in enumerate(results.groupby("maneuver", sort=False)):
-        label = str(name).replace("_", " ")
-        axes.plot(rows["minutes"], rows["two_sigma_kt"], "o", ms=4.0, alpha=0.7, color=_color(number), label=label)
-    error = 2.0 * results["curve_rms_error_kt"]
-    axes.plot(results["minutes"], error, "_", ms=7.0, mew=1.3, color="black", label="2 × true rms error")
-    axes.set(xlabel="time [min]", ylabel="mean ±2σ of the curve [kt]", xlim=(0.0, None), ylim=(0.0, None))
-
-
-def _places(maneuvers: list[object], number: int, width: float) -> Array:
-    return np.arange(len(maneuvers), dtype=np.float64) + ((number + 0.5) * width - 0.5 * _BARS)
-
-
-def _color(number: int) -> str:
-    return _COLORS[number % len(_COLORS)]

@@ -26,8 +26,8 @@ from pitotbench.show.calibration import (
 )
 from pitotbench.show.campaign import campaign_html, remarks
 from pitotbench.show.columns import Column, html_table
-from pitotbench.show.curves import curve_panels, parts_panel, residual_panels
-from pitotbench.show.flights import all_flights_panel, flight_panels, summary_panels
+from pitotbench.show.curves import all_flights_panel, curve_panels, parts_panel, residual_panels
+from pitotbench.show.flights import flight_panels
 from pitotbench.show.inspection import (
     CHANNEL_COLUMNS,
     MANEUVER_COLUMNS,
@@ -75,7 +75,7 @@ ANSWER_COLUMNS: tuple[Column[ShortAnswer], ...] = (
 def campaign_page(
     subtitle: str, results: "pd.DataFrame", sections: Sequence[Section], failures: Sequence[str], case: str
 ) -> str:
-    """The HTML of a campaign: the short answer, tables, summary pictures, a section a maneuver and data system.
+    """The HTML of a campaign: a picture of all flights, the short answers, tables, and sections of what was drawn.
 
     `results` as in results.parquet; `failures`: a sentence a flight that gave no result; `case`: the TOML of the
     first flight's case.
@@ -89,8 +89,7 @@ def campaign_page(
         failures=failures,
         table=campaign_html(first),
         all_models=campaign_html(results) if len(first) < len(results) else "",
-        panels=summary_panels(results) if len(sections) > 1 else [],
-        picture=[all_flights_panel(results)] if len(sections) > 1 else [],
+        panels=[all_flights_panel(results)] if len(sections) > 1 else [],
         case=case,
     )
 
@@ -114,7 +113,7 @@ def _flown(results: "pd.DataFrame") -> str:
 
 
 def _page(sections: Sequence[Section], **content: object) -> str:
-    optional = {"failures": (), "table": "", "all_models": "", "panels": (), "picture": (), "case": ""}
+    optional = {"failures": (), "table": "", "all_models": "", "panels": (), "case": ""}
     groups = [(name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)]
     return render(
         "report.html",

@@ -20,7 +20,6 @@ from pitotbench.units import Array
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
 INK, GREY, PALE = "#222222", "#777777", "#DDDDDD"
 WIDE, NARROW = (4.6, 2.9), (3.6, 2.5)  # in: two and three panels a row of a desktop page
-_PAD = 0.04  # in, around what is drawn
 _MOST_POINTS = 1500  # of a line: more cannot be distinguished at the size of a panel
 
 _SHEET = {
@@ -88,37 +87,18 @@ def stacked(
             handles, labels = axes.get_legend_handles_labels()
             named |= {label: handle for handle, label in zip(handles, labels, strict=True) if label not in named}
         _add_legend(figure, named, legend_columns)
-        figure.set_layout_engine(None)
-        for _ in range(2 if any(axes.texts for axes in every) else 1):  # words reach further out of narrower axes
-            _make_room(figure, every)
         yield figure
 
 
 def _add_legend(figure: Figure, named: Mapping[str, Artist], most: int) -> None:
     """Add a legend above the axes, of as many columns as fit into the figure, at most `most`."""
     for columns in range(min(most, len(named)), 0, -1):
-        legend = figure.legend([*named.values()], [*named], loc="upper left", ncols=columns, borderaxespad=0.1)
+        legend = figure.legend(
+            [*named.values()], [*named], loc="outside upper left", ncols=columns, borderaxespad=0.1
+        )
         if columns == 1 or legend.get_window_extent().width <= figure.bbox.width:
             return
         legend.remove()
-
-
-def _make_room(figure: Figure, every: Sequence[Axes]) -> None:
-    """Leave room for what stands around axes one below the other, and for the legend.
-
-    Matplotlib's layouts measure it twice, which takes as long as the drawing.
-    """
-    inner, outer = [axes.get_window_extent() for axes in every], [axes.get_tightbbox() for axes in every]
-    pairs = [(box, around) for box, around in zip(inner, outer, strict=True) if around is not None]
-    left, right = max(b.x0 - a.x0 for b, a in pairs), max(a.x1 - b.x1 for b, a in pairs)
-    below, above = [b.y0 - a.y0 for b, a in pairs], [a.y1 - b.y1 for b, a in pairs]
-    width, height, pad = figure.bbox.width, figure.bbox.height, _PAD * figure.dpi
-    top = min([legend.get_window_extent().y0 for legend in figure.legends], default=height) - pad - above[0]
-    bottom, gap = below[-1] + pad, max([b + a for b, a in zip(below, above[1:], strict=False)], default=0.0) + pad
-    each = (top - bottom - (len(every) - 1) * gap) / len(every)
-    figure.subplots_adjust(
-        (left + pad) / width, bottom / height, 1.0 - (right + pad) / width, top / height, hspace=gap / each
-    )
 
 
 @contextmanager

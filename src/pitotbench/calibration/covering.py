@@ -160,14 +160,14 @@ def smoothed(regressors: Array, blocks: Blocks) -> Array:
 
 
 def smooth_means(data: Array, deviation: float) -> Array:
-    """Means of columns (n, k) under a Gaussian window; `deviation` in rows. The ends are repeated beyond them.
+    """Means of (n,) or (n, k) data under a Gaussian window; `deviation` in rows. The ends are repeated beyond them.
 
     The order of the sums is that of SciPy's `gaussian_filter1d`, which is slow to load.
     """
     reach = int(4.0 * deviation + 0.5)
     window = np.exp(-0.5 / (deviation * deviation) * np.arange(-reach, reach + 1) ** 2)
     window /= window.sum()
-    padded, count = np.pad(data, ((reach, reach), (0, 0)), mode="edge"), len(data)
+    padded, count = np.pad(data, [(reach, reach)] + [(0, 0)] * (data.ndim - 1), mode="edge"), len(data)
     total: Array = data * window[reach]
     for near, share in enumerate(window[:reach]):
         far = 2 * reach - near

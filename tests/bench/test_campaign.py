@@ -7,6 +7,7 @@ import pytest
 
 from pitotbench.bench.campaign import CampaignRequest, run_campaign
 from pitotbench.bench.campaign_plan import plan_of_names
+from pitotbench.bench.result_table import write_page
 from pitotbench.records import BadInputError, NoAnswerError
 
 COLUMNS = [
@@ -35,12 +36,33 @@ def test_folder_holds_logs_cases_and_a_page(small):
     assert len(list((result.folder / "logs").glob("*.parquet"))) == 4
     assert len(list((result.folder / "cases").glob("*.toml"))) == 2
     page = (result.folder / "report.html").read_text(encoding="utf-8")
-    assert page.count("<svg") >= 3
+    assert page.count("<svg") == 1  # all flights in one picture
     assert "http://" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
         "http://creativecommons.org", ""
     )
     assert "<script" not in page
     assert "src=" not in page
+
+
+def test_the_report_begins_with_all_flights_and_a_page_is_drawn_when_asked_for(small, tmp_path):
+    _, result = small
+    report = (result.folder / "report.html").read_text(encoding="utf-8")
+    assert report.index("How well the curve is known") < report.index("<table")
+    assert "Ground track" not in report
+    path, differences = write_page(result.folder / "rapid_decel-seed2", tmp_path / "page.html")
+    page = path.read_text(encoding="utf-8")
+    assert differences == ()
+    assert page.count("Ground track") >= 1
+    assert "rapid decel 20/5" in page
+    with pytest.raises(BadInputError, match="no stored flight"):
+        write_page(result.folder / "rapid_decel-seed3", None)
+
+
+def test_a_flight_alone_has_its_page_at_once(tmp_path):
+    request = CampaignRequest("rapid_decel", "20/1", out=tmp_path / "one", jobs=1)
+    page = (run_campaign(request).folder / "report.html").read_text(encoding="utf-8")
+    assert "Ground track" in page
+    assert "--page" not in page
 
 
 def test_without_a_report_the_results_are_the_same_and_no_page_is_written(small, tmp_path):

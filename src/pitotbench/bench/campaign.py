@@ -6,10 +6,9 @@ import signal
 import sys
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field
-from hashlib import sha256
 from itertools import islice
 from pathlib import Path
 from statistics import fmean
@@ -21,7 +20,7 @@ import pandas as pd
 
 from pitotbench.bench.campaign_plan import CampaignPlan, plan_of_names, read_plan, seeds_of
 from pitotbench.bench.campaign_task import Task, perform_task, sharded
-from pitotbench.bench.digests import code_digest, package_digest
+from pitotbench.bench.digests import code_digest
 from pitotbench.bench.fleet import (
     Failure,
     Fleet,
@@ -32,13 +31,12 @@ from pitotbench.bench.fleet import (
     terminal_bar,
     usable_cores,
 )
-from pitotbench.bench.result_table import RESULTS, STORE, Gathered, gather, publish_files, require_own_folder
-from pitotbench.bench.store import DONE, PUBLISHED, Document, ResultStore, satisfies, stored
+from pitotbench.bench.result_table import RESULTS, STORE, gather, page_of, publish_files, require_own_folder
+from pitotbench.bench.store import DONE, Document, ResultStore, satisfies, stored
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.columns import write_text
 from pitotbench.records import NoAnswerError
 from pitotbench.records.case import Case
-from pitotbench.records.case_file import write_case
 from pitotbench.simulation.maneuvers import MANEUVERS
 
 # Say what a campaign would fly and what it would cost, before anything is flown.
@@ -284,52 +282,6 @@ def _short(result: object, document: Mapping[str, Any]) -> str:
     return str(failures[0]).partition(": ")[2].partition(":")[0].partition(" (")[0][:60]
 
 
-# Whether the files of a campaign's folder are those of its plan already, so that they need not be made again.
-
-
-class PlanDigest:
-    """The digest of all that decides the files of a folder: the tasks as they pass, and what else is `stated`."""
-
-    def __init__(self, *stated: object) -> None:
-        self._digest = sha256(repr(stated).encode())
-
-    def of(self, tasks: Iterable[Task]) -> Iterator[Task]:
-        """Give the tasks, and take each into the digest."""
-        for task in tasks:
-            self._digest.update(f"{task.key} {task.name} {task.draw}\n".encode())
-            yield task
-
-    def hexdigest(self) -> str:
-        """Return the digest of the tasks that have passed."""
-        return self._digest.hexdigest()
-
-
-def note_published(folder: Path, store: ResultStore, plan: str, failures: Sequence[str]) -> None:
-    """Note that the files of a folder are those of a plan, with the failures in words."""
-    text = json.dumps({"plan": plan, "files": _stamps(folder), "failures": [*failures]})
-    write_text(store.folder / PUBLISHED, text)
-
-
-def published(folder: Path, store: ResultStore, plan: str) -> tuple[str, ...] | None:
-    """Return the failures in words where the files of a folder are those of a plan; None where they are not.
-
-    A file that was changed, moved or removed since, and any part that was stored since, make them another's.
-    """
-    try:
-        noted = json.loads((store.folder / PUBLISHED).read_bytes())
-        same = noted["plan"] == plan and noted["files"] == _stamps(folder)
-        return tuple(noted["failures"]) if same else None
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-
-
-def _stamps(folder: Path) -> list[list[object]]:
-    """Return the name, the size and the time of every file outside of the store."""
-    files = [*folder.glob("*.*"), *folder.glob("logs/*"), *folder.glob("cases/*")]
-    stats = ((file, file.stat()) for file in sorted(files))
-    return [[file.relative_to(folder).as_posix(), stat.st_size, stat.st_mtime_ns] for file, stat in stats]
-
-
 GIGABYTE = 1_000_000_000
 MEMORY = 2.0  # GB that a flight may use; 0.3 GB are usual
 PAGE = "report.html"
@@ -410,16 +362,15 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
     ):
         watch = Watch(campaign.count, request.progress)
         campaign.say_what_is_stored(store)
-        plan = campaign.plan_digest()
         try:
             with watch.shown():
-                fly_missing(plan.of(campaign.tasks()), perform_task, stored, store, fleet, watch, campaign.wanted)
+                fly_missing(campaign.tasks(), perform_task, stored, store, fleet, watch, campaign.wanted)
         except KeyboardInterrupt as error:
             raise StoppedError(f"stopped ({str(error) or 'Ctrl-C'}); {campaign.how_to_go_on(watch)}") from error
         except FleetLostError as error:
             raise NoAnswerError(f"{error}; {campaign.how_to_go_on(watch)}") from error
         watch.finish()
-        return campaign.result(store, watch, plan.hexdigest())
+        return campaign.result(store, watch)
 
 
 @dataclass(frozen=True, slots=True)
@@ -463,19 +414,9 @@ class _Campaign:
         done = watch.found + watch.flown
         return f"{done:,} of {watch.total:,} flights are stored in {self.request.out}; to go on: {command}"
 
-    def plan_digest(self) -> PlanDigest:
-        """Return the digest that tells whether the files of the folder are those of this plan and this code."""
-        asked, plan = self.request, self.plan
-        return PlanDigest(
-            package_digest(), plan.varied, plan.seeds, asked.report, asked.keep_logs, asked.log_format
-        )
-
-    def result(self, store: ResultStore, watch: Watch, plan: str) -> CampaignResult:
-        """Make the files of the folder, unless they are those of this plan already, and return the result."""
+    def result(self, store: ResultStore, watch: Watch) -> CampaignResult:
+        """Make the files of the folder, and return the result."""
         folder = self.request.out
-        known = None if watch.flown else published(folder, store, plan)
-        if known is not None:
-            return CampaignResult(pd.read_parquet(folder / RESULTS), known, folder, watch.found, watch.flown)
         found = gather(folder, store, self.tasks(), self.plan.varied)
         failures = tuple(found.failures)
         if found.failed > len(failures):
@@ -486,22 +427,10 @@ class _Campaign:
             publish_files(folder, store, self.tasks())
         table = pd.read_parquet(folder / RESULTS)
         if self.request.report:
-            write_text(folder / PAGE, self._page(table, found, failures))
+            write_text(folder / PAGE, page_of(next(self.tasks()).case, table, found.sections, failures))
         else:
             (folder / PAGE).unlink(missing_ok=True)  # that of an earlier run, which shows another table
-        note_published(folder, store, plan, failures)
         return CampaignResult(table, failures, folder, watch.found, watch.flown)
-
-    def _page(self, table: pd.DataFrame, found: Gathered, failures: tuple[str, ...]) -> str:
-        from pitotbench.show.pages import campaign_page  # it loads the drawing library, which only a page needs
-
-        first = next(self.tasks())
-        seeds = max(len(self.plan.seeds), 1)
-        subtitle = (
-            f"{', '.join(dict.fromkeys(table.das))} Hz · {', '.join(dict.fromkeys(table.turbulence))} turbulence · "
-            f"{seeds} seed{'s' if seeds > 1 else ''} · simulated flights of {first.case.aircraft}"
-        )
-        return campaign_page(subtitle, table, found.sections, failures, write_case(first.case))
 
 
 def _is_command() -> bool:

@@ -110,8 +110,6 @@ def _require_spread(name: str, spread: Mapping[str, Any]) -> None:
 
 # The plan of a campaign: which cases are flown, expanded one by one.
 
-_MOST_DRAWN = 20  # flights whose figures are in the report
-
 
 @dataclass(frozen=True, slots=True)
 class CampaignPlan:
@@ -147,13 +145,13 @@ class CampaignPlan:
         return tuple(dict.fromkeys(name for name in (*listed, *several, *drawn) if name not in _NAMED))
 
     def tasks(self, log_format: str = "parquet", keep_logs: str = "all", report: bool = True) -> Iterator[Task]:
-        """Give the tasks one by one; for a report, some of them draw their figures.
+        """Give the tasks one by one. For a report, a flight alone draws its page; of many, `write_page` draws one.
 
         Raises BadInputError or UnknownNameError for a case that cannot be.
         """
-        first = self.seeds[0] if self.seeds else None
+        drawn = report and self.count == 1
         distinct = bool(self.varied or self.draws)
-        for number, cell in enumerate(self.cells()):
+        for cell in self.cells():
             systems = self.systems or (cell.das,)
             sensed = replace(cell, das=systems[0])
             digest = cell_digest(sensed, systems, self.calibrations)
@@ -162,7 +160,6 @@ class CampaignPlan:
                 key = content_key(digest, case)
                 # Names by content, where maneuver and seed alone do not tell the flights apart.
                 name = f"{case.maneuver}-seed{case.truth_seed}" + (f"-{key[:10]}" if distinct else "")
-                drawn = report and seed == first and number < _MOST_DRAWN
                 yield Task(name, key, case, systems, self.calibrations, log_format, keep_logs, draw=drawn)
 
     def cells(self) -> Iterator[Case]:

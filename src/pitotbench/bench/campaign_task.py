@@ -23,6 +23,7 @@ from pitotbench.records.case_file import write_case
 from pitotbench.records.flight import Flight, Score
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import LOG_CHANNELS
+from pitotbench.show.calibration import short_answer_of
 from pitotbench.show.markup import Section
 
 SCHEMA = 2  # of a stored result
@@ -38,7 +39,7 @@ class Task:
 
     `key` is that of `content_key`. `calibrations` are labels, which may be empty, with the options of each.
     `keep_logs` says which logs are kept: `none`, those of a `failed` calibration, or `all`. `draw` asks for the
-    figures of the report.
+    page of this flight; without it only the short answers are kept.
     """
 
     name: str
@@ -146,7 +147,7 @@ def perform_task(task: Task) -> TaskOutcome:
             logs[task.log_name(system)] = _bytes_of(log, task.log_format)
         failures += failed
         rows += _rows(system, results, flight)
-        if task.draw and results:
+        if results:
             sections.append(_section(task, system, flight, log, results))
     times = (time.process_time() - cpu, time.perf_counter() - begun)
     return TaskOutcome(tuple(rows), tuple(sections), tuple(failures), logs, code_digest(), host_class(), *times)
@@ -189,6 +190,9 @@ def _bytes_of(log: FlightLog, log_format: str) -> bytes:
 
 
 def _section(task: Task, system: DataSystem, flight: Flight, log: FlightLog, results: Found) -> Section:
+    if not task.draw:
+        answer = short_answer_of(results[0][2], f"{task.name} {system.label}")
+        return Section("", flight.case.maneuver, system.label, answer, "")
     # Imported here, because a worker that draws nothing need not load the drawing library.
     from pitotbench.show.pages import flight_section
 

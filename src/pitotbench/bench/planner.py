@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
-from math import exp, sqrt
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -160,20 +160,19 @@ def _dryden(time: Array, rate: Array, rng: np.random.Generator) -> tuple[Array, 
     Two states of unit and half variance, x' = −a x + √(2a) w and y' = a (x − y), integrated exactly over
     steps of any length. The lateral gust is (√3 x + (1 − √3) y)/√2.
     """
-    # Lists, because a number of an array takes far longer to reckon with than a number of Python's own.
-    draws = rng.standard_normal((len(time), 2)).tolist()
-    steps = (np.diff(time) * rate[1:]).tolist()
-    first, second = draws[0]
-    x, y = first, 0.5 * first + 0.5 * second
+    first, second = rng.standard_normal((len(time), 2)).T
+    step = np.diff(time) * rate[1:]
+    decay = np.exp(-step)
+    rest_x = np.maximum(1.0 - decay * decay, 1e-15)
+    rest_xy = 0.5 - decay * decay * (step + 0.5)
+    rest_y = 0.5 - decay * decay * (step * step + step + 0.5)
+    common, own = first[1:] / np.sqrt(rest_x), np.sqrt(np.maximum(rest_y - rest_xy * rest_xy / rest_x, 0.0))
+    x, y = float(first[0]), float(0.5 * first[0] + 0.5 * second[0])
     found = [(x, y)]
-    for step, (first, second) in zip(steps, draws[1:], strict=True):
-        decay = exp(-step)
-        rest_x = max(1.0 - decay**2, 1e-15)
-        rest_xy = 0.5 - decay**2 * (step + 0.5)
-        rest_y = 0.5 - decay**2 * (step**2 + step + 0.5)
-        common = first / sqrt(rest_x)
-        own = sqrt(max(rest_y - rest_xy**2 / rest_x, 0.0))
-        x, y = decay * x + rest_x * common, decay * (y + step * x) + rest_xy * common + own * second
+    # Lists, because a number of an array takes far longer to reckon with than a number of Python's own.
+    pushes = (decay, step, rest_x * common, rest_xy * common + own * second[1:])
+    for keep, share, push_x, push_y in zip(*(each.tolist() for each in pushes), strict=True):
+        x, y = keep * x + push_x, keep * (y + share * x) + push_y
         found.append((x, y))
     states = np.array(found)
     lateral = (sqrt(3.0) * states[:, 0] + (1.0 - sqrt(3.0)) * states[:, 1]) / sqrt(2.0)

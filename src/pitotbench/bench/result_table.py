@@ -8,7 +8,7 @@ import shutil
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +33,8 @@ from pitotbench.bench.store import (
 from pitotbench.calibration.options import options_from
 from pitotbench.catalog import explain
 from pitotbench.logbook.columns import atomic, write_text
-from pitotbench.records import BadInputError
-from pitotbench.records.case import DataSystem
+from pitotbench.records import BadInputError, NoAnswerError
+from pitotbench.records.case import Case, DataSystem
 from pitotbench.records.case_file import case_of_table, write_case
 from pitotbench.show.markup import Section
 
@@ -45,6 +45,7 @@ from pitotbench.show.markup import Section
 
 RESULTS, STORE = "results.parquet", "store"
 _GROUP = 10_000  # flights whose rows are in memory at a time
+_MOST_ANSWERS = 100  # short answers that a page shows; the table of results holds all
 _MOST_FAILURES = 1_000  # sentences that are printed and shown; the store holds all
 
 
@@ -117,8 +118,8 @@ def _groups(
 def _note(document: Document, task: Task, found: Gathered) -> None:
     found.failed += len(document["failures"])
     found.failures += document["failures"][: max(_MOST_FAILURES - len(found.failures), 0)]
-    if task.draw:
-        found.sections += sections_of(document)
+    if len(found.sections) < _MOST_ANSWERS:
+        found.sections += [each if task.draw else replace(each, html="") for each in sections_of(document)]
 
 
 def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[str, Any]]:
@@ -334,6 +335,34 @@ def _document(result: Path) -> Document:
     if found is None:
         raise BadInputError(f"{result}: no stored flight; give the folder of a campaign and a flight's name or key")
     return found
+
+
+def write_page(result: Path, target: Path | None) -> tuple[Path, tuple[str, ...]]:
+    """Fly a stored result again and write its page, by default into the folder of its campaign.
+
+    Returns the file, and the numbers that differ from those stored, as `reproduce` does, which raises the same.
+    """
+    document = _document(result)
+    task = replace(_task(document), draw=True)
+    again, _ = stored(task, perform_task(task))
+    if not again["rows"]:
+        raise NoAnswerError("; ".join(again["failures"]))
+    rows, path = rows_of(again), target or result.with_name(f"{result.name}.html")
+    table = pd.DataFrame([row_columns(row) for row in rows])
+    write_text(path, page_of(task.case, table, sections_of(again), document["failures"]))
+    return path, tuple(_differences(rows_of(document), rows))
+
+
+def page_of(first: Case, table: pd.DataFrame, sections: Sequence[Section], failures: Sequence[str]) -> str:
+    """Return the page of results in HTML; `first` is the case of the first flight."""
+    from pitotbench.show.pages import campaign_page  # it loads the drawing library, which only a page needs
+
+    seeds = table.seed.nunique()
+    subtitle = (
+        f"{', '.join(dict.fromkeys(table.das))} Hz · {', '.join(dict.fromkeys(table.turbulence))} turbulence · "
+        f"{seeds} seed{'s' if seeds > 1 else ''} · simulated flights of {first.aircraft}"
+    )
+    return campaign_page(subtitle, table, sections, failures, write_case(first))
 
 
 def _task(document: Document) -> Task:

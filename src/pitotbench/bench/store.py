@@ -33,7 +33,7 @@ from pitotbench.show.markup import Section
 from pitotbench.units import KNOT
 
 Document = dict[str, Any]
-PARTS, LOGS, INDEX, PUBLISHED = "flights", "logs", "index.parquet", "published.json"
+PARTS, LOGS, INDEX = "flights", "logs", "index.parquet"
 LOCK, OWNER, _SCRATCH = "lock.sqlite", "owner.json", "scratch"
 DONE, FAILED, QUARANTINED = "done", "failed", "quarantined"
 STATES = (DONE, FAILED, QUARANTINED)
@@ -123,7 +123,6 @@ class ResultStore:
 
         Raises StoreError where the disk takes no more. Nothing that was stored before is lost.
         """
-        (self.folder / PUBLISHED).unlink(missing_ok=True)  # the table of the folder lacks what is stored here
         for name, content in logs.items():
             self._write(self.log(key, name), content)
         if self.part(key).exists():  # the index holds what is replaced here

@@ -335,7 +335,9 @@ def _flights(
     numbers = range(SEED, SEED + FLIGHTS)
     plain = [replace(card, truth_seed=n, sensor_seed=n) for card in cards for n in numbers]
     patched = [replace(case, effects=tuple(effects)) for case in plain] if effects else []
-    logs = require_all(run_tasks(fly_case, [*plain, *patched], min(os.cpu_count() or 1, FLIGHTS)))
+    # Processes of their own take as long to load as these flights take; those of other pilots are more.
+    jobs = min(os.cpu_count() or 1, FLIGHTS) if len(cards) > 1 else 1
+    logs = require_all(run_tasks(fly_case, [*plain, *patched], jobs))
     before, after = logs[: len(plain)], logs[len(plain) :] or logs
     parts = [slice(i * FLIGHTS, (i + 1) * FLIGHTS) for i in range(len(cards))]
     return {card.pilot: (before[part], after[part]) for card, part in zip(cards, parts, strict=True)}

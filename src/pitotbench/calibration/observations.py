@@ -12,7 +12,7 @@ from pitotbench.estimation.noise import Intervals, robust_deviation
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.timeline import interval, pauses, stretch_numbers
+from pitotbench.timeline import Spline, interval, pauses, stretch_numbers
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 # Rows that the range of the impact-pressure sensor cuts off: a reading at its end is not a measurement.
@@ -125,7 +125,8 @@ def path_angle(log: FlightLog) -> Array:
     pressure = np.maximum(log.static_pressure, 1.0)
     group = np.floor((log.time - log.time[0]) / max(1.0, _FEWEST_TOGETHER * interval(log.time)))
     edges = np.flatnonzero(np.diff(group, prepend=-1.0))
-    middles = np.array([np.median(part) for part in np.split(pressure, edges[1:])])  # no spike is a climb
+    ordered, size = pressure[np.lexsort((pressure, group))], np.diff(edges, append=len(group))
+    middles = 0.5 * (ordered[edges + (size - 1) // 2] + ordered[edges + size // 2])  # medians: no spike is a climb
     height = air.pressure_altitude(np.interp(log.time, log.time[edges], middles))
     before, after = (np.clip(log.time + half, log.time[0], log.time[-1]) for half in (-0.5 * _OVER, 0.5 * _OVER))
     climb = (np.interp(after, log.time, height) - np.interp(before, log.time, height)) / (after - before)
@@ -346,10 +347,6 @@ def _between_fixes(
     """
     if fresh.mean() > _DENSE and latency == margin == 0.0:
         return held, np.ones(len(time), dtype=np.bool_)
-    from scipy.interpolate import (
-        CubicSpline,
-    )  # slow to load; logs with GPS at the rate of the air data do not need it
-
     velocity, between = held.copy(), np.zeros(len(time), dtype=np.bool_)
     for number in np.unique(stretch):
         rows = stretch == number
@@ -359,7 +356,7 @@ def _between_fixes(
         knots = time[fixes] - latency
         rows &= time >= max(knots[0], knots[0] + latency + margin)
         rows &= time <= min(knots[-1], knots[-1] + latency - margin)
-        velocity[:, rows] = CubicSpline(knots, held[:, fixes], axis=1)(time[rows])
+        velocity[:, rows] = [Spline(knots, component[fixes])(time[rows]) for component in held]
         between |= rows
     return velocity, between
 

@@ -98,6 +98,7 @@ class _Work:
         self.jacobian = np.empty((model.count, count)).T  # contiguous columns
         self.impact, self.speed, self.slope = np.empty(count), np.empty(count), np.empty(count)
         self._ratio, self._ratio_slope, self._by_ratio = np.empty(count), np.empty(count), np.empty(count)
+        self._x, self._by_f = np.empty(count), np.empty(count)
 
     def place(self, rows: slice) -> None:
         """Find the impact pressure of the ground velocity less the wind, as a share of the static pressure."""
@@ -128,11 +129,13 @@ class _Work:
         q += step
         by_ratio = self._obs.static_pressure[rows] * (1.0 - f) * (shape**2 if model.static_error else 1.0)
         self._by_ratio[rows] = by_ratio / damping
-        self.jacobian[rows, : model.error_count] = basis * (by_f / damping)[:, None]
+        self._x[rows], self._by_f[rows] = x, by_f / damping
         return float(np.max(np.abs(step)))
 
     def differentiate(self, rows: slice) -> None:
-        """Fill the derivatives by the wind and by the true airspeed."""
+        """Fill the derivatives by the curve, by the wind and by the true airspeed."""
+        error = self._model.error
+        self.jacobian[rows, : self._model.error_count] = error.basis(self._x[rows]) * self._by_f[rows][:, None]
         by_speed_squared = self._by_ratio[rows] * self._ratio_slope[rows]
         for column, axis in enumerate(self._through_air(rows)[: len(self._wind)], start=self._model.error_count):
             self.jacobian[rows, column] = by_speed_squared * (-2.0 * axis)

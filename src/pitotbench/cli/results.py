@@ -29,6 +29,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--by", help="comma list of columns: the means over all others, and the number of rows")
     parser.add_argument("--limit", type=int, default=40, help="rows printed (default: %(default)s; 0: all)")
     parser.add_argument("--draw", metavar="Y,X", help="draw a column against another, with --out FILE.svg")
+    parser.add_argument(
+        "--page", metavar="FLIGHT", help="fly a flight of DIR again and draw its page, FLIGHT.html in DIR or --out"
+    )
     parser.add_argument("--out", type=Path, help="write the rows to .parquet or .csv, or the figure to .svg")
 
 
@@ -37,8 +40,10 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError for options that do not go together.
     """
-    from pitotbench.bench.result_table import chosen_rows, means, result_table, write_table
+    from pitotbench.bench.result_table import chosen_rows, means, require_columns, result_table, write_table
 
+    if options.page:
+        return _page(options)
     if options.draw and (options.out is None or options.out.suffix != ".svg"):
         raise BadInputError("--draw needs --out FILE.svg")
     table = chosen_rows(result_table(options.folders), options.where, options.state)
@@ -49,7 +54,8 @@ def run(options: argparse.Namespace) -> int:
         print(f"{len(table):,} rows: {options.out}")
         return DONE
     columns = [*table.columns] if options.columns == "all" else options.columns.split(",")
-    shown = means(table, options.by.split(",")) if options.by else _selected(table, columns)
+    require_columns(table, columns)
+    shown = means(table, options.by.split(",")) if options.by else table[columns]
     rows = len(shown) if options.limit == 0 else options.limit
     print(shown.head(rows).to_string(index=False, float_format="%.3f"))
     states = ", ".join(f"{count:,} {state}" for state, count in table.state.value_counts().items())
@@ -57,11 +63,18 @@ def run(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _selected(table: "DataFrame", columns: list[str]) -> "DataFrame":
-    from pitotbench.bench.result_table import require_columns
+def _page(options: argparse.Namespace) -> int:
+    """Draw the page of one flight; return exit code 3 where its numbers are no more those stored."""
+    from pitotbench.bench.result_table import write_page
+    from pitotbench.show.columns import printable
 
-    require_columns(table, columns)
-    return table[columns]
+    if len(options.folders) > 1:
+        raise BadInputError("--page takes the folder of one campaign")
+    path, differences = write_page(options.folders[0] / options.page, options.out)
+    for line in differences:
+        print(printable(f"differs from the stored result: {line}"))
+    print(f"page: {path}")
+    return NO_ANSWER if differences else DONE
 
 
 def _draw(options: argparse.Namespace, table: "DataFrame") -> int:

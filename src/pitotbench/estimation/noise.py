@@ -319,8 +319,10 @@ class JointNoiseOf:
 
     def parts(self, phi: Array) -> tuple[_Part, ...]:
         """What each set contributes under φ (d,)."""
-        self.learn(phi[None])
-        return tuple(self._known[place, own.tobytes()] for place, own in enumerate(self.own(phi)))
+        keys = [(place, own.tobytes()) for place, own in enumerate(self.own(phi))]
+        if not all(key in self._known for key in keys):
+            self.learn(phi[None])
+        return tuple(self._known[key] for key in keys)
 
     def columns(self, place: int) -> NDArray[np.intp]:
         """The columns of [Z y] that are not zero in the rows of a set."""

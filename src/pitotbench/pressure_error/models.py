@@ -51,7 +51,7 @@ def _columns(terms: Sequence[Term], x: Array) -> Array:
     rows = np.empty((len(terms), *np.shape(x)))
     for row, term in zip(rows, terms, strict=True):
         row[...] = term(x)
-    return np.moveaxis(rows, 0, -1)
+    return rows.transpose(*range(1, rows.ndim), 0)
 
 
 ONE: tuple[Term, Term] = (np.ones_like, np.zeros_like)

@@ -288,15 +288,31 @@ _MOST_POINTS = 20_000  # more cannot be distinguished
 
 def scatter_svg(results: pd.DataFrame, vertical: str, horizontal: str) -> str:
     """One column of results drawn against another, a color a maneuver, as the text of an SVG file."""
-    step = max(1, -(-len(results) // _MOST_POINTS))
-
-    def draw(axes: Axes) -> None:
-        for number, (name, rows) in enumerate(results.iloc[::step].groupby("maneuver", sort=False)):
-            color = _COLORS[number % len(_COLORS)]
-            axes.plot(rows[horizontal], rows[vertical], ".", markersize=4, alpha=0.6, color=color, label=str(name))
-        axes.set_xlabel(horizontal)
-        axes.set_ylabel(vertical)
-
-    with stacked([draw], _SIZE, legend_columns=4) as figure:
+    with stacked(
+        [lambda axes: draw_scatter(axes, results, vertical, horizontal)], _SIZE, legend_columns=4
+    ) as figure:
         text = svg(figure, f"{vertical} against {horizontal}")
     return text if "xmlns=" in text else text.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
+
+
+def draw_scatter(axes: Axes, results: pd.DataFrame, vertical: str, horizontal: str) -> None:
+    """Draw one column of results against another, a dot a row and a color a maneuver."""
+    step = max(1, -(-len(results) // _MOST_POINTS))
+    for number, (name, rows) in enumerate(results.iloc[::step].groupby("maneuver", sort=False)):
+        color = _COLORS[number % len(_COLORS)]
+        axes.plot(rows[horizontal], rows[vertical], ".", markersize=6, alpha=0.6, color=color, label=str(name))
+    axes.set(xlabel=horizontal, ylabel=vertical)
+
+
+def all_flights_panel(results: pd.DataFrame) -> Panel:
+    """The bound of every flight against its minutes, with twice its true error, for the first model."""
+    first = results[results["model"] == results["model"].iloc[0]]
+
+    def draw(axes: Axes) -> None:
+        draw_scatter(axes, first, "two_sigma_kt", "minutes")
+        error = 2.0 * first["curve_rms_error_kt"]
+        axes.plot(first["minutes"], error, "_", ms=7.0, color="black", label="2 × true rms error")
+        axes.set(xlabel="time [min]", ylabel="mean ±2σ of the curve [kt]", xlim=(0.0, None), ylim=(0.0, None))
+
+    note = "A dot: the bound of the curve from one flight, as one data system recorded it; in black its true error."
+    return panel(f"How well the curve is known ({first['model'].iloc[0]})", draw, note)

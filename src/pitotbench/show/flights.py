@@ -1,22 +1,16 @@
-"""Pictures of a simulated flight and of a campaign's maneuvers."""
+"""Pictures of a simulated flight."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.flight import Flight
 from pitotbench.show.calibration import ShortAnswer
-from pitotbench.show.campaign import campaign_table
 from pitotbench.show.style import BLUE, GREEN, GREY, NARROW, ORANGE, PURPLE, RED, SKY, Panel, broken, panel, thin
 from pitotbench.show.words import with_unit
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, NAUTICAL_MILE, Array
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 # Pictures of a simulated flight: its ground track, and its channels over time with the card's tolerances.
 
@@ -136,101 +130,28 @@ def _unwrapped(heading: Array) -> Array:
     return np.asarray(degrees - whole_turns, dtype=np.float64)
 
 
-# Pictures of a campaign: its maneuvers compared, by data system and by model.
+# The corrections of a campaign's flights over one another.
 
-_COLORS = (BLUE, SKY, GREEN, ORANGE, PURPLE, RED, GREY)
-_BARS = 0.8  # share of a maneuver's place that bars fill
+_COLORS = (BLUE, SKY, GREEN, ORANGE, PURPLE, RED, GREY)  # one a maneuver
 
 
-def summary_panels(results: "pd.DataFrame") -> list[Panel]:
-    """2σ of the residual, and the models where several were fitted."""
-    table = campaign_table(results)
-    models = list(table["model"].unique())
-    first = table[table["model"] == models[0]]
-    panels = [
-        panel(
-            f"2σ of the residual ({models[0]})",
-            lambda axes: draw_summary_bars(axes, first, "das", "residual_two_sigma_kt", "2σ of the residual [kt]"),
-            "The scatter that gusts and sensor noise leave: the figure that the literature reports.",
-        ),
-    ]
-    if len(models) > 1:
-        system = table["das"].iloc[0]
-        one = table[table["das"] == system]
-        panels += [
-            panel(
-                f"{title}, by model ({system} Hz)",
-                lambda axes, column=column, label=label: draw_summary_bars(axes, one, "model", column, label),  # type: ignore[misc]
+def corrections_panel(answers: Sequence[ShortAnswer]) -> Panel:
+    """The corrections of each flight with their bounds, side by side at each airspeed."""
+
+    def draw(axes: Axes) -> None:
+        maneuvers = list(dict.fromkeys(answer.subject.rpartition(" ")[0] for answer in answers))
+        for place, answer in enumerate(answers):
+            name = answer.subject.rpartition(" ")[0]
+            speed, value, bound = (
+                np.array([getattr(each, part) for each in answer.corrections])
+                for part in ("indicated_kt", "correction_kt", "two_sigma_kt")
             )
-            for title, column, label in (
-                ("2σ of the residual", "residual_two_sigma_kt", "2σ of the residual [kt]"),
-                ("True rms error of the curve", "curve_rms_error_kt", "rms error [kt]"),
+            shift = 6.0 * ((place + 0.5) / len(answers) - 0.5)  # kt
+            color = _COLORS[maneuvers.index(name) % len(_COLORS)]
+            axes.errorbar(
+                speed + shift, value, bound, fmt="o", ms=3.0, lw=1.0, capsize=1.5, color=color, label=name
             )
-        ]
-    return panels
+        axes.axhline(0.0, color=GREY, lw=0.8)
+        axes.set(xlabel="indicated airspeed [kt]", ylabel="correction, CAS − IAS [kt]")
 
-
-def draw_summary_bars(axes: Axes, table: "pd.DataFrame", kind: str, column: str, label: str) -> None:
-    """Draw one column of the campaign's table: a group of bars a maneuver, a bar a `kind` (das or model)."""
-    maneuvers = list(table["maneuver"].unique())
-    kinds = list(table[kind].unique())
-    width = _BARS / len(kinds)
-    for number, name in enumerate(kinds):
-        rows = table[table[kind] == name].set_index("maneuver")[column].reindex(maneuvers)
-        text = f"{name} Hz" if kind == "das" else str(name)
-        axes.bar(_places(maneuvers, number, width), rows, 0.92 * width, color=_color(number), label=text)
-    axes.set_xticks(np.arange(len(maneuvers)), [str(m).replace("_", "\n") for m in maneuvers])
-    axes.set_ylabel(label)
-    axes.grid(axis="x", visible=False)
-
-
-def lead_panels(results: "pd.DataFrame", answers: Sequence[ShortAnswer]) -> list[Panel]:
-    """The first pictures of a campaign: what the flights cost and give, and the curves over one another.
-
-    `answers` are those of the first model, one a maneuver and data system.
-    """
-    first = results[results["model"] == results["model"].iloc[0]]
-    return [
-        panel(
-            "How well the curve is known, against minutes",
-            lambda axes: draw_cost(axes, first),
-            "A dot is a flight: the mean ±2σ of its curve. A cross is its true rms error.",
-        ),
-        panel("The corrections over one another", lambda axes: draw_corrections(axes, answers), "Bars are ±2σ."),
-    ]
-
-
-def draw_cost(axes: Axes, table: "pd.DataFrame") -> None:
-    """Draw bound and true error of every flight against its minutes, a color a maneuver."""
-    for number, (name, rows) in enumerate(table.groupby("maneuver", sort=False)):
-        color, label = _color(number), str(name).replace("_", " ")
-        axes.plot(rows["minutes"], rows["two_sigma_kt"], "o", ms=5.0, color=color, label=label)
-        axes.plot(rows["minutes"], rows["curve_rms_error_kt"], "x", ms=5.0, color=color)
-    axes.set(xlabel="time recorded [min]", ylabel="±2σ, and true error [kt]")
-    axes.set_xlim(left=0.0)
-    axes.set_ylim(bottom=0.0)
-
-
-def draw_corrections(axes: Axes, answers: Sequence[ShortAnswer]) -> None:
-    """Draw the corrections of each flight with their bounds, side by side at each airspeed."""
-    count = len(answers)
-    maneuvers = list(dict.fromkeys(answer.subject.rpartition(" ")[0] for answer in answers))
-    for place, answer in enumerate(answers):
-        name = answer.subject.rpartition(" ")[0]
-        speed, value, bound = (
-            np.array([getattr(each, part) for each in answer.corrections])
-            for part in ("indicated_kt", "correction_kt", "two_sigma_kt")
-        )
-        shift = 6.0 * ((place + 0.5) / count - 0.5)  # kt
-        color = _color(maneuvers.index(name))
-        axes.errorbar(speed + shift, value, bound, fmt="o", ms=3.0, lw=1.0, capsize=1.5, color=color, label=name)
-    axes.axhline(0.0, color=GREY, lw=0.8)
-    axes.set(xlabel="indicated airspeed [kt]", ylabel="correction, CAS − IAS [kt]")
-
-
-def _places(maneuvers: list[object], number: int, width: float) -> Array:
-    return np.arange(len(maneuvers), dtype=np.float64) + ((number + 0.5) * width - 0.5 * _BARS)
-
-
-def _color(number: int) -> str:
-    return _COLORS[number % len(_COLORS)]
+    return panel("The corrections over one another", draw, "Bars are ±2σ.")

@@ -26,8 +26,8 @@ from pitotbench.show.calibration import (
 )
 from pitotbench.show.campaign import campaign_html, remarks
 from pitotbench.show.columns import Column, html_table
-from pitotbench.show.curves import curve_panels, parts_panel, residual_panels
-from pitotbench.show.flights import flight_panels, lead_panels, summary_panels
+from pitotbench.show.curves import all_flights_panel, curve_panels, parts_panel, residual_panels
+from pitotbench.show.flights import corrections_panel, flight_panels
 from pitotbench.show.inspection import (
     CHANNEL_COLUMNS,
     MANEUVER_COLUMNS,
@@ -80,12 +80,13 @@ def answer_columns(answers: Sequence[ShortAnswer]) -> list[Column[ShortAnswer]]:
 def campaign_page(
     subtitle: str, results: "pd.DataFrame", sections: Sequence[Section], failures: Sequence[str], case: str
 ) -> str:
-    """The HTML of a campaign: the short answer, tables, summary pictures, a section a maneuver and data system.
+    """The HTML of a campaign: pictures of all flights, the short answers, tables, and sections of what was drawn.
 
     `results` as in results.parquet; `failures`: a sentence a flight that gave no result; `case`: the TOML of the
     first flight's case.
     """
     first = results[results["model"] == results["model"].iloc[0]]
+    answers = [section.answer for section in sections]
     return _page(
         title=f"Pitot-static calibration: {_flown(results)}",
         subtitle=subtitle,
@@ -94,8 +95,7 @@ def campaign_page(
         failures=failures,
         table=campaign_html(first),
         all_models=campaign_html(results) if len(first) < len(results) else "",
-        panels=summary_panels(results) if len(sections) > 1 else [],
-        lead=lead_panels(results, [section.answer for section in sections]) if len(sections) > 1 else [],
+        panels=[all_flights_panel(results), corrections_panel(answers)] if len(sections) > 1 else [],
         case=case,
     )
 
@@ -119,13 +119,14 @@ def _flown(results: "pd.DataFrame") -> str:
 
 
 def _page(sections: Sequence[Section], **content: object) -> str:
-    optional = {"failures": (), "table": "", "all_models": "", "panels": (), "lead": (), "case": ""}
+    optional = {"failures": (), "table": "", "all_models": "", "panels": (), "case": ""}
     answers = [section.answer for section in sections]
     groups = [(name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)]
     return render(
         "report.html",
         version=page_version(),
         sections=sections,
+        drawn=[section for section in sections if section.html],
         groups=groups,
         answers=html_table(answer_columns(answers), answers),
         **{**optional, **content},

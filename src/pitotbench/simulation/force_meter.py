@@ -313,6 +313,18 @@ def unit_overlay(axes: Sequence[str] = AXES) -> Overlay:
     )
 
 
+def _unit_changes(plant: Plant, axes: Sequence[str], read: Callable[[], Array], base: Array) -> Array:
+    """Return the change of a reading, whose value is `base`, by a unit of each axis in this state, (a, 6)."""
+    changes = np.empty((len(axes), 6))
+    for change, axis in zip(changes, axes, strict=True):
+        plant.set(_path(axis), LOAD)
+        for _ in range(CALLS):
+            plant.run_initial_conditions()
+        change[:] = (read() - base) / LOAD
+        plant.set(_path(axis), 0.0)
+    return changes
+
+
 def measure_terms(plant: Plant, motion: Motion, names: Iterable[str]) -> AeroTerms:
     """Return the aerodynamic forces of a model along a measured motion, and the values of some of its functions.
 
@@ -331,12 +343,7 @@ def measure_terms(plant: Plant, motion: Motion, names: Iterable[str]) -> AeroTer
             rig.place(k)
         total[k] = [read() for read in forces]
         values[:, k] = [read() for read in reads]
-        for i, axis in enumerate(UNIT_AXES):
-            plant.set(_path(axis), LOAD)
-            for _ in range(CALLS):
-                plant.run_initial_conditions()
-            units[i, k] = (np.array([read() for read in forces]) - total[k]) / LOAD
-            plant.set(_path(axis), 0.0)
+        units[:, k] = _unit_changes(plant, UNIT_AXES, lambda: np.array([read() for read in forces]), total[k])
     size = [plant.get(path) for path in ("metrics/Sw-sqft", "metrics/bw-ft", "metrics/cbarw-ft")]
     return AeroTerms(
         total=total,
@@ -414,13 +421,7 @@ def measure_unit_forces(plant: Plant, motion: Motion, loaded_mass: float, paths:
         for _ in range(CALLS):
             rig.place(k)
         values[:, k] = [read() for read in reads]
-        base = rig.row()[:6]
-        for i, axis in enumerate(AXES):
-            plant.set(_path(axis), LOAD)
-            for _ in range(CALLS):
-                plant.run_initial_conditions()
-            changes[i, k] = (rig.row()[:6] - base) / LOAD
-            plant.set(_path(axis), 0.0)
+        changes[:, k] = _unit_changes(plant, AXES, lambda: rig.row()[:6], rig.row()[:6])
     return UnitForces(
         changes=dict(zip(AXES, changes, strict=True)), properties=dict(zip(names, values, strict=True))
     )

@@ -112,12 +112,15 @@ def cpu_seconds_of_command(arguments: Sequence[str], source: Path = HERE, cache:
     """Return the CPU time [s] of a new Python process with these arguments and of its workers, on one thread.
 
     `source` is the folder of the package that it imports, `cache` the folder of its cache, if not the usual one.
+    An older checkout is run with its own environment, if it has one in `.venv`.
     Raises CalledProcessError where the process fails.
     """
+    own = source.parent / ".venv" / "bin" / "python"
+    python = str(own) if source != HERE and own.exists() else sys.executable
     before = getrusage(RUSAGE_CHILDREN)
     environment = {**os.environ, "PYTHONPATH": str(source), "OPENBLAS_NUM_THREADS": "1"}
     environment |= {"PITOTBENCH_CACHE": str(cache)} if cache else {}
-    subprocess.run([sys.executable, *arguments], env=environment, check=True, capture_output=True)
+    subprocess.run([python, *arguments], env=environment, check=True, capture_output=True)
     after = getrusage(RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -130,11 +133,15 @@ def start_lines() -> Iterator[str]:
 
 
 def campaign_lines(older: Path | None = None, pairs: int = 1) -> Iterator[str]:
-    """Measure the two campaigns of the README in one process each; yield a line for each.
+    """Measure the campaigns of the README in one process each, one also without its report; yield a line for each.
 
     `older` is the folder of the package of an older checkout, flown in turn with this one.
     """
-    for name, arguments, limit in (("demo", DEMO, 3.5), ("everything, one seed", EVERYTHING, 2.2)):
+    for name, arguments, limit in (
+        ("demo", DEMO, 5.5),
+        ("everything, one seed", EVERYTHING, 3.5),
+        ("everything, no report", (*EVERYTHING, "--no-report"), 2.8),
+    ):
         with TemporaryDirectory() as folder:
             # A folder a run: a campaign does not fly again what its folder holds.
             command = ("-c", _START, *arguments, "--jobs", "1", "--out")

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicSpline
 
-from pitotbench.timeline import Spline, fresh_fixes, gaps, interval, pauses, stretch_numbers, stretches
+from pitotbench.timeline import fresh_fixes, gaps, interval, pauses, stretch_numbers, stretches
 
 TIME = np.arange(1000) / 50.0
 
@@ -62,14 +61,3 @@ def test_a_fix_is_fresh_where_the_log_marks_it():
 def test_without_a_mark_a_fix_is_fresh_where_either_velocity_changes():
     north, east = np.array([1.0, 1.0, 2.0, 2.0]), np.array([5.0, 5.0, 5.0, 6.0])
     np.testing.assert_array_equal(fresh_fixes(None, north, east), [True, False, True, True])
-
-
-@pytest.mark.parametrize("count", [4, 5, 60])
-def test_a_spline_and_its_integral_are_those_of_scipy(count):
-    random = np.random.default_rng(count)
-    knots = np.cumsum(random.uniform(0.2, 2.0, count))
-    values = 30.0 * random.standard_normal(count)
-    time = np.concatenate([knots, random.uniform(knots[0] - 1.0, knots[-1] + 1.0, 200)])
-    ours, theirs = Spline(knots, values), CubicSpline(knots, values)
-    np.testing.assert_allclose(ours(time), theirs(time), rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(ours.integral()(time), theirs.antiderivative()(time), rtol=1e-9, atol=1e-9)

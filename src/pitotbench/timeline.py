@@ -10,7 +10,6 @@ A stretch is a part of a log between two breaks. There are two kinds of break:
 An *outage* (`in_outage`) is a part of a log in which rows go on, but one sensor repeats its last sample.
 """
 
-from copy import copy
 from itertools import pairwise
 
 import numpy as np
@@ -92,48 +91,6 @@ def fresh_fixes(marked: Booleans | None, *channels: Array) -> Booleans:
         return marked
     changed = np.any([np.diff(values) != 0.0 for values in channels], axis=0)
     return np.concatenate([[True], changed])
-
-
-class Spline:
-    """The cubic spline through the samples of a slow sensor, not-a-knot at both ends, as SciPy's CubicSpline.
-
-    `knots` [s] and `values` are (n,), with n of at least 4. It agrees with SciPy's bit for bit. The package of
-    that one takes longer to load than all else that a calibration needs.
-    """
-
-    def __init__(self, knots: Seconds, values: Array) -> None:
-        from scipy.linalg import solve_banded  # slow to load, and most readers of this page need no spline
-
-        step, first, last = np.diff(knots), knots[2] - knots[0], knots[-1] - knots[-3]
-        chord = np.diff(values) / step
-        band, right = np.zeros((3, len(knots))), np.empty(len(knots))
-        band[1] = [step[1], *(2.0 * (step[:-1] + step[1:])), step[-2]]
-        band[0, 1:], band[2, :-1] = [first, *step[:-1]], [*step[1:], last]
-        right[1:-1] = 3.0 * (step[1:] * chord[:-1] + step[:-1] * chord[1:])
-        right[0] = ((step[0] + 2.0 * first) * step[1] * chord[0] + step[0] ** 2 * chord[1]) / first
-        right[-1] = (step[-1] ** 2 * chord[-2] + (2.0 * last + step[-1]) * step[-2] * chord[-1]) / last
-        slope = solve_banded((1, 1), band, right)
-        bend = (slope[:-1] + slope[1:] - 2.0 * chord) / step
-        self._knots = knots
-        self._terms = [values[:-1], slope[:-1], (chord - slope[:-1]) / step - bend, bend / step]
-
-    def __call__(self, time: Seconds) -> Array:
-        """Return the values at times [s], (m,)."""
-        piece = np.clip(np.searchsorted(self._knots, time, side="right") - 1, 0, len(self._knots) - 2)
-        since, value, power = time - self._knots[piece], np.zeros(len(time)), np.ones(len(time))
-        for term in self._terms:
-            value += term[piece] * power
-            power *= since
-        return value
-
-    def integral(self) -> "Spline":
-        """Return the integral from the first knot."""
-        found, step = copy(self), np.diff(self._knots)
-        terms = [term / number for number, term in enumerate(self._terms, start=1)]
-        areas = np.stack(terms, axis=1) * np.cumprod([step] * len(terms), axis=0).T
-        # Term by term, so that the sum has the rounding of a loop over the pieces.
-        found._terms = [np.append(0.0, np.cumsum(areas)[3:-1:4]), *terms]
-        return found
 
 
 def minutes_text(seconds: float) -> str:

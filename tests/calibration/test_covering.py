@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter1d
 from tests.calibration import trajectories as fixture
 
 from pitotbench.calibration import calibrate
-from pitotbench.calibration.covering import smooth_means
 from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.units import KNOT
 
@@ -60,11 +58,3 @@ def test_without_vertical_velocity_the_fit_still_runs():
     log = fixture.fly(fixture.step_decrease(20), 20, 20, fixture.Air())
     result = calibrate(log, CalibrationOptions(use_down=False))
     assert np.all(np.isfinite(result.curve.two_sigma))
-
-
-@pytest.mark.parametrize(("rows", "deviation"), [(3, 3.0), (400, 1.5), (400, 75.0)])
-def test_means_under_a_gaussian_window_are_those_of_scipy(rows, deviation):
-    data = np.random.default_rng(rows).standard_normal((rows, 3))
-    expected = gaussian_filter1d(data, deviation, axis=0, mode="nearest")
-    np.testing.assert_allclose(smooth_means(data, deviation), expected, rtol=1e-11, atol=1e-11)
-    np.testing.assert_allclose(smooth_means(data[:, 1], deviation), expected[:, 1], rtol=1e-11, atol=1e-11)

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from pitotbench import air
 from pitotbench.calibration.observations import Observations
@@ -15,7 +16,7 @@ from pitotbench.estimation.noise import NORMAL, deviation_of_sizes, spikes_among
 from pitotbench.estimation.point_noise import PointNoise, UnknownColumns, ornstein_uhlenbeck, random_walk
 from pitotbench.estimation.restricted_likelihood import Regression
 from pitotbench.records.log import FlightLog
-from pitotbench.timeline import Spline, interval, pauses, stretch_numbers
+from pitotbench.timeline import interval, pauses, stretch_numbers
 from pitotbench.units import KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 _DENSE = 0.5  # share of fresh fixes above which a chord between fixes is exact enough
@@ -60,8 +61,8 @@ def carried_height(log: FlightLog, latency: float, by_velocity: bool) -> Carried
             at_fixes.append(fixes)
             offsets.append(measured - integral - start)
         else:
-            time = log.time[inside]
-            height[inside] = np.interp(time, knots, measured) if dense else Spline(knots, measured)(time)
+            curve = np.interp(log.time[inside], knots, measured) if dense else None
+            height[inside] = CubicSpline(knots, measured)(log.time[inside]) if curve is None else curve
     seconds = interval(log.time[fresh])
     fixes = np.concatenate(at_fixes) if at_fixes else np.flatnonzero(fresh)
     return CarriedHeight(height, part, fresh, fixes, seconds, np.concatenate(offsets) if offsets else None)
@@ -72,7 +73,7 @@ def _integrated(knots: Seconds, climb: MetersPerSecond, time: Seconds, dense: bo
     if dense:
         rises = np.concatenate([[0.0], np.cumsum(0.5 * (climb[1:] + climb[:-1]) * np.diff(knots))])
         return rises, np.interp(time, knots, rises)
-    integral = Spline(knots, climb).integral()
+    integral = CubicSpline(knots, climb).antiderivative()
     return integral(knots), integral(time)
 
 

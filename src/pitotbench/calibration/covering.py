@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from pitotbench.calibration.altitude import (
     NOISE_COUNT,
@@ -156,23 +157,7 @@ def _with_altitude(triangle: Linearized, structure: Structure, rows: AltitudeRow
 
 def smoothed(regressors: Array, blocks: Blocks) -> Array:
     """Smooth regressors (blocks, p) into instruments (blocks, p), without their fast noise."""
-    return smooth_means(regressors, _SMOOTHING / blocks.length)
-
-
-def smooth_means(data: Array, deviation: float) -> Array:
-    """Means of (n,) or (n, k) data under a Gaussian window; `deviation` in rows. The ends are repeated beyond them.
-
-    The order of the sums is that of SciPy's `gaussian_filter1d`, which is slow to load.
-    """
-    reach = int(4.0 * deviation + 0.5)
-    window = np.exp(-0.5 / (deviation * deviation) * np.arange(-reach, reach + 1) ** 2)
-    window /= window.sum()
-    padded, count = np.pad(data, [(reach, reach)] + [(0, 0)] * (data.ndim - 1), mode="edge"), len(data)
-    total: Array = data * window[reach]
-    for near, share in enumerate(window[:reach]):
-        far = 2 * reach - near
-        total += (padded[near : near + count] + padded[far : far + count]) * share
-    return total
+    return np.asarray(gaussian_filter1d(regressors, _SMOOTHING / blocks.length, axis=0, mode="nearest"))
 
 
 def _sensor_noise(obs: Observations) -> float:
@@ -476,7 +461,7 @@ def _path(
     seen = (rest * data.regressors[:, first : first + 2])[: len(blocks.count)]  # the height sees no wind
     wind = np.exp(2.0 * phi[3]) * correlated(blocks, WIND_TIME, seen)
     wind += blocks.mean(path_of_nuisances(structure.nuisances, estimate[structure.model.count :], obs))
-    wind = smooth_means(wind, _SMOOTH_PATH / blocks.length)
+    wind = gaussian_filter1d(wind, _SMOOTH_PATH / blocks.length, axis=0, mode="nearest")
     return WindPath(blocks.mean(obs.time), wind - np.average(wind, axis=0, weights=blocks.count))
 
 

@@ -12,7 +12,7 @@ from pitotbench.estimation.noise import Intervals, robust_deviation
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.records import BadInputError
 from pitotbench.records.log import FlightLog
-from pitotbench.timeline import Spline, interval, pauses, stretch_numbers
+from pitotbench.timeline import interval, pauses, stretch_numbers
 from pitotbench.units import DEGREE, KNOT, Array, Booleans, Kelvin, Meters, MetersPerSecond, Pascal, Seconds
 
 # Rows that the range of the impact-pressure sensor cuts off: a reading at its end is not a measurement.
@@ -347,6 +347,8 @@ def _between_fixes(
     """
     if fresh.mean() > _DENSE and latency == margin == 0.0:
         return held, np.ones(len(time), dtype=np.bool_)
+    from scipy.interpolate import CubicSpline  # slow to load; a log with GPS at the rate of the air data needs none
+
     velocity, between = held.copy(), np.zeros(len(time), dtype=np.bool_)
     for number in np.unique(stretch):
         rows = stretch == number
@@ -356,7 +358,7 @@ def _between_fixes(
         knots = time[fixes] - latency
         rows &= time >= max(knots[0], knots[0] + latency + margin)
         rows &= time <= min(knots[-1], knots[-1] + latency - margin)
-        velocity[:, rows] = [Spline(knots, component[fixes])(time[rows]) for component in held]
+        velocity[:, rows] = CubicSpline(knots, held[:, fixes], axis=1)(time[rows])
         between |= rows
     return velocity, between
 

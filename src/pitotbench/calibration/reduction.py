@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from pitotbench import air
 from pitotbench.calibration.altitude import NOISE_COUNT, AltitudeRows
@@ -170,7 +171,7 @@ def _long_faults(residual: Array, obs: Observations, good: Booleans, means: bool
     """
     blocks = divide(obs, _SECOND)
     level = blocks.mean(residual) if means else residual[_middle_rows(residual, blocks.index)]
-    usual = _running_median(level, _AROUND)[blocks.index]
+    usual = median_filter(level, _AROUND, mode="nearest")[blocks.index]
     sudden = _LEAST_SHARE * air.calibrated_airspeed(obs.impact_pressure)
     rough = _roughness(level, blocks.mean(good.astype(np.float64)) == 1.0)
     rows = _far(residual, residual[good], rough[blocks.index]) & (np.abs(residual - usual) > sudden)
@@ -188,14 +189,8 @@ def _roughness(level: Array, healthy: Booleans) -> Array:
     usual = float(np.median(changes)) if len(changes) else 0.0
     if usual == 0.0:
         return np.ones(len(level))
-    around = np.clip(_running_median(changes, _BURST) / usual, 1.0, _ROUGHEST)
+    around = np.clip(median_filter(changes, _BURST, mode="nearest") / usual, 1.0, _ROUGHEST)
     return np.asarray(around[np.clip(np.searchsorted(kept, np.arange(len(level))), 0, len(around) - 1)])
-
-
-def _running_median(values: Array, count: int) -> Array:
-    """The median of an odd number of values around each, (n,); the first and the last are repeated at the ends."""
-    padded = np.pad(values, count // 2, mode="edge")
-    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, count), axis=1))
 
 
 def _far(values: Array, healthy: Array, rough: Array) -> Booleans:

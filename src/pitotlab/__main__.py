@@ -1,5 +1,6 @@
 """`python -m pitotlab NAME`: run one measurement. A new one is a function and a line of the table."""
 
+import os
 import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
@@ -49,6 +50,7 @@ COMMANDS = {
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command that the first words name; return its exit code."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the commands of the product, before NumPy is loaded
     given = list(sys.argv[1:] if words is None else words)
     name = next((" ".join(given[:n]) for n in (2, 1) if " ".join(given[:n]) in COMMANDS), None)
     if name is None:

@@ -36,7 +36,7 @@ def test_folder_holds_logs_cases_and_a_page(small):
     assert len(list((result.folder / "logs").glob("*.parquet"))) == 4
     assert len(list((result.folder / "cases").glob("*.toml"))) == 2
     page = (result.folder / "report.html").read_text(encoding="utf-8")
-    assert page.count("<svg") == 1  # all flights in one picture
+    assert page.count("<svg") == 2  # of all flights: what they cost, and their curves
     assert "http://" not in page.replace("http://www.w3.org", "").replace("http://purl.org", "").replace(
         "http://creativecommons.org", ""
     )

@@ -72,6 +72,15 @@ def test_the_formula_with_the_new_parameters_gives_the_true_airspeed(name):
     assert np.max(np.abs(before)) > 2.0 * np.max(found.bound)
 
 
+def test_an_old_ratio_that_is_far_off_is_named_and_replaced():
+    """Its error is beyond that of any airplane, and what the builder came to mend."""
+    old = {**OLD["ardupilot"], "ARSPD_RATIO": 2.6}
+    found = calibrate(flown_with("ardupilot", old, seed=1), CHOICE)
+    assert any("ARSPD_RATIO 2.6" in text and "--params" in text for text in found.warnings)
+    new = autopilot_settings(found, "ardupilot").settings[0]
+    assert new.value == pytest.approx(new_values(settings_of("ardupilot"))["ARSPD_RATIO"], abs=new.two_sigma)
+
+
 @pytest.mark.parametrize("name", list(AUTOPILOTS))
 def test_a_log_flown_with_the_new_parameters_has_a_curve_of_zero(name):
     found = settings_of(name)

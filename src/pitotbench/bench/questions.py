@@ -138,6 +138,7 @@ def reconcile(
     """
     from pitotbench.bench.rounds import NamedLog
     from pitotbench.bench.workflow import reconcile_fully
+    from pitotbench.calibration.reduction import one_thread
 
     unused = [] if holdout is None else [holdout]
     held = [log for each in unused for log in logs_of(each, "reconcile")]
@@ -147,7 +148,9 @@ def reconcile(
     other = NamedLog("held-out log", held[0]) if held else None
     sources = [*sources_of("log", logs, several), *sources_of("held-out log", unused, held)]
     made = provenance_of([*sources, *model_sources(aircraft)], [])
-    return replace(reconcile_fully(measured, aircraft, other, card, progress, setting, refly), provenance=made)
+    with one_thread():
+        found = reconcile_fully(measured, aircraft, other, card, progress, setting, refly)
+    return replace(found, provenance=made)
 
 
 # What an answer was made from and with, for the record that is filed.

@@ -26,7 +26,6 @@ from pitotbench.bench.rounds import (
     reconcile_logs,
     with_calibrated_probabilities,
 )
-from pitotbench.calibration.reduction import one_thread
 from pitotbench.effects.stability import OWN_TERMS
 from pitotbench.logbook.columns import write_text
 from pitotbench.logbook.formats import PAGES, require_file
@@ -200,7 +199,6 @@ class FullReconciliation:
         return repr(self.account).replace(type(self.account).__name__, type(self).__name__, 1)
 
 
-@one_thread()
 def reconcile_fully(
     measured: NamedLog | Sequence[NamedLog],
     aircraft: str = "navajo",

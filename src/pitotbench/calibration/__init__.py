@@ -125,6 +125,13 @@ def _judged(calibration: Calibration, log: FlightLog) -> Calibration:
     require_useful(calibration)
     curve = calibration.curve
     verdict = judge_curve(curve.indicated_airspeed, curve.normalized_pressure_error, curve.normalized_two_sigma)
+    if calibration.autopilot is not None and verdict.kind != "plausible":
+        # The parameters that formed the airspeed are part of its error, and what is asked for.
+        names = ", ".join(f"{name} {value:g}" for name, value in calibration.autopilot.parameters.items())
+        size = verdict.words.partition("; ")[0]
+        words = f"{size}: a wrong old parameter ({names}) looks so; --params gives new ones"
+        caution = Caution(words, "curve size", size=verdict.worst)
+        return replace(calibration, warnings=(*calibration.warnings, caution))
     if verdict.kind == "impossible":
         raise BadInputError(
             f"{verdict.words}. Look for GPS velocity in other units (knots read as m/s, or m/s as knots), impact "

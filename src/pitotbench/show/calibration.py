@@ -420,8 +420,9 @@ def parameter_lines(result: Calibration) -> list[str]:
 
 def headline(result: Calibration) -> list[str]:
     """What stands above an answer whose log contradicts itself."""
-    lead = "Two findings of this log disagree" if result.usable else "Do not use this answer"
-    return [f"{lead}: {each.words}." for each in result.disagreements]
+    leads = {True: "Do not use this answer", False: "Two findings of this log disagree"}
+    told = sorted(result.disagreements, key=lambda each: not each.fatal)
+    return [f"{leads[each.fatal]}: {each.words}." for each in told]
 
 
 def part_lines(result: Calibration) -> list[str]:

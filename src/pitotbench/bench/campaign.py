@@ -37,6 +37,7 @@ from pitotbench.calibration.options import CalibrationOptions
 from pitotbench.logbook.columns import write_text
 from pitotbench.records import NoAnswerError
 from pitotbench.records.case import Case
+from pitotbench.show.calibration import ShortAnswer
 from pitotbench.simulation.maneuvers import MANEUVERS
 
 # Say what a campaign would fly and what it would cost, before anything is flown.
@@ -333,7 +334,8 @@ class CampaignRequest:
 class CampaignResult:
     """The table of results, the failures in words, and the folder of the files.
 
-    `found` and `flown` count the flights that the store held and those of this run.
+    `found` and `flown` count the flights that the store held and those of this run; `answers` are the first short
+    answers, one a flight and data system.
     """
 
     table: pd.DataFrame
@@ -341,6 +343,7 @@ class CampaignResult:
     folder: Path
     found: int = 0
     flown: int = 0
+    answers: tuple[ShortAnswer, ...] = ()
 
 
 def run_campaign(request: CampaignRequest) -> CampaignResult:
@@ -430,7 +433,8 @@ class _Campaign:
             write_text(folder / PAGE, page_of(next(self.tasks()).case, table, found.sections, failures))
         else:
             (folder / PAGE).unlink(missing_ok=True)  # that of an earlier run, which shows another table
-        return CampaignResult(table, failures, folder, watch.found, watch.flown)
+        answers = tuple(section.answer for section in found.sections)
+        return CampaignResult(table, failures, folder, watch.found, watch.flown, answers)
 
 
 def _is_command() -> bool:

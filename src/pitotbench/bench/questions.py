@@ -140,14 +140,13 @@ def reconcile(
     from pitotbench.bench.workflow import reconcile_fully
     from pitotbench.calibration.reduction import one_thread
 
-    unused = [] if holdout is None else [holdout]
-    held = [log for each in unused for log in logs_of(each, "reconcile")]
+    held = [] if holdout is None else logs_of(holdout, "reconcile")
     several = logs_of(logs, "reconcile")
     names = ["measured log"] if len(several) == 1 else [f"flight {i}" for i in range(1, len(several) + 1)]
     measured = [NamedLog(name, log) for name, log in zip(names, several, strict=True)]
     other = NamedLog("held-out log", held[0]) if held else None
-    sources = [*sources_of("log", logs, several), *sources_of("held-out log", unused, held)]
-    made = provenance_of([*sources, *model_sources(aircraft)], [])
+    other_source = [] if holdout is None else sources_of("held-out log", holdout, held)
+    made = provenance_of([*sources_of("log", logs, several), *other_source, *model_sources(aircraft)], [])
     with one_thread():
         found = reconcile_fully(measured, aircraft, other, card, progress, setting, refly)
     return replace(found, provenance=made)

@@ -152,13 +152,11 @@ def run_alone(name: str, description: str | None) -> int:
 
 # How a terminal that does not know a letter shows it; any other letter becomes a question mark.
 _PLAIN = {"±": "+/-", "−": "-", "–": "-", "σ": " sigma", "Δ": "d", "°": " deg", "→": "->", "×": "x", "²": "2"}
-
-
 _COLLECT_AFTER = 100_000  # new objects; Python's 700 suit a program that loads little
 
 
 def _prepare_process(outside: bool) -> None:
-    """Let no terminal stop a command: neither an old one, nor one that is closed. Collect garbage seldom.
+    """Let no terminal stop a command: neither an old one, nor one that is closed. Spend no time on what helps none.
 
     Of a command from `outside` this program, the warnings of Python and its libraries go to logging, where only
     `--debug` and the host's own settings show them. Their causes are for tests.

@@ -114,7 +114,6 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.logbook.formats import PAGES, require_file
     from pitotbench.show.calibration import card_csv
     from pitotbench.show.limits import limit_named
-    from pitotbench.show.takehome import calibration_record
 
     if options.report is not None:
         require_file(options.report, PAGES, _inputs(options))
@@ -133,6 +132,8 @@ def run(options: argparse.Namespace) -> int:
     if options.card is not None:
         write_text(options.card, card_csv(reduced[0].flight.calibration.curve))
     if options.record is not None:
+        from pitotbench.show.takehome import calibration_record
+
         # A flight with a curve of its own, as of `auto`, is no part of the record of the first one.
         flights = [each.flight.calibration for i, each in enumerate(reduced) if i == 0 or not each.own_curve]
         write_text(options.record, calibration_record(flights, limit, len(reduced[0].points)))

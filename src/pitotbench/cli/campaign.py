@@ -3,7 +3,6 @@
 import argparse
 import re
 from dataclasses import replace
-from html import unescape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,6 @@ from pitotbench.records import BadInputError
 if TYPE_CHECKING:
     from pitotbench.bench.campaign import CampaignRequest
 
-_ANSWER = re.compile('<p class="answer lead">(Add [^<]*)</p>')  # of a section of the page
 _TABLE_WIDTH = 140  # columns of text, so that the lines of the campaign's table are never folded
 
 
@@ -86,7 +84,7 @@ def run(options: argparse.Namespace) -> int:
     """Fly the campaign, print its table and the failures; return exit code 0, or 3 where a flight or fit failed."""
     from rich.console import Console
 
-    from pitotbench.bench.campaign import run_campaign
+    from pitotbench.bench.campaign import PAGE, run_campaign
     from pitotbench.bench.result_table import RESULTS
     from pitotbench.show.campaign import print_campaign
     from pitotbench.show.columns import outside
@@ -97,9 +95,10 @@ def run(options: argparse.Namespace) -> int:
     result = run_campaign(request)
     console = Console(highlight=False, soft_wrap=True)
     console.width = max(console.width, _TABLE_WIDTH)
-    page = result.folder / "report.html"
-    for line in [] if options.no_report else _answer(page):
-        console.print(outside(line))
+    if len(result.answers) == 1 and not options.no_report:
+        (answer,) = result.answers
+        console.print(outside(f"{answer.correction_sentence} {answer.wind_sentence}"))
+        console.print()
     print_campaign(result.table, console)
     for text in result.failures:
         console.print(outside(f"failed: {text}", "red"))
@@ -107,17 +106,8 @@ def run(options: argparse.Namespace) -> int:
         console.print(outside(f"flights: {result.found:,} found in the store, {result.flown:,} flown"))
     console.print(outside(f"results: {result.folder / RESULTS}"))
     if not options.no_report:
-        console.print(outside(f"open this page: {page}"))
+        console.print(outside(f"open this page: {result.folder / PAGE}"))
     return NO_ANSWER if result.failures else DONE
-
-
-def _answer(page: Path) -> list[str]:
-    """Return what the page of one flight says of its airspeed and wind; nothing of a page of several, or of none.
-
-    The table of results holds neither, and to read the log and calibrate it again would take as long as the flight.
-    """
-    answers = _ANSWER.findall(page.read_text(encoding="utf-8")) if page.is_file() else []
-    return [unescape(answers[0]), ""] if len(answers) == 1 else []
 
 
 def _print_forecast(request: "CampaignRequest") -> int:

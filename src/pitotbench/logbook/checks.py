@@ -373,7 +373,7 @@ _COARSE, _FEWEST_LEVELS = 0.04, 4  # of the usual impact pressure: a whole knot 
 def check_impact_pressure(draft: Draft) -> None:
     """Drop rows of negative impact pressure. Raise BadInputError for a stuck sensor, and where most are negative.
 
-    Mostly negative values mean that total and static are exchanged, or that the sign is.
+    Mostly negative values mean that total and static are exchanged, or that the sign is. Warn of coarse steps.
     """
     impact, column = draft.channels["impact_pressure"], draft.columns["impact_pressure"]
     if np.ptp(impact) == 0.0:

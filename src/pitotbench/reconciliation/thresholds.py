@@ -62,12 +62,8 @@ class Thresholds:
     named_from: float = 0.9  # probability from which a cause is named
     set_holds: float = 0.95  # probability that the reported set holds the cause
     likely: float = 0.5  # probability from which a gap is none of the table, or something remains beside a name
-    closure_lowest: float = (
-        0.85  # of the log, or of a held-out one, below which an effect only looks like its cause
-    )
-    closure_with_rest: float = (
-        0.95  # below which a name is only probable where something remains: 0 of 10 were right
-    )
+    closure_lowest: float = 0.85  # of a log, also one held out, below which an effect only looks like its cause
+    closure_with_rest: float = 0.95  # the same where something remains: the name is only probable
     left_by_chance: float = 9.0  # times the mean that uncertain sizes leave: one size that is off by 3σ
     contradicted_from: float = 4.0  # σ between flights, or between parts of one; false in one set of 3,000
     left_over_from: float = 2.0  # root mean square of a score on eight null flights: by chance in one of 10,000

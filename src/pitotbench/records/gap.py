@@ -199,11 +199,10 @@ class Account(Shown):
     """The content of a reconciliation's report.
 
     `rounds[0].verdict` is the answer. `effects` are those of all passes with the sizes of the patch, `patch` is its
-    text, `flown` and `flown_holdout` are the cards
-    flown again. `flights` says what each log says. `telling` is the
+    text, `flown` and `flown_holdout` are the cards flown again. `flights` says what each log says. `telling` is the
     channel of the first picture, and `calibration` what the effects do to a calibration; None without a gap or an
-    effect. `warnings` are those of the logs as they were read.
-    `formula` describes a gap that the table does not explain; None where there is no such gap, or no formula.
+    effect. `warnings` are those of the logs as they were read. `formula`
+    describes a gap that the table does not explain; None where there is no such gap, or no formula.
     """
 
     log: str

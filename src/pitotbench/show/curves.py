@@ -12,6 +12,7 @@ from pitotbench.records.legs import FixedSpeedPoint
 from pitotbench.records.log import FlightLog
 from pitotbench.show.legs import method_words
 from pitotbench.show.limits import AUTO, Limit, judgments, limit_for
+from pitotbench.show.markup import Section
 from pitotbench.show.style import (
     BLUE,
     GREEN,
@@ -98,9 +99,7 @@ def draw_curve(
         axes.plot(speed, limit.airspeed(speed), color=RED, ls=":", lw=1.4, label=limit.label)
         axes.plot(speed, -limit.airspeed(speed), color=RED, ls=":", lw=1.4)
     axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
-    axes.locator_params(
-        axis="y", nbins=7
-    )  # one by the axis' height may change after the layout, and move the label
+    axes.locator_params(axis="y", nbins=7)  # by the axis' height it may change after the layout
 
 
 def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurve) -> str:
@@ -284,6 +283,7 @@ def residual_autocorrelation(result: Calibration, longest: int = 40) -> tuple[Ar
 _COLORS = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, GREY)
 _SIZE = (7.0, 4.4)  # in
 _MOST_POINTS = 20_000  # more cannot be distinguished
+_SIDE_BY_SIDE = 6.0  # kt, over which the flights at one airspeed are drawn beside one another
 
 
 def scatter_svg(results: pd.DataFrame, vertical: str, horizontal: str) -> str:
@@ -300,7 +300,8 @@ def draw_scatter(axes: Axes, results: pd.DataFrame, vertical: str, horizontal: s
     step = max(1, -(-len(results) // _MOST_POINTS))
     for number, (name, rows) in enumerate(results.iloc[::step].groupby("maneuver", sort=False)):
         color = _COLORS[number % len(_COLORS)]
-        axes.plot(rows[horizontal], rows[vertical], ".", markersize=6, alpha=0.6, color=color, label=str(name))
+        label = str(name).replace("_", " ")
+        axes.plot(rows[horizontal], rows[vertical], ".", markersize=6, alpha=0.6, color=color, label=label)
     axes.set(xlabel=horizontal, ylabel=vertical)
 
 
@@ -316,3 +317,24 @@ def all_flights_panel(results: pd.DataFrame) -> Panel:
 
     note = "A dot: the bound of the curve from one flight, as one data system recorded it; in black its true error."
     return panel(f"How well the curve is known ({first['model'].iloc[0]})", draw, note)
+
+
+def corrections_panel(sections: Sequence[Section]) -> Panel:
+    """The corrections of each flight with their bounds, side by side at each airspeed, a color a maneuver."""
+    maneuvers = list(dict.fromkeys(section.group for section in sections))
+
+    def draw(axes: Axes) -> None:
+        for place, section in enumerate(sections):
+            speed, value, bound = (
+                [getattr(each, part) for each in section.answer.corrections]
+                for part in ("indicated_kt", "correction_kt", "two_sigma_kt")
+            )
+            shift = _SIDE_BY_SIDE * ((place + 0.5) / len(sections) - 0.5)
+            color = _COLORS[maneuvers.index(section.group) % len(_COLORS)]
+            label = section.group.replace("_", " ")
+            at = np.array(speed) + shift
+            axes.errorbar(at, value, bound, fmt="o", ms=3.0, lw=1.0, capsize=1.5, color=color, label=label)
+        axes.axhline(0.0, color=INK, lw=0.5)
+        axes.set(xlabel=_AIRSPEED, ylabel=_CORRECTION)
+
+    return panel("The corrections over one another", draw, "Bars are ±2σ.")

@@ -1,14 +1,13 @@
 """Pictures of a simulated flight."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from pitotbench.records.flight import Flight
-from pitotbench.show.calibration import ShortAnswer
-from pitotbench.show.style import BLUE, GREEN, GREY, NARROW, ORANGE, PURPLE, RED, SKY, Panel, broken, panel, thin
+from pitotbench.show.style import BLUE, GREY, NARROW, ORANGE, RED, Panel, broken, panel, thin
 from pitotbench.show.words import with_unit
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, NAUTICAL_MILE, Array
 
@@ -128,30 +127,3 @@ def _unwrapped(heading: Array) -> Array:
     degrees = np.unwrap(heading) / DEGREE
     whole_turns = 360.0 * np.round(degrees[0] / 360.0)
     return np.asarray(degrees - whole_turns, dtype=np.float64)
-
-
-# The corrections of a campaign's flights over one another.
-
-_COLORS = (BLUE, SKY, GREEN, ORANGE, PURPLE, RED, GREY)  # one a maneuver
-
-
-def corrections_panel(answers: Sequence[ShortAnswer]) -> Panel:
-    """The corrections of each flight with their bounds, side by side at each airspeed."""
-
-    def draw(axes: Axes) -> None:
-        maneuvers = list(dict.fromkeys(answer.subject.rpartition(" ")[0] for answer in answers))
-        for place, answer in enumerate(answers):
-            name = answer.subject.rpartition(" ")[0]
-            speed, value, bound = (
-                np.array([getattr(each, part) for each in answer.corrections])
-                for part in ("indicated_kt", "correction_kt", "two_sigma_kt")
-            )
-            shift = 6.0 * ((place + 0.5) / len(answers) - 0.5)  # kt
-            color = _COLORS[maneuvers.index(name) % len(_COLORS)]
-            axes.errorbar(
-                speed + shift, value, bound, fmt="o", ms=3.0, lw=1.0, capsize=1.5, color=color, label=name
-            )
-        axes.axhline(0.0, color=GREY, lw=0.8)
-        axes.set(xlabel="indicated airspeed [kt]", ylabel="correction, CAS − IAS [kt]")
-
-    return panel("The corrections over one another", draw, "Bars are ±2σ.")

@@ -26,8 +26,8 @@ from pitotbench.show.calibration import (
 )
 from pitotbench.show.campaign import campaign_html, remarks
 from pitotbench.show.columns import Column, html_table
-from pitotbench.show.curves import all_flights_panel, curve_panels, parts_panel, residual_panels
-from pitotbench.show.flights import corrections_panel, flight_panels
+from pitotbench.show.curves import all_flights_panel, corrections_panel, curve_panels, parts_panel, residual_panels
+from pitotbench.show.flights import flight_panels
 from pitotbench.show.inspection import (
     CHANNEL_COLUMNS,
     MANEUVER_COLUMNS,
@@ -86,7 +86,6 @@ def campaign_page(
     first flight's case.
     """
     first = results[results["model"] == results["model"].iloc[0]]
-    answers = [section.answer for section in sections]
     return _page(
         title=f"Pitot-static calibration: {_flown(results)}",
         subtitle=subtitle,
@@ -95,7 +94,7 @@ def campaign_page(
         failures=failures,
         table=campaign_html(first),
         all_models=campaign_html(results) if len(first) < len(results) else "",
-        panels=[all_flights_panel(results), corrections_panel(answers)] if len(sections) > 1 else [],
+        panels=[all_flights_panel(results), corrections_panel(sections)] if len(sections) > 1 else [],
         case=case,
     )
 

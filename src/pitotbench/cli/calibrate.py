@@ -110,6 +110,7 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError for options that do not go together, and as the steps that it joins do.
     """
+    from pitotbench.logbook.autopilot import autopilot_settings
     from pitotbench.logbook.columns import write_text
     from pitotbench.logbook.formats import PAGES, require_file
     from pitotbench.show.calibration import card_csv
@@ -126,7 +127,7 @@ def run(options: argparse.Namespace) -> int:
     limit = limit_named(options.limit)
     autopilot, _ = _stated_autopilot(options)
     reduced = _reduced(options)
-    settings = [_settings(each, autopilot) for each in reduced]
+    settings = [autopilot_settings(each.flight.calibration, autopilot) if autopilot else None for each in reduced]
     if options.report is not None:
         _write_report(options.report, reduced, limit)
     if options.card is not None:
@@ -186,12 +187,6 @@ def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float
     from pitotbench.logbook.autopilot import stated_parameters
 
     return ("", {}) if options.params is None else stated_parameters(options.params)
-
-
-def _settings(each: _Reduced, autopilot: str) -> "AutopilotSettings | None":
-    from pitotbench.logbook.autopilot import autopilot_settings
-
-    return autopilot_settings(each.flight.calibration, autopilot) if autopilot else None
 
 
 def _print_json(

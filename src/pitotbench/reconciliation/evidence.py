@@ -13,7 +13,7 @@ from pitotbench.reconciliation.equations import Fit, whitened_columns
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.null_distribution import ScoreScale, size_label
-from pitotbench.reconciliation.signatures import FITTED, Signature, cause_of, columns_of, reads_gusts
+from pitotbench.reconciliation.signatures import FITTED, Signature, columns_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.units import Array
@@ -276,7 +276,6 @@ ROOMS = ("airspeed", "specific_force", "acceleration", "engine", "turning")
 SMALLEST = 1e-300
 SINGULAR = 1e-9  # singular value below which cells and free parameters are the same
 LEAST_POWER = 1e-9  # of a direction that the free parameters take up whole
-SEEN = 1e-3  # squared significance of a typical size below which free parameters take it up whole
 SMOOTH_LEAST = 0.2  # σ; a smooth form error below it changes nothing
 
 
@@ -463,15 +462,9 @@ class LogEvidence:
         """The columns of effects that null flights show, with the prior deviations of their sizes there.
 
         A size like that of null flights is no evidence; only what exceeds it is. For the fluctuating part of each
-        signature this is what null flights have beyond noise. A vane reads gusts whole, and so do the residuals: on
-        a flight without steady sideslips it seems to have a wrong scale. A flight of another day has other gusts,
-        so that twice the size of null flights is usual.
+        signature this is what null flights have beyond noise.
         """
-        scores = dict(self._fluctuating)
-        for name in filter(reads_gusts, self.columns):
-            largest = THRESHOLDS.null_size_margin * self._null_scores.effect_spread.get(cause_of(name), 0.0)
-            own = [c for c in self.columns[name] if plain.inner[c, c] * self.typical[c] ** 2 > SEEN]
-            scores |= dict.fromkeys(own, largest)
+        scores = self._fluctuating
         powers = np.diag(plain.inner)
         usable = [c for c in scores if powers[c] > SMALLEST]
         return usable, np.array([scores[c] for c in usable]) / np.sqrt(powers[usable])

@@ -28,6 +28,7 @@ ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
     "heading": 0.010,
 }
 ANGLE_SCALE = {"angle_of_attack": 0.02, "sideslip": 0.02}  # share: upwash that was not calibrated
+VANE_PARAMETERS = tuple(f"{name} {kind}" for name in ANGLE_SCALE for kind in ("bias", "scale"))
 FOREIGN = 5.0  # times these deviations, for a log whose instruments are not known
 OFFSETS = {  # prior deviation of a residual channel [its unit]
     "pressure_height": 500.0,
@@ -173,6 +174,18 @@ def without_curve(track: Track, sizes: Mapping[str, float], setting: AnalysisSet
     if setting.static_error:
         corrected["static_pressure"] = track["static_pressure"] - (true - measured)
     return track.replaced(corrected)
+
+
+def with_vane_angles(track: Track, sizes: Mapping[str, float]) -> Track:
+    """Return a track whose vanes have a scale and a zero of these sizes."""
+    names = [name for name in ANGLE_SCALE if f"{name} bias" in sizes]
+    return track.replaced({n: (1.0 + sizes[f"{n} scale"]) * track[n] + sizes[f"{n} bias"] for n in names})
+
+
+def without_vane_angles(track: Track, sizes: Mapping[str, float]) -> Track:
+    """Return the track from which `with_vane_angles` gives this one."""
+    names = [name for name in ANGLE_SCALE if f"{name} bias" in sizes]
+    return track.replaced({n: (track[n] - sizes[f"{n} bias"]) / (1.0 + sizes[f"{n} scale"]) for n in names})
 
 
 def curve_of(impact_pressure: Array, rounds: Iterable[Mapping[str, float]]) -> Array:

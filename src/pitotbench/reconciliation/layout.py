@@ -12,11 +12,13 @@ from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.reconciliation.free_parameters import (
+    VANE_PARAMETERS,
     AnalysisSetting,
     FreeParameters,
     fit_free_parameters,
     free_parameters_of,
     without_curve,
+    without_vane_angles,
 )
 from pitotbench.reconciliation.noise import UNUSABLE
 from pitotbench.reconciliation.residuals import (
@@ -323,6 +325,8 @@ def cells(track: Track, grid: Grid, base: ChannelResiduals) -> tuple[tuple[Cell,
 # Lay out a log for judgment: its residuals, its free parameters, and the signatures of the effects.
 
 PASCAL_A_METER = 10.0  # of height near the ground, rounded
+MOST_OFF = {"bias": 10.0 * DEGREE, "scale": 0.5}  # of a vane: the ranges of its effects
+VANE_ROUNDS = 3  # Gauss-Newton steps, of which usual vanes need none
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
 DAY = "nonstandard_temperature"  # a gap where the day is told; a free parameter where nobody told it
 USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
@@ -339,7 +343,8 @@ class Layout:
     rows of the track whose air data lie below the end of their sensor's range. `subtracted` is what the residuals
     were before, less what they are, by effects that are in the model and that neither the track nor the scene
     holds, (n, c) or 0. `in_model` holds the sizes of the effects in the model, by effect and parameter. `curves`
-    are the sizes of the error curves that were taken out of the track, one after the other.
+    are the sizes of the error curves that were taken out of the track, one after the other. `angles` are the sizes
+    of the free parameters of the vanes that were taken out of the track and stay in the residuals, to first order.
     """
 
     checked: CheckedLog
@@ -355,6 +360,7 @@ class Layout:
     subtracted: Array | float = 0.0
     in_model: Mapping[tuple[str, str], float] = field(default_factory=dict)
     curves: Curves = ()
+    angles: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def grid(self) -> Grid:
@@ -379,6 +385,12 @@ class Layout:
             explained = explained + column * size
         return replace(self, residuals=replace(self.residuals, values=self.residuals.values - explained))
 
+    def with_angles(self, angles: Mapping[str, float]) -> "Layout":
+        """Return the layout of a track without angles of the vanes with these in its residuals, to first order."""
+        sizes = [angles.get(name, 0.0) for name in self.free.names]
+        residuals = replace(self.residuals, values=self.residuals.values + self.free.columns @ np.array(sizes))
+        return replace(self, residuals=residuals, angles=angles)
+
 
 def lay_out(
     log: FlightLog,
@@ -395,7 +407,30 @@ def lay_out(
     track = track_of(log, checked.fresh)
     measured = below_range_end(track, log)
     track, curves = without_error_curve(track, measured, setting)
-    return replace(_laid_out(checked, track, measured, aircraft, setting, effects), curves=curves)
+    laid = _laid_out(checked, track, measured, aircraft, setting, effects)
+    for _ in range(VANE_ROUNDS):
+        if not (angles := _vane_angles(laid)):
+            break
+        bare = without_vane_angles(track, angles)
+        laid = _laid_out(checked, bare, measured, aircraft, setting, effects).with_angles(angles)
+    return replace(laid, curves=curves)
+
+
+def _vane_angles(layout: Layout) -> Mapping[str, float]:
+    """The sizes of the free parameters of the vanes, if one is off by more than its usual deviation; else none.
+
+    Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like drag. A size beyond
+    what a vane can have comes from something else.
+    """
+    free = layout.free
+    if layout.scene.force_model is None:
+        return {}
+    fit = fit_free_parameters(layout.residuals.values, free, layout.used)
+    sizes = dict(zip(free.names, fit.sizes, strict=True))
+    usual = dict(zip(free.names, free.deviations, strict=True))
+    angles = {name: float(sizes[name]) for name in VANE_PARAMETERS if name in sizes}
+    off = any(abs(size - layout.angles.get(name, 0.0)) > usual[name] for name, size in angles.items())
+    return angles if off and all(abs(v) < MOST_OFF[n.rsplit(" ", 1)[1]] for n, v in angles.items()) else {}
 
 
 def with_aircraft(layout: Layout, aircraft: AircraftModel, kept: Mapping[Overlay, Array] | None = None) -> Layout:
@@ -405,7 +440,7 @@ def with_aircraft(layout: Layout, aircraft: AircraftModel, kept: Mapping[Overlay
     """
     checked, track, measured = layout.checked, layout.track, layout.measured
     laid = _laid_out(checked, track, measured, aircraft, layout.setting, WHOLE_FLIGHT, kept)
-    return replace(laid, curves=layout.curves)
+    return replace(laid.with_angles(layout.angles), curves=layout.curves)
 
 
 def _laid_out(

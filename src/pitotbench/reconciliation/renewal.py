@@ -17,7 +17,7 @@ from pitotbench.effects.overlay import Overlay
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.equations import equations_from, inner_products
 from pitotbench.reconciliation.evidence import merit
-from pitotbench.reconciliation.free_parameters import AnalysisSetting, free_parameters_of
+from pitotbench.reconciliation.free_parameters import AnalysisSetting, free_parameters_of, with_vane_angles
 from pitotbench.reconciliation.layout import Layout, lay_out, mean_wind_of, with_aircraft, without_error_curve
 from pitotbench.reconciliation.noise import ORDER, NoiseModel
 from pitotbench.reconciliation.residuals import AircraftModel, ForceModel, Scene, channel_residuals, clean_track
@@ -29,6 +29,7 @@ from pitotbench.reconciliation.signatures import (
     columns_of,
     happens_once,
     moves_levers,
+    reads_gusts,
     residual_change,
     searched_shapes,
 )
@@ -86,7 +87,8 @@ def without_sensor_effects(original: Layout, entries: Entries) -> Layout:
     if corrected is original:
         return original
     values = corrected.residuals.values + sensor_change(corrected.scene, entries)
-    return replace(corrected, track=original.track, residuals=replace(corrected.residuals, values=values))
+    track = _with_measured_vanes(original, entries).track
+    return replace(corrected, track=track, residuals=replace(corrected.residuals, values=values))
 
 
 def with_corrected_track(original: Layout, entries: Entries) -> Layout:
@@ -96,6 +98,7 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
     """
     if not any(isinstance(effect_of(name), SensorEffect) and sizes for name, sizes in entries.items()):
         return original
+    original = _with_measured_vanes(original, entries)
     old = original.scene
     track, clean, curves = original.track, old.clean, original.curves
     for _ in range(UNDOINGS):
@@ -109,7 +112,7 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
     scene = replace(scene, base=channel_residuals(clean, scene.grid, scene.frame, scene.replay))
     values = scene.residuals_of(track).values - original.subtracted
     free = free_parameters_of(scene, original.setting, original.shapes)
-    return replace(
+    corrected = replace(
         original,
         track=track,
         scene=scene,
@@ -118,6 +121,18 @@ def with_corrected_track(original: Layout, entries: Entries) -> Layout:
         signatures=tuple(_from_scene(scene, s) for s in original.signatures),
         curves=curves,
     )
+    return corrected.with_angles(original.angles)
+
+
+def _with_measured_vanes(layout: Layout, entries: Entries) -> Layout:
+    """Return a layout with those vanes of its track as the log has them that some effects change.
+
+    Its residuals stay those of the track before.
+    """
+    changed = {channel for name in entries if reads_gusts(name) for channel in effect_of(name).changes}
+    back = {name: size for name, size in layout.angles.items() if name.rsplit(" ", 1)[0] in changed}
+    kept = {name: size for name, size in layout.angles.items() if name not in back}
+    return replace(layout, track=with_vane_angles(layout.track, back), angles=kept)
 
 
 def sensor_change(scene: Scene, entries: Entries) -> Array:

@@ -18,13 +18,14 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from pitotbench.bench.fleet import require_all, run_tasks
+from pitotbench.bench.fleet import Failure, require_all, run_tasks
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
 from pitotbench.logbook.formats import write_log
 from pitotbench.records.case import Case, EffectSpec, PressureErrorSpec, Wind
 from pitotbench.records.log import FlightLog
 from pitotbench.sensing.recorder import header
+from pitotbench.simulation.plant import SimulationError
 from pitotbench.units import KNOT, Array
 from pitotlab.blind.flown import DEVELOPMENT, SETTINGS, Environment, Setting, flown, has_wind, recorded
 from pitotlab.blind.forms import OWN_FORMS
@@ -248,18 +249,24 @@ def seal(folder: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bo
 
 
 def write_cases(logs: Path, seed: int, cases: Sequence[HiddenCase], held: Sequence[bool], jobs: int) -> None:
-    """Fly and write all logs that are not there yet."""
+    """Fly and write all logs that are not there yet. A flight that a hidden effect ends is told and has no log."""
     logs.mkdir(parents=True, exist_ok=True)
     todo = [(i, seed + i, case, out) for i, (case, out) in enumerate(zip(cases, held, strict=True))]
     todo = [work for work in todo if not (logs / f"{name_of(work[0])}.parquet").is_file()]
     written = count(len(cases) - len(todo) + 1)
 
     def step() -> None:
-        done = next(written)
-        if done % 10 == 0 or done == len(cases):
-            print(f"written: {done} of {len(cases)}", flush=True)
+        number = next(written)
+        if number % 10 == 0 or number == len(cases):
+            print(f"written: {number} of {len(cases)}", flush=True)
 
-    require_all(run_tasks(partial(_write, logs), todo, jobs, step=step))
+    done = []
+    for (number, *_), each in zip(todo, run_tasks(partial(_write, logs), todo, jobs, step=step), strict=True):
+        if isinstance(each, Failure) and issubclass(each.kind, SimulationError):
+            print(f"{name_of(number)} cannot be flown: {each.reason}", flush=True)
+        else:
+            done.append(each)
+    require_all(done)
 
 
 def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> None:

@@ -41,7 +41,7 @@ from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.track import track_of
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
-from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind
+from pitotbench.records.case import PILOTS, Case, EffectSpec, PressureErrorSpec, Wind, rates_for
 from pitotbench.records.gap import Account, FlownAgain, FoundFormula
 from pitotbench.records.log import FlightLog, Provenance
 from pitotbench.records.verdict import SURE, Candidate, JoinedFlight, Verdict
@@ -312,7 +312,8 @@ def fly_again(log: FlightLog, card: Case | None, effects: Sequence[EffectSpec]) 
         return FlownAgain(
             skipped="the log has no column `segment`: its parts cannot be matched to those of the card"
         )
-    base = replace(card, wind=wind_of_log(log), effects=())
+    slow = rates_for(card.das.air_rate)[0]  # means of segments are compared, and the slowest rate gives them too
+    base = replace(card, wind=wind_of_log(log), effects=(), integration_rate=slow)
     try:
         found = _flights([base], effects)
     except BadInputError as error:

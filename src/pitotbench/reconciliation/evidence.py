@@ -13,7 +13,7 @@ from pitotbench.reconciliation.equations import Fit, whitened_columns
 from pitotbench.reconciliation.layout import Layout
 from pitotbench.reconciliation.noise import NoiseModel
 from pitotbench.reconciliation.null_distribution import ScoreScale, size_label
-from pitotbench.reconciliation.signatures import FITTED, Signature, columns_of
+from pitotbench.reconciliation.signatures import FITTED, Signature, columns_of, reads_gusts
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.records.calibration import Estimate
 from pitotbench.units import Array
@@ -462,9 +462,12 @@ class LogEvidence:
         """The columns of effects that null flights show, with the prior deviations of their sizes there.
 
         A size like that of null flights is no evidence; only what exceeds it is. For the fluctuating part of each
-        signature this is what null flights have beyond noise.
+        signature this is what null flights have beyond noise. A vane reads gusts whole, and so do the residuals: it
+        seems to have a wrong scale, and a flight of another day has other gusts, so that twice that size is usual.
         """
-        scores = self._fluctuating
+        spreads = [self._null_scores.fluctuation.get(label, 1.0) for label in self.labels]
+        vanes = [c for c, s in enumerate(self.signatures) if reads_gusts(s.effect) and spreads[c] > 1.0]
+        scores = self._fluctuating | {c: THRESHOLDS.null_size_margin * spreads[c] for c in vanes}
         powers = np.diag(plain.inner)
         usable = [c for c in scores if powers[c] > SMALLEST]
         return usable, np.array([scores[c] for c in usable]) / np.sqrt(powers[usable])

@@ -408,7 +408,7 @@ def lay_out(
     measured = below_range_end(track, log)
     track, curves = without_error_curve(track, measured, setting)
     laid = _laid_out(checked, track, measured, aircraft, setting, effects)
-    for _ in range(VANE_ROUNDS):
+    for _ in range(VANE_ROUNDS if laid.scene.force_model is not None else 0):
         if not (angles := _vane_angles(laid)):
             break
         bare = without_vane_angles(track, angles)
@@ -423,8 +423,6 @@ def _vane_angles(layout: Layout) -> Mapping[str, float]:
     what a vane can have comes from something else.
     """
     free = layout.free
-    if layout.scene.force_model is None:
-        return {}
     fit = fit_free_parameters(layout.residuals.values, free, layout.used)
     sizes = dict(zip(free.names, fit.sizes, strict=True))
     usual = dict(zip(free.names, free.deviations, strict=True))

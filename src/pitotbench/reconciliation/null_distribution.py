@@ -112,15 +112,13 @@ def theoretical_distribution(layout: Layout) -> NullDistribution:
     limit = float(np.sqrt(2.0 * least))  # the score of one size that shows a gap
     noise = noise_of_log(layout)
     noise = replace(noise, deviations=THRESHOLDS.noise_without_null_flights * noise.deviations)
-    owners = {
-        size_label(name, p.name): name
+    fluctuation = {
+        size_label(name, p.name): THRESHOLDS.vanes_unknown if reads_gusts(name) else THRESHOLDS.fluctuation_unknown
         for name, effect in FITTED.items()
         for p in effect.parameters
         if not p.shape and not effect.part_of
     }
-    fluctuation = dict.fromkeys(owners, THRESHOLDS.fluctuation_unknown)
-    vanes = {label: THRESHOLDS.vanes_unknown for label, name in owners.items() if reads_gusts(name)}
-    return NullDistribution(noise, ScoreScale({}, {}, {}, {}, fluctuation, vanes), limit, limit, 0)
+    return NullDistribution(noise, ScoreScale({}, {}, {}, {}, fluctuation), limit, limit, 0)
 
 
 def size_label(effect: str, parameter: str) -> str:

@@ -68,6 +68,7 @@ class Thresholds:
     contradicted_from: float = 4.0  # σ between flights, or between parts of one; false in one set of 3,000
     left_over_from: float = 2.0  # root mean square of a score on eight null flights: by chance in one of 10,000
     left_over_most: int = 12  # sizes that null flights may still seem to have, so that the search ends
+    null_size_margin: float = 2.0  # sizes of vane effects on null flights of this card, for one of another day
     wander_unknown: float = 1.0  # surplus of squared scores without null flights: noise that the log itself gives
     beam_depth: float = 12.0  # of the logarithm of the weight by which a set that is still weighed may be behind
 

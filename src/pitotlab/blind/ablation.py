@@ -92,6 +92,7 @@ STEPS: Mapping[str, Step] = {
     "form error": Step({"form_error": 0.0}),
     "smooth error": Step({"smooth_error": 0.0}),
     "form and smooth error": Step({"form_error_from": NEVER}),
+    "vanes": Step({"null_size_margin": 0.0}),
     "fluctuation": Step(functions=NO_FLUCTUATION),
     "left-over scores": Step(of_null=_without_left_over),
     "wander": Step(functions=NO_WANDER),

@@ -12,6 +12,8 @@ from pitotbench.effects.effect import Effect
 from pitotbench.effects.overlay import Overlay
 from pitotbench.logbook.plausible_air import at_ceiling
 from pitotbench.reconciliation.free_parameters import (
+    ANGLE_BIAS,
+    ANGLE_SCALE,
     VANE_PARAMETERS,
     AnalysisSetting,
     FreeParameters,
@@ -326,7 +328,7 @@ def cells(track: Track, grid: Grid, base: ChannelResiduals) -> tuple[tuple[Cell,
 
 PASCAL_A_METER = 10.0  # of height near the ground, rounded
 MOST_OFF = {"bias": 10.0 * DEGREE, "scale": 0.5}  # of a vane: the ranges of its effects
-VANE_ROUNDS = 3  # Gauss-Newton steps, of which usual vanes need none
+VANE_ROUNDS = 3  # Gauss-Newton steps; a vane that is off by no more than usual needs none
 CURVE_ROUNDS = 2  # the error curve is linearized, so that a large one needs a second round
 DAY = "nonstandard_temperature"  # a gap where the day is told; a free parameter where nobody told it
 USUAL_DAYS = {"warmer_k": 10.0}  # prior deviation of its sizes: days of the temperate zone
@@ -409,26 +411,24 @@ def lay_out(
     track, curves = without_error_curve(track, measured, setting)
     laid = _laid_out(checked, track, measured, aircraft, setting, effects)
     for _ in range(VANE_ROUNDS if laid.scene.force_model is not None else 0):
-        if not (angles := _vane_angles(laid)):
-            break
+        angles = _vane_angles(laid)
         bare = without_vane_angles(track, angles)
+        moved = {name: bare[name] - laid.track[name] for name in ANGLE_SCALE if name in track}
+        if all(np.sqrt(np.mean(by**2)) <= ANGLE_BIAS[name] for name, by in moved.items()):
+            break
         laid = _laid_out(checked, bare, measured, aircraft, setting, effects).with_angles(angles)
     return replace(laid, curves=curves)
 
 
 def _vane_angles(layout: Layout) -> Mapping[str, float]:
-    """The sizes of the free parameters of the vanes, if one is off by more than its usual deviation; else none.
+    """The sizes of the free parameters of the vanes; none where one is beyond what a vane can have.
 
-    Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like drag. A size beyond
-    what a vane can have comes from something else.
+    Forces are not linear in the angles: two degrees of a vane's zero would otherwise look like drag.
     """
-    free = layout.free
-    fit = fit_free_parameters(layout.residuals.values, free, layout.used)
-    sizes = dict(zip(free.names, fit.sizes, strict=True))
-    usual = dict(zip(free.names, free.deviations, strict=True))
-    angles = {name: float(sizes[name]) for name in VANE_PARAMETERS if name in sizes}
-    off = any(abs(size - layout.angles.get(name, 0.0)) > usual[name] for name, size in angles.items())
-    return angles if off and all(abs(v) < MOST_OFF[n.rsplit(" ", 1)[1]] for n, v in angles.items()) else {}
+    sizes = fit_free_parameters(layout.residuals.values, layout.free, layout.used).sizes
+    fitted = dict(zip(layout.free.names, sizes.tolist(), strict=True))
+    angles = {name: fitted[name] for name in VANE_PARAMETERS if name in fitted}
+    return angles if all(abs(v) < MOST_OFF[n.rsplit(" ", 1)[1]] for n, v in angles.items()) else {}
 
 
 def with_aircraft(layout: Layout, aircraft: AircraftModel, kept: Mapping[Overlay, Array] | None = None) -> Layout:

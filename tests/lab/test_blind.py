@@ -16,6 +16,7 @@ from pitotbench.effects.effect import SensorEffect
 from pitotbench.effects.response import Signals
 from pitotbench.logbook.reading import read_log
 from pitotbench.records.case import EffectSpec
+from pitotbench.simulation.plant import SimulationError
 from pitotlab.blind.analyze import analyze, flights_of
 from pitotlab.blind.case import JudgedCase
 from pitotlab.blind.drawn import (
@@ -25,6 +26,7 @@ from pitotlab.blind.drawn import (
     KINDS,
     LEAST_STRONG,
     STRONGEST,
+    HiddenCase,
     cause_of,
     draw_set,
     generate,
@@ -61,6 +63,16 @@ def signatures(strength: float = 60.0) -> SettingSignatures:
     values = np.zeros((len(names), len(time), 1))
     unit = np.full((len(names), len(time)), strength**2 / len(time))
     return SettingSignatures(names, ("a",), time, ("leg",) * len(time), values, np.full(len(names), strength), unit)
+
+
+def test_a_flight_that_its_effect_ends_is_told_and_has_no_log(tmp_path, monkeypatch, capsys):
+    def departs(*given):
+        raise SimulationError("the aircraft departed")
+
+    monkeypatch.setattr("pitotlab.blind.drawn.log_of", departs)
+    write_cases(tmp_path, SEED, [HiddenCase("none", ("C",), (), Environment())], [False], 1)
+    assert "log-0000 cannot be flown: the aircraft departed" in capsys.readouterr().out
+    assert not list(tmp_path.iterdir())
 
 
 def drawn(seed: int, share: float = 1.0, letters: str = "ABCDEFGHIJKLMNO"):

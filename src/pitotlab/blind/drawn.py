@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from pitotbench.bench.fleet import Failure, require_all, run_tasks
+from pitotbench.bench.fleet import require_all, run_tasks
 from pitotbench.effects import EFFECTS, FORMS
 from pitotbench.effects.effect import Effect, SensorEffect
 from pitotbench.logbook.formats import write_log
@@ -260,22 +260,23 @@ def write_cases(logs: Path, seed: int, cases: Sequence[HiddenCase], held: Sequen
         if number % 10 == 0 or number == len(cases):
             print(f"written: {number} of {len(cases)}", flush=True)
 
-    done = []
-    for (number, *_), each in zip(todo, run_tasks(partial(_write, logs), todo, jobs, step=step), strict=True):
-        if isinstance(each, Failure) and issubclass(each.kind, SimulationError):
-            print(f"{name_of(number)} cannot be flown: {each.reason}", flush=True)
-        else:
-            done.append(each)
-    require_all(done)
+    for name, why in require_all(run_tasks(partial(_write, logs), todo, jobs, step=step)):
+        if why:
+            print(f"{name} cannot be flown: {why}", flush=True)
 
 
-def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> None:
+def _write(logs: Path, work: tuple[int, int, HiddenCase, bool]) -> tuple[str, str]:
+    """Write the logs of a case. Return its name, and why it cannot be flown, or an empty text."""
     number, seed, case, held = work
     bend = bend_of(seed)
     flights = [*((HELD, case.settings[-1]) for _ in range(held)), *reversed(list(enumerate(case.settings)))]
     for flight, letter in flights:  # the first log last: who sees it may judge it
-        log = log_of(case, SETTINGS[letter], seed + APART * flight, bend)
+        try:
+            log = log_of(case, SETTINGS[letter], seed + APART * flight, bend)
+        except SimulationError as error:
+            return name_of(number), str(error)
         write_log(log, logs / f"{name_of(number, flight)}.parquet")
+    return name_of(number), ""
 
 
 def bend_of(seed: int) -> Array:

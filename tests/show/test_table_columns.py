@@ -83,6 +83,10 @@ def test_an_optional_column_without_a_value_is_not_shown():
     assert "[ft]" in markdown_table(columns, [{"x": 1, "y": 2.0}])
 
 
+def test_a_correction_that_is_rounded_to_nought_has_no_minus_sign():
+    assert [Column("x", lambda r: r, "ft", "+.0f").text(value) for value in (-0.4, -0.6)] == ["+0", "-1"]
+
+
 def test_a_table_of_no_rows_prints_nothing():
     assert _printed(lambda console: print_table(COLUMNS, [], console, "title")) == ""
 

@@ -388,7 +388,7 @@ class Layout:
         return replace(self, residuals=replace(self.residuals, values=self.residuals.values - explained))
 
     def with_angles(self, angles: Mapping[str, float]) -> "Layout":
-        """Return the layout of a track without angles of the vanes with these in its residuals, to first order."""
+        """Return the layout with errors of the vanes, which its track lacks, in its residuals, to first order."""
         sizes = [angles.get(name, 0.0) for name in self.free.names]
         residuals = replace(self.residuals, values=self.residuals.values + self.free.columns @ np.array(sizes))
         return replace(self, residuals=residuals, angles=angles)
@@ -413,8 +413,8 @@ def lay_out(
     for _ in range(VANE_ROUNDS if laid.scene.force_model is not None else 0):
         angles = _vane_angles(laid)
         bare = without_vane_angles(track, angles)
-        moved = {name: bare[name] - laid.track[name] for name in ANGLE_SCALE if name in track}
-        if all(np.sqrt(np.mean(by**2)) <= ANGLE_BIAS[name] for name, by in moved.items()):
+        vanes = [name for name in ANGLE_SCALE if name in track]
+        if all(np.sqrt(np.mean((bare[n] - laid.track[n]) ** 2)) <= ANGLE_BIAS[n] for n in vanes):
             break
         laid = _laid_out(checked, bare, measured, aircraft, setting, effects).with_angles(angles)
     return replace(laid, curves=curves)

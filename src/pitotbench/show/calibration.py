@@ -58,7 +58,7 @@ CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
         lambda p: p.knots(p.curve.indicated_airspeed + p.curve.correction),
         "kt", ".2f", "calibrated_airspeed_kt",
     ),
-    Column("correction", lambda p: p.knots(p.curve.correction), "kt", "+z.2f", "correction_kt"),
+    Column("correction", lambda p: p.knots(p.curve.correction), "kt", "+.2f", "correction_kt"),
     Column("±2σ bound", lambda p: p.knots(p.curve.two_sigma), "kt", ".2f", "two_sigma_kt"),
     Column(
         "±2σ of whole curve",
@@ -69,14 +69,14 @@ CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
         "2σ for white residuals", lambda p: p.knots(p.curve.white_two_sigma), "kt", ".2f", "white_two_sigma_kt"
     ),
     Column(
-        "Δp/q_c", lambda p: p.at(p.curve.normalized_pressure_error), style="+z.4f", key="normalized_pressure_error"
+        "Δp/q_c", lambda p: p.at(p.curve.normalized_pressure_error), style="+.4f", key="normalized_pressure_error"
     ),
     Column(
         "±2σ of Δp/q_c", lambda p: p.at(p.curve.normalized_two_sigma), style=".4f", key="normalized_two_sigma"
     ),
     Column(
         "altitude correction", lambda p: p.feet(p.curve.altitude_correction),
-        "ft", "+z.0f", "altitude_correction_ft", optional=True,
+        "ft", "+.0f", "altitude_correction_ft", optional=True,
     ),
     Column(
         "±2σ of altitude", lambda p: p.feet(p.curve.altitude_two_sigma),
@@ -296,7 +296,7 @@ def choice_columns(rows: Sequence[WeighedModel]) -> list[Column[WeighedModel]]:
         return Column(
             heading,
             lambda row: None if row.criteria is None else of(row.criteria) - best(values),
-            style="+z.1f",
+            style="+.1f",
         )
 
     return [

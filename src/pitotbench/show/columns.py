@@ -70,13 +70,13 @@ class Column(Generic[Row]):
     optional: bool = False
 
     def text(self, row: Row) -> str:
-        """The cell of a row, without the unit."""
+        """The cell of a row, without the unit; a signed number that is rounded to nought is +0."""
         value = self.value(row)
         if value is None:
             return _ABSENT
         if isinstance(value, bool):
             return "yes" if value else "no"
-        return format(value, self.style).removesuffix("%") if self.style else str(value)
+        return format(value, self.style.replace("+", "+z")).removesuffix("%") if self.style else str(value)
 
     @property
     def title(self) -> str:

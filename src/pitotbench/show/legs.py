@@ -25,7 +25,7 @@ POINT_COLUMNS: tuple[Column[FixedSpeedPoint], ...] = (
     Column("", lambda p: p.legs, key="legs"),
     Column("IAS", lambda p: p.indicated_airspeed / KNOT, "kt", ".1f", "indicated_airspeed_kt"),
     Column("CAS", lambda p: p.calibrated_airspeed / KNOT, "kt", ".1f", "calibrated_airspeed_kt"),
-    Column("correction", lambda p: p.correction / KNOT, "kt", "+z.2f", "correction_kt"),
+    Column("correction", lambda p: p.correction / KNOT, "kt", "+.2f", "correction_kt"),
     Column("±2σ bound", lambda p: p.two_sigma / KNOT, "kt", ".2f", "two_sigma_kt"),
     Column("TAS", lambda p: p.true_airspeed / KNOT, "kt", ".1f", "true_airspeed_kt"),
     Column("", lambda p: p.true_airspeed_two_sigma / KNOT, key="true_airspeed_two_sigma_kt"),
@@ -64,7 +64,7 @@ def point_columns(curve: ErrorCurve | None) -> list[Column[FixedSpeedPoint]]:
     """The columns of the points; with a curve, also the point's correction minus that of the curve."""
     if curve is None:
         return list(POINT_COLUMNS)
-    return [*POINT_COLUMNS, Column("point − curve", lambda point: _off(point, curve), "kt", "+z.2f")]
+    return [*POINT_COLUMNS, Column("point − curve", lambda point: _off(point, curve), "kt", "+.2f")]
 
 
 def legs_json(true_airspeed: float, spread: float | None, wind_speed: float, wind_from: float) -> dict[str, Any]:
@@ -102,13 +102,13 @@ CARD_POINT_COLUMNS: tuple[Column[CardPoint], ...] = (
     Column("legs", lambda p: p.legs, "", "d", "legs"),
     Column("KIAS", lambda p: p.indicated_airspeed / KNOT, "kt", ".1f", "indicated_airspeed_kt"),
     Column("KCAS", lambda p: _scaled(p.calibrated_airspeed, KNOT), "kt", ".1f", "calibrated_airspeed_kt"),
-    Column("correction", lambda p: _scaled(p.correction, KNOT), "kt", "+z.2f", "correction_kt"),
+    Column("correction", lambda p: _scaled(p.correction, KNOT), "kt", "+.2f", "correction_kt"),
     Column("±2σ", lambda p: _scaled(p.two_sigma, KNOT), "kt", ".2f", "two_sigma_kt"),
     Column(
         "altitude correction",
         lambda p: _scaled(p.altitude_correction, FOOT),
         "ft",
-        "+z.0f",
+        "+.0f",
         "altitude_correction_ft",
     ),
     Column("±2σ", lambda p: _scaled(p.altitude_two_sigma, FOOT), "ft", ".0f", "altitude_two_sigma_ft"),
@@ -122,11 +122,11 @@ _CurveRow = tuple[float, float, float, float, float, float, float, float]
 CURVE_COLUMNS: tuple[Column[_CurveRow], ...] = (
     Column("KIAS", lambda r: r[0], "kt", ".1f", "indicated_airspeed_kt"),
     Column("KCAS", lambda r: r[1], "kt", ".1f", "calibrated_airspeed_kt"),
-    Column("correction", lambda r: r[2], "kt", "+z.2f", "correction_kt"),
+    Column("correction", lambda r: r[2], "kt", "+.2f", "correction_kt"),
     Column("±2σ", lambda r: r[3], "kt", ".2f", "two_sigma_kt"),
-    Column("altitude correction", lambda r: r[4], "ft", "+z.0f", "altitude_correction_ft"),
+    Column("altitude correction", lambda r: r[4], "ft", "+.0f", "altitude_correction_ft"),
     Column("±2σ", lambda r: r[5], "ft", ".0f", "altitude_two_sigma_ft"),
-    Column("Δp/q_c", lambda r: r[6], "", "+z.4f", "normalized_pressure_error"),
+    Column("Δp/q_c", lambda r: r[6], "", "+.4f", "normalized_pressure_error"),
     Column("", lambda r: r[7], key="normalized_two_sigma"),
 )
 
@@ -172,11 +172,11 @@ FLY_BY_COLUMNS: tuple[Column[FlyByPoint], ...] = (
     Column("point", lambda p: p.point, key="point"),
     Column("configuration", lambda p: p.configuration or None, key="configuration", optional=True),
     Column("KIAS", lambda p: p.indicated_airspeed / KNOT, "kt", ".1f", "indicated_airspeed_kt"),
-    Column("altitude correction", lambda p: p.altitude_correction / FOOT, "ft", "+z.0f", "altitude_correction_ft"),
+    Column("altitude correction", lambda p: p.altitude_correction / FOOT, "ft", "+.0f", "altitude_correction_ft"),
     Column("±2σ", lambda p: p.altitude_two_sigma / FOOT, "ft", ".0f", "two_sigma_ft"),
-    Column("correction", lambda p: p.correction / KNOT, "kt", "+z.2f", "correction_kt"),
+    Column("correction", lambda p: p.correction / KNOT, "kt", "+.2f", "correction_kt"),
     Column("±2σ", lambda p: p.two_sigma / KNOT, "kt", ".2f", "two_sigma_kt"),
-    Column("Δp/q_c", lambda p: p.normalized_pressure_error, "", "+z.4f", "normalized_pressure_error"),
+    Column("Δp/q_c", lambda p: p.normalized_pressure_error, "", "+.4f", "normalized_pressure_error"),
     Column("±2σ", lambda p: p.normalized_two_sigma, "", ".4f", "normalized_two_sigma"),
 )
 

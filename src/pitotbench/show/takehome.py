@@ -166,7 +166,7 @@ def difference_sentence(found: CurveDifference) -> str:
 _DifferenceRow = tuple[float, float, float]
 DIFFERENCE_COLUMNS: tuple[Column[_DifferenceRow], ...] = (
     Column("KIAS", lambda r: r[0], "", ".0f", "indicated_airspeed_kt"),
-    Column("difference of the corrections", lambda r: r[1], "kt", "+z.2f", "difference_kt"),
+    Column("difference of the corrections", lambda r: r[1], "kt", "+.2f", "difference_kt"),
     Column("±2σ", lambda r: r[2], "kt", ".2f", "two_sigma_kt"),
 )
 
@@ -240,7 +240,7 @@ def _handbook(curve: ErrorCurve) -> list[_Column]:
     for height in _HEIGHTS_FT if curve.altitude_correction is not None else ():
         value, bound = (each / FOOT for each in altitude_correction(curve, height * FOOT))
         at, heading = f"at_{height}_ft", f"add to the altimeter at {height:,} ft"
-        columns.append(_Column(heading, "ft", f"altitude_correction_{at}", "+z.0f", value))
+        columns.append(_Column(heading, "ft", f"altitude_correction_{at}", "+.0f", value))
         columns.append(_Column("±2σ", "ft", f"altitude_two_sigma_{at}", ".0f", bound))
     return columns
 

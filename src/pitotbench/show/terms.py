@@ -60,7 +60,7 @@ TERM_COLUMNS: tuple[Column[TermEstimate], ...] = (
     Column("model", lambda term: term.model, style=".4g", key="model"),
     Column("measured", lambda term: term.measured.value, style=".4g", key="measured"),
     Column("±2σ", lambda term: term.measured.two_sigma, style=".2g", key="two_sigma"),
-    Column("change", lambda term: 100.0 * term.change.value, "%", "+z.0f", key="change_percent"),
+    Column("change", lambda term: 100.0 * term.change.value, "%", "+.0f", key="change_percent"),
     Column(
         "±2σ of the change", lambda term: 100.0 * term.change.two_sigma, "%", ".0f", key="change_two_sigma_percent"
     ),

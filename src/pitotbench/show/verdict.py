@@ -41,7 +41,7 @@ PLACE_COLUMNS: tuple[Column[Located], ...] = (
     Column("", lambda place: place.channel, key="channel"),
     Column("", lambda place: place.phase, key="phase"),
     Column("", lambda place: place.variable, key="variable"),
-    Column("gap", lambda place: place.significance, "σ", "+z.1f", "significance"),
+    Column("gap", lambda place: place.significance, "σ", "+.1f", "significance"),
 )
 
 CHECK_COLUMNS: tuple[Column[Check], ...] = (
@@ -81,8 +81,8 @@ FEATURE_COLUMNS: tuple[Column[Feature], ...] = (
     Column("measured", lambda f: f.measured, style=".2f"),
     Column("simulated", lambda f: f.simulated, style=".2f"),
     Column("patched", lambda f: f.patched, style=".2f"),
-    Column("measured − simulated", lambda f: _difference(f, f.simulated), "σ", "+z.1f"),
-    Column("measured − patched", lambda f: _difference(f, f.patched), "σ", "+z.1f"),
+    Column("measured − simulated", lambda f: _difference(f, f.simulated), "σ", "+.1f"),
+    Column("measured − patched", lambda f: _difference(f, f.patched), "σ", "+.1f"),
 )
 
 
@@ -152,7 +152,7 @@ def round_columns(account: Account) -> list[Column[int]]:
         Column("pass", lambda number: str(number + 1)),
         Column("verdict", verdict_words),
         Column("largest gap in", largest),
-        Column("largest gap", significance, "σ", "+z.1f"),
+        Column("largest gap", significance, "σ", "+.1f"),
     ]
 
 

@@ -94,7 +94,7 @@ def _loaded_card(card: Case, log: FlightLog) -> Case:
 
 
 # Hz. The change of a force by an effect in a held state differs by less than 1 % between the two rates.
-COARSE_RATE, FINE_RATE = 25.0, 100.0
+COARSE_RATE, FINE_RATE = 10.0, 100.0
 
 
 def aircraft_model(name: str) -> AircraftModel | None:

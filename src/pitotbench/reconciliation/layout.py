@@ -27,15 +27,26 @@ from pitotbench.reconciliation.residuals import (
     ENGINES,
     AircraftModel,
     ChannelResiduals,
+    ForceModel,
     Scene,
     air_velocity,
+    channel_residuals,
     set_scene,
     slack,
     true_airspeed_along,
 )
 from pitotbench.reconciliation.signatures import WHOLE_FLIGHT, Signature, signatures_of
 from pitotbench.reconciliation.thresholds import THRESHOLDS
-from pitotbench.reconciliation.track import MARGIN, Grid, Track, lacking, mach_number, replay_motion, track_of
+from pitotbench.reconciliation.track import (
+    MARGIN,
+    Grid,
+    Track,
+    answer,
+    lacking,
+    mach_number,
+    replay_motion,
+    track_of,
+)
 from pitotbench.records import BadInputError
 from pitotbench.records.calibration import Estimate
 from pitotbench.records.log import FlightLog
@@ -431,14 +442,22 @@ def _vane_angles(layout: Layout) -> Mapping[str, float]:
     return angles if all(abs(v) < MOST_OFF[n.rsplit(" ", 1)[1]] for n, v in angles.items()) else {}
 
 
-def with_aircraft(layout: Layout, aircraft: AircraftModel, kept: Mapping[Overlay, Array] | None = None) -> Layout:
-    """Return the layout of the same log with another aircraft, with all hypotheses.
+def with_aircraft(layout: Layout, aircraft: AircraftModel) -> Layout:
+    """Return the layout of the same log with another aircraft, whose answer along the track is measured anew.
 
-    `kept` holds the changes of the reaction by overlays that are the same on both aircraft.
+    Hypotheses, free parameters and slopes stay: what another effect in the model changes of them is small of second
+    order.
     """
-    checked, track, measured = layout.checked, layout.track, layout.measured
-    laid = _laid_out(checked, track, measured, aircraft, layout.setting, WHOLE_FLIGHT, kept)
-    return replace(laid.with_angles(layout.angles), curves=layout.curves)
+    scene = layout.scene
+    if scene.force_model is None:
+        return layout
+    old = scene.force_model.replay
+    replay = replace(old, values=answer(lambda motion: aircraft.react(motion, Overlay(), True), old.motion))
+    model = ForceModel(replay, aircraft, scene.force_model.coarse, scene.force_model.units)
+    base = channel_residuals(scene.clean, scene.grid, scene.frame, replay)
+    scene = replace(scene, base=base, force_model=model)
+    residuals = _residuals(scene, layout.track, layout.measured, layout.setting)
+    return replace(layout, scene=scene, residuals=residuals, subtracted=0.0).with_angles(layout.angles)
 
 
 def _laid_out(
@@ -448,7 +467,6 @@ def _laid_out(
     aircraft: AircraftModel | None,
     setting: AnalysisSetting,
     effects: Catalog[Effect],
-    kept: Mapping[Overlay, Array] | None = None,
 ) -> Layout:
     if aircraft is not None and not aircraft.thrust_known:
         track = track.without(ENGINES)
@@ -457,20 +475,14 @@ def _laid_out(
         if aircraft is not None and not lacking(track, aircraft.controls)
         else None
     )
-    scene = set_scene(track, mean_wind_of(track, measured), replay, aircraft, kept)
+    scene = set_scene(track, mean_wind_of(track, measured), replay, aircraft)
     if len(scene.grid) < FEWEST_INSTANTS:
         raise BadInputError(
             f"the log gives {len(scene.grid)} instants to compare, and {FEWEST_INSTANTS} are needed: give at least "
             f"{(FEWEST_INSTANTS + 2) * scene.grid.step + 2.0 * MARGIN:.0f} s without a pause or an outage"
         )
     setting = replace(setting, pressure_step=_coarse_step(checked))
-    residuals = scene.residuals_of(track)
-    unusable = np.where(_usable(track, measured, scene.grid, setting), 0.0, UNUSABLE)
-    loose = slack(scene.grid, replay, residuals.names) + unusable[:, None]
-    if setting.pressure_step and "pressure_height" in residuals.names:
-        # Off by up to half a step for as long as it is held.
-        loose[:, residuals.names.index("pressure_height")] += setting.pressure_step / PASCAL_A_METER
-    residuals = replace(residuals, slack=loose)
+    residuals = _residuals(scene, track, measured, setting)
     places, shapes = cells(scene.clean, scene.grid, scene.base)
     free, signatures = free_parameters_of(scene, setting, shapes), signatures_of(scene, effects)
     if not setting.day_known:
@@ -478,6 +490,17 @@ def _laid_out(
         free = free.with_columns({f"{DAY} {s.parameter}": (s.column, USUAL_DAYS[s.parameter]) for s in days})
         signatures = tuple(s for s in signatures if s.effect != DAY)
     return Layout(checked, track, measured, scene, residuals, free, signatures, places, shapes, setting)
+
+
+def _residuals(scene: Scene, track: Track, measured: Booleans, setting: AnalysisSetting) -> ChannelResiduals:
+    """The residuals of a track with their slack: how far each is beyond noise, and whether it is used."""
+    residuals = scene.residuals_of(track)
+    unusable = np.where(_usable(track, measured, scene.grid, setting), 0.0, UNUSABLE)
+    loose = slack(scene.grid, scene.replay, residuals.names) + unusable[:, None]
+    if setting.pressure_step and "pressure_height" in residuals.names:
+        # Off by up to half a step for as long as it is held.
+        loose[:, residuals.names.index("pressure_height")] += setting.pressure_step / PASCAL_A_METER
+    return replace(residuals, slack=loose)
 
 
 def without_error_curve(track: Track, measured: Booleans, setting: AnalysisSetting) -> tuple[Track, Curves]:

@@ -22,6 +22,7 @@ ORDER = 12  # instants, so 6 s at two instants a second
 INDEPENDENT = 0.02  # share of each channel's innovations taken as independent, so that no combination has no noise
 SMALLEST = 1e-30  # sum of squares of a channel that does not change
 UNUSABLE = 1e6  # slack of instants that are not used, in the unit of any channel
+BLOCK = 32_768  # values: a quarter of a megabyte
 UNCHANGED = 1e-6  # share of a deviation that slack may add before the correlation is computed anew
 
 
@@ -44,16 +45,26 @@ class NoiseModel:
         `slack` (n, c) adds to the deviations. Rows whose past is not complete, or holds an unused instant,
         are zero.
         """
-        out = values.copy()
-        predicted = np.empty_like(out)
-        for lag in range(1, self.coefficients.shape[1] + 1):
-            weight = self.coefficients[:, lag - 1]
-            weight = weight if values.ndim == 2 else weight[:, None]
-            out[lag:] -= np.multiply(values[:-lag], weight, out=predicted[lag:])
-        scale = np.hypot(self.deviations, slack)
-        out /= scale if values.ndim == 2 else scale[:, :, None]
-        out[~complete_past(grid, slack, self.coefficients.shape[1])] = 0.0
-        return out
+        scale = self._scale(grid, slack)
+        return self._unpredicted(values) * (scale if values.ndim == 2 else scale[:, :, None])
+
+    def _unpredicted(self, values: Array) -> Array:
+        """Values less what their past predicts, block by block, so that a block stays near the processor."""
+        flat = values.reshape(len(values), -1)
+        weights = np.repeat(self.coefficients, flat.shape[1] // len(self.coefficients), axis=0).T
+        out, rows = flat.copy(), max(1, BLOCK // max(1, flat.shape[1]))
+        for begin in range(0, len(flat), rows):
+            end = min(begin + rows, len(flat))
+            for lag, weight in enumerate(weights, start=1):
+                first = max(begin, lag)
+                if first < end:
+                    out[first:end] -= flat[first - lag : end - lag] * weight
+        return out.reshape(values.shape)
+
+    def _scale(self, grid: Grid, slack: Array) -> Array:
+        """What turns an innovation into deviations, (n, c); 0 where the past is not complete."""
+        complete = complete_past(grid, slack, self.coefficients.shape[1])
+        return np.where(complete[:, None], 1.0 / np.hypot(self.deviations, slack), 0.0)
 
     def decorrelation(self, slack: Array) -> Array:
         """Return the matrices that turn the innovations of each instant into uncorrelated ones, (n, c, c).
@@ -82,13 +93,13 @@ class NoiseModel:
 
     def whitener(self, grid: Grid, slack: Array) -> Callable[[Array], Array]:
         """Return `whiten` for one grid and slack, so that many values share the decorrelation."""
-        decorrelation = self.decorrelation(slack)
+        weights = self.decorrelation(slack) * self._scale(grid, slack)[:, None, :]
 
         def whiten(values: Array) -> Array:
-            innovations = self.innovations(values, grid, slack)
+            unpredicted = self._unpredicted(values)
             if values.ndim == 2:
-                return np.asarray(decorrelation @ innovations[:, :, None])[:, :, 0]
-            return np.asarray(decorrelation @ innovations)
+                return np.asarray(weights @ unpredicted[:, :, None])[:, :, 0]
+            return np.asarray(weights @ unpredicted)
 
         return whiten
 

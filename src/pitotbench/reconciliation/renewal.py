@@ -25,7 +25,6 @@ from pitotbench.reconciliation.signatures import (
     COUNTED,
     FITTED,
     Signature,
-    acts_on_engines_alone,
     columns_of,
     happens_once,
     moves_levers,
@@ -34,8 +33,8 @@ from pitotbench.reconciliation.signatures import (
     searched_shapes,
 )
 from pitotbench.reconciliation.thresholds import THRESHOLDS
-from pitotbench.reconciliation.track import Track, adds_forces, answer, motion_of
-from pitotbench.records.aircraft import Motion, Reaction, UnitForces
+from pitotbench.reconciliation.track import Track, answer, motion_of
+from pitotbench.records.aircraft import Motion, Reaction
 from pitotbench.records.log import FlightLog
 from pitotbench.units import Array, Seconds
 
@@ -295,8 +294,7 @@ def with_effects(layout: Layout, aircraft: AircraftModel | None, entries: Entrie
     not_on_model = {n: s for n, s in fitted.items() if overlays[n] is None}
     patch = [overlay for overlay in overlays.values() if overlay is not None]
     if aircraft is not None and patch:
-        kept = _unmoved(layout, patch)
-        layout = with_aircraft(layout, patched_aircraft(aircraft, reduce(add, patch)), kept)
+        layout = with_aircraft(layout, patched_aircraft(aircraft, reduce(add, patch)))
     sizes = {
         (name, p.name): float(given[p.name])
         for name, given in fitted.items()
@@ -322,25 +320,14 @@ def lay_out_with(
     return without_effects(layout, {n: s for n, s in fitted.items() if overlays[n] is None})
 
 
-def _unmoved(layout: Layout, patch: Sequence[Overlay]) -> dict[Overlay, Array]:
-    """The changes that a patch does not move: those by the engines, where the patch only adds forces."""
-    if layout.scene.force_model is None or not all(adds_forces(overlay) for overlay in patch):
-        return {}
-    kept = layout.scene.force_model.kept
-    return {overlay: change for overlay, change in kept.items() if acts_on_engines_alone(overlay)}
-
-
 def patched_aircraft(aircraft: AircraftModel, patch: Overlay) -> AircraftModel:
     """Return the aircraft with an overlay on it."""
-    react, unit_forces = aircraft.react, aircraft.unit_forces
+    react = aircraft.react
 
     def with_patch(motion: Motion, overlay: Overlay, *engines: Any) -> Reaction:
         return react(motion, patch + overlay, *engines)
 
-    def units_with_patch(motion: Motion, overlay: Overlay, paths: frozenset[str]) -> UnitForces:
-        return unit_forces(motion, patch + overlay, paths)
-
-    return replace(aircraft, react=with_patch, unit_forces=units_with_patch)
+    return replace(aircraft, react=with_patch)
 
 
 def force_meter_overlay(aircraft: AircraftModel | None, name: str, sizes: Mapping[str, float]) -> Overlay | None:

@@ -490,12 +490,11 @@ def set_scene(
     wind: Array,
     replay: Replay | None,
     aircraft: AircraftModel | None,
-    kept: Mapping[Overlay, Array] | None = None,
 ) -> Scene:
     """Return the scene of a track.
 
     `wind` toward north, east, down [m/s], (3,), is the wind of the clean track. `replay` and `aircraft` are both
-    None where sensors alone are judged. `kept` holds what is already measured of the aircraft in this track.
+    None where sensors alone are judged.
     """
     grid = grid_of(track)
     frame = Frame.of(track, grid)
@@ -505,4 +504,4 @@ def set_scene(
         return Scene(clean, grid, frame, base, None)
     coarse = motion_of(clean, replay_rows(clean, COARSE))
     units = aircraft.unit_forces(coarse, Overlay(), properties_of_forces(aircraft.baseline))
-    return Scene(clean, grid, frame, base, ForceModel(replay, aircraft, coarse, units, dict(kept or {})))
+    return Scene(clean, grid, frame, base, ForceModel(replay, aircraft, coarse, units))

@@ -185,11 +185,6 @@ def _warmed(scene: Scene, warmer: float) -> Array | None:
     return moved
 
 
-def acts_on_engines_alone(overlay: Overlay) -> bool:
-    """Whether all that an overlay adds goes through the engines, so that forces of the air do not move it."""
-    return not (_spares_engines(overlay) or overlay.masses or overlay.functions)
-
-
 def _spares_engines(overlay: Overlay) -> bool:
     """Whether an overlay adds only forces and moments of the air, so that thrust cancels in the difference."""
     elsewhere = [s for s in overlay.settings if not s.path.startswith(OF_THE_AIR)]

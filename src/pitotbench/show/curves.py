@@ -1,9 +1,9 @@
 """Pictures of an error curve, of the data behind it, and of columns of results."""
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 
 from pitotbench import air
@@ -33,6 +33,9 @@ from pitotbench.show.style import (
 )
 from pitotbench.show.takehome import CurveDifference
 from pitotbench.units import FOOT, KNOT, Array, MetersPerSecond
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # Pictures of an error curve: the correction, its bounds, and the limit of the certification rule.
 
@@ -286,7 +289,7 @@ _MOST_POINTS = 20_000  # more cannot be distinguished
 _SIDE_BY_SIDE = 6.0  # kt, over which the flights at one airspeed are drawn beside one another
 
 
-def scatter_svg(results: pd.DataFrame, vertical: str, horizontal: str) -> str:
+def scatter_svg(results: "pd.DataFrame", vertical: str, horizontal: str) -> str:
     """One column of results drawn against another, a color a maneuver, as the text of an SVG file."""
     with stacked(
         [lambda axes: draw_scatter(axes, results, vertical, horizontal)], _SIZE, legend_columns=4
@@ -295,7 +298,7 @@ def scatter_svg(results: pd.DataFrame, vertical: str, horizontal: str) -> str:
     return text if "xmlns=" in text else text.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
 
 
-def draw_scatter(axes: Axes, results: pd.DataFrame, vertical: str, horizontal: str) -> None:
+def draw_scatter(axes: Axes, results: "pd.DataFrame", vertical: str, horizontal: str) -> None:
     """Draw one column of results against another, a dot a row and a color a maneuver."""
     step = max(1, -(-len(results) // _MOST_POINTS))
     for number, (name, rows) in enumerate(results.iloc[::step].groupby("maneuver", sort=False)):
@@ -305,7 +308,7 @@ def draw_scatter(axes: Axes, results: pd.DataFrame, vertical: str, horizontal: s
     axes.set(xlabel=horizontal, ylabel=vertical)
 
 
-def all_flights_panel(results: pd.DataFrame) -> Panel:
+def all_flights_panel(results: "pd.DataFrame") -> Panel:
     """The bound of every flight against its minutes, with twice its true error, for the first model."""
     first = results[results["model"] == results["model"].iloc[0]]
 

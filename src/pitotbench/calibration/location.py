@@ -210,7 +210,7 @@ def _with_rows(near: Approach, bare: Structure, rows: AltitudeRows) -> tuple[App
     plain = altitude_regression(rows, replace(bare.model, static_error=True), near.theta, ())
     seen = plain.regressors[:, :free] @ root
     problem = Regression(plain.response, seen, seen, np.ones(free))
-    noise, log_evidence = _tried(problem, rows)
+    noise, log_evidence = _tried(problem, rows, altitude_guess(rows))
     z, left = solve(problem, AltitudeNoise(rows)(noise))
     chance = _chance(z, left)
     count = bare.model.count
@@ -243,12 +243,12 @@ def _without_curve(rows: AltitudeRows, noise: Array, gain: float) -> tuple[Array
     heights = [restricted_log_likelihood(problem, AltitudeNoise(rows)(phi)) + altitude_log_prior(rows, phi)
                for phi in near]  # fmt: skip
     best = int(np.argmax(heights))
-    return (near[best], heights[best]) if gain - heights[best] > _FAR_OFF else _tried(problem, rows)
+    return (near[best], heights[best]) if gain - heights[best] > _FAR_OFF else _tried(problem, rows, near[best])
 
 
-def _tried(problem: Regression, rows: AltitudeRows) -> tuple[Array, float]:
-    """The most likely noise of a problem of altitude rows alone, and the log evidence."""
-    return mode_and_evidence(problem, *_noise_and_prior(rows), altitude_guess(rows))
+def _tried(problem: Regression, rows: AltitudeRows, start: Array) -> tuple[Array, float]:
+    """The most likely noise of a problem of altitude rows alone, searched from `start`, and the log evidence."""
+    return mode_and_evidence(problem, *_noise_and_prior(rows), start)
 
 
 def _noise_and_prior(rows: AltitudeRows) -> tuple[NoiseOf, LogPrior]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from pitotbench.estimation.noise import JointNoise, JointNoiseOf, Noise, NoiseOf, weighed_by_each
 from pitotbench.records import NoAnswerError
@@ -19,6 +19,7 @@ from pitotbench.units import Array
 TWO_SIGMA_SHARE = float(2.0 * ndtr(2.0) - 1.0)  # 95.45 %
 _DRAWS, _DRAW_SEED = 600, 20111  # draws for each node; they give the factor to about 1 %
 _FULL = 5  # dimensions up to which the design has all corners
+_HALF_WIDTH_STEPS, _HALF_WIDTH_ERROR = 60, 1e-13  # at most; of the half-width, as a share
 _STAR = 1.1  # Rue et al. 2009, §6.5: radius factor of the composite design
 
 
@@ -66,15 +67,23 @@ def half_width(weights: Array, means: Array, deviations: Array, share: float = T
 
     Parameters: weights (m,), with sum 1; means and standard deviations, (m, c), of c quantities.
     """
-    # Bisection: 60 halvings take the bracket to rounding, and all quantities are solved together.
+    # Newton's steps, and halves of the bracket where one would leave it; all quantities are solved together.
     offset = means - weights @ means
     low = np.zeros(means.shape[1])
     high = 12.0 * np.max(deviations + np.abs(offset), axis=0)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        inside = weights @ (ndtr((middle - offset) / deviations) - ndtr((-middle - offset) / deviations))
-        low, high = np.where(inside < share, middle, low), np.where(inside < share, high, middle)
-    return np.asarray(0.5 * (low + high))
+    width = -ndtri(0.5 * (1.0 - share)) * np.sqrt(weights @ (deviations**2 + offset**2))
+    for _ in range(_HALF_WIDTH_STEPS):
+        above, below = (width - offset) / deviations, (-width - offset) / deviations
+        missing = share - weights @ (ndtr(above) - ndtr(below))
+        low, high = np.where(missing > 0.0, width, low), np.where(missing > 0.0, high, width)
+        density = weights @ ((np.exp(-0.5 * above**2) + np.exp(-0.5 * below**2)) / deviations)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            wider = width + missing * np.sqrt(2.0 * np.pi) / density
+        inside = (wider > low) & (wider < high)
+        last, width = width, np.where(inside, wider, 0.5 * (low + high))
+        if np.all(np.abs(width - last) <= _HALF_WIDTH_ERROR * width):
+            break
+    return np.asarray(width)
 
 
 def simultaneous_factor(weights: Array, means: Array, covariances: Array, gradient: Array, bounds: Array) -> float:

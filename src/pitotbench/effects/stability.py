@@ -73,12 +73,20 @@ def _coefficient(axis: str, value: Expression) -> AxisFunction:
 
 
 def _term(
-    name: str, axis: str, variable: str, what: str, shows_in: Excitation, zero: Parameter | None = None
+    name: str,
+    axis: str,
+    variable: str,
+    what: str,
+    shows_in: Excitation,
+    zero: Parameter | None = None,
+    neighbor: str = "",
 ) -> AircraftEffect:
-    change = Parameter(CHANGE, 0.2, -0.8, 1.5, "relative change of the term of the aircraft's file")
+    what_changes = "relative change of the term of the aircraft's file"
+    change = Parameter(CHANGE, 0.2, -0.8, 1.5, what_changes, defining=bool(neighbor))
     return AircraftEffect(
         name=name,
         part="lift, stability and damping",
+        neighbor=neighbor,
         parameters=(change, zero) if zero else (change,),
         source=SOURCE,
         what=what,
@@ -95,6 +103,7 @@ LIFT_SLOPE = _term(
     "The lift grows more or less with the angle of attack.",
     RANGE_OF_AIRSPEED,
     Parameter(ZERO, 0.05, -0.6, 0.6, "added lift coefficient at zero angle of attack", may_be_missing=True),
+    neighbor="zero_lift",
 )
 
 ZERO_LIFT = AircraftEffect(

@@ -151,10 +151,15 @@ def _median_fit(model: PredictionModel, obs: Observations, good: Booleans) -> Ar
 
 
 def _middle_rows(residual: Array, block: NDArray[np.intp]) -> NDArray[np.intp]:
-    order = np.lexsort((residual, block))
-    starts = np.flatnonzero(np.diff(block[order], prepend=-1))
-    counts = np.diff(starts, append=len(order))
-    return np.sort(order[starts + counts // 2])
+    """The row with the median residual of each block; the rows of a block follow one another."""
+    starts = np.flatnonzero(np.diff(block, prepend=-1))
+    counts = np.diff(starts, append=len(block))
+    middle = np.empty(len(starts), dtype=np.intp)
+    for count in np.unique(counts):  # blocks of equal length are sorted together
+        same = np.flatnonzero(counts == count)
+        order = np.argsort(residual[starts[same][:, None] + np.arange(count)], axis=1, kind="stable")
+        middle[same] = starts[same] + order[:, count // 2]
+    return middle
 
 
 def _spikes(residual: Array) -> Booleans:

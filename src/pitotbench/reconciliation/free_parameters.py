@@ -28,7 +28,8 @@ ANGLE_BIAS = {  # rad: vanes and attitude as usually rigged and aligned
     "heading": 0.010,
 }
 ANGLE_SCALE = {"angle_of_attack": 0.02, "sideslip": 0.02}  # share: upwash that was not calibrated
-VANE_PARAMETERS = tuple(f"{name} {kind}" for name in ANGLE_SCALE for kind in ("bias", "scale"))
+# The free parameters of the vanes: the channel and the kind of each.
+VANE_PARAMETERS = {f"{name} {kind}": (name, kind) for name in ANGLE_SCALE for kind in ("bias", "scale")}
 FOREIGN = 5.0  # times these deviations, for a log whose instruments are not known
 OFFSETS = {  # prior deviation of a residual channel [its unit]
     "pressure_height": 500.0,

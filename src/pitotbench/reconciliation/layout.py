@@ -439,7 +439,7 @@ def _vane_angles(layout: Layout) -> Mapping[str, float]:
     sizes = fit_free_parameters(layout.residuals.values, layout.free, layout.used).sizes
     fitted = dict(zip(layout.free.names, sizes.tolist(), strict=True))
     angles = {name: fitted[name] for name in VANE_PARAMETERS if name in fitted}
-    return angles if all(abs(v) < MOST_OFF[n.rsplit(" ", 1)[1]] for n, v in angles.items()) else {}
+    return angles if all(abs(v) < MOST_OFF[VANE_PARAMETERS[n][1]] for n, v in angles.items()) else {}
 
 
 def with_aircraft(layout: Layout, aircraft: AircraftModel) -> Layout:

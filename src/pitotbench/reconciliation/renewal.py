@@ -17,7 +17,12 @@ from pitotbench.effects.overlay import Overlay
 from pitotbench.effects.response import Signals
 from pitotbench.reconciliation.equations import equations_from, inner_products
 from pitotbench.reconciliation.evidence import merit
-from pitotbench.reconciliation.free_parameters import AnalysisSetting, free_parameters_of, with_vane_angles
+from pitotbench.reconciliation.free_parameters import (
+    VANE_PARAMETERS,
+    AnalysisSetting,
+    free_parameters_of,
+    with_vane_angles,
+)
 from pitotbench.reconciliation.layout import Layout, lay_out, mean_wind_of, with_aircraft, without_error_curve
 from pitotbench.reconciliation.noise import ORDER, NoiseModel
 from pitotbench.reconciliation.residuals import AircraftModel, ForceModel, Scene, channel_residuals, clean_track
@@ -129,7 +134,7 @@ def _with_measured_vanes(layout: Layout, entries: Entries) -> Layout:
     Its residuals stay those of the track before.
     """
     changed = {channel for name in entries if reads_gusts(name) for channel in effect_of(name).changes}
-    back = {name: size for name, size in layout.angles.items() if name.rsplit(" ", 1)[0] in changed}
+    back = {name: size for name, size in layout.angles.items() if VANE_PARAMETERS[name][0] in changed}
     kept = {name: size for name, size in layout.angles.items() if name not in back}
     return replace(layout, track=with_vane_angles(layout.track, back), angles=kept)
 

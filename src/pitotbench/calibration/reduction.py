@@ -393,8 +393,9 @@ def _screened(
     if robust:
         screened = screen(model, flown, None if fit is None else fit.theta)
         if len(screened.left_out):
-            good = screened.observations.used[obs.used]
-            obs, flown, none, fit = obs.select(good), screened.observations, screened.left_out, None
+            good = screened.observations
+            obs = good if flown is obs else obs.select(good.used[obs.used])
+            flown, none, fit = good, screened.left_out, None
     # The fit is repeated without the faulty rows. Where there are none, it raises the error of the first fit again.
     return obs, fit or fit_scalar(model, flown, start), none
 

@@ -9,26 +9,9 @@ from tests.effects.sample_signals import turning
 
 from pitotbench.bench.null_flights import aircraft_model
 from pitotbench.catalog import UnknownNameError
-from pitotbench.effects import (
-    EFFECTS,
-    FORMS,
-    FORMULAS,
-    air,
-    airframe,
-    chosen,
-    pneumatic,
-    propulsion,
-    recorder,
-    stability,
-)
-from pitotbench.effects.air import AIR
-from pitotbench.effects.airframe import AIRFRAME
-from pitotbench.effects.effect import AircraftEffect, Effect, Part
-from pitotbench.effects.pneumatic import PNEUMATIC
-from pitotbench.effects.propulsion import PROPULSION
-from pitotbench.effects.recorder import RECORDER
+from pitotbench.effects import EFFECTS, FORMS, FORMULAS, chosen
+from pitotbench.effects.effect import AircraftEffect, Part
 from pitotbench.effects.response import Signals
-from pitotbench.effects.stability import STABILITY
 from pitotbench.records import BadInputError
 from pitotbench.records.case import Case, EffectSpec
 from pitotbench.records.case_file import read_case, write_case
@@ -115,29 +98,6 @@ def test_a_missing_channel_is_named(name):
         without = Signals(signals.time, {k: v for k, v in signals.channels.items() if k != channel})
         with pytest.raises(BadInputError, match=f"{name}.*{channel}"):
             effect.apply(without, effect.typical())
-
-
-@pytest.mark.parametrize(
-    ("page", "table"),
-    [
-        (pneumatic, PNEUMATIC),
-        (recorder, RECORDER),
-        (air, AIR),
-        (airframe, AIRFRAME),
-        (stability, STABILITY),
-        (propulsion, PROPULSION),
-    ],
-)
-def test_a_page_ends_in_the_table_of_all_its_effects(page, table):
-    """No effect is defined without a line in the table."""
-    defined = {value.name for value in vars(page).values() if isinstance(value, Effect)}
-    assert {effect.name for effect in table} == defined
-
-
-def test_the_table_is_that_of_its_pages_in_their_order():
-    """Tables, and causes that are equally probable, stand in this order."""
-    pages = (PNEUMATIC, RECORDER, AIR, AIRFRAME, STABILITY, PROPULSION)
-    assert list(EFFECTS) == [effect.name for page in pages for effect in page]
 
 
 def test_an_effect_of_one_model_has_the_terms_of_a_plain_effect():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pitotbench.effects.airframe import LENGTHS
+from pitotbench.effects.airframe import coefficient_function
 from pitotbench.effects.overlay import (
     AxisFunction,
     Baseline,
@@ -119,8 +119,7 @@ def _overlay(account: TermsAccount, baseline: Baseline) -> Overlay:
         sizes.append((change, round(term.change.value, 4)))
         if term.function in account.zeros:
             sizes.append((zero, round(account.zeros[term.function], 5)))
-            lengths = [LENGTHS[axis]] if axis in LENGTHS else []
-            added = product("aero/qbar-psf", "metrics/Sw-sqft", *lengths, zero) if axis else product(zero, 1.0)
+            added = coefficient_function(axis, zero).value if axis else product(zero, 1.0)
         if axis:
             scaled = product(change, term.function)
             turned = term.function in account.zeros

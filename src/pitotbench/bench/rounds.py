@@ -12,7 +12,7 @@ from pitotbench.bench.null_flights import (
     null_distribution_of,
     tells_the_day,
 )
-from pitotbench.effects.stability import OWN_TERMS
+from pitotbench.effects import OWN_TERMS
 from pitotbench.reconciliation.free_parameters import AnalysisSetting
 from pitotbench.reconciliation.layout import Layout, lay_out
 from pitotbench.reconciliation.naming import Naming

@@ -26,7 +26,7 @@ from pitotbench.bench.rounds import (
     reconcile_logs,
     with_calibrated_probabilities,
 )
-from pitotbench.effects.stability import OWN_TERMS
+from pitotbench.effects import OWN_TERMS
 from pitotbench.logbook.columns import write_text
 from pitotbench.logbook.formats import PAGES, require_file
 from pitotbench.reconciliation.card_comparison import compare_cards, gusts_apart, hand_apart

@@ -3,8 +3,7 @@
 from collections.abc import Iterable
 
 from pitotbench.catalog import Catalog
-from pitotbench.effects.air import AIR
-from pitotbench.effects.airframe import AIRFRAME
+from pitotbench.effects import air, airframe, pneumatic, propulsion, recorder, stability
 from pitotbench.effects.effect import AircraftEffect as AircraftEffect
 from pitotbench.effects.effect import AirEffect as AirEffect
 from pitotbench.effects.effect import Choice as Choice
@@ -17,22 +16,30 @@ from pitotbench.effects.effect import share_of_size as share_of_size
 from pitotbench.effects.formula import FORMULAS as FORMULAS
 from pitotbench.effects.overlay import Baseline as Baseline
 from pitotbench.effects.overlay import Overlay as Overlay
-from pitotbench.effects.pneumatic import PNEUMATIC
-from pitotbench.effects.propulsion import PROPULSION
-from pitotbench.effects.recorder import RECORDER
 from pitotbench.effects.response import Signals as Signals
-from pitotbench.effects.stability import STABILITY
 
-# The effects of each family, in the order of every table.
+_PAGES = {
+    "pneumatic": (pneumatic,),
+    "das": (recorder,),
+    "air": (air,),
+    "airframe": (airframe, stability),
+    "propulsion": (propulsion,),
+}
+# The effects of each family, in the order in which they stand on its pages: that of every table.
 FAMILIES: dict[str, tuple[Effect, ...]] = {
-    "pneumatic": PNEUMATIC,
-    "das": RECORDER,
-    "air": AIR,
-    "airframe": (*AIRFRAME, *STABILITY),
-    "propulsion": PROPULSION,
+    family: tuple(entry for page in pages for entry in vars(page).values() if isinstance(entry, Effect))
+    for family, pages in _PAGES.items()
 }
 _ALL = tuple(effect for family in FAMILIES.values() for effect in family)
 EFFECTS: Catalog[Effect] = Catalog("effect", {effect.name: effect for effect in _ALL})
+# What every simulation gets wrong in several places at once: the terms of its own file.
+OWN_TERMS = frozenset(
+    {
+        "control_effectiveness",
+        "induced_drag",
+        *(effect.name for effect in FAMILIES["airframe"] if effect.part == "lift, stability and damping"),
+    }
+)
 # The table, and every effect of it from a time on and for a time.
 FORMS: Catalog[Effect] = Catalog(
     "effect", {form.name: form for effect in _ALL for form in (effect, *forms_in_time(effect))}

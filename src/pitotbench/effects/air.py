@@ -1,5 +1,6 @@
 """Effects of the air: humidity, temperature, turbulence, and a wind that changes."""
 
+from collections.abc import Callable
 from math import pi
 
 import numpy as np
@@ -11,8 +12,9 @@ from pitotbench.effects.effect import (
     STEADY_LEGS,
     TEMPERATURE,
     TURNING,
+    AircraftEffect,
     AirEffect,
-    Effect,
+    Build,
     Parameter,
     SensorEffect,
     Sizes,
@@ -23,6 +25,7 @@ from pitotbench.effects.overlay import (
     Baseline,
     Expression,
     Overlay,
+    Term,
     WindTerm,
     difference,
     operation,
@@ -82,11 +85,6 @@ HUMID_AIR = SensorEffect(
 
 # Air that is warmer or colder than the case says, at all heights.
 
-
-def _build_nonstandard_temperature(sizes: Sizes, baseline: Baseline) -> Overlay:
-    return Overlay(temperature_offset=sizes["warmer_k"])
-
-
 NONSTANDARD_TEMPERATURE = AirEffect(
     name="nonstandard_temperature",
     part="thermometer, or the day",
@@ -94,26 +92,42 @@ NONSTANDARD_TEMPERATURE = AirEffect(
     source="ISO 2533 standard atmosphere and its hot and cold days (MIL-STD-210)",
     what="The air is warmer or colder than the case says: power, true airspeed and heights change.",
     shows_in=CHANGING_HEIGHT,
-    build=_build_nonstandard_temperature,
+    build=lambda effect, sizes, baseline: Overlay(temperature_offset=sizes["warmer_k"]),
 )
 
 
+# Winds that change are a vector, their first two sizes, times a course: in JSBSim's units (ft/s) and over a log.
+
+Vector = tuple[Array, Array, Array]
+
+
+def _blows(factors: Callable[..., tuple[Term, ...]]) -> Build:
+    """The build of a level wind: `factors` of a component are a function of the path of the other sizes."""
+
+    def build(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
+        north, east, *others = effect.paths()
+        winds = tuple(
+            WindTerm(toward, product(path, *factors(*others)))
+            for toward, path in (("north", north), ("east", east))
+        )
+        return Overlay(sizes=effect.held(sizes), winds=winds)
+
+    return build
+
+
+def _level(course: Callable[[Signals, Sizes], Array]) -> Callable[[Signals, Sizes], Vector]:
+    """The same wind over a log: its first two sizes times a course, (n,)."""
+
+    def wind(signals: Signals, sizes: Sizes) -> Vector:
+        share = course(signals, sizes)
+        north, east = list(sizes.values())[:2]
+        return north * share, east * share, np.zeros_like(share)
+
+    return wind
+
+
 # A front passes, and the wind changes from one vector to another within seconds.
-
-
-def _build_sea_breeze_front(sizes: Sizes, baseline: Baseline) -> Overlay:
-    north, east, at, width = SEA_BREEZE_FRONT.paths()
-    # The step is a ramp of the given width, held at 0 before it and at 1 after it. JSBSim's winds are in ft/s.
-    share = clipped(quotient(difference(ELAPSED, at), width))
-    winds = tuple(
-        WindTerm(toward, product(path, 1.0 / FOOT, share)) for toward, path in (("north", north), ("east", east))
-    )
-    return Overlay(sizes=SEA_BREEZE_FRONT.held(sizes), winds=winds)
-
-
-def _wind_sea_breeze_front(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Array]:
-    share = np.clip((elapsed(signals) - sizes["at_s"]) / sizes["width_s"], 0.0, 1.0)
-    return sizes["north_mps"] * share, sizes["east_mps"] * share, np.zeros_like(share)
+# The step is a ramp of the given width, held at 0 before it and at 1 after it.
 
 
 SEA_BREEZE_FRONT = AirEffect(
@@ -128,21 +142,21 @@ SEA_BREEZE_FRONT = AirEffect(
     source="Simpson 1994, Sea Breeze and Local Winds: changes of 2 to 8 m/s across some hundred meters",
     what="A front passes, and the wind changes within seconds.",
     shows_in=TURNING,
-    build=_build_sea_breeze_front,
-    wind=_wind_sea_breeze_front,
+    build=_blows(lambda at, width: (1.0 / FOOT, clipped(quotient(difference(ELAPSED, at), width)))),
+    wind=_level(lambda log, sizes: np.clip((elapsed(log) - sizes["at_s"]) / sizes["width_s"], 0.0, 1.0)),
 )
 
 
 # Gusts that are stronger or weaker than the case says, with the same spectrum.
 
 
-def _build_turbulence_level(sizes: Sizes, baseline: Baseline) -> Overlay:
+def _stronger(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
     # JSBSim's gusts stay as they are; a share of them is added as a further wind.
     winds = tuple(
-        WindTerm(toward, product(*TURBULENCE_LEVEL.paths(), f"atmosphere/turb-{toward}-fps"))
+        WindTerm(toward, product(*effect.paths(), f"atmosphere/turb-{toward}-fps"))
         for toward in ("north", "east", "down")
     )
-    return Overlay(sizes=TURBULENCE_LEVEL.held(sizes), winds=winds)
+    return Overlay(sizes=effect.held(sizes), winds=winds)
 
 
 TURBULENCE_LEVEL = AirEffect(
@@ -152,7 +166,7 @@ TURBULENCE_LEVEL = AirEffect(
     source="MIL-F-8785C 1980, §3.7: root-mean-square intensities, light to severe",
     what="The gusts are stronger or weaker than the case says; rotational gusts (p, q, r) stay the same.",
     shows_in=STEADY_LEGS,  # nothing but gusts moves the airplane there
-    build=_build_turbulence_level,
+    build=_stronger,
 )
 
 
@@ -176,29 +190,21 @@ def _filter(toward: str) -> str:
     )
 
 
-def _unless_off(value: Expression) -> Expression:
-    """Return an expression that is exactly zero at zero change, where the filter would leave a rounding error."""
-    return operation("ifthen", operation("eq", _CHANGE, 0.0), 0.0, value)
-
-
-def _build_turbulence_scale(sizes: Sizes, baseline: Baseline) -> Overlay:
+def _longer(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
     directions, grown = ("north", "east", "down"), total(1.0, _CHANGE)
     time = quotient(LENGTH, operation("max", 100.0, "velocities/vt-fps"))
     root = operation("sqrt", grown)
+
+    def added(toward: str) -> Expression:
+        longer = product(root, size("turbulence_scale", toward))
+        change = difference(longer, f"atmosphere/turb-{toward}-fps")
+        # Exactly zero at zero change, where the filter would leave a rounding error.
+        return operation("ifthen", operation("eq", _CHANGE, 0.0), 0.0, change)
+
     return Overlay(
-        sizes=TURBULENCE_SCALE.held(sizes),
-        filters=(
-            _component(_OLD, time),
-            _component(_NEW, product(_OLD, grown)),
-            *(_filter(toward) for toward in directions),
-        ),
-        winds=tuple(
-            WindTerm(
-                t,
-                _unless_off(difference(product(root, size("turbulence_scale", t)), f"atmosphere/turb-{t}-fps")),
-            )
-            for t in directions
-        ),
+        sizes=effect.held(sizes),
+        filters=(_component(_OLD, time), _component(_NEW, product(_OLD, grown)), *map(_filter, directions)),
+        winds=tuple(WindTerm(toward, added(toward)) for toward in directions),
     )
 
 
@@ -209,7 +215,7 @@ TURBULENCE_SCALE = AirEffect(
     source="MIL-F-8785C 1980, §3.7.2: Dryden spectra, 1,750 ft above 2,000 ft",
     what="The gusts are longer or shorter than the case says.",
     shows_in=STEADY_LEGS,  # long gusts need long legs
-    build=_build_turbulence_scale,
+    build=_longer,
 )
 
 
@@ -218,16 +224,15 @@ TURBULENCE_SCALE = AirEffect(
 EDGE = 5.0  # s: a thermal's edge of some 300 m at 120 kt; an instant step would be no flow of air
 
 
-def _build_updraft(sizes: Sizes, baseline: Baseline) -> Overlay:
-    up, begin, last = UPDRAFT.paths()
+def _rises(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
+    up, begin, last = effect.paths()
     rise = quotient(difference(ELAPSED, begin), EDGE)
     fall = quotient(difference(total(begin, last), ELAPSED), EDGE)
-    share = clipped(operation("min", rise, fall))
-    wind = WindTerm("down", product(up, -1.0 / FOOT, share))
-    return Overlay(sizes=UPDRAFT.held(sizes), winds=(wind,))
+    wind = WindTerm("down", product(up, -1.0 / FOOT, clipped(operation("min", rise, fall))))
+    return Overlay(sizes=effect.held(sizes), winds=(wind,))
 
 
-def _wind_updraft(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Array]:
+def _updraft(signals: Signals, sizes: Sizes) -> Vector:
     since = elapsed(signals) - sizes["from_s"]
     share = np.clip(np.minimum(since, sizes["for_s"] - since) / EDGE, 0.0, 1.0)
     return np.zeros_like(since), np.zeros_like(since), -sizes["up_mps"] * share
@@ -244,28 +249,14 @@ UPDRAFT = AirEffect(
     source="mountain waves and thermals: 1 to 5 m/s over kilometers (FAA Glider Flying Handbook, ch. 9)",
     what="The airplane flies through rising or sinking air.",
     shows_in=STEADY_LEGS,  # power and height are held, so that only the air rises
-    build=_build_updraft,
-    wind=_wind_updraft,
+    build=_rises,
+    wind=_updraft,
 )
 
 
 # A wind that changes steadily during the flight.
 
 MINUTE = 60.0  # s
-
-
-def _build_wind_drift(sizes: Sizes, baseline: Baseline) -> Overlay:
-    winds = tuple(
-        WindTerm(toward, product(path, 1.0 / (MINUTE * FOOT), ELAPSED))
-        for toward, path in zip(("north", "east"), WIND_DRIFT.paths(), strict=True)
-    )
-    return Overlay(sizes=WIND_DRIFT.held(sizes), winds=winds)
-
-
-def _wind_wind_drift(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Array]:
-    minutes = elapsed(signals) / MINUTE
-    return sizes["north_mps_per_min"] * minutes, sizes["east_mps_per_min"] * minutes, np.zeros_like(minutes)
-
 
 WIND_DRIFT = AirEffect(
     name="wind_drift",
@@ -279,27 +270,12 @@ WIND_DRIFT = AirEffect(
     what="The wind changes during the flight.",
     shows_in=TURNING,
     for_whole_flight=True,
-    build=_build_wind_drift,
-    wind=_wind_wind_drift,
+    build=_blows(lambda: (1.0 / (MINUTE * FOOT), ELAPSED)),
+    wind=_level(lambda log, sizes: elapsed(log) / MINUTE),
 )
 
 
 # A wind that oscillates: waves in the lee of hills.
-
-
-def _build_wind_oscillation(sizes: Sizes, baseline: Baseline) -> Overlay:
-    north, east, period = WIND_OSCILLATION.paths()
-    swing = operation("sin", quotient(product(2.0 * pi, ELAPSED), period))
-    winds = tuple(
-        WindTerm(toward, product(path, 1.0 / FOOT, swing)) for toward, path in (("north", north), ("east", east))
-    )
-    return Overlay(sizes=WIND_OSCILLATION.held(sizes), winds=winds)
-
-
-def _wind_wind_oscillation(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Array]:
-    swing = np.sin(2.0 * pi * elapsed(signals) / sizes["period_s"])
-    return sizes["north_mps"] * swing, sizes["east_mps"] * swing, np.zeros_like(swing)
-
 
 WIND_OSCILLATION = AirEffect(
     name="wind_oscillation",
@@ -313,8 +289,8 @@ WIND_OSCILLATION = AirEffect(
     what="The wind oscillates during the flight.",
     shows_in=TURNING,  # each circle measures the wind anew
     variant_of="wind_drift",
-    build=_build_wind_oscillation,
-    wind=_wind_wind_oscillation,
+    build=_blows(lambda period: (1.0 / FOOT, operation("sin", quotient(product(2.0 * pi, ELAPSED), period)))),
+    wind=_level(lambda log, sizes: np.sin(2.0 * pi * elapsed(log) / sizes["period_s"])),
 )
 
 
@@ -323,20 +299,9 @@ WIND_OSCILLATION = AirEffect(
 KILOMETER = 1000.0  # m
 
 
-def _build_wind_shear(sizes: Sizes, baseline: Baseline) -> Overlay:
-    north, east, reference = WIND_SHEAR.paths()
-    above = difference(product("position/h-sl-ft", FOOT), reference)
-    winds = tuple(
-        WindTerm(toward, product(path, above, 1.0 / (KILOMETER * FOOT)))
-        for toward, path in (("north", north), ("east", east))
-    )
-    return Overlay(sizes=WIND_SHEAR.held(sizes), winds=winds)
-
-
-def _wind_wind_shear(signals: Signals, sizes: Sizes) -> tuple[Array, Array, Array]:
+def _above(signals: Signals, sizes: Sizes) -> Array:
     signals.require(WIND_SHEAR.name, ("altitude",))
-    above = (signals["altitude"] - sizes["reference_m"]) / KILOMETER
-    return sizes["north_mps_per_km"] * above, sizes["east_mps_per_km"] * above, np.zeros_like(above)
+    return (signals["altitude"] - sizes["reference_m"]) / KILOMETER
 
 
 WIND_SHEAR = AirEffect(
@@ -350,20 +315,8 @@ WIND_SHEAR = AirEffect(
     source="thermal wind, a few m/s a kilometer (Holton 2004, Dynamic Meteorology); more below inversions",
     what="The wind changes with height.",
     shows_in=CHANGING_HEIGHT,
-    build=_build_wind_shear,
-    wind=_wind_wind_shear,
-)
-
-
-# The order of this page's effects in every table.
-AIR: tuple[Effect, ...] = (
-    HUMID_AIR,
-    NONSTANDARD_TEMPERATURE,
-    SEA_BREEZE_FRONT,
-    TURBULENCE_LEVEL,
-    TURBULENCE_SCALE,
-    UPDRAFT,
-    WIND_DRIFT,
-    WIND_OSCILLATION,
-    WIND_SHEAR,
+    build=_blows(
+        lambda reference: (difference(product("position/h-sl-ft", FOOT), reference), 1.0 / (KILOMETER * FOOT))
+    ),
+    wind=_level(_above),
 )

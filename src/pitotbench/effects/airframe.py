@@ -1,13 +1,15 @@
 """Effects of the airframe: drag, loading, trim and controls."""
 
-from pitotbench.effects.effect import RANGE_OF_AIRSPEED, SIDESLIP, TURNING, AircraftEffect, Effect, Parameter, Sizes
+from collections.abc import Callable, Iterable
+
+from pitotbench.effects.effect import RANGE_OF_AIRSPEED, SIDESLIP, TURNING, AircraftEffect, Build, Parameter, Sizes
 from pitotbench.effects.overlay import (
-    AeroFunction,
     AxisFunction,
     Baseline,
     MassPoint,
     Overlay,
     PropertySetting,
+    Term,
     difference,
     operation,
     product,
@@ -17,13 +19,20 @@ from pitotbench.effects.overlay import (
 from pitotbench.records import BadInputError
 from pitotbench.units import DEGREE, FOOT, POUND
 
+WING = "metrics/Sw-sqft"
+
+
+def _drag(factors: Callable[..., Iterable[Term]]) -> Build:
+    """The build of a drag: dynamic pressure times `factors`, a function of the paths of the sizes."""
+
+    def build(effect: AircraftEffect, sizes: Sizes, _: Baseline) -> Overlay:
+        drag = product("aero/qbar-psf", *factors(*effect.paths()))
+        return Overlay(sizes=effect.held(sizes), functions=(AxisFunction("DRAG", drag),))
+
+    return build
+
+
 # A pod or antenna that the model lacks: drag in proportion to dynamic pressure.
-
-
-def _build_belly_pod(sizes: Sizes, baseline: Baseline) -> Overlay:
-    drag = product("aero/qbar-psf", *BELLY_POD.paths(), 1.0 / FOOT**2)
-    return Overlay(sizes=BELLY_POD.held(sizes), functions=(AxisFunction("DRAG", drag),))
-
 
 BELLY_POD = AircraftEffect(
     name="belly_pod",
@@ -33,7 +42,7 @@ BELLY_POD = AircraftEffect(
     "Martos, Kiszely and Foster 2011: the pod on the airplane, not in the model",
     what="A pod or antenna that the model lacks adds drag: less speed for the power.",
     shows_in=RANGE_OF_AIRSPEED,
-    build=_build_belly_pod,
+    build=_drag(lambda area: (area, 1.0 / FOOT**2)),
 )
 
 
@@ -43,26 +52,18 @@ SURFACES = {"elevator_change": "elevator", "aileron_change": "aileron", "rudder_
 AXES = ("LIFT", "DRAG", "SIDE", "ROLL", "PITCH", "YAW")
 
 
-def _build_control_effectiveness(sizes: Sizes, baseline: Baseline) -> Overlay:
+def _controls(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     # A share of each function of the surface is added to its axis; the aircraft's functions stay unchanged.
-    added = [
-        AxisFunction(function.axis, product(size("control_effectiveness", key), function.name))
-        for key in SURFACES
-        if sizes[key] != 0.0
-        for function in _moving(baseline, key)
-    ]
-    return Overlay(sizes=CONTROL_EFFECTIVENESS.held(sizes), functions=tuple(added))
-
-
-def _moving(baseline: Baseline, key: str) -> tuple[AeroFunction, ...]:
-    surface = SURFACES[key]
-    found = tuple(function for axis in AXES for function in baseline.terms(axis, surface))
-    if not found:
-        raise BadInputError(
-            f"effect 'control_effectiveness': no aerodynamic function of {baseline.aircraft!r} reads its "
-            f"{surface}; set {key} to 0"
-        )
-    return found
+    added: list[AxisFunction] = []
+    for key, surface in SURFACES.items():
+        moving = [function for axis in AXES for function in baseline.terms(axis, surface)] if sizes[key] else []
+        if sizes[key] and not moving:
+            raise BadInputError(
+                f"effect {effect.name!r}: no aerodynamic function of {baseline.aircraft!r} reads its "
+                f"{surface}; set {key} to 0"
+            )
+        added += [AxisFunction(each.axis, product(size(effect.name, key), each.name)) for each in moving]
+    return Overlay(sizes=effect.held(sizes), functions=tuple(added))
 
 
 CONTROL_EFFECTIVENESS = AircraftEffect(
@@ -76,19 +77,11 @@ CONTROL_EFFECTIVENESS = AircraftEffect(
     source="DATCOM-class estimates of control derivatives err by 10 to 30 % (Hoak 1978, USAF DATCOM)",
     what="The surfaces must move more or less than in the model for the same motion.",
     shows_in=SIDESLIP,
-    build=_build_control_effectiveness,
+    build=_controls,
 )
 
 
 # A pod whose drag grows with the angle of attack.
-
-
-def _build_inclined_pod(sizes: Sizes, baseline: Baseline) -> Overlay:
-    area, growth = INCLINED_POD.paths()
-    grown = total(1.0, product(growth, "aero/alpha-rad", "aero/alpha-rad"))
-    drag = product("aero/qbar-psf", area, 1.0 / FOOT**2, grown)
-    return Overlay(sizes=INCLINED_POD.held(sizes), functions=(AxisFunction("DRAG", drag),))
-
 
 INCLINED_POD = AircraftEffect(
     name="inclined_pod",
@@ -103,17 +96,13 @@ INCLINED_POD = AircraftEffect(
     what="A pod that the model lacks adds drag, and more at high angles of attack.",
     shows_in=RANGE_OF_AIRSPEED,  # the angle of attack is largest at the lowest airspeed
     variant_of="belly_pod",
-    build=_build_inclined_pod,
+    build=_drag(
+        lambda area, growth: (area, 1.0 / FOOT**2, total(1.0, product(growth, "aero/alpha-rad", "aero/alpha-rad")))
+    ),
 )
 
 
 # More drag for the same lift: a wing that is less efficient than in the model.
-
-
-def _build_induced_drag(sizes: Sizes, baseline: Baseline) -> Overlay:
-    drag = product("aero/qbar-psf", "metrics/Sw-sqft", *INDUCED_DRAG.paths(), "aero/cl-squared")
-    return Overlay(sizes=INDUCED_DRAG.held(sizes), functions=(AxisFunction("DRAG", drag),))
-
 
 INDUCED_DRAG = AircraftEffect(
     name="induced_drag",
@@ -122,7 +111,7 @@ INDUCED_DRAG = AircraftEffect(
     source="lifting line, k = 1/(π A e): e 0.72 to 0.64 at an aspect ratio of 7.2 adds 0.008",
     what="The wing has more drag for its lift: slower at low speed and in turns.",
     shows_in=TURNING,
-    build=_build_induced_drag,
+    build=_drag(lambda factor: (WING, factor, "aero/cl-squared")),
 )
 
 
@@ -131,18 +120,18 @@ INDUCED_DRAG = AircraftEffect(
 ARM = 100.0  # in, over which ballast is moved; any arm gives the same moment
 
 
-def _mass(sizes: Sizes, baseline: Baseline) -> Overlay:
-    added = MassPoint(product(*MASS.paths(), 1.0 / POUND), baseline.center_of_gravity)
-    return Overlay(sizes=MASS.held(sizes), masses=(added,))
+def _mass(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
+    added = MassPoint(product(*effect.paths(), 1.0 / POUND), baseline.center_of_gravity)
+    return Overlay(sizes=effect.held(sizes), masses=(added,))
 
 
-def _center_of_gravity(sizes: Sizes, baseline: Baseline) -> Overlay:
+def _center_of_gravity(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     x, y, z = baseline.center_of_gravity
     # Ballast is added aft and the same ballast is taken away at the center of gravity: the mass stays, the moment
     # changes. The file's inches are the unit of the arm.
-    moved = product(*CENTER_OF_GRAVITY.paths(), 12.0 / (FOOT * ARM), "inertia/weight-lbs")
+    moved = product(*effect.paths(), 12.0 / (FOOT * ARM), "inertia/weight-lbs")
     masses = (MassPoint(moved, (x + ARM, y, z)), MassPoint(product(-1.0, moved), (x, y, z)))
-    return Overlay(sizes=CENTER_OF_GRAVITY.held(sizes), masses=masses)
+    return Overlay(sizes=effect.held(sizes), masses=masses)
 
 
 MASS = AircraftEffect(
@@ -168,19 +157,17 @@ CENTER_OF_GRAVITY = AircraftEffect(
 
 # Flaps or gear that are not fully up. Lift and drag follow from the flap and gear terms of the aircraft.
 
-LEVERS = ("fcs/gear-lever-norm", "gear/gear-cmd-norm")  # the aircraft's lever where it has one, else JSBSim's
 
+def _lever(*levers: str) -> Build:
+    """The build of a lever that is held: of the first of them that the aircraft has, else of the last."""
 
-def _flap(sizes: Sizes, baseline: Baseline) -> Overlay:
-    # Times one: an expression must be XML, and the bare path of a property is not.
-    held = PropertySetting("fcs/flap-cmd-norm", product(*FLAP_NOT_UP.paths(), 1.0))
-    return Overlay(sizes=FLAP_NOT_UP.held(sizes), settings=(held,))
+    def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
+        lever = next((each for each in levers if each in baseline.declared), levers[-1])
+        # Times one: an expression must be XML, and the bare path of a property is not.
+        held = PropertySetting(lever, product(*effect.paths(), 1.0))
+        return Overlay(sizes=effect.held(sizes), settings=(held,))
 
-
-def _gear(sizes: Sizes, baseline: Baseline) -> Overlay:
-    lever = LEVERS[0] if LEVERS[0] in baseline.declared else LEVERS[1]
-    held = PropertySetting(lever, product(*GEAR_NOT_UP.paths(), 1.0))
-    return Overlay(sizes=GEAR_NOT_UP.held(sizes), settings=(held,))
+    return build
 
 
 FLAP_NOT_UP = AircraftEffect(
@@ -190,7 +177,7 @@ FLAP_NOT_UP = AircraftEffect(
     source="a rigging error or a forgotten lever; lift and drag are those of the aircraft's flaps",
     what="The flaps are not fully up.",
     shows_in=RANGE_OF_AIRSPEED,
-    build=_flap,
+    build=_lever("fcs/flap-cmd-norm"),
 )
 
 GEAR_NOT_UP = AircraftEffect(
@@ -201,18 +188,16 @@ GEAR_NOT_UP = AircraftEffect(
     what="The gear is not fully up.",
     shows_in=RANGE_OF_AIRSPEED,
     one_model_with="belly_pod",
-    build=_gear,
+    build=_lever("fcs/gear-lever-norm", "gear/gear-cmd-norm"),  # the aircraft's own, else JSBSim's
 )
 
 
 # A drag polar that bends up at high lift, where the flow begins to separate from the wing.
 
 
-def _build_polar_bend(sizes: Sizes, baseline: Baseline) -> Overlay:
-    factor, onset = POLAR_BEND.paths()
+def _bend(factor: str, onset: str) -> tuple[Term, ...]:
     beyond = operation("max", 0.0, difference(operation("sqrt", "aero/cl-squared"), onset))
-    drag = product("aero/qbar-psf", "metrics/Sw-sqft", factor, beyond, beyond)
-    return Overlay(sizes=POLAR_BEND.held(sizes), functions=(AxisFunction("DRAG", drag),))
+    return WING, factor, beyond, beyond
 
 
 POLAR_BEND = AircraftEffect(
@@ -226,7 +211,7 @@ POLAR_BEND = AircraftEffect(
     what="The wing has more drag at high lift: slower at low speed and in turns.",
     shows_in=TURNING,  # high lift without slow flight
     variant_of="induced_drag",
-    build=_build_polar_bend,
+    build=_drag(_bend),
 )
 
 
@@ -235,13 +220,15 @@ POLAR_BEND = AircraftEffect(
 LENGTHS = {"PITCH": "metrics/cbarw-ft", "ROLL": "metrics/bw-ft", "YAW": "metrics/bw-ft"}
 
 
-def _build_trim_offset(sizes: Sizes, baseline: Baseline) -> Overlay:
-    # Moment = dynamic pressure × wing area × reference length × coefficient, as in the aircraft's file.
-    moments = [
-        AxisFunction(axis, product("aero/qbar-psf", "metrics/Sw-sqft", length, path))
-        for (axis, length), path in zip(LENGTHS.items(), TRIM_OFFSET.paths(), strict=True)
-    ]
-    return Overlay(sizes=TRIM_OFFSET.held(sizes), functions=tuple(moments))
+def coefficient_function(axis: str, value: Term) -> AxisFunction:
+    """The force or the moment of a coefficient: times dynamic pressure, wing area and reference length."""
+    lengths = [LENGTHS[axis]] if axis in LENGTHS else []
+    return AxisFunction(axis, product("aero/qbar-psf", WING, *lengths, value))
+
+
+def _moments(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
+    moments = [coefficient_function(axis, path) for axis, path in zip(LENGTHS, effect.paths(), strict=True)]
+    return Overlay(sizes=effect.held(sizes), functions=tuple(moments))
 
 
 TRIM_OFFSET = AircraftEffect(
@@ -255,19 +242,13 @@ TRIM_OFFSET = AircraftEffect(
     source="rigging tolerances of maintenance manuals, 1 to 2° of tab or tail setting (estimate: 0.015 in pitch)",
     what="Rigging or trim differs: the surfaces have other positions in straight flight.",
     shows_in=RANGE_OF_AIRSPEED,
-    build=_build_trim_offset,
+    build=_moments,
 )
 
 
 # Drag that appears only in a bank: deflected surfaces, a skid, the pilot's control movements in the turn.
 
-
-def _build_turn_drag(sizes: Sizes, baseline: Baseline) -> Overlay:
-    # sin² is the same for both sides and flat in level flight; over 0.25, its value at 30°, it gives the size.
-    sine = operation("sin", "attitude/phi-rad")
-    drag = product("aero/qbar-psf", "metrics/Sw-sqft", *TURN_DRAG.paths(), sine, sine, 1.0 / 0.25)
-    return Overlay(sizes=TURN_DRAG.held(sizes), functions=(AxisFunction("DRAG", drag),))
-
+SINE = operation("sin", "attitude/phi-rad")
 
 TURN_DRAG = AircraftEffect(
     name="turn_drag",
@@ -278,20 +259,15 @@ TURN_DRAG = AircraftEffect(
     source="Martos, Kiszely and Foster 2011: power had to be added in turns in flight, not in the simulator",
     what="The airplane loses more speed in turns than the model.",
     shows_in=TURNING,
-    build=_build_turn_drag,
+    # sin² is the same for both sides and flat in level flight; over 0.25, its value at 30°, it gives the size.
+    build=_drag(lambda coefficient: (WING, coefficient, SINE, SINE, 1.0 / 0.25)),
 )
 
 
 # Drag in proportion to the rate of turn instead of the bank.
 
 STANDARD_RATE = 3.0 * DEGREE  # rad/s
-
-
-def _build_turn_rate_drag(sizes: Sizes, baseline: Baseline) -> Overlay:
-    rate = operation("abs", product("velocities/psidot-rad_sec", 1.0 / STANDARD_RATE))
-    drag = product("aero/qbar-psf", "metrics/Sw-sqft", *TURN_RATE_DRAG.paths(), rate)
-    return Overlay(sizes=TURN_RATE_DRAG.held(sizes), functions=(AxisFunction("DRAG", drag),))
-
+TURN_RATE = operation("abs", product("velocities/psidot-rad_sec", 1.0 / STANDARD_RATE))
 
 TURN_RATE_DRAG = AircraftEffect(
     name="turn_rate_drag",
@@ -303,22 +279,5 @@ TURN_RATE_DRAG = AircraftEffect(
     what="The airplane loses more speed in turns than the model.",
     shows_in=TURNING,
     variant_of="turn_drag",
-    build=_build_turn_rate_drag,
-)
-
-
-# The order of this page's effects in every table.
-AIRFRAME: tuple[Effect, ...] = (
-    BELLY_POD,
-    CONTROL_EFFECTIVENESS,
-    INCLINED_POD,
-    INDUCED_DRAG,
-    MASS,
-    CENTER_OF_GRAVITY,
-    FLAP_NOT_UP,
-    GEAR_NOT_UP,
-    POLAR_BEND,
-    TRIM_OFFSET,
-    TURN_DRAG,
-    TURN_RATE_DRAG,
+    build=_drag(lambda coefficient: (WING, coefficient, TURN_RATE)),
 )

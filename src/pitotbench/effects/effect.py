@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import reduce
 from math import inf, isfinite
 from typing import ClassVar, Literal, Protocol
 
@@ -12,7 +11,6 @@ import numpy as np
 from pitotbench.catalog import Catalog, explain
 from pitotbench.effects.overlay import (
     Baseline,
-    Expression,
     Overlay,
     Term,
     difference,
@@ -24,8 +22,6 @@ from pitotbench.effects.overlay import (
 from pitotbench.effects.response import Signals
 from pitotbench.records import BadInputError
 from pitotbench.units import Array, Seconds
-
-# The records of an effect: where it acts, its parameters with units and ranges, its source, and what shows it.
 
 # Say what to fly so that an effect shows: the motions that excite it, and the maneuvers that contain them.
 
@@ -193,10 +189,13 @@ class SensorEffect(Effect):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AircraftEffect(Effect):
-    """An effect in the airframe or the powerplant: an overlay that JSBSim loads with the unchanged aircraft."""
+    """An effect in the airframe or the powerplant: an overlay that JSBSim loads with the unchanged aircraft.
+
+    `build` takes the effect itself, its sizes and the aircraft.
+    """
 
     acts_on: ClassVar[ActsOn] = "aircraft"
-    build: Callable[[Sizes, Baseline], Overlay]
+    build: "Build"
 
     def paths(self) -> tuple[str, ...]:
         """Return the paths of the properties that hold its numbers, in the order of the parameters."""
@@ -211,7 +210,7 @@ class AircraftEffect(Effect):
 
         Raises BadInputError where the aircraft lacks the part that the effect changes.
         """
-        return Overlay() if self.is_off(sizes) else self.build(self.complete(sizes), baseline)
+        return Overlay() if self.is_off(sizes) else self.build(self, self.complete(sizes), baseline)
 
     def fits(self, sizes: Sizes, baseline: Baseline) -> bool:
         """Return whether an aircraft has the parts that the effect changes at these sizes."""
@@ -227,6 +226,9 @@ class AircraftEffect(Effect):
         return tuple(self.overlay(sizes, baseline) for sizes in alone if self.fits(sizes, baseline))
 
 
+Build = Callable[[AircraftEffect, Sizes, Baseline], Overlay]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AirEffect(AircraftEffect):
     """An effect in the air: wind in time and space, turbulence, temperature.
@@ -238,8 +240,6 @@ class AirEffect(AircraftEffect):
     acts_on: ClassVar[ActsOn] = "air"
     wind: Callable[[Signals, Sizes], tuple[Array, Array, Array]] | None = None
 
-
-# The effects that a case names, with sizes, for the whole flight or for a part of it.
 
 # Time since the first recorded sample, in a log and as an expression of JSBSim.
 
@@ -276,7 +276,9 @@ def forms_in_time(effect: Effect) -> tuple[Effect, ...]:
     Nor has warmer air: the simulator's standard day lasts for the whole flight.
     """
     has_times = any(p.shape and p.name in ("at_s", FROM.name) for p in effect.parameters)
-    if has_times or _warms(effect):
+    if has_times or (
+        isinstance(effect, AirEffect) and effect.overlay(effect.typical(), NOWHERE).temperature_offset != 0.0
+    ):
         return ()
     return (_form(effect, "from_a_time", (FROM,)), _form(effect, "for_a_time", (FROM, TO)))
 
@@ -288,11 +290,6 @@ def share_of_size(effect: Effect, time: Seconds, sizes: Sizes) -> Array:
     full = effect.complete(sizes)
     left = full[TO.name] - time if TO.name in full else np.full(len(time), np.inf)
     return np.clip(np.minimum(time - full[FROM.name], left) / EDGE, 0.0, 1.0)
-
-
-def _warms(effect: Effect) -> bool:
-    """Whether an effect warms the air."""
-    return isinstance(effect, AirEffect) and effect.overlay(effect.typical(), NOWHERE).temperature_offset != 0.0
 
 
 def _form(effect: Effect, when: str, times: tuple[Parameter, ...]) -> Effect:
@@ -309,7 +306,9 @@ def _form(effect: Effect, when: str, times: tuple[Parameter, ...]) -> Effect:
         return _on_sensors(form)
     if isinstance(form, AirEffect) and form.wind is not None:
         form = _in_air(form)
-    return _on_aircraft(form, effect) if isinstance(form, AircraftEffect) else form
+    if isinstance(form, AircraftEffect) and isinstance(effect, AircraftEffect):
+        return _on_aircraft(form, effect)
+    return form
 
 
 def _on_sensors(form: SensorEffect) -> SensorEffect:
@@ -347,16 +346,13 @@ def _in_air(form: AirEffect) -> AirEffect:
     return replace(form, wind=wind)
 
 
-def _on_aircraft(form: AircraftEffect, effect: Effect) -> AircraftEffect:
-    whole = form.build
-
-    def build(sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
-        overlay = whole({p.name: sizes[p.name] for p in effect.parameters}, baseline)
+def _on_aircraft(form: AircraftEffect, effect: AircraftEffect) -> AircraftEffect:
+    def build(_: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
+        overlay = effect.build(effect, {p.name: sizes[p.name] for p in effect.parameters}, baseline)
         times = [p.name for p in (FROM, TO) if p.name in sizes]
         plain = overlay.renamed(lambda text: _scaled(text, form, effect, times))
-        known = dict(plain.sizes)
         added = tuple((size(form.name, name), sizes[name]) for name in times)
-        return replace(plain, sizes=(*known.items(), *added))
+        return replace(plain, sizes=(*plain.sizes, *added))
 
     return replace(form, build=build)
 
@@ -364,18 +360,15 @@ def _on_aircraft(form: AircraftEffect, effect: Effect) -> AircraftEffect:
 def _scaled(text: str, form: Effect, effect: Effect, times: list[str]) -> str:
     """Return an expression or a path with the properties of the effect renamed, and its sizes scaled."""
     own, new = (size(name, "") for name in (effect.name, form.name))
+    share = quotient(difference(ELAPSED, size(form.name, FROM.name)), EDGE)
+    if TO.name in times:
+        share = operation("min", share, quotient(difference(size(form.name, TO.name), ELAPSED), EDGE))
     scaled = text.replace(own, new)
     for parameter in effect.parameters:
         if not parameter.shape:
             node = f"<property>{size(form.name, parameter.name)}</property>"
-            scaled = scaled.replace(node, product(node, _share(form, times)))
+            scaled = scaled.replace(node, product(node, clipped(share)))
     return scaled
-
-
-def _share(form: Effect, times: list[str]) -> Expression:
-    since = quotient(difference(ELAPSED, size(form.name, FROM.name)), EDGE)
-    left = [quotient(difference(size(form.name, TO.name), ELAPSED), EDGE)] if TO.name in times else []
-    return clipped(reduce(lambda a, b: operation("min", a, b), [since, *left]))
 
 
 # Turn the effects that a case names into effects with sizes, or raise one error that lists every problem.
@@ -429,18 +422,14 @@ def _problems(choice: Choice) -> Iterator[str]:
     for key, value in choice.sizes.items():
         if key not in known:
             yield f"{name}: {explain('parameter', key, list(known)).rstrip('.')}"
-        elif not _plausible(value, known[key]):
-            p = known[key]
+            continue
+        p = known[key]
+        # Zero switches an effect off, so it is always allowed; a time or a damping of zero is no shape.
+        off = value == 0.0 and not p.shape
+        if not (isfinite(value) and (off or p.low <= value <= p.high)):
             yield f"{name}: {key} = {value:g} is not within {p.low:g} to {p.high:g}"
     if choice.effect.part_of and choice.sizes.get(TO.name, inf) <= choice.sizes[FROM.name]:
         yield f"{name}: {TO.name} is not later than {FROM.name}"
-    sizes = [p for p in known.values() if not (p.shape or p.may_be_missing)]
-    for p in sizes:
-        if p.name not in choice.sizes:
+    for p in known.values():
+        if not (p.shape or p.may_be_missing or p.name in choice.sizes):
             yield f"{name}: {p.name} is missing (typically {p.typical:g}; 0 for none)"
-
-
-def _plausible(value: float, parameter: Parameter) -> bool:
-    # Zero switches an effect off, so it is always allowed; a time or a damping of zero is no shape.
-    off = value == 0.0 and not parameter.shape
-    return isfinite(value) and (off or parameter.low <= value <= parameter.high)

@@ -8,17 +8,18 @@ import numpy as np
 
 from pitotbench import air
 from pitotbench.catalog import Catalog
+from pitotbench.effects.airframe import LENGTHS, coefficient_function
 from pitotbench.effects.effect import (
     ELAPSED,
     RANGE_OF_AIRSPEED,
     RECORDING_START,
     AircraftEffect,
+    Build,
     Effect,
     Parameter,
     SensorEffect,
 )
 from pitotbench.effects.overlay import (
-    AxisFunction,
     Baseline,
     Expression,
     Overlay,
@@ -112,10 +113,6 @@ def _mach(signals: Signals) -> Array:
     return air.mach_from_impact_pressure(signals["impact_pressure"].clip(min=1.0), signals["static_pressure"])
 
 
-def _dynamic_pressure(signals: Signals) -> Array:
-    return np.asarray(0.5 * air.HEAT_RATIO * signals["static_pressure"] * _mach(signals) ** 2 / PSF)
-
-
 _AIR_DATA = ("impact_pressure", "static_pressure")
 _Reading = tuple[tuple[str, ...], Callable[[Signals], Array]]
 
@@ -141,11 +138,11 @@ _FROM_LOG: Mapping[str, _Reading] = {
     "accelerations/Ny": _channel("specific_force_y", STANDARD_GRAVITY),
     "accelerations/Nz": _channel("specific_force_z", STANDARD_GRAVITY),
     MACH: (_AIR_DATA, _mach),
-    PRESSURE: (_AIR_DATA, _dynamic_pressure),
-    "position/h-sl-ft": (
-        ("static_pressure",),
-        lambda signals: air.pressure_altitude(signals["static_pressure"]) / FOOT,
+    PRESSURE: (
+        _AIR_DATA,
+        lambda log: np.asarray(0.5 * air.HEAT_RATIO * log["static_pressure"] * _mach(log) ** 2 / PSF),
     ),
+    "position/h-sl-ft": (("static_pressure",), lambda log: air.pressure_altitude(log["static_pressure"]) / FOOT),
     "simulation/sim-time-sec": ((), lambda signals: signals.time - signals.time[0]),
     RECORDING_START: ((), lambda signals: np.zeros(len(signals))),
     **{
@@ -175,13 +172,8 @@ def values_of(term: Term, signals: Signals) -> Array:
 MOST = 50.0  # times the typical coefficient: no table bounds it, but a formula is no license for nonsense
 
 
-def parameter_of(term: str, unit: str) -> str:
-    """Return the name of the coefficient of a term, in a unit suffix that may be empty."""
-    return f"{term}_{unit}" if unit else term
-
-
 def term_of(parameter: str, unit: str) -> Term:
-    """Return the term of a coefficient."""
+    """Return the term of a coefficient, in a unit suffix that may be empty."""
     return TERMS[parameter.removesuffix(f"_{unit}") if unit else parameter]
 
 
@@ -189,11 +181,9 @@ def parameters_of(terms: Iterable[str], unit: str, typical: float, symbol: str) 
     """Return the coefficients of some terms; at its usual value each term then gives `typical`."""
     found = []
     for name in terms:
-        size = typical / TERMS[name].usual
-        what = f"coefficient of {TERMS[name].symbol} in {symbol}"
-        found.append(
-            Parameter(parameter_of(name, unit), size, -MOST * size, MOST * size, what, may_be_missing=True)
-        )
+        size, what = typical / TERMS[name].usual, f"coefficient of {TERMS[name].symbol} in {symbol}"
+        written = f"{name}_{unit}" if unit else name
+        found.append(Parameter(written, size, -MOST * size, MOST * size, what, may_be_missing=True))
     return tuple(found)
 
 
@@ -235,30 +225,25 @@ AXES: Mapping[str, Axis] = {
     "DRAG": Axis("drag", "ΔC_D", 0.005),
     "SIDE": Axis("side force", "ΔC_Y", 0.01),
     "LIFT": Axis("lift", "ΔC_L", 0.02),
-    "ROLL": Axis("roll moment", "ΔC_l", 0.002, "metrics/bw-ft"),
-    "PITCH": Axis("pitch moment", "ΔC_m", 0.01, "metrics/cbarw-ft"),
-    "YAW": Axis("yaw moment", "ΔC_n", 0.002, "metrics/bw-ft"),
+    "ROLL": Axis("roll moment", "ΔC_l", 0.002, LENGTHS["ROLL"]),
+    "PITCH": Axis("pitch moment", "ΔC_m", 0.01, LENGTHS["PITCH"]),
+    "YAW": Axis("yaw moment", "ΔC_n", 0.002, LENGTHS["YAW"]),
 }
 
 
-def _build(name: str, axis: str, sizes: Mapping[str, float], baseline: Baseline) -> Overlay:
-    used = {term: value for term, value in sizes.items() if value}
-    parts = [product(size(name, term), TERMS[term].value) for term in used]
-    coefficient = total(*parts) if len(parts) > 1 else parts[0]
-    lengths = [AXES[axis].length] if AXES[axis].length else []
-    force = product("aero/qbar-psf", "metrics/Sw-sqft", *lengths, coefficient)
-    return Overlay(
-        sizes=tuple((size(name, term), value) for term, value in used.items()),
-        functions=(AxisFunction(axis, force),),
-    )
+def _force(axis: str) -> Build:
+    """The build of a force or a moment that is the sum of the terms with a coefficient."""
+
+    def build(effect: AircraftEffect, sizes: Mapping[str, float], _: Baseline) -> Overlay:
+        used = {term: value for term, value in sizes.items() if value}
+        parts = [product(size(effect.name, term), TERMS[term].value) for term in used]
+        force = coefficient_function(axis, total(*parts) if len(parts) > 1 else parts[0])
+        return Overlay(sizes=effect.held(used), functions=(force,))
+
+    return build
 
 
-def force_name(axis: str) -> str:
-    """Return the name of the formula of an axis."""
-    return f"{AXES[axis].quantity.replace(' ', '_')}_formula"
-
-
-FORCE_AXES: Mapping[str, str] = {force_name(axis): axis for axis in AXES}
+FORCE_AXES: Mapping[str, str] = {f"{each.quantity.replace(' ', '_')}_formula": axis for axis, each in AXES.items()}
 FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
     name: AircraftEffect(
         name=name,
@@ -266,7 +251,7 @@ FORCE_FORMULAS: Mapping[str, AircraftEffect] = {
         source=FORCE_SOURCE,
         what=f"The airplane has a further {AXES[axis].quantity} that follows a formula.",
         shows_in=RANGE_OF_AIRSPEED,
-        build=partial(_build, name, axis),
+        build=_force(axis),
     )
     for name, axis in FORCE_AXES.items()
 }
@@ -376,14 +361,7 @@ READINGS: Mapping[str, Reading] = {
     "altitude_formula": Reading(
         "GPS altitude", "Δh", "m", 3.0, ("altitude",), (*HEADING, *ATTITUDE, "pressure", *PLACE)
     ),
-    **_each(
-        "manifold_pressure",
-        "manifold pressure",
-        "ΔMP",
-        "inhg",
-        0.5,
-        (*POWER, "pressure", *PLACE),
-    ),
+    **_each("manifold_pressure", "manifold pressure", "ΔMP", "inhg", 0.5, (*POWER, "pressure", *PLACE)),
     **_each("propeller_speed", "propeller speed", "Δn", "rpm", 20.0, (*POWER, "pressure", *PLACE)),
     **_each("fuel_flow", "fuel flow", "Δw_f", "pph", 3.0, (*POWER, "pressure", *PLACE)),
 }

@@ -1,5 +1,6 @@
 """Effects of the pitot-static system: lines, transducers and the error of the static source."""
 
+from collections.abc import Callable
 from itertools import accumulate
 
 import numpy as np
@@ -13,23 +14,33 @@ from pitotbench.effects.effect import (
     RANGE_OF_AIRSPEED,
     SIDESLIP,
     STEPS_OF_AIRSPEED,
-    Effect,
     Excitation,
     Parameter,
     SensorEffect,
+    SensorFunction,
     Sizes,
     reads,
 )
 from pitotbench.effects.response import Signals, displaced, first_order, first_order_varying, second_order
 from pitotbench.units import INCH_OF_MERCURY, KNOT, SUFFIXES, Array
 
+Response = Callable[[Signals, Array, Sizes], Array]
+
+
+def _in_pitot_line(respond: Response) -> SensorFunction:
+    """The function of a line that changes the total pressure; the transducer subtracts the static one at once."""
+
+    def function(signals: Signals, sizes: Sizes) -> Signals:
+        static = signals["static_pressure"]
+        total = respond(signals, signals["impact_pressure"] + static, sizes)
+        return signals.with_channels(impact_pressure=total - static)
+
+    return function
+
+
 # A static source that depends on the direction of the flow: errors with angle of attack or sideslip.
 
 FLOW_ANGLE_SOURCE = "Gracey 1980, NASA RP-1046: static-pressure error with angle of attack and yaw"
-
-
-def _alpha(signals: Signals, sizes: Sizes) -> Signals:
-    return displaced(signals, sizes["slope_per_rad"] * signals["angle_of_attack"] * signals["impact_pressure"])
 
 
 def _sideslip(signals: Signals, sizes: Sizes) -> Signals:
@@ -47,7 +58,9 @@ ALPHA_STATIC_ERROR = SensorEffect(
     shows_in=RANGE_OF_AIRSPEED,
     changes=("impact_pressure", "static_pressure"),
     needs=("angle_of_attack",),
-    function=_alpha,
+    function=lambda signals, sizes: displaced(
+        signals, sizes["slope_per_rad"] * signals["angle_of_attack"] * signals["impact_pressure"]
+    ),
 )
 
 SIDESLIP_STATIC_ERROR = SensorEffect(
@@ -94,14 +107,13 @@ CREEP = SensorEffect(
 # A line whose lag grows with height, in proportion to viscosity over static pressure.
 
 
-def _apply_height_dependent_lag(signals: Signals, sizes: Sizes) -> Signals:
+def _height_dependent_lag(signals: Signals, total: Array, sizes: Sizes) -> Array:
     static = signals["static_pressure"]
     temperature = air.standard_temperature(air.pressure_altitude(static))
     # Relative to sea level; the viscosity of air rises nearly as temperature to the power of 0.75.
     viscosity = (temperature / air.SEA_LEVEL_TEMPERATURE) ** 0.75
     lag = np.asarray(sizes["sea_level_lag_s"] * viscosity * air.SEA_LEVEL_PRESSURE / static)
-    total = first_order_varying(signals, signals["impact_pressure"] + static, lag)
-    return signals.with_channels(impact_pressure=total - static)
+    return first_order_varying(signals, total, lag)
 
 
 HEIGHT_DEPENDENT_LAG = SensorEffect(
@@ -114,7 +126,7 @@ HEIGHT_DEPENDENT_LAG = SensorEffect(
     variant_of="pitot_lag",
     changes=("impact_pressure",),
     needs=("static_pressure",),
-    function=_apply_height_dependent_lag,
+    function=_in_pitot_line(_height_dependent_lag),
 )
 
 
@@ -161,13 +173,6 @@ STATIC_HYSTERESIS = SensorEffect(
 LAG_SOURCE = "Gracey 1980, NASA RP-1046, ch. on pressure-system lag: first-order line"
 
 
-def _pitot(signals: Signals, sizes: Sizes) -> Signals:
-    # The line carries the total pressure; the differential transducer subtracts a static pressure that is not late.
-    static = signals["static_pressure"]
-    total = first_order(signals, signals["impact_pressure"] + static, sizes["lag_s"])
-    return signals.with_channels(impact_pressure=total - static)
-
-
 def _static_line_lag(signals: Signals, sizes: Sizes) -> Signals:
     # Both transducers are connected to this line, so its delay appears in both, with opposite signs.
     static = signals["static_pressure"]
@@ -184,7 +189,7 @@ PITOT_LAG = SensorEffect(
     shows_in=CHANGING_AIRSPEED,
     changes=("impact_pressure",),
     needs=("static_pressure",),
-    function=_pitot,
+    function=_in_pitot_line(lambda signals, total, sizes: first_order(signals, total, sizes["lag_s"])),
 )
 
 STATIC_LAG = SensorEffect(
@@ -286,13 +291,6 @@ PROPWASH_ERROR = SensorEffect(
 
 # A total-pressure line that oscillates: second-order response of a short, wide line with a large volume.
 
-
-def _apply_second_order_line(signals: Signals, sizes: Sizes) -> Signals:
-    static = signals["static_pressure"]
-    total = second_order(signals, signals["impact_pressure"] + static, sizes["lag_s"], sizes["damping"])
-    return signals.with_channels(impact_pressure=total - static)
-
-
 SECOND_ORDER_LINE = SensorEffect(
     name="second_order_line",
     part="pitot line",
@@ -306,7 +304,9 @@ SECOND_ORDER_LINE = SensorEffect(
     variant_of="pitot_lag",
     changes=("impact_pressure",),
     needs=("static_pressure",),
-    function=_apply_second_order_line,
+    function=_in_pitot_line(
+        lambda signals, total, sizes: second_order(signals, total, sizes["lag_s"], sizes["damping"])
+    ),
 )
 
 
@@ -419,36 +419,6 @@ TEMPERATURE_DRIFT = SensorEffect(
 )
 
 
-# Transducers of the wrong scale: the reading is in proportion to the pressure, by a wrong factor.
-
-SCALE_SOURCE = "transducer data sheets: span errors of 0.05 to 0.5 % (classes, not one maker)"
-
-
-IMPACT_PRESSURE_SCALE = SensorEffect(
-    name="impact_pressure_scale",
-    part="impact transducer",
-    parameters=(Parameter("scale", 0.005, -0.1, 0.1, "impact pressure too large by this share"),),
-    source=SCALE_SOURCE,
-    what="The impact-pressure transducer has a wrong scale; in a log it is a total-pressure loss.",
-    shows_in=RANGE_OF_AIRSPEED,
-    one_model_with="total_pressure_loss",
-    changes=("impact_pressure",),
-    function=reads("impact_pressure", lambda pressure, sizes: (1.0 + sizes["scale"]) * pressure),
-)
-
-STATIC_PRESSURE_SCALE = SensorEffect(
-    name="static_pressure_scale",
-    part="static transducer",
-    parameters=(Parameter("scale", 0.002, -0.05, 0.05, "static pressure too large by this share"),),
-    source=SCALE_SOURCE,
-    what="The static-pressure transducer has a wrong scale.",
-    shows_in=CHANGING_HEIGHT,
-    for_whole_flight=True,
-    changes=("static_pressure",),
-    function=reads("static_pressure", lambda pressure, sizes: (1.0 + sizes["scale"]) * pressure),
-)
-
-
 # A transducer whose zero drifts while it warms up, and then stays.
 
 
@@ -532,29 +502,30 @@ STATIC_ZERO_OFFSET = SensorEffect(
 )
 
 
-# The order of this page's effects in every table.
-PNEUMATIC: tuple[Effect, ...] = (
-    ALPHA_STATIC_ERROR,
-    SIDESLIP_STATIC_ERROR,
-    CREEP,
-    HEIGHT_DEPENDENT_LAG,
-    HYSTERESIS,
-    STATIC_HYSTERESIS,
-    PITOT_LAG,
-    STATIC_LAG,
-    LINE_LEAK,
-    LOCAL_STATIC_BUMP,
-    PROPWASH_ERROR,
-    SECOND_ORDER_LINE,
-    STATIC_SOURCE_CHANGE,
-    TOTAL_PRESSURE_LOSS,
-    INCLINED_PITOT_LOSS,
-    TIME_DRIFT,
-    TEMPERATURE_DRIFT,
-    WARM_UP_DRIFT,
-    WATER_IN_LINE,
-    IMPACT_ZERO_OFFSET,
-    STATIC_ZERO_OFFSET,
-    IMPACT_PRESSURE_SCALE,
-    STATIC_PRESSURE_SCALE,
+# Transducers of the wrong scale: the reading is in proportion to the pressure, by a wrong factor.
+
+SCALE_SOURCE = "transducer data sheets: span errors of 0.05 to 0.5 % (classes, not one maker)"
+
+IMPACT_PRESSURE_SCALE = SensorEffect(
+    name="impact_pressure_scale",
+    part="impact transducer",
+    parameters=(Parameter("scale", 0.005, -0.1, 0.1, "impact pressure too large by this share"),),
+    source=SCALE_SOURCE,
+    what="The impact-pressure transducer has a wrong scale; in a log it is a total-pressure loss.",
+    shows_in=RANGE_OF_AIRSPEED,
+    one_model_with="total_pressure_loss",
+    changes=("impact_pressure",),
+    function=reads("impact_pressure", lambda pressure, sizes: (1.0 + sizes["scale"]) * pressure),
+)
+
+STATIC_PRESSURE_SCALE = SensorEffect(
+    name="static_pressure_scale",
+    part="static transducer",
+    parameters=(Parameter("scale", 0.002, -0.05, 0.05, "static pressure too large by this share"),),
+    source=SCALE_SOURCE,
+    what="The static-pressure transducer has a wrong scale.",
+    shows_in=CHANGING_HEIGHT,
+    for_whole_flight=True,
+    changes=("static_pressure",),
+    function=reads("static_pressure", lambda pressure, sizes: (1.0 + sizes["scale"]) * pressure),
 )

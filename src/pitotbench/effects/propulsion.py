@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from pitotbench.effects.effect import POWER, AircraftEffect, Effect, Parameter, SensorEffect, SensorFunction, Sizes
+from pitotbench.effects.effect import POWER, AircraftEffect, Parameter, SensorEffect, SensorFunction, Sizes
 from pitotbench.effects.overlay import (
     Baseline,
     BodyForce,
@@ -35,8 +35,7 @@ def _of_engines(effect: AircraftEffect, baseline: Baseline) -> list[tuple[int, s
 
 def require_declared(effect: str, baseline: Baseline, *paths: str) -> None:
     """Raise BadInputError where an aircraft lacks properties that an effect sets."""
-    missing = [path for path in paths if path not in baseline.declared]
-    if missing:
+    if missing := [path for path in paths if path not in baseline.declared]:
         raise BadInputError(
             f"effect {effect!r} sets {', '.join(missing)}, which {baseline.aircraft!r} does not have; leave it out"
         )
@@ -47,14 +46,14 @@ def require_declared(effect: str, baseline: Baseline, *paths: str) -> None:
 KILOWATT = 1000.0 / 745.699872  # hp
 
 
-def _build_friction_loss(sizes: Sizes, baseline: Baseline) -> Overlay:
+def _friction(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     settings = tuple(
         PropertySetting(
             f"propulsion/engine[{i}]/friction-hp", total(baseline.engines[i].friction, product(KILOWATT, path))
         )
-        for i, path in _of_engines(FRICTION_LOSS, baseline)
+        for i, path in _of_engines(effect, baseline)
     )
-    return Overlay(sizes=FRICTION_LOSS.held(sizes), settings=settings)
+    return Overlay(sizes=effect.held(sizes), settings=settings)
 
 
 FRICTION_LOSS = AircraftEffect(
@@ -68,7 +67,7 @@ FRICTION_LOSS = AircraftEffect(
     what="An engine loses a constant power.",
     shows_in=POWER,  # a constant power is a larger share of a low one
     variant_of="power_deficit",
-    build=_build_friction_loss,
+    build=_friction,
 )
 
 
@@ -77,10 +76,10 @@ FRICTION_LOSS = AircraftEffect(
 GOVERNOR = "powerplant/governor-rpm"
 
 
-def _build_governor_speed(sizes: Sizes, baseline: Baseline) -> Overlay:
-    require_declared(GOVERNOR_SPEED.name, baseline, GOVERNOR)
-    setting = PropertySetting(GOVERNOR, total(baseline.declared[GOVERNOR], *GOVERNOR_SPEED.paths()))
-    return Overlay(sizes=GOVERNOR_SPEED.held(sizes), settings=(setting,))
+def _governor(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
+    require_declared(effect.name, baseline, GOVERNOR)
+    setting = PropertySetting(GOVERNOR, total(baseline.declared[GOVERNOR], *effect.paths()))
+    return Overlay(sizes=effect.held(sizes), settings=(setting,))
 
 
 GOVERNOR_SPEED = AircraftEffect(
@@ -90,7 +89,7 @@ GOVERNOR_SPEED = AircraftEffect(
     source="governor stops are set to some 25 rpm; a pilot's lever to 50 rpm (estimate)",
     what="The propellers turn faster or slower than in the model.",
     shows_in=POWER,  # the governor holds its speed at high power only
-    build=_build_governor_speed,
+    build=_governor,
 )
 
 
@@ -146,16 +145,16 @@ MANIFOLD_PRESSURE_SCALE = SensorEffect(
 # Engines that give less power for the fuel they burn.
 
 
-def _build_power_deficit(sizes: Sizes, baseline: Baseline) -> Overlay:
+def _deficit(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     settings = []
-    for engine, missing in _of_engines(POWER_DEFICIT, baseline):
+    for engine, missing in _of_engines(effect, baseline):
         fuel = baseline.engines[engine].fuel_per_power
         if fuel <= 0.0:
             raise BadInputError("effect 'power_deficit' needs piston engines that state their bsfc; leave it out")
         # JSBSim's power is fuel flow over bsfc: a larger bsfc takes power away and leaves the fuel flow.
         path = f"propulsion/engine[{engine}]/bsfc-lbs_hphr"
         settings.append(PropertySetting(path, quotient(fuel, difference(1.0, missing))))
-    return Overlay(sizes=POWER_DEFICIT.held(sizes), settings=tuple(settings))
+    return Overlay(sizes=effect.held(sizes), settings=tuple(settings))
 
 
 POWER_DEFICIT = AircraftEffect(
@@ -168,19 +167,19 @@ POWER_DEFICIT = AircraftEffect(
     source="Heywood 1988, Internal Combustion Engine Fundamentals: indicated power less friction; wear of 5 %",
     what="An engine gives less power than its manifold pressure and speed indicate.",
     shows_in=POWER,
-    build=_build_power_deficit,
+    build=_deficit,
 )
 
 
 # Propellers that give less thrust for their power: damaged, or of another type than in the model.
 
 
-def _build_propeller_efficiency(sizes: Sizes, baseline: Baseline) -> Overlay:
+def _efficiency(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     forces = tuple(
         BodyForce(product(path, f"propulsion/engine[{i}]/thrust-lbs"), baseline.engines[i].location)
-        for i, path in _of_engines(PROPELLER_EFFICIENCY, baseline)
+        for i, path in _of_engines(effect, baseline)
     )
-    return Overlay(sizes=PROPELLER_EFFICIENCY.held(sizes), forces=forces)
+    return Overlay(sizes=effect.held(sizes), forces=forces)
 
 
 PROPELLER_EFFICIENCY = AircraftEffect(
@@ -193,14 +192,11 @@ PROPELLER_EFFICIENCY = AircraftEffect(
     source="McCormick 1995: installed efficiency errs by some 5 %; the change is a force at the propeller",
     what="A propeller gives less thrust than in the model for the same power.",
     shows_in=POWER,
-    build=_build_propeller_efficiency,
+    build=_efficiency,
 )
 
 
 # Throttle pickups that are not linear: right at both ends of the travel, wrong between them.
-
-THROTTLES = ("throttle_left", "throttle_right")
-
 
 THROTTLE_PICKUP = SensorEffect(
     name="throttle_pickup",
@@ -214,7 +210,7 @@ THROTTLE_PICKUP = SensorEffect(
     what="The throttle pickups bend: the recorded throttles err between idle and full.",
     shows_in=POWER,
     for_whole_flight=True,
-    changes=THROTTLES,
+    changes=("throttle_left", "throttle_right"),
     function=both_read("throttle", "", lambda travel, bend: travel + 4.0 * bend * travel * (1.0 - travel)),
 )
 
@@ -224,12 +220,12 @@ THROTTLE_PICKUP = SensorEffect(
 BIASES = ("ap/throttle-bias-left-norm", "ap/throttle-bias-right-norm")
 
 
-def _build_throttle_rigging(sizes: Sizes, baseline: Baseline) -> Overlay:
-    require_declared(THROTTLE_RIGGING.name, baseline, *BIASES)
+def _rigging(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
+    require_declared(effect.name, baseline, *BIASES)
     # Times one: an expression must be XML, and the bare path of a property is not.
-    pairs = zip(BIASES, THROTTLE_RIGGING.paths(), strict=True)
+    pairs = zip(BIASES, effect.paths(), strict=True)
     settings = tuple(PropertySetting(bias, product(path, 1.0)) for bias, path in pairs)
-    return Overlay(sizes=THROTTLE_RIGGING.held(sizes), settings=settings)
+    return Overlay(sizes=effect.held(sizes), settings=settings)
 
 
 THROTTLE_RIGGING = AircraftEffect(
@@ -243,18 +239,5 @@ THROTTLE_RIGGING = AircraftEffect(
     what="The engines give different power with the levers together.",
     shows_in=POWER,
     for_whole_flight=True,
-    build=_build_throttle_rigging,
-)
-
-
-# The order of this page's effects in every table.
-PROPULSION: tuple[Effect, ...] = (
-    FRICTION_LOSS,
-    GOVERNOR_SPEED,
-    MANIFOLD_PRESSURE_GAUGE,
-    MANIFOLD_PRESSURE_SCALE,
-    POWER_DEFICIT,
-    PROPELLER_EFFICIENCY,
-    THROTTLE_PICKUP,
-    THROTTLE_RIGGING,
+    build=_rigging,
 )

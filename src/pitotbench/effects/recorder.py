@@ -13,7 +13,6 @@ from pitotbench.effects.effect import (
     SIDESLIP,
     TEMPERATURE,
     TURNING,
-    Effect,
     Parameter,
     SensorEffect,
     SensorFunction,
@@ -63,8 +62,7 @@ def _apply_antenna_lever_arm(signals: Signals, sizes: Sizes) -> Signals:
     # ω × r in body axes; the log's velocity is in earth axes.
     swing = np.stack([q * z - r * y, r * x - p * z, p * y - q * x])
     added = body_to_earth(swing, roll, pitch, heading)
-    names = ("velocity_north", "velocity_east", "velocity_down")
-    changed = {name: signals[name] + part for name, part in zip(names, added, strict=True) if name in signals}
+    changed = {name: signals[name] + part for name, part in zip(VELOCITIES, added, strict=True) if name in signals}
     if "altitude" in signals:
         arm = np.repeat(np.array([[x], [y], [z]]), len(signals), axis=1)
         changed["altitude"] = signals["altitude"] - body_to_earth(arm, roll, pitch, heading)[2]
@@ -207,11 +205,6 @@ GPS_LATENCY = SensorEffect(
 # A receiver that filters its velocity: late in a ramp, and rounded where the velocity changes direction.
 
 
-def _apply_gps_smoothing(signals: Signals, sizes: Sizes) -> Signals:
-    present = [name for name in VELOCITIES if name in signals]
-    return signals.with_channels(**{name: first_order(signals, signals[name], sizes["lag_s"]) for name in present})
-
-
 GPS_SMOOTHING = SensorEffect(
     name="gps_smoothing",
     part="GPS receiver and its clock",
@@ -222,19 +215,13 @@ GPS_SMOOTHING = SensorEffect(
     variant_of="gps_latency",
     changes=VELOCITIES[:2],
     also=VELOCITIES[2:],
-    function=_apply_gps_smoothing,
+    function=lambda signals, sizes: signals.with_channels(
+        **{name: first_order(signals, signals[name], sizes["lag_s"]) for name in VELOCITIES if name in signals}
+    ),
 )
 
 
 # A GPS velocity of the wrong scale: a unit, a latitude or a map projection that does not fit.
-
-
-def _apply_gps_velocity_scale(signals: Signals, sizes: Sizes) -> Signals:
-    return signals.with_channels(
-        velocity_north=(1.0 + sizes["north"]) * signals["velocity_north"],
-        velocity_east=(1.0 + sizes["east"]) * signals["velocity_east"],
-    )
-
 
 GPS_VELOCITY_SCALE = SensorEffect(
     name="gps_velocity_scale",
@@ -249,7 +236,10 @@ GPS_VELOCITY_SCALE = SensorEffect(
     shows_in=RANGE_OF_AIRSPEED,
     for_whole_flight=True,
     changes=("velocity_north", "velocity_east"),
-    function=_apply_gps_velocity_scale,
+    function=lambda signals, sizes: signals.with_channels(
+        velocity_north=(1.0 + sizes["north"]) * signals["velocity_north"],
+        velocity_east=(1.0 + sizes["east"]) * signals["velocity_east"],
+    ),
 )
 
 
@@ -258,14 +248,9 @@ GPS_VELOCITY_SCALE = SensorEffect(
 FORCES = ("specific_force_x", "specific_force_y", "specific_force_z")
 
 
-def _unit_axes(sizes: Sizes) -> Array:
-    """Return the axes of the unit, one a row, in the axes of the airplane."""
-    angles = (DEGREE * sizes[name] for name in ("roll_deg", "pitch_deg", "yaw_deg"))
-    return body_to_earth(np.eye(3), *(np.full(3, angle) for angle in angles)).T
-
-
 def _apply_inertial_unit_misalignment(signals: Signals, sizes: Sizes) -> Signals:
-    axes = _unit_axes(sizes)
+    angles = (DEGREE * sizes[name] for name in ("roll_deg", "pitch_deg", "yaw_deg"))
+    axes = body_to_earth(np.eye(3), *(np.full(3, angle) for angle in angles)).T  # of the unit, in the airplane's
     roll, pitch, heading = (signals[name] for name in ATTITUDE)
     forward, right, down = (
         body_to_earth(np.repeat(axis[:, None], len(signals), axis=1), roll, pitch, heading) for axis in axes
@@ -304,14 +289,6 @@ INERTIAL_UNIT_MISALIGNMENT = SensorEffect(
 
 # A word that is too short for its range: pressures are recorded in steps.
 
-PRESSURES = ("impact_pressure", "static_pressure")
-
-
-def _apply_quantization(signals: Signals, sizes: Sizes) -> Signals:
-    step = sizes["step_pa"]
-    return signals.with_channels(**{name: np.rint(signals[name] / step) * step for name in PRESSURES})
-
-
 QUANTIZATION = SensorEffect(
     name="quantization",
     part="impact transducer",
@@ -319,9 +296,11 @@ QUANTIZATION = SensorEffect(
     source="Widrow and Kollár 2008, Quantization Noise: a step q adds q²/12; 34 Pa is 12 bits over 138 kPa",
     what="The pressures are stored in coarse steps.",
     shows_in=CHANGING_AIRSPEED,  # a pressure that changes crosses many steps
-    changes=PRESSURES,
+    changes=AIR_DATA[:2],
     after_noise=True,
-    function=_apply_quantization,
+    function=lambda signals, sizes: signals.with_channels(
+        **{name: np.rint(signals[name] / sizes["step_pa"]) * sizes["step_pa"] for name in AIR_DATA[:2]}
+    ),
 )
 
 
@@ -354,7 +333,6 @@ SAMPLE_AND_HOLD = SensorEffect(
 
 
 # A transducer or amplifier whose range ends below the speeds flown.
-
 
 SATURATION = SensorEffect(
     name="saturation",
@@ -473,27 +451,4 @@ VANE_FRICTION = SensorEffect(
     shows_in=SIDESLIP,
     changes=("angle_of_attack", "sideslip"),
     function=_apply_vane_friction,
-)
-
-
-# The order of this page's effects in every table.
-RECORDER: tuple[Effect, ...] = (
-    AIR_DATA_LATENCY,
-    ANTENNA_LEVER_ARM,
-    CLOCK_DRIFT,
-    COMPASS_DEVIATION,
-    QUADRANTAL_DEVIATION,
-    DROPPED_SAMPLES,
-    GPS_LATENCY,
-    GPS_SMOOTHING,
-    GPS_VELOCITY_SCALE,
-    INERTIAL_UNIT_MISALIGNMENT,
-    QUANTIZATION,
-    SAMPLE_AND_HOLD,
-    SATURATION,
-    RECOVERY_DEFICIT,
-    TEMPERATURE_BIAS,
-    ALPHA_VANE_CALIBRATION,
-    SIDESLIP_VANE_CALIBRATION,
-    VANE_FRICTION,
 )

@@ -1,14 +1,11 @@
 """Effects of lift, stability and damping: an aerodynamic term of the aircraft's own file, larger or smaller."""
 
-from functools import partial
-
-from pitotbench.effects.airframe import LENGTHS
+from pitotbench.effects.airframe import coefficient_function
 from pitotbench.effects.effect import (
     RANGE_OF_AIRSPEED,
     SIDESLIP,
     TURNING,
     AircraftEffect,
-    Effect,
     Excitation,
     Parameter,
     Sizes,
@@ -37,39 +34,12 @@ CONSTANT = product(1.0, 1.0)
 NOTHING = difference(1.0, 1.0)
 
 
-def _build_term(name: str, axis: str, variable: str, sizes: Sizes, baseline: Baseline) -> Overlay:
-    terms = baseline.terms(axis, variable)
-    change = size(name, CHANGE)
-    if not terms:
-        raise BadInputError(
-            f"effect {name!r}: {baseline.aircraft!r} has no function of {axis.lower()} in {variable}; leave it out"
-        )
-    helpers = [term.name for term in terms if not term.axis]
-    zero: Expression = product(size(name, ZERO), 1.0) if sizes.get(ZERO) else ""
-    functions = [AxisFunction(axis, product(change, term.name)) for term in terms if term.axis]
-    if zero and not helpers:
-        functions.append(_coefficient(axis, zero))
-    # A constant goes into the first function outside the axes: what reads this coefficient reads it with the zero.
-    scalings = [
-        FunctionScaling(helper, total(1.0, change), zero if zero and helper == helpers[0] else NOTHING)
-        for helper in helpers
-    ]
-    held = tuple((size(name, key), value) for key, value in sizes.items())
-    return Overlay(sizes=held, functions=tuple(functions), scalings=tuple(scalings))
-
-
-def _build_zero_lift(sizes: Sizes, baseline: Baseline) -> Overlay:
+def _zero_lift(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
     helpers = [term.name for term in baseline.terms("LIFT", "alpha") if not term.axis]
-    added = product(*ZERO_LIFT.paths(), 1.0)
+    added = product(*effect.paths(), 1.0)
     if helpers:
-        return Overlay(sizes=ZERO_LIFT.held(sizes), scalings=(FunctionScaling(helpers[0], CONSTANT, added),))
-    return Overlay(sizes=ZERO_LIFT.held(sizes), functions=(_coefficient("LIFT", added),))
-
-
-def _coefficient(axis: str, value: Expression) -> AxisFunction:
-    """The force or the moment of a coefficient: times dynamic pressure, wing area and reference length."""
-    lengths = [LENGTHS[axis]] if axis in LENGTHS else []
-    return AxisFunction(axis, product("aero/qbar-psf", "metrics/Sw-sqft", *lengths, value))
+        return Overlay(sizes=effect.held(sizes), scalings=(FunctionScaling(helpers[0], CONSTANT, added),))
+    return Overlay(sizes=effect.held(sizes), functions=(coefficient_function("LIFT", added),))
 
 
 def _term(
@@ -83,6 +53,27 @@ def _term(
 ) -> AircraftEffect:
     what_changes = "relative change of the term of the aircraft's file"
     change = Parameter(CHANGE, 0.2, -0.8, 1.5, what_changes, defining=bool(neighbor))
+
+    def build(effect: AircraftEffect, sizes: Sizes, baseline: Baseline) -> Overlay:
+        terms = baseline.terms(axis, variable)
+        grown = size(name, CHANGE)
+        if not terms:
+            raise BadInputError(
+                f"effect {name!r}: {baseline.aircraft!r} has no function of {axis.lower()} in {variable}; "
+                "leave it out"
+            )
+        helpers = [term.name for term in terms if not term.axis]
+        added: Expression = product(size(name, ZERO), 1.0) if sizes.get(ZERO) else ""
+        functions = [AxisFunction(axis, product(grown, term.name)) for term in terms if term.axis]
+        if added and not helpers:
+            functions.append(coefficient_function(axis, added))
+        # A constant goes into the first function outside the axes: what reads this coefficient reads it too.
+        scalings = [
+            FunctionScaling(helper, total(1.0, grown), added if added and helper == helpers[0] else NOTHING)
+            for helper in helpers
+        ]
+        return Overlay(sizes=effect.held(sizes), functions=tuple(functions), scalings=tuple(scalings))
+
     return AircraftEffect(
         name=name,
         part="lift, stability and damping",
@@ -92,7 +83,7 @@ def _term(
         what=what,
         shows_in=shows_in,
         for_whole_flight=True,
-        build=partial(_build_term, name, axis, variable),
+        build=build,
     )
 
 
@@ -114,7 +105,7 @@ ZERO_LIFT = AircraftEffect(
     what="The wing has more or less lift at the same angle of attack.",
     shows_in=RANGE_OF_AIRSPEED,
     for_whole_flight=True,
-    build=_build_zero_lift,
+    build=_zero_lift,
 )
 
 PITCH_STIFFNESS = _term(
@@ -136,20 +127,3 @@ WEATHERCOCK_STABILITY = _term(
 ROLL_DAMPING = _term("roll_damping", "ROLL", "p", "The roll rate is damped more or less.", TURNING)
 YAW_DAMPING = _term("yaw_damping", "YAW", "r", "The yaw rate is damped more or less.", TURNING)
 ROLL_BY_YAW_RATE = _term("roll_by_yaw_rate", "ROLL", "r", "A yaw rate rolls the airplane more or less.", TURNING)
-
-# The order of this page's effects in every table.
-STABILITY: tuple[Effect, ...] = (
-    LIFT_SLOPE,
-    ZERO_LIFT,
-    PITCH_STIFFNESS,
-    PITCH_DAMPING,
-    SIDE_FORCE,
-    DIHEDRAL_EFFECT,
-    WEATHERCOCK_STABILITY,
-    ROLL_DAMPING,
-    YAW_DAMPING,
-    ROLL_BY_YAW_RATE,
-)
-
-# What every simulation gets wrong in several places at once: the terms of its own file.
-OWN_TERMS = frozenset({"control_effectiveness", "induced_drag", *(effect.name for effect in STABILITY)})

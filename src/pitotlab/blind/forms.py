@@ -114,7 +114,14 @@ def _sensed(name: str, function: Sensed, parent: str, *parameters: Parameter) ->
 def _felt(name: str, build: Built, parent: str, *parameters: Parameter) -> AircraftEffect:
     known = EFFECTS[parent]
     assert isinstance(known, AircraftEffect)
-    return replace(known, name=name, parameters=parameters, variant_of=known.cause, what="hidden", build=build)
+    return replace(
+        known,
+        name=name,
+        parameters=parameters,
+        variant_of=known.cause,
+        what="hidden",
+        build=lambda _, sizes, baseline: build(sizes, baseline),
+    )
 
 
 def _wind() -> AirEffect:
@@ -125,7 +132,7 @@ def _wind() -> AirEffect:
         Parameter("east_mps_per_min2", -0.03, -1.0, 1.0, "hidden"),
     )
     known = replace(known, name="curved_wind_drift", parameters=parameters, variant_of="wind_drift", what="hidden")
-    return replace(known, build=_curving, wind=_curved)
+    return replace(known, build=lambda _, sizes, baseline: _curving(sizes, baseline), wind=_curved)
 
 
 _FIRST_FORMS: tuple[Effect, ...] = (

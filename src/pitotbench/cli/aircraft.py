@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from pitotbench.cli.app import DONE, NO_ANSWER
-from pitotbench.cli.shared_flags import say, write_documents
+from pitotbench.cli.shared_flags import require_page, say, tell, write_page
 from pitotbench.records import BadInputError
 
 # Flags that only one of the two actions has.
@@ -45,36 +45,28 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from rich.console import Console
-
     from pitotbench.bench.inspection import check_aircraft
-    from pitotbench.logbook.formats import PAGES, require_file
     from pitotbench.show.inspection import print_check
     from pitotbench.simulation.maneuvers import maneuvers_named
 
     maneuvers = maneuvers_named(options.maneuver or "all")
-    if options.report is not None:
-        require_file(options.report, PAGES, [])
-
+    require_page(options.report)
     check = check_aircraft(options.aircraft, maneuvers, 1 if options.seed is None else options.seed, say)
-    if options.report is not None:
-        from pitotbench.logbook.columns import write_text
-        from pitotbench.show.pages import aircraft_page
 
-        write_text(options.report, aircraft_page(check))
-    print_check(check, Console(highlight=False, soft_wrap=True))
+    def page() -> str:
+        from pitotbench.show.pages import aircraft_page  # it loads the drawing library
+
+        return aircraft_page(check)
+
+    write_page(options.report, page)
+    tell(options, dict, lambda console: print_check(check, console))
     return DONE if any(not m.failure for m in check.maneuvers) else NO_ANSWER
 
 
 def _performance(options: argparse.Namespace) -> int:
-    from rich.console import Console
-
     from pitotbench.show.inspection import performance_json, print_performance
     from pitotbench.simulation.performance import find_performance
 
     found = find_performance(options.aircraft, options.handbook)
-    if options.json:
-        write_documents([performance_json(found)])
-    else:
-        print_performance(found, Console(highlight=False, soft_wrap=True))
+    tell(options, lambda: performance_json(found), lambda console: print_performance(found, console))
     return DONE if found.figures else NO_ANSWER

@@ -12,16 +12,22 @@ from pitotbench.cli.shared_flags import (
     add_record,
     add_table,
     mapping_advice,
+    mapping_source,
+    read_choices,
     read_logs,
+    require_page,
     require_table,
     stated_accuracies,
     stated_part,
-    write_documents,
+    tell,
+    write_page,
     write_table,
 )
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from pitotbench.calibration.options import CalibrationOptions
     from pitotbench.records.calibration import AutopilotSettings, CalibratedFlight
     from pitotbench.records.legs import FixedSpeedPoint
@@ -116,8 +122,7 @@ def run(options: argparse.Namespace) -> int:
     from pitotbench.show.calibration import card_csv
     from pitotbench.show.limits import limit_named
 
-    if options.report is not None:
-        require_file(options.report, PAGES, _inputs(options))
+    require_page(options.report, _inputs(options))
     for flag, path, suffixes in (("--card", options.card, (".csv",)), ("--record", options.record, PAGES)):
         if path is not None:
             if options.separately and len(options.logs) > 1:
@@ -128,22 +133,25 @@ def run(options: argparse.Namespace) -> int:
     autopilot, _ = _stated_autopilot(options)
     reduced = _reduced(options)
     settings = [autopilot_settings(each.flight.calibration, autopilot) if autopilot else None for each in reduced]
-    if options.report is not None:
-        _write_report(options.report, reduced, limit)
+    write_page(options.report, lambda: _report(reduced, limit))
     if options.card is not None:
         write_text(options.card, card_csv(reduced[0].flight.calibration.curve))
-    if options.record is not None:
-        from pitotbench.show.takehome import calibration_record
-
-        # A flight with a curve of its own, as of `auto`, is no part of the record of the first one.
-        flights = [each.flight.calibration for i, each in enumerate(reduced) if i == 0 or not each.own_curve]
-        write_text(options.record, calibration_record(flights, limit, len(reduced[0].points)))
+    write_page(options.record, lambda: _record(reduced, limit))
     write_table(options, {each.name: each.flight.calibration.curve for each in reduced if each.own_curve})
-    if options.json:
-        _print_json(reduced, limit, settings)
-    else:
-        _print_tables(reduced, limit, settings, options)
+    tell(
+        options,
+        lambda: _document(reduced, limit, settings),
+        lambda console: _print_tables(reduced, limit, settings, options, console),
+    )
     return 0
+
+
+def _record(reduced: list[_Reduced], limit: "Limit | str | None") -> str:
+    from pitotbench.show.takehome import calibration_record
+
+    # A flight with a curve of its own, as of `auto`, is no part of the record of the first one.
+    flights = [each.flight.calibration for i, each in enumerate(reduced) if i == 0 or not each.own_curve]
+    return calibration_record(flights, limit, len(reduced[0].points))
 
 
 def _reduced(options: argparse.Namespace) -> list[_Reduced]:
@@ -164,21 +172,14 @@ def _reduced(options: argparse.Namespace) -> list[_Reduced]:
             "use --separately"
         )
     choice = _choice(options, mapping_advice(options, logs))
-    if options.separately:
-        paired = [
-            (path, one)
-            for path, log in zip(options.logs, logs, strict=True)
-            for one in calibrate_flights([log], choice)
-        ]
-    else:
-        paired = [(options.logs[one.place], one) for one in calibrate_flights(logs, choice)]
+    groups = zip(options.logs, ([log] for log in logs), strict=True) if options.separately else [(None, logs)]
     shown = options.json or options.verbose or options.report is not None or options.record is not None
     reduced, made = [], _provenance(options, logs, choice)
-    for path, flight in paired:
-        points = cross_check(flight.log, choice, flight.calibration) if shown else ()
-        told = replace(with_points(flight.calibration, points), provenance=made)
-        held = replace(flight, calibration=told)
-        reduced.append(_Reduced(path, held, points))
+    for path, group in groups:
+        for flight in calibrate_flights(group, choice):
+            points = cross_check(flight.log, choice, flight.calibration) if shown else ()
+            told = replace(with_points(flight.calibration, points), provenance=made)
+            reduced.append(_Reduced(path or options.logs[flight.place], replace(flight, calibration=told), points))
     return reduced
 
 
@@ -189,26 +190,25 @@ def _stated_autopilot(options: argparse.Namespace) -> tuple[str, dict[str, float
     return ("", {}) if options.params is None else stated_parameters(options.params)
 
 
-def _print_json(
+def _document(
     reduced: list[_Reduced], limit: "Limit | str | None", settings: "list[AutopilotSettings | None]"
-) -> None:
+) -> object:
     from pitotbench.show.calibration import calibration_json, flight_json
     from pitotbench.show.legs import points_json
     from pitotbench.show.takehome import settings_json
 
-    write_documents(
-        [
-            {
-                "log": each.path.name,
-                "origin": _origin(each.flight.log),
-                **calibration_json(each.flight.calibration, limit),
-                **flight_json(each.flight),
-                "fixed_speed": points_json(each.points),
-                **settings_json(found),
-            }
-            for each, found in zip(reduced, settings, strict=True)
-        ]
-    )
+    documents = [
+        {
+            "log": each.path.name,
+            "origin": _origin(each.flight.log),
+            **calibration_json(each.flight.calibration, limit),
+            **flight_json(each.flight),
+            "fixed_speed": points_json(each.points),
+            **settings_json(found),
+        }
+        for each, found in zip(reduced, settings, strict=True)
+    ]
+    return documents[0] if len(documents) == 1 else documents
 
 
 def _print_tables(
@@ -216,15 +216,13 @@ def _print_tables(
     limit: "Limit | str | None",
     settings: "list[AutopilotSettings | None]",
     options: argparse.Namespace,
+    console: "Console",
 ) -> None:
-    from rich.console import Console
-
     from pitotbench.show.calibration import flight_lines, print_calibration
     from pitotbench.show.columns import outside
     from pitotbench.show.legs import print_points
     from pitotbench.show.takehome import print_settings
 
-    console = Console(highlight=False, soft_wrap=True)
     for each, found in zip(reduced, settings, strict=True):
         console.print(outside(f"{each.name} ({_origin(each.flight.log)})", "bold"))
         for line in flight_lines(each.flight):
@@ -279,16 +277,13 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]", choice: "C
     if options.record is None:
         return Provenance()
     advised = mapping_advice(options, logs)
-    mapping = [("mapping", path, None) for path in _inputs(options)[len(logs) :] if path.is_file()]
+    sources = [*sources_of("log", options.logs, logs), *mapping_source(options)]
     flags = [
-        flag_choice("mapping", options.mapping, "as recognized"),
-        flag_choice("from", options.begin, "the first row"),
-        flag_choice("to", options.end, "the last row"),
+        *read_choices(options),
         flag_choice("limit", None if options.limit == "auto" else options.limit, "auto"),
         flag_choice("params", options.params, "none"),
     ]
-    settings = settings_of(choice, _stated(options, advised), advised)
-    return provenance_of([*sources_of("log", options.logs, logs), *mapping], [*settings, *flags])
+    return provenance_of(sources, [*settings_of(choice, _stated(options, advised), advised), *flags])
 
 
 def _latency(text: str) -> dict[str, object]:
@@ -300,8 +295,7 @@ def _latency(text: str) -> dict[str, object]:
         raise BadInputError(f"--latency {text!r}: give seconds, or {' or '.join(_NAMED_LATENCIES)}") from error
 
 
-def _write_report(path: Path, reduced: list[_Reduced], limit: "Limit | str | None") -> None:
-    from pitotbench.logbook.columns import write_text
+def _report(reduced: list[_Reduced], limit: "Limit | str | None") -> str:
     from pitotbench.show.calibration import flight_lines
     from pitotbench.show.pages import log_page, log_section
 
@@ -312,7 +306,7 @@ def _write_report(path: Path, reduced: list[_Reduced], limit: "Limit | str | Non
         for each in reduced
     ]
     title = "Pitot-static calibration: " + ", ".join(dict.fromkeys(each.path.name for each in reduced))
-    write_text(path, log_page(title, sections))
+    return log_page(title, sections)
 
 
 def _origin(log: "FlightLog") -> str:

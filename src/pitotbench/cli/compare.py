@@ -1,13 +1,22 @@
 """`pitotbench compare`: two calibrations, two logs, or two versions of an airplane's file, side by side."""
 
 import argparse
-import sys
 from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pitotbench.cli.shared_flags import add_accuracy, add_mapping, mapping_advice, read_logs, say, stated_accuracies
+from pitotbench.cli.shared_flags import (
+    add_accuracy,
+    add_mapping,
+    mapping_advice,
+    read_logs,
+    require_page,
+    say,
+    stated_accuracies,
+    tell,
+    write_page,
+)
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -52,20 +61,13 @@ def run(options: argparse.Namespace) -> int:
 
     Raises BadInputError where they are of two kinds.
     """
-    from pitotbench.logbook.formats import PAGES, require_file
-
-    if options.report is not None:
-        require_file(options.report, PAGES, (options.first, options.second))
+    require_page(options.report, (options.first, options.second))
     kinds = [next(kind for kind in KINDS if kind.known_by(path)) for path in (options.first, options.second)]
     if kinds[0] is not kinds[1]:
         raise BadInputError(
             f"{options.first.name} is a {kinds[0].name}, {options.second.name} a {kinds[1].name}: give two alike"
         )
     return kinds[0].compare(options) or 0
-
-
-def _calibrations(options: argparse.Namespace) -> None:
-    _tell([_read_curve(path) for path in (options.first, options.second)], options)
 
 
 def _logs(options: argparse.Namespace) -> None:
@@ -84,22 +86,14 @@ def _logs(options: argparse.Namespace) -> None:
 
 
 def _tell(curves: "list[tuple[str, ErrorCurve]]", options: argparse.Namespace) -> None:
-    from rich.console import Console
-
-    from pitotbench.logbook.columns import write_text
-    from pitotbench.show.columns import json_text
     from pitotbench.show.takehome import curve_difference, difference_json, difference_page, print_difference
 
     (first, one), (second, other) = curves
     if first == second:
         first, second = str(options.first), str(options.second)
     found = curve_difference(first, one, second, other)
-    if options.report is not None:
-        write_text(options.report, difference_page(found, one, other))
-    if options.json:
-        sys.stdout.write(json_text(difference_json(found)))
-    else:
-        print_difference(found, Console(highlight=False, soft_wrap=True))
+    write_page(options.report, lambda: difference_page(found, one, other))
+    tell(options, lambda: difference_json(found), lambda console: print_difference(found, console))
 
 
 def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
@@ -142,11 +136,7 @@ def _read_curve(path: Path) -> "tuple[str, ErrorCurve]":
 
 
 def _airplanes(options: argparse.Namespace) -> int:
-    from rich.console import Console
-
     from pitotbench.bench.model_comparison import compare_models
-    from pitotbench.logbook.columns import write_text
-    from pitotbench.show.columns import json_text
     from pitotbench.show.terms import comparison_json, comparison_page, print_comparison
     from pitotbench.simulation.maneuvers import MANEUVERS
 
@@ -156,18 +146,18 @@ def _airplanes(options: argparse.Namespace) -> int:
     card = options.card or "diagnostic"
     _ = MANEUVERS[card]  # a spelling mistake is told before anything is flown
     found = compare_models(str(options.first), str(options.second), card, say)
-    if options.report is not None:
-        write_text(options.report, comparison_page(found))
-    if options.json:
-        sys.stdout.write(json_text(comparison_json(found)))
-    else:
-        print_comparison(found, Console(highlight=False, soft_wrap=True))
+    write_page(options.report, lambda: comparison_page(found))
+    tell(options, lambda: comparison_json(found), lambda console: print_comparison(found, console))
     return BEYOND if tolerance is not None and 100.0 * found.largest > tolerance else 0
 
 
 # A new kind is a line here, above the last one, which takes what no other does.
 KINDS = (
     Kind("JSBSim file", lambda path: path.suffix.lower() == ".xml", _airplanes),
-    Kind("calibration", lambda path: path.suffix.lower() == ".json", _calibrations),
+    Kind(
+        "calibration",
+        lambda path: path.suffix.lower() == ".json",
+        lambda options: _tell([_read_curve(path) for path in (options.first, options.second)], options),
+    ),
     Kind("log", lambda path: True, _logs),
 )

@@ -11,14 +11,19 @@ from pitotbench.cli.shared_flags import (
     add_table,
     mapping_advice,
     read_logs,
+    require_page,
     require_table,
     stated_accuracies,
-    write_documents,
+    tell_each,
+    write_page,
     write_table,
 )
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from pitotbench.records.legs import FixedSpeedPoint
     from pitotbench.units import Array
 
 
@@ -70,23 +75,18 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _write_sheet(path: Path) -> None:
-    from pitotbench.logbook.columns import write_text
-    from pitotbench.logbook.formats import PAGES, require_file
     from pitotbench.show.columns import printable
     from pitotbench.show.legs import card_sheet
 
-    require_file(path, PAGES)
-    write_text(path, card_sheet())
+    require_page(path)
+    write_page(path, card_sheet)
     sys.stdout.write(printable(f"written: {path}") + "\n")
 
 
 def _of_cards(options: argparse.Namespace) -> None:
-    from rich.console import Console
-
     from pitotbench.calibration.hand_card import reduce_card
     from pitotbench.calibration.options import accuracies_of
     from pitotbench.logbook.points_table import read_points
-    from pitotbench.show.columns import outside
     from pitotbench.show.legs import card_json, print_card
 
     stated = accuracies_of(stated_accuracies(options, {}).get("accuracies"), {})
@@ -99,43 +99,26 @@ def _of_cards(options: argparse.Namespace) -> None:
         for name, curve in card.curves.items()
     }
     write_table(options, curves)
-    if options.json:
-        write_documents([card_json(card) for _, card in found])
-        return
-    for path, card in found:
-        console = Console(highlight=False, soft_wrap=True)
-        console.print(outside(path.name, "bold"))
-        print_card(card, console)
+    tell_each(options, found, card_json, print_card)
 
 
 def _of_fly_bys(options: argparse.Namespace) -> None:
-    from rich.console import Console
-
     from pitotbench.calibration.hand_card import reduce_fly_bys
     from pitotbench.calibration.options import accuracies_of
     from pitotbench.logbook.points_table import read_fly_bys
-    from pitotbench.show.columns import outside
     from pitotbench.show.legs import fly_bys_json, print_fly_bys
 
     stated = accuracies_of(stated_accuracies(options, {}).get("accuracies"), {})
     found = [(path, reduce_fly_bys(*read_fly_bys(path), stated)) for path in options.logs]
-    if options.json:
-        write_documents([fly_bys_json(points) for _, points in found])
-        return
-    for path, points in found:
-        console = Console(highlight=False, soft_wrap=True)
-        console.print(outside(path.name, "bold"))
-        print_fly_bys(points, console)
+    tell_each(options, found, fly_bys_json, print_fly_bys)
 
 
 def _of_logs(options: argparse.Namespace) -> None:
-    from rich.console import Console
-
     from pitotbench.calibration.leg_points import fixed_speed_points
     from pitotbench.calibration.observations import range_end
     from pitotbench.calibration.options import options_from
     from pitotbench.records import NoAnswerError
-    from pitotbench.show.columns import outside, print_warnings
+    from pitotbench.show.columns import print_warnings
     from pitotbench.show.legs import points_json, print_points
 
     logs = read_logs(options.logs, options.mapping)
@@ -148,15 +131,13 @@ def _of_logs(options: argparse.Namespace) -> None:
             points = fixed_speed_points(log, choice)
         except NoAnswerError as error:
             raise error if end is None else NoAnswerError(f"{error}; {end.words}") from error
-        found.append((path, points, [*log.header.get("warnings", ()), *([] if end is None else [end.words])]))
-    if options.json:
-        write_documents([{"fixed_speed": points_json(p), "warnings": warnings} for _, p, warnings in found])
-        return
-    for path, points, warnings in found:
-        console = Console(highlight=False, soft_wrap=True)
-        console.print(outside(path.name, "bold"))
-        print_warnings(warnings, console)
-        print_points(points, console)
+        found.append((path, (points, [*log.header.get("warnings", ()), *([] if end is None else [end.words])])))
+
+    def show(answer: "tuple[tuple[FixedSpeedPoint, ...], list[str]]", console: "Console") -> None:
+        print_warnings(answer[1], console)
+        print_points(answer[0], console)
+
+    tell_each(options, found, lambda a: {"fixed_speed": points_json(a[0]), "warnings": a[1]}, show)
 
 
 def _of_legs(options: argparse.Namespace) -> None:

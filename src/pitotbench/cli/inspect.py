@@ -1,10 +1,9 @@
 """`pitotbench inspect`: what a log holds, and what can be learned from it."""
 
 import argparse
-import sys
 from pathlib import Path
 
-from pitotbench.cli.shared_flags import add_mapping, mapping_advice, read_logs
+from pitotbench.cli.shared_flags import add_mapping, mapping_advice, read_logs, require_page, tell_each, write_page
 
 
 def add(parser: argparse.ArgumentParser) -> None:
@@ -17,27 +16,19 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the account of the log, and write its page where asked for; return exit code 0."""
-    from rich.console import Console
-
     from pitotbench.bench.inspection import inspect_log
     from pitotbench.calibration.options import options_from
-    from pitotbench.logbook.formats import PAGES, require_file
-    from pitotbench.show.columns import json_text, outside
     from pitotbench.show.inspection import inspection_json, print_inspection
 
-    if options.report is not None:
-        require_file(options.report, PAGES, [options.log])
+    require_page(options.report, [options.log])
     (log,) = read_logs([options.log], options.mapping)
     found = inspect_log(log, options_from(mapping_advice(options, [log])))
-    if options.report is not None:
-        from pitotbench.logbook.columns import write_text
-        from pitotbench.show.pages import inspection_page
 
-        write_text(options.report, inspection_page(options.log.name, log, found))
-    if options.json:
-        sys.stdout.write(json_text(inspection_json(found)))
-        return 0
-    console = Console(highlight=False, soft_wrap=True)
-    console.print(outside(options.log.name, "bold"))
-    print_inspection(found, console)
+    def page() -> str:
+        from pitotbench.show.pages import inspection_page  # it loads the drawing library
+
+        return inspection_page(options.log.name, log, found)
+
+    write_page(options.report, page)
+    tell_each(options, [(options.log, found)], inspection_json, print_inspection)
     return 0

@@ -1,12 +1,11 @@
 """`pitotbench plan`: predict the bound of each maneuver, and recommend what to fly."""
 
 import argparse
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pitotbench.cli.shared_flags import add_wind, require_known, stated_wind
+from pitotbench.cli.shared_flags import add_wind, require_known, require_page, say, stated_wind, tell, write_page
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -69,12 +68,9 @@ def run(options: argparse.Namespace) -> int:
         return _by_hand(options)
     if options.sheet is not None:
         raise BadInputError("--sheet is of a card written by hand: give --by-hand too")
-    from rich.console import Console
-
     from pitotbench.bench.fleet import progress
     from pitotbench.bench.planner import plan as plan_flight
     from pitotbench.logbook.formats import require_folder
-    from pitotbench.show.columns import json_text, printable
     from pitotbench.show.plan import plan_json, print_plan
 
     request = request_of(options)
@@ -82,25 +78,16 @@ def run(options: argparse.Namespace) -> int:
         require_folder(options.out, (_PAGE, _CASE))
     with progress("flying", len(request.maneuvers) + options.search) as step:
         plan = plan_flight(request, options.search, step)
-    if options.json:
-        sys.stdout.write(json_text(plan_json(plan)))
-    else:
-        print_plan(plan, Console(highlight=False, soft_wrap=True))
-    if options.out is not None:
-        for path in write_plan(request, plan, options.out):
-            print(printable(f"written: {path}"), file=sys.stderr)
+    tell(options, lambda: plan_json(plan), lambda console: print_plan(plan, console))
+    for path in write_plan(request, plan, options.out) if options.out is not None else ():
+        say(f"written: {path}")
     return 0
 
 
 def _by_hand(options: argparse.Namespace) -> int:
     """Print which legs to fly and write down."""
-    from rich.console import Console
-
     from pitotbench.bench.flights import wind_toward
     from pitotbench.calibration.hand_card_model import plans_by_hand
-    from pitotbench.logbook.columns import write_text
-    from pitotbench.logbook.formats import PAGES, require_file
-    from pitotbench.show.columns import json_text
     from pitotbench.show.legs import card_sheet, chosen_plan, hand_plan_json, print_hand_plan
     from pitotbench.units import KNOT
 
@@ -108,20 +95,17 @@ def _by_hand(options: argparse.Namespace) -> int:
     low, high = _speeds(wanted)
     if not 20.0 * KNOT <= low < high <= 400.0 * KNOT:
         raise BadInputError(f"--speeds-kt {wanted}: give LOW,HIGH between 20 and 400 kt")
-    if options.sheet is not None:
-        require_file(options.sheet, PAGES)
+    require_page(options.sheet)
     if options.want_kt is not None and not options.want_kt > 0.0:
         raise BadInputError(f"--want-kt {options.want_kt:g}: give a bound above zero")
     north, east = (float(part) for part in wind_toward(stated_wind(options))[:2])
     plans = plans_by_hand(low, high, (north, east))
     want = None if options.want_kt is None else options.want_kt * KNOT
     chosen = chosen_plan(plans, want, options.minutes)
-    if options.sheet is not None and chosen is not None:
-        write_text(options.sheet, card_sheet(chosen))
-    if options.json:
-        sys.stdout.write(json_text(hand_plan_json(plans, chosen)))
-    else:
-        print_hand_plan(plans, chosen, want, Console(highlight=False, soft_wrap=True))
+    if chosen is not None:
+        write_page(options.sheet, lambda: card_sheet(chosen))
+    document = hand_plan_json(plans, chosen)
+    tell(options, lambda: document, lambda console: print_hand_plan(plans, chosen, want, console))
     return 0
 
 

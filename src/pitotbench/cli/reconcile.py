@@ -1,7 +1,6 @@
 """`pitotbench reconcile`: judge a measured log, print the verdict, and write the report and the patch."""
 
 import argparse
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,9 +10,13 @@ from pitotbench.cli.shared_flags import (
     add_part,
     add_record,
     mapping_advice,
+    mapping_source,
+    read_choices,
     read_logs,
+    require_page,
     say,
     stated_part,
+    tell,
 )
 from pitotbench.records import BadInputError
 
@@ -68,10 +71,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Reconcile a log, print the verdict, and write its report and its patch."""
-    from rich.console import Console
-
     from pitotbench.bench.verdict_folder import install, keep
-    from pitotbench.show.columns import json_text
     from pitotbench.show.verdict import account_json, print_account
 
     _check_variant(options)
@@ -83,15 +83,9 @@ def run(options: argparse.Namespace) -> int:
     written = keep(outcome, document, options.out) if options.out is not None else []
     if options.record is not None:
         outcome.write_record(options.record)
-    if options.json:
-        sys.stdout.write(json_text(document))
-    else:
-        print_account(outcome.account, Console(highlight=False, soft_wrap=True))
-    for line in written:
+    tell(options, lambda: document, lambda console: print_account(outcome.account, console))
+    for line in [*written, *(install(outcome, options.apply) if options.apply else ())]:
         say(line)
-    if options.apply:
-        for line in install(outcome, options.apply):
-            say(line)
     return 0
 
 
@@ -109,11 +103,8 @@ def _are_identification(paths: list[Path]) -> bool:
 
 def _run_terms(options: argparse.Namespace) -> int:
     """Correct the terms of a model, print the account, and write its page and its overlay."""
-    from rich.console import Console
-
     from pitotbench.bench.model_terms import correct_terms, maneuvers_in, parted
     from pitotbench.bench.verdict_folder import keep_terms
-    from pitotbench.show.columns import json_text
     from pitotbench.show.terms import print_terms, terms_json
 
     if options.aircraft == "none":
@@ -133,10 +124,8 @@ def _run_terms(options: argparse.Namespace) -> int:
     corrected = correct_terms(options.aircraft, fitted, held)
     names = ", ".join(path.name for path in options.log)
     written = keep_terms(corrected, names, options.out) if options.out is not None else []
-    if options.json:
-        sys.stdout.write(json_text(terms_json(corrected.account)))
-    else:
-        print_terms(corrected.account, Console(highlight=False, soft_wrap=True))
+    account = corrected.account
+    tell(options, lambda: terms_json(account), lambda console: print_terms(account, console))
     for line in written:
         say(line)
     return 0
@@ -155,15 +144,14 @@ def _check_variant(options: argparse.Namespace) -> None:
 def _check_folder(options: argparse.Namespace) -> None:
     """Refuse a folder or a record that cannot be written, or that would replace an input."""
     from pitotbench.bench.verdict_folder import WRITTEN
-    from pitotbench.logbook.formats import PAGES, require_file, require_folder
+    from pitotbench.logbook.formats import require_folder
 
     mapping = Path(options.mapping) if options.mapping else None
     every = [*options.log, options.holdout, *(options.card or ()), mapping]
     inputs = [path for path in every if path is not None]
     if options.out is not None:
         require_folder(options.out, WRITTEN, inputs)
-    if options.record is not None:
-        require_file(options.record, PAGES, inputs)
+    require_page(options.record, inputs)
 
 
 def _outcome(options: argparse.Namespace) -> "FullReconciliation":
@@ -209,16 +197,14 @@ def _provenance(options: argparse.Namespace, logs: "list[FlightLog]") -> "Proven
         *sources_of("log", options.log, logs[:count]),
         *sources_of("held-out log", [options.holdout] * len(logs[count:]), logs[count:]),
         *(("card", path, None) for path in options.card or ()),
-        *(("mapping", path, None) for path in [Path(options.mapping or "")] if path.is_file()),
+        *mapping_source(options),
         *model_sources(options.aircraft),
     ]
     setting = _setting(advised := mapping_advice(options, logs))
     place = "static source" if setting.static_error else "impact pressure"
     choices = [
         flag_choice("aircraft", options.aircraft, ""),
-        flag_choice("mapping", options.mapping, "as recognized"),
-        flag_choice("from", options.begin, "the first row"),
-        flag_choice("to", options.end, "the last row"),
+        *read_choices(options),
         Choice("place of the error curve", place, "mapping" if setting.static_error else "default"),
         Choice("mach max", f"{setting.mach_max:g}", "mapping" if "mach_max" in advised else "default"),
     ]

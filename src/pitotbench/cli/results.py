@@ -4,12 +4,12 @@
 """
 
 import argparse
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pitotbench.cli.app import DONE, NO_ANSWER
+from pitotbench.cli.shared_flags import tell
 from pitotbench.records import BadInputError
 
 if TYPE_CHECKING:
@@ -105,17 +105,13 @@ def add_reproduce(parser: argparse.ArgumentParser) -> None:
 def run_reproduce(options: argparse.Namespace) -> int:
     """Fly the result again; return exit code 0 where every number is the same bit for bit, else 3."""
     from pitotbench.bench.result_table import reproduce
-    from pitotbench.show.columns import json_text, printable
+    from pitotbench.show.columns import outside
 
     found = reproduce(options.result)
-    if options.json:
-        sys.stdout.write(json_text(asdict(found)))
-        return NO_ANSWER if found.differences else DONE
-    for what in ("code", "aircraft", "versions", "host"):
-        was, now = found.stored[what], found.here[what]
-        print(printable(f"{what}: {was}" if was == now else f"{what}: {was} stored, {now} now"))
-    for line in found.differences:
-        print(printable(f"differs: {line}"))
+    pairs = ((what, found.stored[what], found.here[what]) for what in ("code", "aircraft", "versions", "host"))
+    lines = [f"{what}: {was}" if was == now else f"{what}: {was} stored, {now} now" for what, was, now in pairs]
+    lines += [f"differs: {line}" for line in found.differences]
     if not found.differences:
-        print(printable(f"{found.name}: {found.rows} rows, the same bit for bit"))
+        lines.append(f"{found.name}: {found.rows} rows, the same bit for bit")
+    tell(options, lambda: asdict(found), lambda console: console.print(*map(outside, lines), sep="\n"))
     return NO_ANSWER if found.differences else DONE

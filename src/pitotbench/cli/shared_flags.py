@@ -2,18 +2,23 @@
 
 import argparse
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pitotbench.catalog import explain
 from pitotbench.records import USUAL_ACCURACIES, BadInputError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
+    from pitotbench.bench.questions import Source
     from pitotbench.records.calibration import ErrorCurve
     from pitotbench.records.case import Wind
-    from pitotbench.records.log import FlightLog
+    from pitotbench.records.log import Choice, FlightLog
+
+T = TypeVar("T")
 
 
 def add_mapping(parser: argparse.ArgumentParser) -> None:
@@ -130,11 +135,51 @@ def say(line: str) -> None:
     print(printable(line), file=sys.stderr, flush=True)
 
 
-def write_documents(documents: "list[dict[str, Any]]") -> None:
-    """Write one JSON document on standard output: the only one, or the list of several."""
-    from pitotbench.show.columns import json_text
+def tell(options: argparse.Namespace, document: Callable[[], object], show: "Callable[[Console], None]") -> None:
+    """Write an answer on standard output: as one JSON document with `--json`, else as `show` prints it."""
+    if options.json:
+        from pitotbench.show.columns import json_text
 
-    sys.stdout.write(json_text(documents[0] if len(documents) == 1 else documents))
+        sys.stdout.write(json_text(document()))
+        return
+    from rich.console import Console
+
+    show(Console(highlight=False, soft_wrap=True))
+
+
+def tell_each(
+    options: argparse.Namespace,
+    found: "Sequence[tuple[Path, T]]",
+    document: "Callable[[T], dict[str, Any]]",
+    show: "Callable[[T, Console], None]",
+) -> None:
+    """Write the answers for several files: one JSON document or a list of them, or each below the file's name."""
+    from pitotbench.show.columns import outside
+
+    def show_all(console: "Console") -> None:
+        for path, answer in found:
+            console.print(outside(path.name, "bold"))
+            show(answer, console)
+
+    documents = [document(answer) for _, answer in found] if options.json else []
+    tell(options, lambda: documents[0] if len(documents) == 1 else documents, show_all)
+
+
+def read_choices(options: argparse.Namespace) -> "list[Choice]":
+    """Return how the flags say that a log is read, for the record."""
+    from pitotbench.bench.questions import flag_choice
+
+    return [
+        flag_choice("mapping", options.mapping, "as recognized"),
+        flag_choice("from", options.begin, "the first row"),
+        flag_choice("to", options.end, "the last row"),
+    ]
+
+
+def mapping_source(options: argparse.Namespace) -> "list[Source]":
+    """Return the mapping as a source for the record; nothing for a shipped one or for none."""
+    path = Path(options.mapping or "")
+    return [("mapping", path, None)] if path.is_file() else []
 
 
 def add_accuracy(parser: argparse.ArgumentParser) -> None:
@@ -189,6 +234,22 @@ def require_table(options: argparse.Namespace, inputs: Sequence[Path]) -> None:
 
     if options.table is not None:
         require_file(options.table, TABLES, inputs)
+
+
+def require_page(path: Path | None, inputs: Iterable[Path] = ()) -> None:
+    """Raise BadInputError unless a page can be written where a flag asks for one."""
+    from pitotbench.logbook.formats import PAGES, require_file
+
+    if path is not None:
+        require_file(path, PAGES, inputs)
+
+
+def write_page(path: Path | None, page: Callable[[], str]) -> None:
+    """Write a page where a flag asks for one; only then it is made."""
+    from pitotbench.logbook.columns import write_text
+
+    if path is not None:
+        write_text(path, page())
 
 
 def write_table(options: argparse.Namespace, curves: "Mapping[str, ErrorCurve]") -> None:

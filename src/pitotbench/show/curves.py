@@ -55,9 +55,8 @@ def curve_panels(
 ) -> list[Panel]:
     """The error curve between its limits, its bounds, and the altitude error where the static source errs.
 
-    `results` by model; the first one is explained, the others are drawn for comparison. `truth`: the true
-    correction [m/s] by model, at the airspeeds of that model's curve, or None for a measured log. `points` are
-    drawn over the curve. `limit` as for `judgments`.
+    `results` by model: the first is explained, the others are drawn beside it. `truth`: the true correction [m/s]
+    by model, at the airspeeds of its curve, or None for a measured log. `limit` as for `judgments`.
     """
     name, first = next(iter(results.items()))
     true = None if truth is None else truth[name]
@@ -68,7 +67,7 @@ def curve_panels(
         panel("How well the curve is known", lambda axes: draw_bound(axes, first, true), legend_columns=2),
     ]
     if first.curve.altitude_correction is not None:
-        panels.append(panel("Altitude error", lambda axes: draw_altitude(axes, first)))
+        panels.append(panel("Altitude error", lambda axes: draw_altitude(axes, first.curve)))
     return panels
 
 
@@ -130,59 +129,44 @@ def difference_drawing(found: CurveDifference, one: ErrorCurve, other: ErrorCurv
 def parts_panel(log: FlightLog, result: Calibration) -> Panel:
     """The flight over time, with the parts that the calibration used in color."""
     note = "Used in color, in grey what was left out: " + ", ".join(result.left_out) + "."
-    with stacked([lambda axes: _draw_airspeed(axes, log, result), lambda axes: _draw_height(axes, log, result)],
-                 WIDE, 3) as figure:  # fmt: skip
+    time = (log.time - log.time[0]) / 60.0
+
+    def draw_parts(axes: Axes, values: Array) -> None:
+        axes.plot(*thin(time, values), color=GREY, lw=0.8, label="left out")
+        for begin, end in result.parts:
+            rows = (log.time >= begin) & (log.time <= end)
+            axes.plot(*thin(time[rows], values[rows]), color=BLUE, lw=1.4, label="used")
+
+    def draw_airspeed(axes: Axes) -> None:
+        draw_parts(axes, air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0)) / KNOT)
+        axes.set(ylabel="indicated\nairspeed [kt]")
+
+    def draw_height(axes: Axes) -> None:
+        draw_parts(axes, air.pressure_altitude(log.static_pressure) / FOOT)
+        axes.set(xlabel="time [min]", ylabel="pressure\naltitude [ft]")
+
+    with stacked([draw_airspeed, draw_height], WIDE, 3) as figure:
         return Panel("Parts of the flight", svg(figure, "Parts of the flight"), note)
 
 
-def _draw_airspeed(axes: Axes, log: FlightLog, result: Calibration) -> None:
-    speed = air.calibrated_airspeed(np.maximum(log.impact_pressure, 0.0))
-    _draw_parts(axes, log, result, speed / KNOT)
-    axes.set(ylabel="indicated\nairspeed [kt]")
-
-
-def _draw_height(axes: Axes, log: FlightLog, result: Calibration) -> None:
-    _draw_parts(axes, log, result, air.pressure_altitude(log.static_pressure) / FOOT)
-    axes.set(xlabel="time [min]", ylabel="pressure\naltitude [ft]")
-
-
-def _draw_parts(axes: Axes, log: FlightLog, result: Calibration, values: Array) -> None:
-    time = (log.time - log.time[0]) / 60.0
-    axes.plot(*thin(time, values), color=GREY, lw=0.8, label="left out")
-    for begin, end in result.parts:
-        rows = (log.time >= begin) & (log.time <= end)
-        axes.plot(*thin(time[rows], values[rows]), color=BLUE, lw=1.4, label="used")
-
-
 def draw_data(axes: Axes, result: Calibration) -> None:
-    """Draw what single samples say."""
-    speed, data = _samples(result)
-    axes.plot(speed, data, ".", color=PALE, ms=2.0, zorder=1)
-    axes.plot([], [], ".", color=GREY, ms=5.0, label="samples without the wind")  # large enough to be seen
-
-
-def _samples(result: Calibration) -> tuple[Array, Array]:
-    """What single samples say: indicated airspeed and correction [kt], (n,), at most some 900.
-
-    The correction is the curve less the residual; the middle 99 % are returned, also beyond the curve's airspeeds.
-    """
+    """Draw what at most some 900 single samples say: the curve less the residual, of which the middle 99 %."""
     curve, residuals = result.curve, result.residuals
     thinned = slice(None, None, max(1, -(-len(residuals.time) // _MOST_DOTS)))
     speed = residuals.indicated_airspeed[thinned]
     data = np.interp(speed, curve.indicated_airspeed, curve.correction) - residuals.airspeed[thinned]
     low, high = np.quantile(data, [0.005, 0.995])
     shown = (data >= low) & (data <= high)
-    return speed[shown] / KNOT, data[shown] / KNOT
+    axes.plot(speed[shown] / KNOT, data[shown] / KNOT, ".", color=PALE, ms=2.0, zorder=1)
+    axes.plot([], [], ".", color=GREY, ms=5.0, label="samples without the wind")  # large enough to be seen
 
 
-def draw_altitude(axes: Axes, result: Calibration) -> None:
+def draw_altitude(axes: Axes, curve: ErrorCurve) -> None:
     """Draw the altitude correction with its ±2σ; the curve must have one."""
-    curve = result.curve
     assert curve.altitude_correction is not None
     assert curve.altitude_two_sigma is not None
-    speed, value, bound = (
-        curve.indicated_airspeed / KNOT, curve.altitude_correction / FOOT, curve.altitude_two_sigma / FOOT
-    )  # fmt: skip
+    speed, value = curve.indicated_airspeed / KNOT, curve.altitude_correction / FOOT
+    bound = curve.altitude_two_sigma / FOOT
     axes.fill_between(speed, value - bound, value + bound, color=GREEN, alpha=0.25, lw=0, label="±2σ")
     axes.plot(speed, value, color=GREEN, label="correction of the altitude")
     axes.axhline(0.0, color=INK, lw=0.5)
@@ -228,47 +212,42 @@ _BIN_KT = 2.0
 _DENSITY = (
     "All samples that the fit uses, also those in turns: many samples at one airspeed need not mean many legs."
 )
+_LONGEST_LAG = 40  # s
 
 
 def residual_panels(result: Calibration) -> list[Panel]:
     """Data density, residuals over time and their autocorrelation."""
+    residuals, bound = result.residuals, result.residual_two_sigma / KNOT
+
+    def draw_density(axes: Axes) -> None:
+        speed = residuals.indicated_airspeed / KNOT
+        edges = np.arange(np.floor(speed.min()), speed.max() + _BIN_KT, _BIN_KT)
+        axes.hist(speed, bins=edges.tolist(), color=BLUE, alpha=0.75)
+        axes.set(xlabel="indicated airspeed [kt]", ylabel=f"samples per {_BIN_KT:g} kt")
+        axes.grid(axis="x", visible=False)
+
+    def draw_residuals(axes: Axes) -> None:
+        time, value = broken(*thin(residuals.time - residuals.time[0], residuals.airspeed / KNOT))
+        axes.plot(time / 60.0, value, color=GREY, lw=0.5)
+        axes.axhline(bound, color=RED, lw=1.2, ls="--")
+        axes.axhline(-bound, color=RED, lw=1.2, ls="--", label=f"±2σ of the residual, {bound:.2f} kt")
+        axes.set(xlabel="time [min]", ylabel="measured − predicted [kt]")
+
+    def draw_autocorrelation(axes: Axes) -> None:
+        lags, values, count = residual_autocorrelation(result)
+        axes.axhspan(-2.0 / np.sqrt(count), 2.0 / np.sqrt(count), color=PALE, label="95 % band of white noise")
+        axes.vlines(lags, 0.0, values, color=BLUE, lw=1.5)
+        axes.axhline(0.0, color=GREY, lw=0.8)
+        axes.set(xlabel="lag [s]", ylabel="correlation of 1 s means", ylim=(-0.6, 1.05))
+
     return [
-        panel("Data density", lambda axes: draw_density(axes, result), _DENSITY),
-        panel("Residual", lambda axes: draw_residuals(axes, result)),
-        panel("Autocorrelation of the residual", lambda axes: draw_autocorrelation(axes, result)),
+        panel("Data density", draw_density, _DENSITY),
+        panel("Residual", draw_residuals),
+        panel("Autocorrelation of the residual", draw_autocorrelation),
     ]
 
 
-def draw_density(axes: Axes, result: Calibration) -> None:
-    """Draw the number of samples in each bin of indicated airspeed."""
-    speed = result.residuals.indicated_airspeed / KNOT
-    edges = np.arange(np.floor(speed.min()), speed.max() + _BIN_KT, _BIN_KT)
-    axes.hist(speed, bins=edges.tolist(), color=BLUE, alpha=0.75)
-    axes.set(xlabel="indicated airspeed [kt]", ylabel=f"samples per {_BIN_KT:g} kt")
-    axes.grid(axis="x", visible=False)
-
-
-def draw_residuals(axes: Axes, result: Calibration) -> None:
-    """Draw measured minus predicted calibrated airspeed over time, with the ±2σ that the literature reports."""
-    since = result.residuals.time - result.residuals.time[0]
-    time, value = broken(*thin(since, result.residuals.airspeed / KNOT))
-    bound = result.residual_two_sigma / KNOT
-    axes.plot(time / 60.0, value, color=GREY, lw=0.5)
-    axes.axhline(bound, color=RED, lw=1.2, ls="--")
-    axes.axhline(-bound, color=RED, lw=1.2, ls="--", label=f"±2σ of the residual, {bound:.2f} kt")
-    axes.set(xlabel="time [min]", ylabel="measured − predicted [kt]")
-
-
-def draw_autocorrelation(axes: Axes, result: Calibration) -> None:
-    """Draw the autocorrelation of one-second means of the residual; white noise stays inside the grey band."""
-    lags, values, count = residual_autocorrelation(result)
-    axes.axhspan(-2.0 / np.sqrt(count), 2.0 / np.sqrt(count), color=PALE, label="95 % band of white noise")
-    axes.vlines(lags, 0.0, values, color=BLUE, lw=1.5)
-    axes.axhline(0.0, color=GREY, lw=0.8)
-    axes.set(xlabel="lag [s]", ylabel="correlation of 1 s means", ylim=(-0.6, 1.05))
-
-
-def residual_autocorrelation(result: Calibration, longest: int = 40) -> tuple[Array, Array, int]:
+def residual_autocorrelation(result: Calibration) -> tuple[Array, Array, int]:
     """Lags [s], autocorrelation and number of one-second means of the residual; pauses do not count."""
     second = np.floor(result.residuals.time - result.residuals.time[0]).astype(np.intp)
     filled = np.full(second[-1] + 1, np.nan)
@@ -277,7 +256,8 @@ def residual_autocorrelation(result: Calibration, longest: int = 40) -> tuple[Ar
     filled[count > 0] = total[count > 0] / count[count > 0]
     centered = filled - np.nanmean(filled)
     variance = np.nanmean(centered**2)
-    products = [centered[k:] * centered[: len(centered) - k] for k in range(min(longest, len(centered) // 2) + 1)]
+    longest = min(_LONGEST_LAG, len(centered) // 2)
+    products = [centered[k:] * centered[: len(centered) - k] for k in range(longest + 1)]
     lags = [k for k, product in enumerate(products) if np.isfinite(product).any()]
     values = [float(np.nanmean(products[k]) / variance) for k in lags]
     return np.array(lags, dtype=np.float64), np.array(values), int((count > 0).sum())

@@ -11,8 +11,6 @@ from pitotbench.show.style import BLUE, GREY, NARROW, ORANGE, RED, Panel, broken
 from pitotbench.show.words import with_unit
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, NAUTICAL_MILE, Array
 
-# Pictures of a simulated flight: its ground track, and its channels over time with the card's tolerances.
-
 _HELD = 8.0  # half-widths: a stretch that spans more is a sweep or a turn, in which the channel is not held
 
 
@@ -45,10 +43,17 @@ def flight_panels(flight: Flight, tolerances: Mapping[str, float]) -> list[Panel
 
 
 def _history_panel(flight: Flight, history: _History, tolerance: float) -> Panel:
-    values, half = _values(flight, history), tolerance / history.si
+    values, half = flight[history.channel], tolerance / history.si
+    if history.channel == "heading":  # without jumps at north, starting between −180 and 180°
+        degrees = np.unwrap(values) / DEGREE
+        values = degrees - 360.0 * np.round(degrees[0] / 360.0)
+    else:
+        values = values / history.si
 
     def draw(axes: Axes) -> None:
-        draw_history(axes, flight, values)
+        time, value, on = broken(*thin(_minutes(flight), values, flight.on_condition.astype(np.float64)))
+        axes.plot(time, value, color=GREY, lw=0.8)
+        axes.plot(time, np.where(on > 0.5, value, np.nan), color=BLUE, lw=1.4, label="on condition")
         if half > 0.0:
             draw_tolerance(axes, flight, values, half, f"tolerance ±{with_unit(f'{half:.3g}', history.unit)}")
         axes.set(xlabel="time [min]", ylabel=f"{history.label} [{history.unit}]")
@@ -89,13 +94,6 @@ def _draw_wind(axes: Axes, flight: Flight) -> None:
     axes.text(1.12, 0.56, words, transform=axes.transAxes, ha="center", va="top", fontsize=8, color=RED)
 
 
-def draw_history(axes: Axes, flight: Flight, values: Array) -> None:
-    """Draw one channel over time, with its on-condition parts in color."""
-    time, value, on = broken(*thin(_minutes(flight), values, flight.on_condition.astype(np.float64)))
-    axes.plot(time, value, color=GREY, lw=0.8)
-    axes.plot(time, np.where(on > 0.5, value, np.nan), color=BLUE, lw=1.4, label="on condition")
-
-
 def draw_tolerance(axes: Axes, flight: Flight, values: Array, half: float, label: str) -> None:
     """Draw a band around the median of every on-condition stretch in which the channel is held.
 
@@ -112,18 +110,6 @@ def draw_tolerance(axes: Axes, flight: Flight, values: Array, half: float, label
         label = "_"  # one entry of the legend is enough
 
 
-def _values(flight: Flight, history: _History) -> Array:
-    values = flight[history.channel]
-    return _unwrapped(values) if history.channel == "heading" else values / history.si
-
-
 def _minutes(flight: Flight) -> Array:
     begin = float(flight["time"][0])
     return (flight["time"] - begin) / 60.0
-
-
-def _unwrapped(heading: Array) -> Array:
-    """True heading [°] without jumps at north, starting between −180 and 180°."""
-    degrees = np.unwrap(heading) / DEGREE
-    whole_turns = 360.0 * np.round(degrees[0] / 360.0)
-    return np.asarray(degrees - whole_turns, dtype=np.float64)

@@ -42,13 +42,11 @@ from pitotbench.show.markup import Section, render
 from pitotbench.show.plan import card_lines, plan_advice, plan_columns
 from pitotbench.show.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, SKY, Panel, broken, panel, thin
 from pitotbench.show.words import words
-from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, Array, MetersPerSecond
+from pitotbench.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE, MetersPerSecond
 
 if TYPE_CHECKING:
     import pandas as pd
 
-
-# The page of a campaign and that of calibrated logs: one self-contained file each, which opens offline.
 
 _MOST_NAMED = 2  # maneuvers that fit into a title
 
@@ -86,11 +84,13 @@ def campaign_page(
     first flight's case.
     """
     first = results[results["model"] == results["model"].iloc[0]]
+    names = [str(name).replace("_", " ") for name in results["maneuver"].unique()]
+    flown = " and ".join(names) if len(names) <= _MOST_NAMED else f"{len(names)} maneuvers"
     return _page(
-        title=f"Pitot-static calibration: {_flown(results)}",
+        title=f"Pitot-static calibration: {flown}",
         subtitle=subtitle,
         sections=sections,
-        notes=remarks(results, _several(sections)),
+        results=results,
         failures=failures,
         table=campaign_html(first),
         all_models=campaign_html(results) if len(first) < len(results) else "",
@@ -103,21 +103,10 @@ def log_page(title: str, sections: Sequence[Section]) -> str:
     """The HTML of calibrated logs; the line below the title says whether they were measured or simulated."""
     origins = " and ".join(dict.fromkeys(section.group for section in sections))
     subtitle = f"From {origins}" if len(sections) > 1 else f"From a {origins.removesuffix('s')}"
-    notes = remarks(None, _several(sections))
-    return _page(title=title, subtitle=subtitle, sections=sections, notes=notes)
+    return _page(title=title, subtitle=subtitle, sections=sections)
 
 
-def _several(sections: Sequence[Section]) -> list[ShortAnswer]:
-    """The answers whose warnings stand at the top of the page; a single section has its own at its top."""
-    return [section.answer for section in sections] if len(sections) > 1 else []
-
-
-def _flown(results: "pd.DataFrame") -> str:
-    names = [str(name).replace("_", " ") for name in results["maneuver"].unique()]
-    return " and ".join(names) if len(names) <= _MOST_NAMED else f"{len(names)} maneuvers"
-
-
-def _page(sections: Sequence[Section], **content: object) -> str:
+def _page(sections: Sequence[Section], results: "pd.DataFrame | None" = None, **content: object) -> str:
     optional = {"failures": (), "table": "", "all_models": "", "panels": (), "case": ""}
     answers = [section.answer for section in sections]
     groups = [(name, list(group)) for name, group in groupby(sections, key=lambda section: section.group)]
@@ -127,6 +116,8 @@ def _page(sections: Sequence[Section], **content: object) -> str:
         sections=sections,
         drawn=[section for section in sections if section.html],
         groups=groups,
+        # A single section has its warnings at its own top.
+        notes=remarks(results, answers if len(answers) > 1 else []),
         answers=html_table(answer_columns(answers), answers),
         **{**optional, **content},
     )
@@ -220,7 +211,11 @@ def _html(
 
 def aircraft_page(check: AircraftCheck) -> str:
     """The HTML of the check of an aircraft."""
-    panels = [] if check.attached is None else _trim_panels(check.attached)
+    found, panels = check.attached, []
+    if found is not None:
+        levers = tuple(100.0 * lever for lever in found.lever)
+        panels.append(_trim_panel(found, levers, "throttle in level flight [%]"))
+        panels.append(_trim_panel(found, found.alpha_deg, "angle of attack in level flight [°]"))
     quantities = list(dict.fromkeys(step.quantity for step in check.steps))
     panels += [_step_panel([s for s in check.steps if s.quantity == quantity]) for quantity in quantities]
     return render(
@@ -233,20 +228,13 @@ def aircraft_page(check: AircraftCheck) -> str:
     )
 
 
-def _trim_panels(found: Attached) -> list[Panel]:
-    def drawn(values: tuple[float, ...], label: str) -> Panel:
-        return panel(label.split(" [")[0].capitalize(), lambda axes: _draw_trim(axes, found, values, label))
+def _trim_panel(found: Attached, values: tuple[float, ...], label: str) -> Panel:
+    def draw(axes: Axes) -> None:
+        axes.plot(found.speed_kt, values, "o-", color=BLUE, ms=3.5)
+        axes.axvline(found.stall_kt, color=GREY, lw=1.0, ls="--", label="stall speed")
+        axes.set(xlabel="calibrated airspeed [kt]", ylabel=label)
 
-    return [
-        drawn(tuple(100.0 * lever for lever in found.lever), "throttle in level flight [%]"),
-        drawn(found.alpha_deg, "angle of attack in level flight [°]"),
-    ]
-
-
-def _draw_trim(axes: Axes, found: Attached, values: tuple[float, ...], label: str) -> None:
-    axes.plot(found.speed_kt, values, "o-", color=BLUE, ms=3.5)
-    axes.axvline(found.stall_kt, color=GREY, lw=1.0, ls="--", label="stall speed")
-    axes.set(xlabel="calibrated airspeed [kt]", ylabel=label)
+    return panel(label.split(" [")[0].capitalize(), draw)
 
 
 def _step_panel(steps: list[StepResponse]) -> Panel:
@@ -281,39 +269,35 @@ def inspection_panels(log: FlightLog, found: LogInspection) -> list[Panel]:
     ground = np.hypot(log.velocity_north, log.velocity_east) / KNOT
     track = np.arctan2(log.velocity_east, log.velocity_north) / DEGREE % 360.0
     height = np.asarray(air.pressure_altitude(log.static_pressure)) / FOOT
-    panels = [
-        panel("Speeds", lambda axes: _draw_speeds(axes, log.time, speed, ground)),
-        panel("Pressure altitude", lambda axes: _draw_line(axes, log.time, height, "pressure altitude [ft]")),
-        panel("Tracks and airspeeds flown", lambda axes: _draw_tracks(axes, track, speed)),
-    ]
-    if found.expected is not None:
+
+    def draw_speeds(axes: Axes) -> None:
+        seconds, *lines = broken(*thin(log.time - log.time[0], speed, ground))
+        for line, color, label in zip(lines, (BLUE, ORANGE), ("indicated airspeed", "ground speed"), strict=True):
+            axes.plot(seconds / 60.0, line, color=color, label=label, lw=1.0)
+        axes.set(xlabel="time [min]", ylabel="speed [kt]")
+
+    def draw_height(axes: Axes) -> None:
+        seconds, line = broken(*thin(log.time - log.time[0], height))
+        axes.plot(seconds / 60.0, line, color=BLUE, lw=1.0)
+        axes.set(xlabel="time [min]", ylabel="pressure altitude [ft]")
+
+    def draw_tracks(axes: Axes) -> None:
+        axes.plot(*thin(track, speed), ".", color=GREY, ms=2.0)
+        axes.set(xlabel="track [°]", ylabel="indicated airspeed [kt]", xlim=(0, 360), xticks=range(0, 361, 60))
+
+    def draw_bound(axes: Axes) -> None:
+        assert found.expected is not None
         speeds, bound = found.expected
-        panels.append(panel("Bound to expect in light turbulence", lambda axes: _draw_bound(axes, speeds, bound)))
-    return panels
+        axes.plot(speeds / KNOT, bound / KNOT, "o-", color=BLUE, ms=3.0)
+        axes.set(xlabel="indicated airspeed [kt]", ylabel="2σ of the correction [kt]", ylim=(0.0, None))
 
-
-def _draw_speeds(axes: Axes, time: Array, speed: Array, ground: Array) -> None:
-    seconds, *lines = broken(*thin(time - time[0], speed, ground))
-    for line, color, label in zip(lines, (BLUE, ORANGE), ("indicated airspeed", "ground speed"), strict=True):
-        axes.plot(seconds / 60.0, line, color=color, label=label, lw=1.0)
-    axes.set(xlabel="time [min]", ylabel="speed [kt]")
-
-
-def _draw_line(axes: Axes, time: Array, values: Array, label: str) -> None:
-    seconds, line = broken(*thin(time - time[0], values))
-    axes.plot(seconds / 60.0, line, color=BLUE, lw=1.0)
-    axes.set(xlabel="time [min]", ylabel=label)
-
-
-def _draw_tracks(axes: Axes, track: Array, speed: Array) -> None:
-    some, fast = thin(track, speed)
-    axes.plot(some, fast, ".", color=GREY, ms=2.0)
-    axes.set(xlabel="track [°]", ylabel="indicated airspeed [kt]", xlim=(0, 360), xticks=range(0, 361, 60))
-
-
-def _draw_bound(axes: Axes, speeds: Array, bound: Array) -> None:
-    axes.plot(speeds / KNOT, bound / KNOT, "o-", color=BLUE, ms=3.0)
-    axes.set(xlabel="indicated airspeed [kt]", ylabel="2σ of the correction [kt]", ylim=(0.0, None))
+    bound = [] if found.expected is None else [panel("Bound to expect in light turbulence", draw_bound)]
+    return [
+        panel("Speeds", draw_speeds),
+        panel("Pressure altitude", draw_height),
+        panel("Tracks and airspeeds flown", draw_tracks),
+        *bound,
+    ]
 
 
 # Pictures of a plan: the bound against minutes and against airspeed, and the ground tracks.
@@ -329,6 +313,25 @@ _LARGE, _SQUARE = (7.4, 4.0), (3.8, 3.6)
 
 def plan_panels(plan: Plan) -> list[Panel]:
     """The three pictures of a plan."""
+
+    def draw_curves(axes: Axes) -> None:
+        for number, each in enumerate(plan.forecasts[:_CURVES]):
+            color, label = _COLORS[number % len(_COLORS)], each.maneuver.replace("_", " ")
+            axes.plot(each.airspeeds / KNOT, each.two_sigma / KNOT, color=color, label=label)
+        axes.set(xlabel="indicated airspeed [kt]", ylabel="±2σ of the curve [kt]")
+        axes.set_ylim(bottom=0.0)
+
+    def draw_tracks(axes: Axes) -> None:
+        for number, each in enumerate(plan.forecasts[:_TRACKS]):  # each moved to the corner of the axes
+            north, east = each.track / NAUTICAL_MILE
+            label = each.maneuver.replace("_", " ")
+            axes.plot(east - np.nanmin(east), north - np.nanmin(north), color=_COLORS[number], lw=1.0, label=label)
+        if plan.box is not None:
+            side = plan.box / NAUTICAL_MILE
+            axes.plot([0.0, side, side, 0.0, 0.0], [0.0, 0.0, side, side, 0.0], color=PALE, lw=2.0, label="box")
+        axes.set(xlabel="east [nmi]", ylabel="north [nmi]")
+        axes.set_aspect("equal", adjustable="datalim")
+
     return [
         panel(
             "How well the curve is known, against minutes",
@@ -339,12 +342,12 @@ def plan_panels(plan: Plan) -> list[Panel]:
         ),
         panel(
             "±2σ of the curve, by airspeed",
-            lambda axes: draw_curves(axes, plan.forecasts[:_CURVES]),
+            draw_curves,
             f"The {min(_CURVES, len(plan.forecasts))} best maneuvers, each flown once.",
         ),
         panel(
             "Ground covered",
-            lambda axes: draw_tracks(axes, plan),
+            draw_tracks,
             "The best maneuvers in the expected wind. Recorded parts only: the set-ups need more ground.",
             size=_SQUARE,
         ),
@@ -390,7 +393,12 @@ def draw_front(axes: Axes, plan: Plan) -> None:
     axes.set(xscale="log", yscale="log", xlabel="time recorded [min]", ylabel="mean ±2σ of the curve [kt]")
     axes.set_xlim(0.62 * min(each.minutes for each in shown), last)
     _name_dots(axes, plan, shown)
-    _plain_ticks(axes)
+    for axis in (axes.xaxis, axes.yaxis):  # plain numbers on logarithmic axes
+        low, high = axis.get_view_interval()
+        ticks = [m * 10.0**d for d in range(-4, 4) for m in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)]
+        inside = [t for t in ticks if low <= t <= high]
+        axis.set_ticks(inside, [f"{t:g}" for t in inside])
+        axis.set_ticks([], minor=True)
 
 
 def _look(plan: Plan, each: Forecast) -> tuple[str, str, float]:
@@ -406,7 +414,8 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
     line = (low / high) ** _LINE  # the axis is logarithmic: a line down is a ratio
     lowest: list[tuple[bool, float, float]] = []  # side, minutes and height of the names written so far
     for each in sorted(shown, key=lambda f: -f.mean):
-        right = any(_is_close_on_the_left(other, each) for other in shown)
+        apart = [(log(each.minutes / other.minutes), abs(log(each.mean / other.mean))) for other in shown]
+        right = any(0.0 < before < _NAME_WIDTH and above < _CLOSE for before, above in apart)
         near = [h for side, m, h in lowest if side == right and abs(log(m / each.minutes)) < _NAME_WIDTH]
         height = min([each.mean / KNOT, *(line * h for h in near)])
         lowest.append((right, each.minutes, height))
@@ -421,48 +430,6 @@ def _name_dots(axes: Axes, plan: Plan, shown: Sequence[Forecast]) -> None:
             color=_look(plan, each)[0] if each in (plan.best, plan.improved) else INK,
             zorder=_BELOW_DOTS,
         )
-
-
-def _is_close_on_the_left(other: Forecast, each: Forecast) -> bool:
-    """Whether another dot lies close to the left."""
-    right, above = log(each.minutes / other.minutes), log(each.mean / other.mean)
-    return 0.0 < right < _NAME_WIDTH and abs(above) < _CLOSE
-
-
-def _plain_ticks(axes: Axes) -> None:
-    """Put plain numbers on logarithmic axes."""
-    for axis in (axes.xaxis, axes.yaxis):
-        low, high = axis.get_view_interval()
-        ticks = [m * 10.0**d for d in range(-4, 4) for m in (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)]
-        inside = [t for t in ticks if low <= t <= high]
-        axis.set_ticks(inside, [f"{t:g}" for t in inside])
-        axis.set_ticks([], minor=True)
-
-
-def draw_curves(axes: Axes, forecasts: Sequence[Forecast]) -> None:
-    """Draw ±2σ [kt] against indicated airspeed [kt]."""
-    for number, each in enumerate(forecasts):
-        axes.plot(
-            each.airspeeds / KNOT,
-            each.two_sigma / KNOT,
-            color=_COLORS[number % len(_COLORS)],
-            label=each.maneuver.replace("_", " "),
-        )
-    axes.set(xlabel="indicated airspeed [kt]", ylabel="±2σ of the curve [kt]")
-    axes.set_ylim(bottom=0.0)
-
-
-def draw_tracks(axes: Axes, plan: Plan) -> None:
-    """Draw the ground tracks [nmi], each moved to the corner of the axes, and the box where one was given."""
-    for number, each in enumerate(plan.forecasts[:_TRACKS]):
-        north, east = each.track / NAUTICAL_MILE
-        label = each.maneuver.replace("_", " ")
-        axes.plot(east - np.nanmin(east), north - np.nanmin(north), color=_COLORS[number], lw=1.0, label=label)
-    if plan.box is not None:
-        side = plan.box / NAUTICAL_MILE
-        axes.plot([0.0, side, side, 0.0, 0.0], [0.0, 0.0, side, side, 0.0], color=PALE, lw=2.0, label="box")
-    axes.set(xlabel="east [nmi]", ylabel="north [nmi]")
-    axes.set_aspect("equal", adjustable="datalim")
 
 
 def plan_page(plan: Plan) -> str:

@@ -59,13 +59,15 @@ def inspect_log(log: FlightLog, options: CalibrationOptions | None = None) -> Lo
     stopped = [(flight, int(row)) for flight in flights for row in pauses(flight.time)]
     height = np.asarray(air.pressure_altitude(log.static_pressure))
     found = [*log.header.get("warnings", ()), *([] if end is None else [end.words])]
+    track = np.arctan2(log.velocity_east, log.velocity_north)[shown] % (2.0 * np.pi)
+    counts = np.bincount((track / _SECTOR).astype(np.intp) % 12, minlength=12)
     return LogInspection(
         rows=len(log),
         rate=1.0 / interval(log.time),
         channels=tuple(_held(log, name) for name in log.channels()),
         flights=tuple((float(flight.time[0]), float(flight.time[-1])) for flight in flights),
         pauses=tuple((float(f.time[row - 1]), float(f.time[row] - f.time[row - 1])) for f, row in stopped),
-        headings=_headings(log, shown),
+        headings=int(np.count_nonzero(counts > _VISITED * len(track))),
         airspeeds=_quantiles(speed[shown]),
         heights=_quantiles(height[flying]),
         questions=_questions(log, expected is not None, refusal),
@@ -91,12 +93,6 @@ def _held(log: FlightLog, name: str) -> HeldChannel:
     changes = float(np.count_nonzero(np.diff(values)) / max(log.time[-1] - log.time[0], 1e-9))
     low, _, high = _quantiles(known) if len(known) else (float("nan"),) * 3
     return HeldChannel(name, channel.unit, low, high, changes)
-
-
-def _headings(log: FlightLog, flying: Booleans) -> int:
-    track = np.arctan2(log.velocity_east, log.velocity_north)[flying] % (2.0 * np.pi)
-    counts = np.bincount((track / _SECTOR).astype(np.intp) % 12, minlength=12)
-    return int(np.count_nonzero(counts > _VISITED * len(track)))
 
 
 def _wind(log: FlightLog, flying: Booleans) -> tuple[float, float]:

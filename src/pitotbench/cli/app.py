@@ -207,7 +207,9 @@ def guarded(options: Namespace) -> int:
         sys.stdout.flush()  # a closed pipe raises here, where it is caught, not at exit
         return code
     except BrokenPipeError:
-        return _go_silently()
+        with suppress(OSError, ValueError):  # standard output is not a file, as in tests
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return UNFORESEEN
     except (Exception, KeyboardInterrupt) as error:
         if getattr(options, "debug", False):
             traceback.print_exc()
@@ -237,13 +239,6 @@ def _explain(error: BaseException) -> tuple[int, str]:
         case KeyboardInterrupt():
             return INTERRUPTED, text if text.startswith("stopped") else "interrupted"
     return UNFORESEEN, f"unexpected: {type(error).__name__}: {text}; run again with --debug for the traceback"
-
-
-def _go_silently() -> int:
-    """Stop without a message: the reader has closed the pipe (`| head -1`)."""
-    with suppress(OSError, ValueError):  # standard output is not a file, as in tests
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return UNFORESEEN
 
 
 # `pitotbench completion`: the script with which a shell completes commands and flags.

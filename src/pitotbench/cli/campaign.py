@@ -91,7 +91,11 @@ def run(options: argparse.Namespace) -> int:
 
     request = request_of(options)
     if options.dry_run:
-        return _print_forecast(request)
+        from pitotbench.bench.campaign import forecast_of_costs
+
+        for line in forecast_of_costs(request):
+            print(line)
+        return DONE
     result = run_campaign(request)
     console = Console(highlight=False, soft_wrap=True)
     console.width = max(console.width, _TABLE_WIDTH)
@@ -108,14 +112,6 @@ def run(options: argparse.Namespace) -> int:
     if not options.no_report:
         console.print(outside(f"open this page: {result.folder / PAGE}"))
     return NO_ANSWER if result.failures else DONE
-
-
-def _print_forecast(request: "CampaignRequest") -> int:
-    from pitotbench.bench.campaign import forecast_of_costs
-
-    for line in forecast_of_costs(request):
-        print(line)
-    return DONE
 
 
 def request_of(options: argparse.Namespace) -> "CampaignRequest":

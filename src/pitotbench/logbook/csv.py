@@ -52,7 +52,10 @@ def read_blocks(
 
     columns: dict[str, _Growing] = {}
     try:
-        types = _plain_types(open_reader(None).schema)
+        schema = open_reader(None).schema
+        if len(set(schema.names)) < len(schema.names):
+            raise _NotPlainError
+        types = {field.name: _plain_type(field.type) for field in schema}
         for block in open_reader(types):
             if not block.num_rows:
                 continue
@@ -62,12 +65,6 @@ def read_blocks(
     except (pa.ArrowInvalid, UnicodeDecodeError, _NotPlainError):
         return None
     return {name: column.whole() for name, column in columns.items()} or None
-
-
-def _plain_types(schema: "pa.Schema") -> Types:
-    if len(set(schema.names)) < len(schema.names):
-        raise _NotPlainError
-    return {field.name: _plain_type(field.type) for field in schema}
 
 
 def _plain_type(kind: "pa.DataType") -> "pa.DataType":
@@ -176,7 +173,9 @@ def read_csv(path: Path) -> Table:
     if not first_line.strip() or any("\ufffd" in comment for comment in comments):
         _require_text(text.bytes())
     if not first_line.strip():
-        raise BadInputError("the file is empty: there is no line of column names" + _only(comments))
+        raise BadInputError(
+            "the file is empty: there is no line of column names" + (", only comments" if comments else "")
+        )
     delimiter = _delimiter(first_line)
     require_few_columns(first_line.count(delimiter.encode()) + 1)
     cells = [_cells(line, delimiter) for line in below]
@@ -336,10 +335,6 @@ def _columns(text: _Text, form: _Form) -> tuple[list[tuple[str, Column]], list[A
     return [
         (name, to_column(values)) for name, values in zip(table.column_names, table.columns, strict=True)
     ], ragged
-
-
-def _only(comments: list[str]) -> str:
-    return ", only comments" if comments else ""
 
 
 def _check_promise(promised: object, found: int) -> list[str]:

@@ -491,7 +491,7 @@ def _rivals(guess: Guess, offered: Sequence[list[Guess]]) -> list[str]:
 def _question(guess: Guess, rivals: Sequence[str], beside: Mapping[str, str]) -> str:
     """Return what to ask about a line; empty for one that is sure. `beside` holds the columns by quantity."""
     variation = beside.get("magnetic_variation")
-    if variation and guess.quantity in ("track", "heading") and not _says_true(guess.theirs):
+    if variation and guess.quantity in ("track", "heading") and "true" not in _words(guess.theirs, "")[0]:
         return f"is it true, or magnetic as {variation!r} beside it suggests (magnetic_{guess.quantity}_deg)?"
     if guess.quantity == "altitude" and not {"static_pressure", *_SUPERSEDED["altimeter_setting"]} & set(beside):
         words = f"is it the height by GPS, or a pressure altitude (pressure_altitude_{guess.units[0]})?"
@@ -507,10 +507,6 @@ def _unit_question(guess: Guess) -> str:
     if guess.stated or len(guess.units) < 2:
         return ""
     return f"the file states no unit: is it {guess.units[0]}, or {' or '.join(guess.units[1:])}?"
-
-
-def _says_true(name: str) -> bool:
-    return "true" in _words(name, "")[0]
 
 
 _SHOWN = 40  # columns left over that are listed

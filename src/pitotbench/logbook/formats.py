@@ -214,7 +214,7 @@ class TopicReader:
 
         Raises BadInputError for a missing topic, with those that are there.
         """
-        wanted = [[_topic(pattern) for pattern in entry.patterns] for entry in files]
+        wanted = [[pattern.removeprefix("*").removesuffix(".csv") for pattern in entry.patterns] for entry in files]
         require_regular(path)
         found = self.read_named(path, [name for names in wanted for name in names])
         missing = [
@@ -226,11 +226,6 @@ class TopicReader:
             known = ", ".join(sorted(found)) or "none of those wanted"
             raise BadInputError(f"the {self.kind} holds no topic {', '.join(missing)}; it holds {known}")
         return [next((found[name] for name in names if name in found), None) for names in wanted]
-
-
-def _topic(pattern: str) -> str:
-    """Return the topic of a file of the same log written as CSV."""
-    return pattern.removeprefix("*").removesuffix(".csv")
 
 
 TOPIC_READERS = {

@@ -201,7 +201,8 @@ def _check_rise(draft: Draft, name: str) -> None:
     slow = [standard - np.mean(standard), time - np.mean(time)]
     design = np.stack([np.ones_like(time), rise, *slow])
     found = next(
-        (s for d in (design, design[[0, 1, 3]]) if np.isfinite((s := _slope(time, d, draft, name))[1])), None
+        (s for d in (design, design[[0, 1, 3]]) if np.isfinite((s := block_slope(time, d, some(draft, name)))[1])),
+        None,
     )
     if found is None or found[1] > LIMITS.rise_known:
         return
@@ -220,10 +221,6 @@ def _check_rise(draft: Draft, name: str) -> None:
             f"{slope:.2f} times as much as a total temperature: name the column "
             f"total_temperature_{draft.suffixes[name]}"
         )
-
-
-def _slope(time: Array, design: Array, draft: Draft, name: str) -> tuple[float, float]:
-    return block_slope(time, design, some(draft, name))
 
 
 def check_height(draft: Draft) -> None:

@@ -271,7 +271,7 @@ BAND = 2.0  # standard deviations of the noise band
 
 def telling_panels(telling: TellingChannel) -> list[Panel]:
     """The telling channel over time and over a variable, and the ground track, in the units of the field."""
-    shown = _unit(telling)
+    shown = CHANNELS[telling.channel] if telling.mass is not None else unit_without_mass(telling.channel)
     before, after, noise = _in_field_units(telling, shown)
     used, sides = telling.used, [(before, BLUE, "before the patch")]
     if not np.array_equal(before, after):
@@ -313,10 +313,6 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
         panel(f"The same over {variable.name}", over_variable, "Means and standard deviations of bins.", NARROW),
         panel("Where it is", over_ground, "The dot is the start.", NARROW),
     ]
-
-
-def _unit(telling: TellingChannel) -> FieldUnit:
-    return CHANNELS[telling.channel] if telling.mass is not None else unit_without_mass(telling.channel)
 
 
 def _in_field_units(telling: TellingChannel, unit: FieldUnit) -> tuple[Array, Array, float]:

@@ -66,7 +66,9 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
         # Before a gap the engines do not run on: the run-in after it starts them anew.
         ends = k + 1 < len(rows) and starts[k + 1]
         plant.advance(0 if ends or not engines_run else max(1, round(steps[k] / plant.time_step)))
-    return _reaction(rows)
+    names = [*FULL, *(f"{axis}_acceleration" for axis in ("roll", "pitch", "yaw"))]
+    names += [f"{name}_{side}" for name in ENGINE for side in ("left", "right")]
+    return Reaction(**{name: rows[:, i].copy() for i, name in enumerate(names)})
 
 
 def _fuel(plant: Plant, motion: Motion, loaded_mass: float) -> Array:
@@ -274,12 +276,6 @@ def _outputs() -> list[tuple[str, float]]:
     turning = [(f"accelerations/{axis}dot-rad_sec2", 1.0) for axis in "pqr"]
     engines = [PROPERTIES[f"{name}_{side}"] for name in ENGINE for side in ("left", "right")]
     return forces + turning + [(line.path, line.factor) for line in engines]
-
-
-def _reaction(rows: Array) -> Reaction:
-    names = [*FULL, *(f"{axis}_acceleration" for axis in ("roll", "pitch", "yaw"))]
-    names += [f"{name}_{side}" for name in ENGINE for side in ("left", "right")]
-    return Reaction(**{name: rows[:, i].copy() for i, name in enumerate(names)})
 
 
 # Measure what a unit of force or moment along each aerodynamic axis changes, in each state of a motion.

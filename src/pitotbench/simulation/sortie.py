@@ -1,7 +1,7 @@
 """Fly one case, record every channel, and return the truth of the flight."""
 
 import struct
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from operator import call
 
@@ -61,7 +61,7 @@ class Recorder:
     def advance(self, steps: int) -> None:
         """Run the plant a number of steps and record after each. Raises SimulationError where JSBSim stops."""
         run, pack, rows, reads = self._plant.fdm.run, self._pack, self._rows.data, self._reads
-        for count in _batches(steps, BLOCK):
+        for count in (min(BLOCK, steps - done) for done in range(0, steps, BLOCK)):
             if self._end + count > BLOCK:
                 self._flush()
             first = self._end
@@ -95,11 +95,6 @@ class Recorder:
             if line.per_mass:
                 found[line.name] /= found["mass"]
         return found
-
-
-def _batches(steps: int, batch: int) -> Iterator[int]:
-    """Split `steps` into batches of at most `batch`."""
-    return (min(batch, steps - done) for done in range(0, steps, batch))
 
 
 # Scale a card to the speeds of an aircraft.

@@ -230,7 +230,7 @@ def attach(source: Path) -> Path:
     source = source.resolve()
     main = source / f"{source.name}.xml"
     stamps = tuple(file.stat().st_mtime_ns for file in (source, main) if file.exists())
-    return _attach(source, stamps, _shelf())
+    return _attach(source, stamps, cache_folder() / "aircraft")
 
 
 @cache
@@ -263,7 +263,8 @@ def make_flyable(folder: Path) -> Attached:
     lag = engine_time(aircraft, envelope.points[len(envelope.points) // 2])
     models = [linearize(aircraft, point) for point in envelope.points]
     envelope, models, gains = _shaped(folder.name, envelope, models, lag)
-    missing = _missing(aircraft)
+    still = [name for name, path in SURFACES.items() if not aircraft.moves(name, f"fcs/{path}-pos-rad")]
+    missing = tuple(c.name for c in CHANNELS if c.name in still or not aircraft.serves(c.path))
     texts = "".join(f.read_text(encoding="utf-8") for f in sorted(folder.rglob("*.xml")))
     write_autopilot(folder / "Systems" / "attached-autopilot.xml", envelope, models, gains, aircraft)
     write_levers(tree.getroot(), aircraft.engines, texts)
@@ -333,16 +334,6 @@ def engines_of(folder: Path, root: ET.Element) -> Engines:
             f"it has {what}"
         )
     return Engines(" and ".join(sorted(kinds)), idle)
-
-
-def _missing(aircraft: HeldAircraft) -> tuple[str, ...]:
-    """Return the channels that an aircraft does not serve, or whose position does not follow its control."""
-    still = [name for name, path in SURFACES.items() if not aircraft.moves(name, f"fcs/{path}-pos-rad")]
-    return tuple(c.name for c in CHANNELS if c.name in still or not aircraft.serves(c.path))
-
-
-def _shelf() -> Path:
-    return cache_folder() / "aircraft"
 
 
 def _digest(folder: Path) -> str:

@@ -307,6 +307,7 @@ def _flown(aircraft: str, airspeed: float, altitude: float, step: StepCommand) -
         values.append(plant.get(step.quantity))
     moved = np.array(values) - before
     wanted = start + change - before
+    outside = np.flatnonzero(np.abs((moved / wanted) - 1.0) > BAND)
     return StepResponse(
         step.quantity,
         step.unit,
@@ -315,13 +316,8 @@ def _flown(aircraft: str, airspeed: float, altitude: float, step: StepCommand) -
         np.linspace(0.0, step.seconds, len(values)),
         moved / step.factor,
         max(0.0, float((moved / wanted).max()) - 1.0),
-        _settled(moved / wanted),
+        float((outside[-1] + 1) * INTERVAL) if len(outside) else 0.0,
     )
-
-
-def _settled(share: Array) -> float:
-    outside = np.flatnonzero(np.abs(share - 1.0) > BAND)
-    return float((outside[-1] + 1) * INTERVAL) if len(outside) else 0.0
 
 
 # Write the autopilot of an aircraft from its linear models and gains.

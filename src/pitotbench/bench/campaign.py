@@ -92,8 +92,7 @@ def _minutes(task: Task) -> float:
 
 def _bytes_of_task(task: Task) -> float:
     logs = task.systems if task.keep_logs == "all" else ()
-    samples = sum(60.0 * _minutes(task) * system.air_rate for system in logs)
-    return BYTES_A_PART + BYTES_A_SAMPLE * samples
+    return BYTES_A_PART + BYTES_A_SAMPLE * sum(60.0 * _minutes(task) * system.air_rate for system in logs)
 
 
 _ASKED = tuple(number for name in ("SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None)
@@ -355,7 +354,8 @@ def run_campaign(request: CampaignRequest) -> CampaignResult:
     """
     campaign = _Campaign(request, request.planned())
     require_own_folder(request.out)
-    limits = Limits(request.time_limit, _bytes(request.memory_limit))
+    memory = None if request.memory_limit is None else round(request.memory_limit * GIGABYTE)
+    limits = Limits(request.time_limit, memory)
     with (
         stoppable(),
         open_fleet(
@@ -413,7 +413,8 @@ class _Campaign:
 
     def how_to_go_on(self, watch: Watch) -> str:
         """Return what is stored and the command that goes on."""
-        command = shlex.join(["pitotbench", *sys.argv[1:]] if _is_command() else [sys.argv[0], *sys.argv[1:]])
+        program = "pitotbench" if Path(sys.argv[0]).name in ("pitotbench", "__main__.py") else sys.argv[0]
+        command = shlex.join([program, *sys.argv[1:]])
         done = watch.found + watch.flown
         return f"{done:,} of {watch.total:,} flights are stored in {self.request.out}; to go on: {command}"
 
@@ -435,11 +436,3 @@ class _Campaign:
             (folder / PAGE).unlink(missing_ok=True)  # that of an earlier run, which shows another table
         answers = tuple(section.answer for section in found.sections)
         return CampaignResult(table, failures, folder, watch.found, watch.flown, answers)
-
-
-def _is_command() -> bool:
-    return Path(sys.argv[0]).name in ("pitotbench", "__main__.py")
-
-
-def _bytes(gigabytes: float | None) -> int | None:
-    return None if gigabytes is None else round(gigabytes * GIGABYTE)

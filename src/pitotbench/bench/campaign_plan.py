@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pitotbench.bench.campaign_task import Calibrations, Task, cell_digest, content_key, options_of_models
+from pitotbench.bench.campaign_task import Calibrations, Task, cell_digest, content_key
 from pitotbench.calibration.options import CalibrationOptions, options_from, require_model
 from pitotbench.catalog import explain
 from pitotbench.pressure_error import PAPER_MODELS
@@ -56,7 +56,10 @@ class Draws:
     def values(self) -> Iterator[dict[str, Any]]:
         """Give the draws one by one. The first draws of a longer random plan are those of a shorter one."""
         if self.method == "latin_hypercube":
-            yield from (self._of(shares) for shares in self._hypercube())
+            from scipy.stats import qmc  # slow to load
+
+            cube = qmc.LatinHypercube(d=len(self.fields), seed=np.random.default_rng(self.seed))
+            yield from map(self._of, cube.random(self.count))
             return
         for number in range(self.count):
             yield self._of(np.random.default_rng([self.seed, number]).random(len(self.fields)))
@@ -64,11 +67,6 @@ class Draws:
     def middle(self) -> dict[str, Any]:
         """Return the medians, to try whether the fields exist."""
         return self._of(np.full(len(self.fields), 0.5))
-
-    def _hypercube(self) -> Any:
-        from scipy.stats import qmc  # slow to load
-
-        return qmc.LatinHypercube(d=len(self.fields), seed=np.random.default_rng(self.seed)).random(self.count)
 
     def _of(self, shares: Any) -> dict[str, Any]:
         return {
@@ -210,12 +208,9 @@ def plan_of_names(
     fitted = names("model", models, PAPER_MODELS)
     for name in fitted:
         require_model(name)
+    calibrations = tuple(("", replace(options, model=model)) for model in fitted)
     return CampaignPlan(
-        case_table(base),
-        grid={"maneuver": flown},
-        seeds=seeds,
-        systems=sensed,
-        calibrations=options_of_models(fitted, options),
+        case_table(base), grid={"maneuver": flown}, seeds=seeds, systems=sensed, calibrations=calibrations
     )
 
 
@@ -246,14 +241,10 @@ def seeds_of(text: str) -> range:
     return found
 
 
-def _copied(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: _copied_value(value) for key, value in table.items()}
-
-
-def _copied_value(value: Any) -> Any:
+def _copied(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return _copied(value)
-    return [_copied_value(entry) for entry in value] if isinstance(value, list | tuple) else value
+        return {key: _copied(entry) for key, entry in value.items()}
+    return [_copied(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
 def _put(table: Any, path: Sequence[str], value: Any, whole: str) -> None:
@@ -266,26 +257,18 @@ def _put(table: Any, path: Sequence[str], value: Any, whole: str) -> None:
         here = int(name)
     elif not isinstance(table, dict):
         raise BadInputError(f"{whole}: {name!r} is below a value that is no table")
+    elif rest:
+        table.setdefault(here, {})
+    else:
+        # The same quantity in another unit goes, which the base may have been written in.
+        stem = "" if name in ("truth_seed", "sensor_seed") else name.rpartition("_")[0]
+        for key in [key for key in table if stem and key != name and key.rpartition("_")[0] == stem]:
+            if isinstance(table[key], int | float | list) and not isinstance(table[key], bool):
+                del table[key]
     if rest:
-        if isinstance(table, dict):
-            table.setdefault(here, {})
         _put(table[here], rest, value, whole)
-        return
-    if isinstance(table, dict):
-        _drop_other_units(table, name)
-    table[here] = value
-
-
-def _drop_other_units(table: dict[str, Any], name: str) -> None:
-    """Remove the same quantity in another unit, which the base may have been written in."""
-    stem = name.rpartition("_")[0]
-    for key in [key for key in table if stem and key != name and key.rpartition("_")[0] == stem]:
-        if (
-            isinstance(table[key], int | float | list)
-            and not isinstance(table[key], bool)
-            and stem not in ("truth", "sensor")
-        ):
-            del table[key]
+    else:
+        table[here] = value
 
 
 _TABLES = ("case", "grid", "list", "draw", "calibrate", "das", "seeds")
@@ -317,7 +300,6 @@ def read_plan(path: Path) -> CampaignPlan:
 
 
 def _plan(stated: Mapping[str, Any], folder: Path) -> CampaignPlan:
-    grid = {name: _values(name, value) for name, value in _table(stated, "grid").items()}
     rows = stated.get("list", [{}])
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows) or not rows:
         raise BadInputError("list: give one [[list]] table or several")
@@ -325,7 +307,7 @@ def _plan(stated: Mapping[str, Any], folder: Path) -> CampaignPlan:
     plan = CampaignPlan(
         base=_base(stated.get("case", {}), folder),
         rows=[_flat(row) for row in rows],
-        grid=grid,
+        grid={name: _values(name, value) for name, value in _table(stated, "grid").items()},
         draws=_draws(_table(stated, "draw")),
         seeds=seeds_of(str(stated["seeds"])) if "seeds" in stated else range(0),
         systems=systems_named(",".join(map(str, _list(systems)))) if systems else (),

@@ -5,7 +5,6 @@ import platform
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
@@ -74,25 +73,15 @@ def cell_digest(case: Case, systems: Sequence[DataSystem], calibrations: Calibra
         [[label, asdict(options)] for label, options in calibrations],
         code_digest(),
         aircraft_digest(case.aircraft),
-        _simulator(),
+        version("jsbsim"),
     ]
     return sha256(json.dumps(content, default=repr).encode()).hexdigest()
-
-
-@cache
-def _simulator() -> str:
-    return version("jsbsim")
 
 
 def sharded(tasks: Iterator[Task], shard: tuple[int, int]) -> Iterator[Task]:
     """Give every n-th task, from the k-th on, of a shard (k, n) that counts from 1."""
     part, parts = shard
     return (task for number, task in enumerate(tasks) if number % parts == part - 1)
-
-
-def options_of_models(models: Sequence[str], options: CalibrationOptions) -> Calibrations:
-    """Return one calibration for each model, without labels."""
-    return tuple(("", replace(options, model=model)) for model in models)
 
 
 CHANNELS = (*LOG_CHANNELS, "position_north", "position_east", "calibrated_airspeed")  # logged and drawn
@@ -141,12 +130,22 @@ def perform_task(task: Task) -> TaskOutcome:
     failures: list[str] = []
     logs: dict[str, bytes] = {}
     for system in task.systems:
-        log = sense(flight, system)
-        results, failed = _calibrated(task, system, log)
-        if task.keep_logs == "all" or (task.keep_logs == "failed" and failed):
-            logs[task.log_name(system)] = _bytes_of(log, task.log_format)
-        failures += failed
-        rows += _rows(system, results, flight)
+        log, results, before = sense(flight, system), Found(), len(failures)
+        for label, options in task.calibrations:
+            try:
+                result = bench.calibrate(log, options)
+            except (NoAnswerError, BadInputError) as error:
+                failures.append(f"{task.name} {system.label} {_mark(label, options)}: {error}")
+                continue
+            results.append((label, options, result))
+            case, score = flight.case, bench.score(result, flight)
+            rows.append(
+                Row(case.maneuver, system.label, options.model, case.truth_seed, case.turbulence, score, label)
+            )
+        if task.keep_logs == "all" or (task.keep_logs == "failed" and len(failures) > before):
+            with TemporaryDirectory(prefix="pitotbench-") as folder:
+                written = write_log(log, Path(folder, f"log.{task.log_format}"))
+                logs[task.log_name(system)] = written.read_bytes()
         if results:
             sections.append(_section(task, system, flight, log, results))
     times = (time.process_time() - cpu, time.perf_counter() - begun)
@@ -155,38 +154,16 @@ def perform_task(task: Task) -> TaskOutcome:
 
 def host_class() -> str:
     """Return the system, the processor and the version of Python, such as `Linux x86_64 CPython 3.11.7`."""
-    names = (platform.system(), platform.machine(), platform.python_implementation(), platform.python_version())
-    return " ".join(names)
+    return (
+        f"{platform.system()} {platform.machine()} {platform.python_implementation()} {platform.python_version()}"
+    )
 
 
 Found = list[tuple[str, CalibrationOptions, Calibration]]
 
 
-def _calibrated(task: Task, system: DataSystem, log: FlightLog) -> tuple[Found, list[str]]:
-    found: Found = []
-    failures = []
-    for label, options in task.calibrations:
-        try:
-            found.append((label, options, bench.calibrate(log, options)))
-        except (NoAnswerError, BadInputError) as error:
-            failures.append(f"{task.name} {system.label} {_mark(label, options)}: {error}")
-    return found, failures
-
-
 def _mark(label: str, options: CalibrationOptions) -> str:
     return f"{label} {options.model}".strip()
-
-
-def _rows(system: DataSystem, results: Found, flight: Flight) -> Iterator[Row]:
-    case = flight.case
-    for label, options, result in results:
-        score = bench.score(result, flight)
-        yield Row(case.maneuver, system.label, options.model, case.truth_seed, case.turbulence, score, label)
-
-
-def _bytes_of(log: FlightLog, log_format: str) -> bytes:
-    with TemporaryDirectory(prefix="pitotbench-") as folder:
-        return write_log(log, Path(folder, f"log.{log_format}")).read_bytes()
 
 
 def _section(task: Task, system: DataSystem, flight: Flight, log: FlightLog, results: Found) -> Section:

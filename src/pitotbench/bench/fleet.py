@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from importlib import import_module
 from importlib.metadata import version
 from io import UnsupportedOperation
@@ -105,14 +106,11 @@ class Limits:
         with ExitStack() as undone:
             if self.driver != _here():
                 self._limit_memory(undone)
-                self._limit_time(undone)
+                if self.seconds is not None:
+                    # Its thread is not one of Python: it also ends a process that is stuck inside the simulator.
+                    faulthandler.dump_traceback_later(self.seconds, exit=True, file=_log())
+                    undone.callback(faulthandler.cancel_dump_traceback_later)
             yield
-
-    def _limit_time(self, undone: ExitStack) -> None:
-        if self.seconds is not None:
-            # Its thread is not a thread of Python: it also ends a process that is stuck inside the simulator.
-            faulthandler.dump_traceback_later(self.seconds, exit=True, file=_log())
-            undone.callback(faulthandler.cancel_dump_traceback_later)
 
     def _limit_memory(self, undone: ExitStack) -> None:
         try:
@@ -181,7 +179,9 @@ class Fleet:
     def perform(self, work: Callable[[T], R], tasks: Sequence[T], step: Step = lambda: None) -> list[R | Failure]:
         """Return the result of `work` for every task, in their order. `step` is called after each task."""
         done: dict[int, R | Failure] = {}
-        numbered: Iterator[tuple[tuple[int, T], R | Failure]] = self.stream(_Numbered(work), list(enumerate(tasks)))
+        numbered: Iterator[tuple[tuple[int, T], R | Failure]] = self.stream(
+            partial(_numbered, work), list(enumerate(tasks))
+        )
         for (place, _), result in numbered:
             done[place] = result
             step()
@@ -219,14 +219,9 @@ class Fleet:
             yield from zip(several, results, strict=True)
 
 
-@dataclass(frozen=True, slots=True)
-class _Numbered:
-    """The work on a task that carries its place."""
-
-    work: Callable[..., Any]
-
-    def __call__(self, task: tuple[int, Any]) -> Any:
-        return self.work(task[1])
+def _numbered(work: Callable[[T], R], task: tuple[int, T]) -> R:
+    """Do the work on a task that carries its place."""
+    return work(task[1])
 
 
 def _outcome(future: "Future[Any]") -> Any:
@@ -355,7 +350,16 @@ def progress(label: str, total: int) -> Iterator[Step]:
         yield lambda: None
         return
     if not sys.stderr.isatty():
-        yield _lines(label, total)
+        done, said = 0, monotonic()
+
+        def advance() -> None:
+            nonlocal done, said
+            done += 1
+            if monotonic() - said >= _EVERY:
+                said = monotonic()
+                say(f"{label}: {done:,} of {total:,}")
+
+        yield advance
         return
     bar, line = terminal_bar(label, total)
     with bar:
@@ -370,19 +374,6 @@ def terminal_bar(label: str, total: int) -> tuple["Progress", "TaskID"]:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     bar = Progress(*columns, console=Console(stderr=True), transient=True)
     return bar, bar.add_task(label, total=total)
-
-
-def _lines(label: str, total: int) -> Step:
-    done, said = 0, monotonic()
-
-    def advance() -> None:
-        nonlocal done, said
-        done += 1
-        if monotonic() - said >= _EVERY:
-            said = monotonic()
-            say(f"{label}: {done:,} of {total:,}")
-
-    return advance
 
 
 def say(text: str) -> None:

@@ -243,23 +243,21 @@ def known_noise_two_sigma(request: PlanRequest, flight: Flight) -> MetersPerSeco
     theta = np.concatenate(
         [np.array(request.base.pressure_error.parameters), bench.wind_toward(request.base.wind)[:2]]
     )
-    noise = ExpectedNoise(gust_deviation=level, gust_length=MEAN_LENGTH, **_height_noise(request.das))
+    das = request.das
+    noise = ExpectedNoise(
+        gust_deviation=level,
+        gust_length=MEAN_LENGTH,
+        height_deviation=das.altitude_drift,
+        height_memory=das.altitude_drift_time,
+        height_white=das.altitude_noise,
+        height_walk=das.velocity_noise / das.gps_rate**0.5,
+    )
     location = request.options.error_location
     if location == AUTO:  # the calibrator finds the place from the height, or assumes the published one
         location = request.base.pressure_error.location
-    log = bench.sense(flight, request.das)
+    log = bench.sense(flight, das)
     options = replace(request.options, error_location=location)
     return expected_two_sigma(log, options, theta, noise, request.airspeeds)
-
-
-def _height_noise(das: DataSystem) -> dict[str, float]:
-    """Return the noise of the receiver's height and vertical velocity, as `ExpectedNoise` names it."""
-    return {
-        "height_deviation": das.altitude_drift,
-        "height_memory": das.altitude_drift_time,
-        "height_white": das.altitude_noise,
-        "height_walk": das.velocity_noise / das.gps_rate**0.5,
-    }
 
 
 def _drawn(request: PlanRequest, flight: Flight, seed: int) -> MetersPerSecond:
@@ -342,64 +340,46 @@ def best_card(
     free = free_numbers(maneuver)
     if not free:
         raise BadInputError(f"the card of {maneuver} has no free numbers: choose another maneuver")
-    start = np.log([_value(request.case(maneuver).card, maneuver, number) for number in free])
+    card = override(MANEUVERS[maneuver].card, request.case(maneuver).card)
+    values = [(getattr(card, number.entry), number.place) for number in free]
+    start = np.log([value if place is None else value[place] for value, place in values])
     simplex = np.vstack([start, start + _FIRST_STEP * np.diag((-1.0) ** np.arange(len(free)))])
     simplex = np.clip(simplex, np.log([n.low for n in free]), np.log([n.high for n in free]))
-    cost = _cost_of(request, maneuver, free, minutes)
 
-    def counted(x: Array) -> float:
-        value = cost(x)
-        step()
-        return value
-
-    found = minimize(
-        counted,
-        start,
-        method="Nelder-Mead",
-        bounds=[(np.log(n.low), np.log(n.high)) for n in free],
-        options={"maxfev": flights, "initial_simplex": simplex, "xatol": 0.02, "fatol": 0.003},
-    )
-    return Search(maneuver, _card_of(request, maneuver, free, found.x), int(found.nfev))
-
-
-def _cost_of(
-    request: PlanRequest, maneuver: str, free: tuple[FreeNumber, ...], minutes: float
-) -> Callable[[Array], float]:
-    """Return the function of the cost of a card: ln 2σ plus a penalty for overtime."""
+    def changes_of(x: Array) -> dict[str, Any]:
+        """Return the changes of the card that set the free numbers to exp(x)."""
+        changes: dict[str, Any] = {}
+        for number, value in zip(free, np.exp(x), strict=True):
+            key = f"{number.entry}_{number.suffix}" if number.suffix else number.entry
+            if number.place is None:
+                changes[key] = written(value, number.suffix)
+            else:
+                present = [written(v, number.suffix) for v in getattr(card, number.entry)]
+                changes.setdefault(key, present)[number.place] = written(value, number.suffix)
+        return changes
 
     def cost(x: Array) -> float:
-        card = _card_of(request, maneuver, free, x)
+        """Return ln 2σ plus a penalty for overtime."""
         try:
-            flight = smooth_flight(request, maneuver, card)
+            flight = smooth_flight(request, maneuver, changes_of(x))
             bound = float(np.mean(known_noise_two_sigma(request, flight)))
         except (SimulationError, NoAnswerError, BadInputError):
             return _UNFLYABLE
+        finally:
+            step()
         side = max(float(np.ptp(flight[f"position_{axis}"])) for axis in ("north", "east"))
         if request.box is not None and side > request.box:
             return _UNFLYABLE
         return float(np.log(bound) + _OVERTIME * max(0.0, np.log(flight.duration / 60.0 / minutes)))
 
-    return cost
-
-
-def _value(changes: Mapping[str, Any], maneuver: str, number: FreeNumber) -> float:
-    """Return a free number of the card with these changes [SI]."""
-    value = getattr(override(MANEUVERS[maneuver].card, changes), number.entry)
-    return float(value if number.place is None else value[number.place])
-
-
-def _card_of(request: PlanRequest, maneuver: str, free: tuple[FreeNumber, ...], x: Array) -> dict[str, Any]:
-    """Return the changes of the card that set the free numbers to exp(x)."""
-    card = override(MANEUVERS[maneuver].card, request.case(maneuver).card)
-    changes: dict[str, Any] = {}
-    for number, value in zip(free, np.exp(x), strict=True):
-        key = f"{number.entry}_{number.suffix}" if number.suffix else number.entry
-        if number.place is None:
-            changes[key] = written(value, number.suffix)
-        else:
-            present = [written(v, number.suffix) for v in getattr(card, number.entry)]
-            changes.setdefault(key, present)[number.place] = written(value, number.suffix)
-    return changes
+    found = minimize(
+        cost,
+        start,
+        method="Nelder-Mead",
+        bounds=[(np.log(n.low), np.log(n.high)) for n in free],
+        options={"maxfev": flights, "initial_simplex": simplex, "xatol": 0.02, "fatol": 0.003},
+    )
+    return Search(maneuver, changes_of(found.x), int(found.nfev))
 
 
 # Forecast all maneuvers of a request, rank them, and improve the card of the best one.
@@ -417,12 +397,28 @@ def plan(request: PlanRequest, search_flights: int = 0, step: Callable[[], None]
     `pitotbench plan` spends 40). `step` is called after each maneuver and each flight of the search.
     Raises NoAnswerError where no maneuver of the request can be flown.
     """
-    found, refused = _forecasts(request, step)
+    found: list[Forecast] = []
+    refused: dict[str, str] = {}
+    for maneuver in request.maneuvers:
+        try:
+            found.append(forecast(request, maneuver))
+        except (SimulationError, NoAnswerError, BadInputError) as error:
+            refused[maneuver] = str(error)
+        step()
+    if not found:
+        raise NoAnswerError("no maneuver can be flown or determines the curve: " + "; ".join(refused.values()))
     ranked = sorted(found, key=lambda each: plan_merit(request, each))
-    allowed = [each for each in ranked if is_allowed(request, each)]
+    fitting = [each for each in ranked if each.fits(request.box)]
+    allowed = [each for each in fitting if request.minutes is None or each.minutes <= request.minutes]
     gentle = [each for each in allowed if each.steepest_bank <= GENTLE_BANK]
-    best = allowed[0] if allowed else None
-    improved, flights = _improved(request, best, search_flights, step)
+    best, improved, flights = allowed[0] if allowed else None, None, 0
+    if best is not None and search_flights > 0 and free_numbers(best.maneuver):
+        # The limit of the search is the minutes of the request, flown once, or those that the card takes now.
+        minutes = best.minutes if request.want is not None or request.minutes is None else request.minutes
+        search = best_card(request, best.maneuver, minutes, search_flights, step)
+        flights, tried = search.flights, forecast(request, best.maneuver, search.card)
+        if tried.mean < _LEAST_GAIN * best.within(minutes) and tried.minutes < _MOST_MINUTES * minutes:
+            improved = tried
     return Plan(
         conditions=conditions_of(request),
         forecasts=tuple(ranked),
@@ -437,21 +433,6 @@ def plan(request: PlanRequest, search_flights: int = 0, step: Callable[[], None]
     )
 
 
-def _forecasts(request: PlanRequest, step: Callable[[], None]) -> tuple[list[Forecast], dict[str, str]]:
-    """Return the forecasts, and the reason for each maneuver without one."""
-    found: list[Forecast] = []
-    refused: dict[str, str] = {}
-    for maneuver in request.maneuvers:
-        try:
-            found.append(forecast(request, maneuver))
-        except (SimulationError, NoAnswerError, BadInputError) as error:
-            refused[maneuver] = str(error)
-        step()
-    if not found:
-        raise NoAnswerError("no maneuver can be flown or determines the curve: " + "; ".join(refused.values()))
-    return found, refused
-
-
 def conditions_of(request: PlanRequest) -> str:
     """Return the expected conditions in words."""
     base, (low, high) = request.base, request.speeds
@@ -460,11 +441,6 @@ def conditions_of(request: PlanRequest) -> str:
         f"wind {base.wind.speed / KNOT:.0f} kt from {base.wind.from_direction / DEGREE:03.0f}°, "
         f"{low / KNOT:.0f} to {high / KNOT:.0f} KIAS"
     )
-
-
-def is_allowed(request: PlanRequest, each: Forecast) -> bool:
-    """Return whether a maneuver fits into the box and, flown once, into the minutes."""
-    return each.fits(request.box) and (request.minutes is None or each.minutes <= request.minutes)
 
 
 def plan_merit(request: PlanRequest, each: Forecast) -> float:
@@ -478,19 +454,3 @@ def plan_merit(request: PlanRequest, each: Forecast) -> float:
     if request.minutes is not None:
         return each.within(request.minutes)
     return each.mean_in(COMPARED_MINUTES)
-
-
-def _improved(
-    request: PlanRequest, best: Forecast | None, flights: int, step: Callable[[], None]
-) -> tuple[Forecast | None, int]:
-    """Return the forecast of the best maneuver's improved card, or None, and the number of flights spent.
-
-    The limit of the search is the minutes of the request, flown once, or else the minutes that the card takes now.
-    """
-    if best is None or flights <= 0 or not free_numbers(best.maneuver):
-        return None, 0
-    minutes = best.minutes if request.want is not None or request.minutes is None else request.minutes
-    search = best_card(request, best.maneuver, minutes, flights, step)
-    found = forecast(request, best.maneuver, search.card)
-    better = found.mean < _LEAST_GAIN * best.within(minutes) and found.minutes < _MOST_MINUTES * minutes
-    return (found if better else None), search.flights

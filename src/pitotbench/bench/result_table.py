@@ -66,7 +66,6 @@ class Gathered:
     failed: int = 0
     failures: list[str] = field(default_factory=list)
     sections: list[Section] = field(default_factory=list)
-    missing: int = 0
 
 
 def gather(folder: Path, store: ResultStore, tasks: Iterable[Task], varied: tuple[str, ...]) -> Gathered:
@@ -101,25 +100,20 @@ def _groups(
     for task in tasks:
         document = store.find(task.key)
         if document is None:
-            found.missing += 1
             continue
-        _note(document, task, found)
+        found.failed += len(document["failures"])
+        found.failures += document["failures"][: max(_MOST_FAILURES - len(found.failures), 0)]
+        if len(found.sections) < _MOST_ANSWERS:
+            found.sections += [each if task.draw else replace(each, html="") for each in sections_of(document)]
+        before = len(rows)
         rows += _planned_rows(document, varied)
+        found.rows += len(rows) - before
         flights += 1
         if flights % _GROUP == 0 and rows:
-            found.rows += len(rows)
             yield rows
             rows = []
     if rows:
-        found.rows += len(rows)
         yield rows
-
-
-def _note(document: Document, task: Task, found: Gathered) -> None:
-    found.failed += len(document["failures"])
-    found.failures += document["failures"][: max(_MOST_FAILURES - len(found.failures), 0)]
-    if len(found.sections) < _MOST_ANSWERS:
-        found.sections += [each if task.draw else replace(each, html="") for each in sections_of(document)]
 
 
 def _planned_rows(document: Document, varied: tuple[str, ...]) -> Iterator[dict[str, Any]]:
@@ -178,11 +172,10 @@ def result_table(folders: Sequence[Path]) -> pd.DataFrame:
     if len(tables) == 1:
         return tables[0]
     seen: set[str] = set()
-    kept = []
-    for table in tables:
-        kept.append(table[~table.flight.isin(seen)])
+    for number, table in enumerate(tables):
+        tables[number] = table[~table.flight.isin(seen)]
         seen |= set(table.flight)
-    return pd.concat(kept, ignore_index=True)
+    return pd.concat(tables, ignore_index=True)
 
 
 def _indexed(store: ResultStore) -> Path:
@@ -200,13 +193,10 @@ def _indexed(store: ResultStore) -> Path:
 
 def _is_of(path: Path, keys: list[str]) -> bool:
     try:
-        if not path.exists():
-            return False
-        known = pq.read_table(path, columns=["flight"]).column("flight").unique().to_pylist()
+        return path.exists() and set(pd.read_parquet(path, columns=["flight"]).flight) == set(keys)
     except (pa.ArrowException, OSError, KeyError, ValueError):
         say(f"{path}: cannot be read; it is made again from the {len(keys):,} parts")
         return False
-    return set(known) == set(keys)
 
 
 def _indexed_rows(store: ResultStore, keys: list[str]) -> Iterator[dict[str, Any]]:

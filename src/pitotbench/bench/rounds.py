@@ -19,7 +19,6 @@ from pitotbench.reconciliation.naming import Naming
 from pitotbench.reconciliation.null_distribution import NullDistribution
 from pitotbench.reconciliation.patches import Patch, Shapes, patch_of_effects
 from pitotbench.reconciliation.renewal import with_effects
-from pitotbench.reconciliation.residuals import AircraftModel
 from pitotbench.reconciliation.signatures import FITTED, GUSTS, returns
 from pitotbench.reconciliation.thresholds import THRESHOLDS
 from pitotbench.reconciliation.verdict import (
@@ -33,7 +32,6 @@ from pitotbench.reconciliation.verdict import (
     verdict_of,
 )
 from pitotbench.records import BadInputError
-from pitotbench.records.calibration import Estimate
 from pitotbench.records.case import Case
 from pitotbench.records.gap import Round
 from pitotbench.records.log import FlightLog
@@ -128,7 +126,18 @@ def reconcile_logs(
     if not logs:
         raise BadInputError("no log to reconcile")
     model = aircraft_model(aircraft)
-    judged = [_judged(each, aircraft, model, null_flights, progress, setting, keep) for each in logs]
+    judged = []
+    for each in logs:
+        flown = each.card or (card_of(each.log.header, aircraft) if model is not None else None)
+        flown = as_flown(flown, each.log) if flown is not None and model is not None else flown
+        known = replace(
+            setting or AnalysisSetting(),
+            day_known=flown is not None and (each.card is not None or tells_the_day(each.log.header)),
+            instruments_known=flown is not None,
+        )
+        of_card = null_distribution_of(flown, null_flights, progress, known, keep) if flown is not None else None
+        layout = lay_out(each.log, model, known)
+        judged.append(JudgedLog(each.name, each.log, layout, for_channels(of_card, layout), flown))
     joint = judge([each.name for each in judged], [each.layout for each in judged], [each.null for each in judged])
     flights = tuple(
         replace(flight, maneuver=each.card.maneuver if each.card else "")
@@ -140,28 +149,6 @@ def reconcile_logs(
         held = hold_out(holdout, model, found.null, found.naming, found.layout.setting)
         found = replace(found, checks=replace(found.checks, hold_out=held))
     return found
-
-
-def _judged(
-    named: NamedLog,
-    aircraft: str,
-    model: AircraftModel | None,
-    null_flights: int,
-    progress: Progress | None,
-    setting: AnalysisSetting | None,
-    keep: bool,
-) -> JudgedLog:
-    """Lay a log out, and take the null distribution of its card."""
-    flown = named.card or (card_of(named.log.header, aircraft) if model is not None else None)
-    flown = as_flown(flown, named.log) if flown is not None and model is not None else flown
-    setting = replace(
-        setting or AnalysisSetting(),
-        day_known=flown is not None and (named.card is not None or tells_the_day(named.log.header)),
-        instruments_known=flown is not None,
-    )
-    of_card = null_distribution_of(flown, null_flights, progress, setting, keep) if flown is not None else None
-    layout = lay_out(named.log, model, setting)
-    return JudgedLog(named.name, named.log, layout, for_channels(of_card, layout), flown)
 
 
 # Judge a log again with the named effects in the model, until nothing significant remains.
@@ -220,39 +207,40 @@ def fitted_shapes(naming: Naming) -> Shapes:
     return {signature.effect: signature.shapes for signature in chosen if signature.shapes}
 
 
-def inseparable_candidates(verdict: Verdict) -> list[list[Candidate]]:
-    """Return, for each effect, the explanations with fitted sizes that the log cannot separate from it."""
-    candidates = {candidate.name: candidate for candidate in verdict.candidates}
-    return [[candidates[name] for name in names if name in candidates] for names in verdict.alternatives]
-
-
 def patch_of(looks: Looks, further: Sequence[Candidate], source: str, date: str) -> Patch:
     """Return the patch of all passes, and of `further` effects. It is empty where the verdict is not certain."""
     verdict = looks.first.verdict
     effects = verdict.effects if verdict.kind in SURE else ()
-    others = inseparable_candidates(verdict) if effects else ()
+    candidates = {candidate.name: candidate for candidate in verdict.candidates}
+    # For each effect, the explanations with fitted sizes that the log cannot separate from it.
+    alternatives = verdict.alternatives if effects else ()
+    others = [[candidates[name] for name in names if name in candidates] for names in alternatives]
     return patch_of_effects(_joined((*effects, *looks.added, *further)), source, date, looks.shapes, others)
 
 
-def iterate(
-    aircraft: str,
-    first: Reconciliation,
-    progress: Progress | None = None,
-) -> Looks:
+def iterate(aircraft: str, first: Reconciliation, progress: Progress | None = None) -> Looks:
     """Judge the logs again with all effects named so far in the model, and return the passes.
 
     Ends with a verdict of no gap or of an unknown cause, or after the third pass.
     """
     looks, model = first_pass(first), aircraft_model(aircraft)
-    while looks.rounds[-1].added and len(looks.rounds) < _most(looks):
+    while looks.rounds[-1].added:
+        # One more pass for every term of the model's own file that the last one names.
+        own = sum(name in OWN_TERMS for each in looks.rounds for name in each.added)
+        if len(looks.rounds) >= min(THRESHOLDS.looks_most + own, 2 * THRESHOLDS.looks_most):
+            break
         if progress is not None:
             progress(f"looking again with {', '.join(looks.rounds[-1].added)} in the model")
         entries = dict(patch_of(looks, (), "", "").entries)
         layouts = [with_effects(each.layout, model, entries) for each in first.logs]
         joint = judge([each.name for each in first.logs], layouts, [each.null for each in first.logs])
         naming = joint.together.namings[first.shown]
-        checks = replace(joint.checks, added=_news(joint.checks.found, naming, set(entries)))
-        looks = replace(looks, later=(*looks.later, checks), last=naming)
+        # Counted faults and the level of turbulence appear again in each pass. A size that is fitted again is a
+        # correction of the earlier one, so it is kept.
+        new = (
+            i for i, e in enumerate(joint.checks.found.effects) if e.name not in entries or e.name in naming.chosen
+        )
+        looks = replace(looks, later=(*looks.later, replace(joint.checks, added=tuple(new))), last=naming)
         news = looks.rounds[-1]
         looks = replace(
             looks,
@@ -260,12 +248,6 @@ def iterate(
             shapes={**looks.shapes, **fitted_shapes(naming)},
         )
     return looks
-
-
-def _most(looks: Looks) -> int:
-    """The number of passes: one more for every term of the model's own file that the last one names."""
-    own = sum(name in OWN_TERMS for each in looks.rounds for name in each.added)
-    return min(THRESHOLDS.looks_most + own, 2 * THRESHOLDS.looks_most)
 
 
 def closure_checked(looks: Looks) -> Looks:
@@ -304,29 +286,16 @@ def with_calibrated_probabilities(looks: Looks) -> Looks:
     return replace(looks, first=replace(looks.first, checks=first), later=tuple(later))
 
 
-def _news(verdict: Verdict, naming: Naming, before: set[str]) -> tuple[int, ...]:
-    """The positions of the effects that are not in the patch yet, or that can be subtracted from a log.
-
-    Counted faults and the level of turbulence appear again in each pass. A size that is fitted again is a
-    correction of the earlier one, so it is kept.
-    """
-    return tuple(i for i, e in enumerate(verdict.effects) if e.name not in before or e.name in naming.chosen)
-
-
 def _joined(effects: Sequence[Candidate]) -> tuple[Candidate, ...]:
     """Return the effects with the corrections of later rounds added to their sizes."""
     joined: dict[str, Candidate] = {}
     for effect in effects:
         first = joined.get(effect.name)
-        joined[effect.name] = effect if first is None else replace(first, sizes=_corrected(first, effect))
+        if first is None:
+            joined[effect.name] = effect
+            continue
+        sizes = {s.name: s for s in first.sizes}  # what the correction does not name stays
+        for s in effect.sizes:
+            sizes[s.name] = replace(s, value=sizes[s.name].value + s.value) if s.name in sizes else s
+        joined[effect.name] = replace(first, sizes=tuple(sizes.values()))
     return tuple(joined.values())
-
-
-def _corrected(first: Candidate, later: Candidate) -> tuple[Estimate, ...]:
-    """The sizes of an effect with its correction by a later look; what the correction does not name stays."""
-    added = {s.name: s for s in later.sizes}
-    old = tuple(
-        replace(added[s.name], value=s.value + added[s.name].value) if s.name in added else s for s in first.sizes
-    )
-    known = {s.name for s in first.sizes}
-    return (*old, *(s for s in later.sizes if s.name not in known))

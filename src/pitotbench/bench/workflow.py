@@ -101,7 +101,10 @@ def beyond_the_table(
     formula = replace(formula, beside=tuple(names))
     free = free_sizes_beside(_remaining(looks), first.null, formula)
     if holdout is not None:
-        formula = _held_out(formula, aircraft, first, holdout, names)
+        layout = lay_out_with(holdout, aircraft_model(aircraft), first.layout.setting, names)
+        closed = closure_on(layout, first.null, formula)
+        why = f"it closes only {closed.share:.0%} of the gap of the held-out log"
+        formula = replace(formula, closure_holdout=closed, refused=why if closed.share < HOLD_OUT_LEAST else "")
     return BeyondTable(looks, formula, free)
 
 
@@ -120,21 +123,6 @@ def _is_simpler(alone: FoundFormula, beside: FoundFormula | None, names: Mapping
         return False
     sizes = sum(map(len, names.values())) + len(beside.terms)
     return len(alone.terms) < sizes and alone.closure.after <= beside.closure.after
-
-
-def _held_out(
-    formula: FoundFormula,
-    aircraft: str,
-    first: Reconciliation,
-    holdout: FlightLog,
-    names: Mapping[str, Mapping[str, float]],
-) -> FoundFormula:
-    layout = lay_out_with(holdout, aircraft_model(aircraft), first.layout.setting, names)
-    closed = closure_on(layout, first.null, formula)
-    why = (
-        f"it closes only {closed.share:.0%} of the gap of the held-out log" if closed.share < HOLD_OUT_LEAST else ""
-    )
-    return replace(formula, closure_holdout=closed, refused=why)
 
 
 @dataclass(frozen=True, slots=True)

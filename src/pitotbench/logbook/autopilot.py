@@ -17,7 +17,7 @@ from pitotbench.catalog import Catalog, explain
 from pitotbench.logbook.columns import PARAMETERS, Table, numbers
 from pitotbench.records import BadInputError, NoAnswerError
 from pitotbench.records.calibration import AutopilotSettings, Calibration, ErrorCurve, Setting
-from pitotbench.units import Array, Pascal
+from pitotbench.units import Array
 
 _DENSITY = 1.225  # kg/m³, the constant of both autopilots
 _PX4_GAIN = 2.0 / _DENSITY  # R of PX4 at scale 1
@@ -35,8 +35,9 @@ _SWAPPED, _EITHER = 1, 2  # ARSPD_TUBE_ORDR
 class Autopilot:
     """An autopilot: what it is called, its two parameters, and the way between ratio R [m²/s² per Pa] and gain.
 
-    `old_pressure` turns the pressures of a log's table into d [Pa]; `refuse` says why the parameters of a log
-    cannot be replaced, empty where they can; `switches` are the further settings with their reasons.
+    `pressures` are the columns of a log that hold d [Pa] with what the log has not subtracted yet; `refuse` says
+    why the parameters of a log cannot be replaced, empty where they can; `switches` are the further settings with
+    their reasons.
     """
 
     title: str
@@ -45,19 +46,9 @@ class Autopilot:
     prefixes: tuple[str, ...]
     ratio_of: Callable[[float], float]
     gain_of: Callable[[float], float]
-    old_pressure: Callable[[Table, Mapping[str, float]], dict[str, Pascal]]
+    pressures: Mapping[str, str]
     refuse: Callable[[Mapping[str, float]], str]
     switches: tuple[tuple[str, float, str], ...]
-
-
-def _ardupilot_pressure(table: Table, held: Mapping[str, float]) -> dict[str, Pascal]:
-    return {"DiffPress": numbers("DiffPress", table.column("DiffPress"))} if "DiffPress" in table.names else {}
-
-
-def _px4_pressure(table: Table, held: Mapping[str, float]) -> dict[str, Pascal]:
-    # Up to 1.12 the driver subtracted the offset and called the result raw; since 1.13 it is subtracted afterwards.
-    taken = {"differential_pressure_pa": held.get("SENS_DPRES_OFF", 0.0), "differential_pressure_raw_pa": 0.0}
-    return {n: numbers(n, table.column(n)) - offset for n, offset in taken.items() if n in table.names}
 
 
 def _refuse_ardupilot(held: Mapping[str, float]) -> str:
@@ -66,11 +57,10 @@ def _refuse_ardupilot(held: Mapping[str, float]) -> str:
 
 
 def _refuse_px4(held: Mapping[str, float]) -> str:
-    if held.get("SENS_EN_SDP3X", 0.0) == 0.0:
-        return ""
-    return (
+    why = (
         "PX4 computes the airspeed of an SDP3X with a model of its tube (SENS_EN_SDP3X is set), not by the formula"
     )
+    return why if held.get("SENS_EN_SDP3X", 0.0) else ""
 
 
 AUTOPILOTS: Catalog[Autopilot] = Catalog(
@@ -78,7 +68,7 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
     {
         "ardupilot": Autopilot(
             "ArduPilot", "ARSPD_RATIO", "ARSPD_OFFSET", ("ARSPD_",), float, float,
-            _ardupilot_pressure, _refuse_ardupilot,
+            {"DiffPress": ""}, _refuse_ardupilot,
             (
                 ("ARSPD_SKIP_CAL", 1.0, "else each start measures the offset anew and replaces it"),
                 ("ARSPD_AUTOCAL", 0.0, "else the flight replaces the ratio"),
@@ -87,7 +77,8 @@ AUTOPILOTS: Catalog[Autopilot] = Catalog(
         "px4": Autopilot(
             "PX4", "ASPD_SCALE_1", "SENS_DPRES_OFF", ("ASPD_SCALE_", "SENS_DPRES_", "SENS_EN_SDP3X"),
             lambda scale: _PX4_GAIN * scale**2, lambda ratio: float(np.sqrt(ratio / _PX4_GAIN)),
-            _px4_pressure, _refuse_px4,
+            # Up to 1.12 the driver subtracted the offset and called the result raw; since 1.13 it comes afterwards.
+            {"differential_pressure_pa": "SENS_DPRES_OFF", "differential_pressure_raw_pa": ""}, _refuse_px4,
             (("ASPD_SCALE_APPLY", 0.0, "else the flight replaces the scale"),),
         ),
     },
@@ -106,15 +97,18 @@ def with_parameters(tables: Mapping[str, Table], values: Mapping[str, Any]) -> d
         if autopilot.gain not in held:
             continue
         for name, table in tables.items():
-            used = _as_used(table, held)
-            pressures = autopilot.old_pressure(table, used)
-            if not pressures:
+            if not autopilot.pressures.keys() & set(table.names):
                 continue
+            used = _as_used(table, held)
             ratio = autopilot.ratio_of(used[autopilot.gain])
-            columns = [
-                _of_airspeed(pressures[n], ratio) if n in pressures else column
-                for n, column in zip(table.names, table.columns, strict=True)
-            ]
+            columns = []
+            for n, column in zip(table.names, table.columns, strict=True):
+                if n in autopilot.pressures:
+                    pressure = numbers(n, table.column(n)) - used.get(autopilot.pressures[n], 0.0)
+                    # The impact pressure of √(R·d); a negative d, near rest, in proportion.
+                    flying = air.impact_pressure(np.sqrt(ratio * np.maximum(pressure, 0.0)))
+                    column = np.where(pressure > 0.0, flying, 0.5 * _DENSITY * ratio * pressure)
+                columns.append(column)
             told = ", ".join(f"{n} {used[n]:g}" for n in (autopilot.gain, autopilot.offset) if n in used)
             note = f"the airspeed is as {autopilot.title} shows it with {told}"
             found[name] = replace(
@@ -135,12 +129,6 @@ def _as_used(table: Table, held: dict[str, float]) -> dict[str, float]:
         if order == _EITHER and np.median(numbers("RawPress", table.column("RawPress"))) < 0.0:
             used["ARSPD_TUBE_ORDR"] = _SWAPPED
     return used
-
-
-def _of_airspeed(pressure: Pascal, ratio: float) -> Pascal:
-    """Return the impact pressure [Pa] of the airspeed √(R·d); a negative d, near rest, in proportion."""
-    flying = np.maximum(pressure, 0.0)
-    return np.where(pressure > 0.0, air.impact_pressure(np.sqrt(ratio * flying)), 0.5 * _DENSITY * ratio * pressure)
 
 
 def stated_parameters(text: str) -> tuple[str, dict[str, float]]:

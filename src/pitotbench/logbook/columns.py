@@ -183,7 +183,7 @@ def parse_column(column: str) -> tuple[Channel, str] | None:
 
 
 def _check_suffix(column: str, quantity: Channel, suffix: str) -> None:
-    if suffix in quantity.suffixes or (not suffix and not quantity.unit):
+    if suffix in (quantity.suffixes or [""]):
         return
     if not quantity.unit:
         raise BadInputError(f"column {column!r}: {quantity.name} has no unit; name the column {quantity.name!r}")
@@ -267,9 +267,13 @@ def is_clock(column: Column) -> bool:
     if column.dtype.kind not in "OU":
         return False
     first = next((cell for cell in column if not _blank(cell)), None)
-    if isinstance(first, datetime | time | timedelta | np.datetime64):
-        return True
-    return first is not None and _reads(str(first))
+    if first is None or isinstance(first, datetime | time | timedelta | np.datetime64):
+        return first is not None
+    try:
+        _day_and_second(str(first))
+    except ValueError:
+        return False
+    return True
 
 
 def clock_seconds(name: str, column: Column) -> Seconds:
@@ -326,14 +330,6 @@ def _days_passed(second: Array) -> Array:
 
 def _blank(cell: object) -> bool:
     return cell is None or (isinstance(cell, float) and np.isnan(cell)) or not str(cell).strip()
-
-
-def _reads(text: str) -> bool:
-    try:
-        _day_and_second(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _day_and_second(cell: object) -> tuple[float, float]:

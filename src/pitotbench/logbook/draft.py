@@ -1,6 +1,6 @@
 """A log while it is read: channels in SI, the columns they came from, the rows kept so far, the warnings."""
 
-from collections.abc import Iterable
+from collections import Counter
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any
@@ -89,14 +89,19 @@ def draft_of(table: Table) -> Draft:
     Raises BadInputError for a wrong unit, a quantity given twice or a cell that is not a number.
     """
     draft = Draft({}, {}, {}, np.arange(1, len(table) + 1), list(table.warnings))
-    _refuse_twins(table.names)
+    for name, count in Counter(table.names).items():
+        if count > 1:
+            raise BadInputError(f"column {name!r} is given twice; keep one")
     for name, column in zip(table.names, table.columns, strict=True):
         parsed = parse_column(name)
         if parsed is None or _is_text_beside(parsed[0], column):
             draft.strangers.append(name)
             continue
         quantity, suffix = parsed
-        _refuse_second_unit(draft, quantity, name)
+        if quantity.name in draft.columns:
+            raise BadInputError(
+                f"columns {draft.columns[quantity.name]!r} and {name!r} give one quantity in two units; keep one"
+            )
         draft.channels[quantity.name] = _values(quantity, suffix, name, column)
         draft.columns[quantity.name], draft.suffixes[quantity.name] = name, suffix
         draft.clock |= quantity.name == "time" and is_clock(column)
@@ -106,21 +111,6 @@ def draft_of(table: Table) -> Draft:
 def _is_text_beside(quantity: Channel, column: Column) -> bool:
     """Return whether a column that most logs do not need holds texts: another way to write it than ours."""
     return quantity.name in BESIDE and quantity.kind == "number" and column.dtype.kind not in "fiub"
-
-
-def _refuse_twins(names: Iterable[str]) -> None:
-    earlier: set[str] = set()
-    for name in names:
-        if name in earlier:
-            raise BadInputError(f"column {name!r} is given twice; keep one")
-        earlier.add(name)
-
-
-def _refuse_second_unit(draft: Draft, quantity: Channel, name: str) -> None:
-    if quantity.name in draft.columns:
-        raise BadInputError(
-            f"columns {draft.columns[quantity.name]!r} and {name!r} give one quantity in two units; keep one"
-        )
 
 
 def _values(quantity: Channel, suffix: str, name: str, column: Column) -> NDArray[Any]:

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from itertools import islice, product
@@ -63,7 +64,9 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
     `unit` is what the file states beside the names, or empty.
     """
     if is_clock(column):
-        score = _EXACT + _evenness(_clock(name, column))
+        score = 0.0
+        with suppress(BadInputError):
+            score = _EXACT + _evenness(clock_seconds(name, column))
         return [Guess(name, "time", ("s",), score, True)] if score > 0.0 else _date(name)
     values = _numbers(column)
     if values is None:
@@ -78,13 +81,6 @@ def guesses(name: str, unit: str, column: Column) -> list[Guess]:
 
 def _date(name: str) -> list[Guess]:
     return [Guess(name, "date", ("",), _EXACT, True)] if _plain(name) in SYNONYMS["date"].split() else []
-
-
-def _clock(name: str, column: Column) -> Array:
-    try:
-        return clock_seconds(name, column)
-    except BadInputError:
-        return np.zeros(2)
 
 
 def _evenness(time: Array) -> float:
@@ -120,16 +116,13 @@ def _with_units(
         suffix, factor = SCALED[written]
         return [Guess(name, quantity.name, (suffix,), score, True, sign * factor)]
     stated = next((s for s in quantity.suffixes if written in UNIT_WORDS.get(s, ())), None)
-    if stated is not None:
-        return (
-            [Guess(name, quantity.name, (stated,), score, True, sign)]
-            if _plausible(quantity, values, stated)
-            else []
-        )
-    if written:
+    if stated is None and written:
         return []  # the unit of another kind of quantity
-    if not quantity.unit:
-        return [Guess(name, quantity.name, ("",), score, True, sign)] if _plausible(quantity, values, "") else []
+    if stated is not None or not quantity.unit:
+        unit = stated or ""
+        return (
+            [Guess(name, quantity.name, (unit,), score, True, sign)] if _plausible(quantity, values, unit) else []
+        )
     usual = USUAL_UNITS.get(quantity.name) or (ANGLES if "rad" in quantity.suffixes else RATES)
     possible = tuple(s for s in usual if s in quantity.suffixes and _plausible(quantity, values, s))
     return [Guess(name, quantity.name, possible, score, False, sign)] if possible else []
@@ -380,11 +373,9 @@ def draft_mapping(table: Table) -> DraftedMapping:
     offered = [guesses(n, u, c) for n, u, c in zip(table.names, units, table.columns, strict=True)]
     chosen = _without_superseded(agreed(table, _one_each(offered)))
     fitted, refusal = _fit_units(table, chosen) if not _missing(chosen) else (chosen, "")
-    others = {guess.theirs: rest for guess in fitted for rest in [_rivals(guess, offered)] if rest}
     beside = {guess.quantity: guess.theirs for guess in fitted}
     lines = tuple(
-        DraftedLine(guess, guess.units[0], _question(guess, others.get(guess.theirs, []), beside))
-        for guess in fitted
+        DraftedLine(guess, guess.units[0], _question(guess, _rivals(guess, offered), beside)) for guess in fitted
     )
     if not refusal and not _missing(chosen):
         refusal = _trial(table, fitted)[1]
@@ -402,9 +393,7 @@ def _one_each(offered: Sequence[list[Guess]]) -> list[Guess]:
             chosen[guess.quantity] = guess
             used.add(guess.theirs)
     order = [guess.theirs for options in offered for guess in options[:1]]
-    return sorted(
-        chosen.values(), key=lambda guess: order.index(guess.theirs) if guess.theirs in order else len(order)
-    )
+    return sorted(chosen.values(), key=lambda guess: [*order, guess.theirs].index(guess.theirs))
 
 
 def _without_superseded(chosen: list[Guess]) -> list[Guess]:
@@ -453,29 +442,23 @@ def _unit_choices(chosen: list[Guess]) -> Iterator[list[Guess]]:
     for rank in sorted(ranks, key=sum):
         picked = dict(zip(open_units, rank, strict=True))
         picked["velocity_east"] = picked.get("velocity_north", 0)
-        yield [_first(guess, picked.get(guess.quantity, 0)) for guess in chosen]
-
-
-def _first(guess: Guess, number: int) -> Guess:
-    number = min(number, len(guess.units) - 1)
-    return replace(guess, units=(guess.units[number], *guess.units[:number], *guess.units[number + 1 :]))
+        places = [min(picked.get(guess.quantity, 0), len(guess.units) - 1) for guess in chosen]
+        yield [
+            replace(g, units=(g.units[k], *g.units[:k], *g.units[k + 1 :]))
+            for g, k in zip(chosen, places, strict=True)
+        ]
 
 
 def _trial(sample: Table, chosen: list[Guess]) -> tuple[list[Guess], str, int]:
     """Return the guesses, why the log is refused with them, and how many doubts it raises."""
+    renamed = tuple(Renamed(g.theirs, g.target(), g.factor) for g in chosen)
     try:
         with np.errstate(all="ignore"):
-            log = log_of(rename(sample, entry_of(chosen)))
+            log = log_of(rename(sample, MappedFile(("*",), "last", renamed)))
     except BadInputError as error:
         return chosen, str(error), 0
     doubts = [w for w in log.header.get("warnings", []) if not w.startswith(("the header", "the recording"))]
     return chosen, "", len(doubts)
-
-
-def entry_of(chosen: Sequence[Guess]) -> MappedFile:
-    """Return the guesses as the entry of a mapping."""
-    renamed = tuple(Renamed(g.theirs, g.target(), g.factor) for g in chosen)
-    return MappedFile(("*",), "last", renamed)
 
 
 def _rivals(guess: Guess, offered: Sequence[list[Guess]]) -> list[str]:
@@ -521,10 +504,8 @@ def mapping_text(drafted: DraftedMapping, log: str) -> str:
     if drafted.refusal:
         above.append(f"# With these lines the log is refused: {' '.join(drafted.refusal.split())}")
     body = [_line(line) for line in drafted.lines]
-    unused = [" ".join(name.split()) for name in drafted.unused if name][
-        :_SHOWN
-    ]  # a line break would end the comment
-    below = [f"# Not used: {', '.join(unused)}"] if unused else []
+    unused = [" ".join(name.split()) for name in drafted.unused if name]  # a line break would end the comment
+    below = [f"# Not used: {', '.join(unused[:_SHOWN])}"] if unused else []
     title = tomli_w.dumps({"title": f"drafted from {log}"}).strip()
     return "\n".join([*above, title, "", "[columns]", *body, "", *below]).rstrip() + "\n"
 

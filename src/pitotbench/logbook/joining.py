@@ -24,31 +24,19 @@ def read_mapped(path: Path, mapping: Mapping, read_table: ReadTable) -> Table:
 
     `read_table` reads one file. Raises BadInputError for a file or column that is missing or ambiguous.
     """
+    topics = TOPIC_READERS.get(path.suffix.lower())
+    tables: list[Table | None] = topics.read(path, mapping.files) if topics else []
+    for file in () if topics else find_files(path, mapping):
+        with _within(file.name if file else ""):
+            tables.append(read_table(file) if file else None)
     found: list[tuple[Table, str]] = []
-    for entry, table in zip(mapping.files, _tables(path, mapping, read_table), strict=True):
-        if table is None:
+    for entry, table in zip(mapping.files, tables, strict=True):
+        if table is None:  # of an optional file that is absent
             continue
         with _within(entry.pattern if len(mapping.files) > 1 else "mapping"):
             renamed = rename(table, entry)
             found.append((renamed if len(mapping.files) == 1 else components(renamed), entry.join))
     return found[0][0] if len(found) == 1 else join_tables(found[0][0], found[1:])
-
-
-def _tables(path: Path, mapping: Mapping, read_table: ReadTable) -> list[Table | None]:
-    """Return one table for each file of the mapping, or for each topic of a log that holds topics.
-
-    None stands for an optional one that is absent.
-    """
-    if path.suffix.lower() in TOPIC_READERS:
-        return TOPIC_READERS[path.suffix.lower()].read(path, mapping.files)
-    tables: list[Table | None] = []
-    for file in find_files(path, mapping):
-        if file is None:
-            tables.append(None)
-            continue
-        with _within(file.name):
-            tables.append(read_table(file))
-    return tables
 
 
 @contextmanager
@@ -73,14 +61,12 @@ def find_files(path: Path, mapping: Mapping) -> list[Path | None]:
     if not (lead.startswith(before) and lead.endswith(after) and (star or lead == first)):
         raise BadInputError(f"the mapping expects the folder of the log or its file {first!r}, not {lead!r}")
     prefix = lead[len(before) : len(lead) - len(after)]
-    return [_file(folder, prefix, lead, entry) for entry in mapping.files]
-
-
-def _file(folder: Path, prefix: str, lead: str, entry: MappedFile) -> Path | None:
-    files = [folder / pattern.replace("*", prefix) for pattern in entry.patterns]
-    found = next((file for file in files if file.is_file()), None)
-    if found is None and not entry.optional:
-        raise BadInputError(f"the mapping needs {files[0].name!r} in the folder of {lead!r}; it is not there")
+    found: list[Path | None] = []
+    for entry in mapping.files:
+        files = [folder / pattern.replace("*", prefix) for pattern in entry.patterns]
+        found.append(next((file for file in files if file.is_file()), None))
+        if found[-1] is None and not entry.optional:
+            raise BadInputError(f"the mapping needs {files[0].name!r} in the folder of {lead!r}; it is not there")
     return found
 
 
@@ -102,36 +88,29 @@ def rename(table: Table, entry: MappedFile) -> Table:
     A missing column gives a warning where it is neither essential nor optional. Raises BadInputError where an
     essential column is missing or the mapping names an unknown quantity.
     """
-    names: list[str] = []
-    columns, lost = [], []
-    quantities = {target: _quantity(target) for target in entry.columns}
+    quantities: dict[Renamed, Channel] = {}
+    for target in entry.columns:
+        parsed = parse_column(target.name)
+        if parsed is None:
+            raise BadInputError(f"the mapping names {target.name!r}, which is no column of a flight log")
+        quantities[target] = parsed[0]
     present = {quantities[target] for target in entry.columns if target.theirs in table.names}
+    found: dict[Channel, tuple[str, Column]] = {}
+    lost = []
     for target, quantity in quantities.items():
         if target.theirs not in table.names and (target.optional or quantity in present or not quantity.essential):
             if not target.optional and quantity not in present:
                 lost.append(target.theirs)
             continue
         column = table.column(target.theirs)
-        if any(_same(name, quantity) for name in names):
+        if quantity in found:
             continue
         if target.factor != 1.0 or target.offset != 0.0:
             column = numbers(target.theirs, column) * target.factor + target.offset
-        names.append(target.name)
-        columns.append(column)
+        found[quantity] = (target.name, column)
     warnings = (*table.warnings, *(f"the mapping's column {name!r} is not in the file" for name in lost))
-    return replace(table, names=tuple(names), columns=tuple(columns), warnings=warnings, units=())
-
-
-def _quantity(target: Renamed) -> Channel:
-    parsed = parse_column(target.name)
-    if parsed is None:
-        raise BadInputError(f"the mapping names {target.name!r}, which is no column of a flight log")
-    return parsed[0]
-
-
-def _same(name: str, quantity: Channel) -> bool:
-    parsed = parse_column(name)
-    return parsed is not None and parsed[0] == quantity
+    names, columns = zip(*found.values(), strict=True) if found else ((), ())
+    return replace(table, names=names, columns=columns, warnings=warnings, units=())
 
 
 def join_tables(base: Table, others: list[tuple[Table, str]]) -> Table:

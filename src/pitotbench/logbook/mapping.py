@@ -79,8 +79,10 @@ def find_mapping(name: str | Path) -> Mapping:
         text = path.read_text(encoding="utf-8")
     except BadInputError as error:
         raise BadInputError(f"mapping {path}: {error}") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInputError(f"mapping {path}: cannot be read: {_reason(error)}") from error
+    except UnicodeDecodeError as error:
+        raise BadInputError(f"mapping {path}: cannot be read: not UTF-8 text") from error
+    except OSError as error:
+        raise BadInputError(f"mapping {path}: cannot be read: {error.strerror or error}") from error
     return parse_mapping(str(path), text)
 
 
@@ -89,10 +91,12 @@ def parse_mapping(name: str, text: str) -> Mapping:
     from pydantic import ValidationError
 
     try:
-        document = _document().model_validate(_table(name, text))
+        document = _document().model_validate(toml_table(text))
     except ValidationError as error:
         lines = [f"{'.'.join(map(str, e['loc']))}: {e['msg'].lower()}" for e in error.errors()]
         raise BadInputError(f"mapping {name}: " + "; ".join(lines)) from error
+    except ValueError as error:  # not TOML, or a number of thousands of digits
+        raise BadInputError(f"mapping {name}: not valid TOML: {error}") from error
     if bool(document.columns) == bool(document.files):
         raise BadInputError(f"mapping {name}: give either [columns] or [[files]]")
     for file in document.files:
@@ -113,17 +117,6 @@ def recognized(names: Iterable[str]) -> str | None:
         if wanted and here.issuperset(wanted):
             return name
     return None
-
-
-def _table(name: str, text: str) -> dict[str, Any]:
-    try:
-        return toml_table(text)
-    except ValueError as error:  # not TOML, or a number of thousands of digits
-        raise BadInputError(f"mapping {name}: not valid TOML: {error}") from error
-
-
-def _reason(error: OSError | UnicodeDecodeError) -> str:
-    return "not UTF-8 text" if isinstance(error, UnicodeDecodeError) else str(error.strerror or error)
 
 
 @cache

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pitotbench import air
-from pitotbench.logbook.columns import QUANTITIES
 from pitotbench.logbook.draft import Draft
 from pitotbench.logbook.plausible_air import (
     LIMITS,
@@ -116,19 +115,18 @@ def find_factor(flown: FlownRows) -> Factor:
     def misfits(x: Array, sigma: float) -> Array:
         return np.append(_residual(x, flown, late) / (np.sqrt(flown.shared) * sigma), x / spreads)
 
+    def size_of(x: Array) -> float:
+        return float(np.sqrt(np.mean(_residual(x, flown, late) ** 2)))
+
     x: Array = np.zeros(winds + 3)
     x[-3] = 2.0 * np.log(ground / airspeed)
-    size, settled = _size(x, flown, late), False
+    size, settled = size_of(x), False
     while not settled:
         fit = least_squares(misfits, x, method="lm", x_scale="jac", args=(max(_GUST, size),))
-        before, size = size, _size(fit.x, flown, late)
+        before, size = size, size_of(fit.x)
         x, settled = fit.x, not max(_GUST, size) < _SETTLED * before
     slopes = np.asarray(fit.jac)
     return _factor(x, np.asarray(np.linalg.inv(slopes.T @ slopes)), flown, size)
-
-
-def _size(x: Array, flown: FlownRows, late: Array) -> float:
-    return float(np.sqrt(np.mean(_residual(x, flown, late) ** 2)))
 
 
 def _residual(x: Array, flown: FlownRows, late: Array) -> Array:
@@ -162,14 +160,6 @@ def _factor(x: Array, covariance: Array, flown: FlownRows, misfit: float) -> Fac
         change=float(np.expm1(x[-1])),
         change_spread=float(np.exp(x[-1]) * np.sqrt(covariance[-1, -1])),
     )
-
-
-def check_speed(draft: Draft, flown: FlownRows, factor: Factor) -> None:
-    """Refuse speeds that no pressure error and no wind can bring together; warn of those that hardly one can."""
-    _check_axes(draft, flown, factor)
-    _check_misfit(draft, factor)
-    _check_change(draft, factor)
-    _check_size(draft, flown, factor)
 
 
 def _columns(draft: Draft) -> str:
@@ -438,20 +428,15 @@ def _compare(draft: Draft, name: str, expected: Array, measured: Array, about_me
         return
     column = draft.columns[name]
     if not LIMITS.slope_low < abs(slope) < LIMITS.slope_high:
-        fits = [f"{name}_{s}" for s in _units(draft, name, slope)]
+        fits = [
+            f"{name}_{suffix}"
+            for suffix, times in other_units(draft, name)
+            if LIMITS.slope_low < abs(slope) * times < LIMITS.slope_high
+        ]
         way_out = f"; it would fit {' or '.join(fits)}: name the column so" if fits else "; check its unit"
         draft.leave_out(name, f"the motion asks for {1.0 / abs(slope):.2g} times the angle{way_out}")
     elif slope < 0.0:
         draft.warnings.append(f"column {column!r}: the angle has the wrong sign against the motion of the airplane")
-
-
-def _units(draft: Draft, name: str, slope: float) -> list[str]:
-    written = SUFFIXES[draft.suffixes[name]].factor
-    return [
-        s
-        for s in QUANTITIES[name].suffixes
-        if LIMITS.slope_low < abs(slope) * SUFFIXES[s].factor / written < LIMITS.slope_high
-    ]
 
 
 # The checks run in this order, because each trusts what those before it have looked at: static pressure and
@@ -469,6 +454,10 @@ def check_plausibility(draft: Draft) -> None:
     if flown is None:
         return
     factor = find_factor(flown)
-    check_speed(draft, flown, factor)
+    # Refuse speeds that no pressure error and no wind can bring together; warn of those that hardly one can.
+    _check_axes(draft, flown, factor)
+    _check_misfit(draft, factor)
+    _check_change(draft, factor)
+    _check_size(draft, flown, factor)
     check_heading(draft, flown, factor)
     check_attitude(draft, flown, factor)

@@ -247,7 +247,8 @@ def check_height(draft: Draft) -> None:
     if other_static:
         names = " or ".join(f"static_pressure_{s}" for s in other_static)
         raise BadInputError(f"{words}; the pressure would fit {names}: name the column so")
-    if _at_sea_level(static, height):
+    near = abs(float(np.median(static)) - air.SEA_LEVEL_PRESSURE) < LIMITS.sea_level_band
+    if near and float(np.median(height)) > LIMITS.sea_level_height:
         raise BadInputError(
             f"{words}; it looks reduced to sea level (QNH) or constant: record the pressure at the airplane"
         )
@@ -271,11 +272,6 @@ def _others(draft: Draft, name: str) -> list[str]:
 
 def _read_as(draft: Draft, name: str, suffix: str) -> Array:
     return to_si(from_si(some(draft, name), draft.suffixes[name]), suffix)
-
-
-def _at_sea_level(static: Array, height: Array) -> bool:
-    near = abs(float(np.median(static)) - air.SEA_LEVEL_PRESSURE) < LIMITS.sea_level_band
-    return near and float(np.median(height)) > LIMITS.sea_level_height
 
 
 def _refuse_total(draft: Draft, static: Array, height: Array) -> None:

@@ -127,15 +127,12 @@ def _rows(
     points = _labels(table.column(POINT)) if POINT in table.names else [str(i + 1) for i in range(count)]
     configurations = _labels(table.column(CONFIGURATION)) if CONFIGURATION in table.names else [""] * count
     rows = [
-        {
-            "row": i + 1,
-            "point": points[i],
-            "configuration": configurations[i],
-            **{n: float(values[n][i]) for n in quantities},
-        }
-        for i in range(count)
+        {"row": i + 1, "point": point, "configuration": name, **{n: float(values[n][i]) for n in quantities}}
+        for i, (point, name) in enumerate(zip(points, configurations, strict=True))
     ]
-    return rows, {name: _step(values[name], suffixes[name], usual[name]) for name in quantities}
+    # The step of a usual display, where a short card shows a coarser one or none.
+    steps = {name: display_step(values[name], suffixes[name]) for name in quantities}
+    return rows, {n: step if _FINEST * usual[n] <= step < usual[n] else usual[n] for n, step in steps.items()}
 
 
 def _parsed(name: str) -> tuple[str, str]:
@@ -156,9 +153,3 @@ def _labels(column: Column) -> list[str]:
     if column.dtype.kind in "fiu":
         return [f"{value:g}" for value in column]
     return [str(text).strip() for text in texts(column)]
-
-
-def _step(values: Array, suffix: str, usual: float) -> float:
-    """Return the step of the readings; that of a usual display where a short card shows a coarser one or none."""
-    found = display_step(values, suffix)
-    return found if _FINEST * usual <= found < usual else usual

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pitotbench.logbook.columns import START, Table
 from pitotbench.logbook.csv import unpacked
 from pitotbench.records import BadInputError
-from pitotbench.units import Array, Seconds
+from pitotbench.units import Array
 
 # Where the numbers of a B record stand: first byte, and the byte after the last.
 _CLOCK, _LATITUDE, _LONGITUDE = ((1, 3), (3, 5), (5, 7)), ((7, 9), (9, 14)), ((15, 18), (18, 23))
@@ -45,7 +45,9 @@ def read_igc(path: Path) -> Table:
     """
     data = unpacked(path)
     lines = data.split(b"\n")
-    extensions = next((_extensions(line) for line in lines if line.startswith(b"I")), {})
+    # The bytes of each extension of the B records, from the I record: `3638FXA`, counted from 1.
+    listed = _EXTENSION.findall(next((line for line in lines if line.startswith(b"I")), b"")[3:])
+    extensions = {code.decode(): (int(first) - 1, int(end)) for first, end, code in listed}
     length = max([_SHORTEST, *(end for _, end in extensions.values())])
     written = [line[:length] for line in lines if line.startswith(b"B")]
     whole = [line for line in written if len(line.rstrip()) == length]
@@ -72,19 +74,16 @@ def read_igc(path: Path) -> Table:
     return Table(tuple(columns), tuple(columns.values()), header, tuple(warnings))
 
 
-def _extensions(line: bytes) -> dict[str, tuple[int, int]]:
-    """Return the bytes of each extension of the B records, from the I record: `3638FXA`, counted from 1."""
-    return {code.decode(): (int(a) - 1, int(b)) for a, b, code in _EXTENSION.findall(line[3:])}
-
-
 def _columns(fixes: NDArray[np.bytes_], extensions: dict[str, tuple[int, int]]) -> dict[str, Array]:
     hours, minutes, seconds = (_numbers(fixes, span) for span in _CLOCK)
     latitude, longitude = (
         _numbers(fixes, degrees) + (_numbers(fixes, span) + _tail(fixes, extensions.get(more))) / 60e3
         for (degrees, span), more in ((_LATITUDE, "LAD"), (_LONGITUDE, "LOD"))
     )
+    time = 3600.0 * hours + 60.0 * minutes + seconds + _tail(fixes, extensions.get("TDS"))
     columns = {
-        "time_s": _time(3600.0 * hours + 60.0 * minutes + seconds + _tail(fixes, extensions.get("TDS"))),
+        # A clock that falls by half a day has passed midnight.
+        "time_s": time + _DAY * np.cumsum(np.diff(time, prepend=time[:1]) < -0.5 * _DAY),
         "pressure_altitude_m": _numbers(fixes, _PRESSURE_ALTITUDE),
         "altitude_m": _numbers(fixes, _GPS_ALTITUDE),
         "latitude_deg": np.where(fixes[:, _SOUTH] == b"S", -latitude, latitude),
@@ -114,11 +113,6 @@ def _numbers(fixes: NDArray[np.bytes_], span: tuple[int, int]) -> Array:
         return cells.astype(np.float64)
     except ValueError as error:
         raise BadInputError(f"a fix holds no number at bytes {span[0] + 1} to {span[1]}: {error}") from error
-
-
-def _time(second: Seconds) -> Seconds:
-    """Return the seconds since midnight of the first day; a clock that falls by half a day has passed midnight."""
-    return second + _DAY * np.cumsum(np.diff(second, prepend=second[:1]) < -0.5 * _DAY)
 
 
 def _header(data: bytes) -> dict[str, Any]:

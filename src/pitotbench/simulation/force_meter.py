@@ -71,19 +71,8 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     return Reaction(**{name: rows[:, i].copy() for i, name in enumerate(names)})
 
 
-def _fuel(plant: Plant, motion: Motion, loaded_mass: float) -> Array:
-    """Return the fuel in each tank at each state [lb], (n, t): the load less an equal share of the mass burnt."""
-    full = np.array([plant.get(tank) for tank in tanks(plant)])
-    burnt = (loaded_mass - motion.mass) / POUND / max(1, len(full))
-    return np.clip(full - burnt[:, None], 0.0, full)  # a tank holds no more than its full load
-
-
-def _prepare(plant: Plant, motion: Motion) -> tuple[Array, Array]:
-    """Start the engines while the airplane is held in flight.
-
-    Returns, in the atmosphere of this plant, the geometric height [m] and the speed of sound [m/s] at the pressure
-    of each state, (n,) each.
-    """
+def _hold(plant: Plant, motion: Motion) -> None:
+    """Start the engines while the airplane is held in flight."""
     height = float(air.pressure_altitude(motion.static_pressure[0]))
     speed = float(air.calibrated_airspeed(air.impact_pressure_from_mach(motion.mach[0], motion.static_pressure[0])))
     if plant.serves(GUIDANCE):  # the controls are moved from here: without its modes it has no output, but a cost
@@ -91,7 +80,6 @@ def _prepare(plant: Plant, motion: Motion) -> tuple[Array, Array]:
     plant.start_held(height, speed, float(motion.heading[0]), Air(temperature_offset=motion.temperature_offset))
     if float(np.median(np.diff(motion.time))) <= FREE:
         plant.release()
-    return _levels(plant, motion)
 
 
 def _levels(plant: Plant, motion: Motion) -> tuple[Array, Array]:
@@ -201,8 +189,11 @@ class Rig:
     @classmethod
     def set_up(cls, plant: Plant, motion: Motion, loaded_mass: float) -> "Rig":
         """Start the engines of a plant. Parameters and errors are those of `measure`."""
-        fuel = _fuel(plant, motion, loaded_mass)
-        heights, sound = _prepare(plant, motion)
+        full = np.array([plant.get(tank) for tank in tanks(plant)])
+        burnt = (loaded_mass - motion.mass) / POUND / max(1, len(full))  # in equal shares
+        fuel = np.clip(full - burnt[:, None], 0.0, full)  # a tank holds no more than its full load
+        _hold(plant, motion)
+        heights, sound = _levels(plant, motion)
         servos = [_Servo.probe(plant, *control) for control in _controls(plant)]
         rig = cls(
             plant,
@@ -259,7 +250,7 @@ def _controls(plant: Plant) -> list[tuple[str, str, str]]:
     sticks = {name: f"ap/stick-{name}-norm" if plant.attached else "" for name in ("elevator", "aileron", "rudder")}
     served = {line.name for line in plant.channels}
     controls = [(n, sticks.get(n) or command, position) for n, command, position in CONTROLS if position in served]
-    if plant.engines == 2:
+    if len(plant.engines) == 2:
         return controls
     # One lever, or a lever for all engines: that of the first.
     both = (("throttle_left", "throttle_command", "throttle_left"),)
@@ -365,7 +356,7 @@ def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelF
     loaded = plant.get("mass")
     rig = Rig.set_up(plant, replace(motion, mass=motion.mass - motion.mass[0] + loaded), loaded)
     known = tuple(sorted(name for name in names if plant.serves(name)))
-    engines = [path.removesuffix("set-running") for path in plant.engine_paths]
+    engines = [path.removesuffix("set-running") for path in plant.engines]
     powers = [f"{path}{kind}" for path in engines for kind in ("thrust-lbs", "power-hp")]
     outside = [path.replace("-aero-", "-external-") for path in AERO_FORCES]
     turned = [path.replace("-aero-", "-prop-") for path in AERO_FORCES[3:]]

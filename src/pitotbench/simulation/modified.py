@@ -52,8 +52,7 @@ def install_variant(
     Raises BadInputError for effects that do not act on an aircraft, for a name with forbidden characters, and for
     a variant that exists: nothing is overwritten.
     """
-    if not re.fullmatch(r"[A-Za-z0-9_.-]+", variant):
-        raise BadInputError(f"variant {variant!r}: use letters, digits, dots, dashes and underscores")
+    _require_name(variant)
     foreign = [entry.name for entry in effects if effect_of(entry.name).acts_on != "aircraft"]
     if foreign:
         raise BadInputError(f"{', '.join(foreign)}: no effect of an aircraft; write it into the case file")
@@ -75,11 +74,14 @@ def overlay_xml(aircraft: str, effects: Sequence[EffectSpec]) -> str:
 
 def require_free(aircraft: str, variant: str) -> None:
     """Raise BadInputError where a variant cannot be written: forbidden characters, or a name that is taken."""
+    _require_name(variant)
+    if place := known_aircraft().get(f"{aircraft}+{variant}"):
+        raise BadInputError(f"{place} is there already; choose another name for the variant")
+
+
+def _require_name(variant: str) -> None:
     if not re.fullmatch(r"[A-Za-z0-9_.-]+", variant):
         raise BadInputError(f"variant {variant!r}: use letters, digits, dots, dashes and underscores")
-    name = f"{aircraft}+{variant}"
-    if name in known_aircraft():
-        raise BadInputError(f"{known_aircraft()[name]} is there already; choose another name for the variant")
 
 
 def mark_recording(plant: Plant) -> None:

@@ -120,10 +120,8 @@ class _Model:
         held = HeldAircraft(folder.name, folder, GLIDE_HEIGHT, kind)
         held.write("propulsion/fuel_freeze", 1.0)
         held.write("position/terrain-elevation-asl-ft", -5000.0)
-        model = cls(held, held.read("inertia/weight-lbs"), f"inertia/pointmass-weight-lbs[{number}]")
-        model.no_engine = no_engine
-        if number == 0:
-            model.ballast = "inertia/pointmass-weight-lbs"
+        ballast = "inertia/pointmass-weight-lbs" + (f"[{number}]" if number else "")
+        model = cls(held, held.read("inertia/weight-lbs"), ballast, no_engine)
         slow = stall(model, 0.0, 0.0).state.speed
         held.climb_to(GLIDE_HEIGHT, 1.5 * slow)
         lever, valve = (f"fcs/mixture-{kind}-norm" for kind in ("cmd", "pos"))
@@ -184,12 +182,9 @@ def stall(model: _Model, height: float, flaps: float) -> Steady:
     best: State | None = None
     speed = 80.0
     for alpha in FLOW_ANGLES:
-        found = _one_g(held, float(alpha), speed)
-        if found is None:
-            continue
-        speed = found.speed
-        if best is None or speed < best.speed:
-            best = found
+        if found := _one_g(held, float(alpha), speed):
+            speed = found.speed
+            best = found if best is None or speed < best.speed else best
     held.write("fcs/flap-cmd-norm", 0.0)
     held.run(100.0 * FULLY_DOWN)
     if best is None:
@@ -452,11 +447,11 @@ class HandbookRow:
     @property
     def words(self) -> str:
         """The condition in words."""
-        told = (f"{value:,.4g}" if value < 1000.0 else f"{value:,.0f}" for value in self.given.values())
-        pairs = zip(self.given, told, strict=True)
-        return f"handbook: {self.figure}, " + ", ".join(
-            f"{name.replace('_', ' ')} {value}" for name, value in pairs
-        )
+        told = [
+            f"{name.replace('_', ' ')} {value:,.4g}" if value < 1000.0 else f"{name.replace('_', ' ')} {value:,.0f}"
+            for name, value in self.given.items()
+        ]
+        return f"handbook: {self.figure}, {', '.join(told)}"
 
     def figures(self, model: _Model) -> Figures:
         """Yield the model's figure in the condition of the row, with the published one beside it."""
@@ -566,14 +561,10 @@ def _glide_at(model: _Model, given: dict[str, float]) -> float:
     return -1.0 / tan(found.state.climb) if found and found.state.climb < 0.0 else float("nan")
 
 
-def _ceiling_at(model: _Model, _: dict[str, float]) -> float:
-    return _ceiling(model)[0]
-
-
 _AT: dict[str, Callable[[_Model, dict[str, float]], float]] = {
     "stall": _stall_at,
     "climb": _climb_at,
     "cruise": _cruise_at,
     "glide": _glide_at,
-    "ceiling": _ceiling_at,
+    "ceiling": lambda model, given: _ceiling(model)[0],
 }

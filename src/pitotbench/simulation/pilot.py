@@ -301,10 +301,9 @@ class Cockpit:
         bank = atan(self.true_airspeed * self.card.turn_rate / STANDARD_GRAVITY)
         return min(bank, self.card.bank_limit)
 
-    def name(self, kind: str, detail: str = "") -> str:
-        """Return the label of a segment: kind, target airspeed, heading, detail. For example `leg 160 kt 090°`."""
-        label = f"{kind} {self.targets.airspeed / KNOT:.0f} kt {degrees(self.targets.heading):03.0f}°"
-        return f"{label} {detail}".rstrip()
+    def name(self, kind: str) -> str:
+        """Return the label of a segment: kind, target airspeed, heading. For example `leg 160 kt 090°`."""
+        return f"{kind} {self.targets.airspeed / KNOT:.0f} kt {degrees(self.targets.heading):03.0f}°"
 
 
 # The phases of flight that cards are made of: generators that yield once a tick, while the plant runs.

@@ -17,14 +17,14 @@ from pitotbench.simulation.aircraft import find_aircraft, parse_xml, read_record
 from pitotbench.simulation.properties import (
     CHANNELS,
     COMMON_CONTROLS,
+    LOW_WIND,
+    MILSPEC_TUSTIN,
     OWN_CONTROLS,
     PROPERTIES,
     Air,
     Property,
     check_table,
     parse_catalog,
-    set_mean_wind,
-    start_turbulence,
 )
 from pitotbench.simulation.variant import ROOT, lagging_actuators, write_variant
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND
@@ -153,7 +153,8 @@ class Plant:
         self.channels = tuple(line for line in CHANNELS if line.name not in missing)
         own = () if self.attached else OWN_CONTROLS
         check_table(aircraft, self._access, (*self.channels, *COMMON_CONTROLS, *own))
-        self._engines = [path for path in self._access if RUNNING.fullmatch(path)]
+        # The property of each engine that says whether it runs.
+        self.engines = tuple(path for path in self._access if RUNNING.fullmatch(path))
         self._electric = record is not None and record.engine_kind == ELECTRIC
         self._integrators = {path: self.get(path) for path in INTEGRATORS}
         watched = ("position/h-agl-ft", "angle_of_attack", "sideslip", "roll")
@@ -193,13 +194,8 @@ class Plant:
             if at_once or not added.is_empty():
                 shelf = stack.enter_context(TemporaryDirectory(prefix="pitotbench-"))
                 folder = write_variant(folder, Path(shelf), folder.name, added, at_once)
-            return cls._load(aircraft, folder, rate)
-
-    @classmethod
-    def _load(cls, aircraft: str, folder: Path, rate: float) -> "Plant":
-        fdm, transcript = load_fdm(aircraft, folder, rate)
-        record = read_record(folder)
-        return cls(fdm, aircraft, transcript, record)
+            fdm, transcript = load_fdm(aircraft, folder, rate)
+            return cls(fdm, aircraft, transcript, read_record(folder))
 
     def getter(self, name: str) -> tuple[Callable[[], float], float]:
         """Return the read function of a property and its SI factor, for loops that read at every step."""
@@ -249,16 +245,6 @@ class Plant:
         if not taken:
             raise SimulationError(f"JSBSim refuses the initial conditions.{self._transcript.said()}")
 
-    @property
-    def engines(self) -> int:
-        """The number of engines."""
-        return len(self._engines)
-
-    @property
-    def engine_paths(self) -> tuple[str, ...]:
-        """The property of each engine that says whether it runs."""
-        return tuple(self._engines)
-
     def serves(self, path: str) -> bool:
         """Return whether the aircraft has a property of this path."""
         return path in self._access
@@ -307,7 +293,7 @@ class Plant:
 
     def _stopped(self) -> str:
         """Return that an engine does not run, and the fuel left; nothing where all run."""
-        if self._electric or all(self.fdm[path] for path in self._engines):
+        if self._electric or all(self.fdm[path] for path in self.engines):
             return ""
         return f"; an engine does not run, fuel on board {self.fdm['propulsion/total-fuel-lbs'] * POUND:.0f} kg"
 
@@ -339,8 +325,12 @@ class Plant:
         else:
             self._start_engines()
         self._settle(altitude, airspeed, heading, settle_limit)
-        start_turbulence(self, air)
         if air.severity:
+            # The type comes last: it switches the turbulence on, with seed and severity in place.
+            self.set("turbulence_seed", air.seed)
+            self.set("turbulence_low_wind", LOW_WIND[air.severity])
+            self.set("turbulence_severity", air.severity)
+            self.set("turbulence_type", MILSPEC_TUSTIN)
             self.run(TURBULENCE_RUN_IN)
 
     def start_held(self, altitude: float, airspeed: float, heading: float = 0.0, air: Air | None = None) -> None:
@@ -397,7 +387,10 @@ class Plant:
         for path, speed, wind in zip(("vn", "ve", "vd"), ground, (air.north, air.east, air.down), strict=True):
             self.set(f"ic/{path}-fps", (speed + wind) / FOOT)
         self.run_initial_conditions()
-        set_mean_wind(self, air)
+        # JSBSim can also set a wind with the initial conditions, but then it changes the airspeed asked for.
+        self.set("mean_wind_north", air.north)
+        self.set("mean_wind_east", air.east)
+        self.set("mean_wind_down", air.down)
 
     def _engage(self, altitude: float, airspeed: float, heading: float) -> None:
         """Switch the autopilot on: hold heading, altitude, and airspeed by throttle."""
@@ -414,7 +407,7 @@ class Plant:
         # Gear up and mixture rich: the aircraft starts in the air, and JSBSim's defaults are those of a parked one.
         self.set("gear/gear-cmd-norm", 0.0)
         self.set("gear/gear-pos-norm", 0.0)
-        for number in range(len(self._engines)):
+        for number in range(len(self.engines)):
             self.set("fcs/mixture-cmd-norm" + (f"[{number}]" if number else ""), 1.0)
         # A turbine has no magnetos and needs no starter in the air; a piston engine has no fuel cutoff.
         starters = [("active_engine", -1.0), ("magneto_cmd", 3.0), ("starter_cmd", 1.0)]
@@ -425,7 +418,7 @@ class Plant:
                 self.set(f"propulsion/{path}", value)
         for _ in range(round(STARTER_TIME / 0.1)):
             self.run(0.1)
-            if self._electric or all(self.get(engine) for engine in self._engines):
+            if self._electric or all(self.get(engine) for engine in self.engines):
                 if self.serves("propulsion/starter_cmd"):
                     self.set("propulsion/starter_cmd", 0)
                 return

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import cos, sin
-from typing import Protocol
 
 import numpy as np
 
@@ -130,17 +129,12 @@ def check_table(aircraft: str, catalog: Mapping[str, str], table: Iterable[Prope
     for line in PROPERTIES.values() if table is None else table:
         access = catalog.get(line.path)
         if access is None:
-            raise UnknownNameError(
-                f"aircraft {aircraft!r} does not serve {line.name!r}: " + _nearest(line.path, catalog)
-            )
+            folder = line.path.rsplit("/", 1)[0]
+            near = [known for known in catalog if known.startswith(folder + "/")]
+            nearest = explain("property", line.path, near[:30])
+            raise UnknownNameError(f"aircraft {aircraft!r} does not serve {line.name!r}: {nearest}")
         if line.writable and "W" not in access:
             raise UnknownNameError(f"property {line.path!r} ({line.name!r}) of {aircraft!r} is read-only")
-
-
-def _nearest(path: str, catalog: Mapping[str, str]) -> str:
-    folder = path.rsplit("/", 1)[0]
-    near = [known for known in catalog if known.startswith(folder + "/")]
-    return explain("property", path, near[:30])
 
 
 # Set the air of a flight: steady wind, temperature above standard, turbulence and its seed.
@@ -151,14 +145,6 @@ LOW_WIND = (0.0, 15.0 * KNOT, 30.0 * KNOT, 45.0 * KNOT)
 LARGEST_SEED = 2**31 - 1
 
 SEVERITY = Catalog("turbulence", TURBULENCE_SEVERITY)
-
-
-class Settable(Protocol):
-    """Anything whose properties can be set by their names in the property table, such as a `Plant`."""
-
-    def set(self, name: str, value: float) -> None:
-        """Set a property [SI] by its name in the table."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,24 +186,3 @@ def turbulence_seed(truth_seed: int) -> int:
     # JSBSim makes the same turbulence of the seeds 0 and 1. Hashing also keeps neighboring seeds independent.
     word = int(np.random.SeedSequence(truth_seed).generate_state(1, np.uint64)[0])
     return 1 + word % LARGEST_SEED
-
-
-def set_mean_wind(plant: Settable, air: Air) -> None:
-    """Set the steady wind of a plant. Call it after the initial conditions are set.
-
-    JSBSim can also set a wind with the initial conditions, but then it changes the airspeed that was asked for.
-    """
-    plant.set("mean_wind_north", air.north)
-    plant.set("mean_wind_east", air.east)
-    plant.set("mean_wind_down", air.down)
-
-
-def start_turbulence(plant: Settable, air: Air) -> None:
-    """Start the turbulence of the air. With severity 0 the air stays smooth."""
-    if air.severity == 0:
-        return
-    # The type comes last: it switches the turbulence on, with seed and severity in place.
-    plant.set("turbulence_seed", air.seed)
-    plant.set("turbulence_low_wind", LOW_WIND[air.severity])
-    plant.set("turbulence_severity", air.severity)
-    plant.set("turbulence_type", MILSPEC_TUSTIN)

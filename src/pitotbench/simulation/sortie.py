@@ -2,11 +2,10 @@
 
 import struct
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from operator import call
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pitotbench import air
 from pitotbench.records import BadInputError
@@ -15,12 +14,12 @@ from pitotbench.records.case import Case, rate_problem
 from pitotbench.records.flight import Flight
 from pitotbench.simulation.aircraft import find_aircraft, read_record
 from pitotbench.simulation.card import Card, override
-from pitotbench.simulation.maneuvers import MANEUVERS, Maneuver
+from pitotbench.simulation.maneuvers import MANEUVERS
 from pitotbench.simulation.modified import ballast_overlay, load_fuel, mark_recording, overlay_of
 from pitotbench.simulation.pilot import PILOTS, TICK, Cockpit, Targets
 from pitotbench.simulation.plant import Plant
 from pitotbench.simulation.properties import CHANNELS, PROPERTIES, Air, Property
-from pitotbench.units import KNOT, Array, Booleans
+from pitotbench.units import KNOT, Array
 
 # Record every channel at the simulator's rate: one packed row a step, converted to SI block by block.
 
@@ -188,46 +187,11 @@ def fly(case: Case, progress: Progress | None = None, channels: Collection[str] 
     # Truth seed: the same one drives the pilot and, through the air, the turbulence.
     targets = Targets(card.speeds[0], 0.0, case.altitude)
     cockpit = Cockpit(plant, card, targets, pilot(plant, case.truth_seed))
-    recorder, marks = Recorder(plant, [line for line in recorded if line in plant.channels]), Marks()
-    _fly_card(maneuver, card, cockpit, recorder, marks, progress)
-    return Flight(case, recorder.channels(), marks.segments(), marks.conditions())
-
-
-@dataclass(slots=True)
-class Marks:
-    """Labels and on-condition flags of the recorded samples, stored once a tick with the number of steps."""
-
-    labels: list[str] = field(default_factory=list)
-    on_condition: list[bool] = field(default_factory=list)
-    steps: list[int] = field(default_factory=list)
-
-    def add(self, label: str, on_condition: bool, steps: int) -> None:
-        """Mark the samples of the next steps."""
-        self.labels.append(label)
-        self.on_condition.append(on_condition)
-        self.steps.append(steps)
-
-    def segments(self) -> NDArray[np.str_]:
-        """Return the label of each sample, (n,)."""
-        return np.repeat(np.array(self.labels, dtype=np.str_), self.steps)
-
-    def conditions(self) -> Booleans:
-        """Return whether each sample is on condition, (n,)."""
-        return np.repeat(np.array(self.on_condition, dtype=np.bool_), self.steps)
-
-
-def _fly_card(
-    maneuver: Maneuver,
-    card: Card,
-    cockpit: Cockpit,
-    recorder: Recorder,
-    marks: Marks,
-    progress: Progress | None,
-) -> None:
-    """Run the card and the plant in turn: the card decides once a tick, the plant runs the steps of the tick."""
-    plant = cockpit.plant
-    steps = round(TICK / plant.time_step)
-    announced = ""
+    recorder = Recorder(plant, [line for line in recorded if line in plant.channels])
+    labels: list[str] = []  # one a recorded tick, as the flags are
+    on_condition: list[bool] = []
+    steps, announced = round(TICK / plant.time_step), ""
+    # The card decides once a tick, the plant runs the steps of the tick.
     for _ in maneuver.fly(cockpit, card):
         if progress is not None and cockpit.label != announced:
             announced = cockpit.label
@@ -235,10 +199,13 @@ def _fly_card(
         cockpit.fly()
         # A tick is on condition where its first and its last state are.
         before = cockpit.on_condition()
-        if cockpit.recorded and not marks.steps:
+        if cockpit.recorded and not labels:
             mark_recording(plant)
         (recorder if cockpit.recorded else plant).advance(steps)
         plant.check()
         cockpit.look()
         if cockpit.recorded:
-            marks.add(cockpit.label, before and cockpit.on_condition(), steps)
+            labels.append(cockpit.label)
+            on_condition.append(before and cockpit.on_condition())
+    segments, flags = np.array(labels, dtype=np.str_), np.array(on_condition, dtype=np.bool_)
+    return Flight(case, recorder.channels(), np.repeat(segments, steps), np.repeat(flags, steps))

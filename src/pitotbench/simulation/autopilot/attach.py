@@ -15,10 +15,8 @@ from tempfile import TemporaryDirectory, mkdtemp
 from pitotbench.records import BadInputError
 from pitotbench.records.aircraft import ELECTRIC, TURBOPROP, Attached, cache_folder
 from pitotbench.simulation.aircraft import ENGINES, SYSTEMS, has_autopilot, library, parse_xml, write_record
-from pitotbench.simulation.autopilot.envelope import Engines, Envelope, HeldAircraft, explore
+from pitotbench.simulation.autopilot.envelope import Engines, HeldAircraft, explore
 from pitotbench.simulation.autopilot.loops import (
-    Gains,
-    Linear,
     engine_time,
     linearize,
     open_all_tanks,
@@ -61,14 +59,22 @@ def take_in(file: Path, folder: Path) -> Path:
     outside its own folder and JSBSim's library.
     """
     if file.is_dir():
-        file = _main_file(file)
+        same = file / f"{file.resolve().name}.xml"
+        files = [same] if same.is_file() else sorted(file.glob("*.xml"))
+        if len(files) != 1:
+            raise BadInputError(
+                f"{file}: {len(files)} XML files and none named {same.name}: name the file of the aircraft"
+            )
+        file = files[0]
     taking = _Taking(file.resolve().parent)
     root = taking.read(file.resolve())
     if root.tag != "fdm_config":
         raise BadInputError(f"{file.name}: not an aircraft of JSBSim: its root is <{_short(root.tag)}>")
     for part in (folder / "Engines", folder / "Systems"):
         part.mkdir(parents=True)
-    taking.parts_of(root, folder)
+    for element in [e for e in root if e.tag in CLOSED]:
+        root.remove(element)
+    taking.parts(root, folder)
     copy = folder / f"{folder.name}.xml"
     _write(root, copy)
     return copy
@@ -78,16 +84,6 @@ def aircraft_name(path: Path) -> str:
     """Return the name of the aircraft at a path: that of the file, with all signs but letters and digits as `_`."""
     name = re.sub(r"[^A-Za-z0-9-]+", "_", path.stem if path.suffix == ".xml" else path.name)
     return name.strip("_")[:60] or "aircraft"
-
-
-def _main_file(folder: Path) -> Path:
-    same = folder / f"{folder.resolve().name}.xml"
-    files = [same] if same.is_file() else sorted(folder.glob("*.xml"))
-    if len(files) != 1:
-        raise BadInputError(
-            f"{folder}: {len(files)} XML files and none named {same.name}: name the file of the aircraft"
-        )
-    return files[0]
 
 
 class _Taking:
@@ -117,31 +113,22 @@ class _Taking:
         root.attrib = {key: value for key, value in root.attrib.items() if not key.startswith("{")}
         return root
 
-    def parts_of(self, root: ET.Element, folder: Path) -> None:
-        """Copy the parts that an aircraft names, and close the elements that reach outside the simulation."""
-        for element in [e for e in root if e.tag in CLOSED]:
-            root.remove(element)
-        self._parts(root, folder, [])
-
-    def _parts(self, root: ET.Element, folder: Path, above: list[str]) -> None:
+    def parts(self, root: ET.Element, folder: Path, above: tuple[str, ...] = ()) -> None:
+        """Copy the parts that an element names; `above` are the files that name it."""
         for element in list(root.iter()):
             name = element.get("file")
             if name is None or (element is root and above):
                 continue
-            if element.tag in WHOLE:
-                self._insert(element, name)
-                self._parts(element, folder, above)
+            if element.tag in WHOLE:  # it becomes the content of a file of the aircraft's folder
+                inner = self.read(self._find(name, (self._home,)))
+                del element.attrib["file"]
+                element.attrib.update(inner.attrib)
+                element.extend(inner)
+                self.parts(element, folder, above)
             elif element.tag in PARTS:
                 self._part(element, name, folder, above)
 
-    def _insert(self, element: ET.Element, name: str) -> None:
-        """Replace an element that names a file of the aircraft's folder by the content of that file."""
-        inner = self.read(self._find(name, (self._home,)))
-        del element.attrib["file"]
-        element.attrib.update(inner.attrib)
-        element.extend(inner)
-
-    def _part(self, element: ET.Element, name: str, folder: Path, above: list[str]) -> None:
+    def _part(self, element: ET.Element, name: str, folder: Path, above: tuple[str, ...]) -> None:
         own, shared = PARTS[element.tag]
         places = (self._home, self._home / own, self._home / own.lower(), library() / shared)
         stem = name.strip().removesuffix(".xml")
@@ -152,7 +139,7 @@ class _Taking:
         if copy.exists():
             return
         inner = self.read(self._find(name, places))
-        self._parts(inner, folder, [*above, stem])
+        self.parts(inner, folder, (*above, stem))
         _write(inner, copy)
 
     def _find(self, name: str, places: tuple[Path, ...]) -> Path:
@@ -258,11 +245,21 @@ def make_flyable(folder: Path) -> Attached:
     file = folder / f"{folder.name}.xml"
     tree = parse_xml(file)
     kind = engines_of(folder, tree.getroot())
-    aircraft = _held(folder, kind)
+    import jsbsim
+
+    try:
+        aircraft = HeldAircraft(folder.name, folder, ALTITUDE, kind)
+    except jsbsim.BaseError as error:  # such as a property that only another program defines
+        raise SimulationError(f"{folder.name}: JSBSim stopped: {' '.join(str(error).split())}") from error
     envelope = explore(aircraft)
     lag = engine_time(aircraft, envelope.points[len(envelope.points) // 2])
     models = [linearize(aircraft, point) for point in envelope.points]
-    envelope, models, gains = _shaped(folder.name, envelope, models, lag)
+    try:
+        gains = shape(folder.name, models, lag)
+    except SimulationError:
+        # Near the stall the slopes of some models have kinks: then cards begin at the next point, or above.
+        envelope, models = replace(envelope, points=envelope.points[1:]), models[1:]
+        gains = shape(folder.name, models, lag)
     still = [name for name, path in SURFACES.items() if not aircraft.moves(name, f"fcs/{path}-pos-rad")]
     missing = tuple(c.name for c in CHANNELS if c.name in still or not aircraft.serves(c.path))
     texts = "".join(f.read_text(encoding="utf-8") for f in sorted(folder.rglob("*.xml")))
@@ -291,28 +288,6 @@ def make_flyable(folder: Path) -> Attached:
     )
     write_record(folder, attached)
     return attached
-
-
-def _shaped(
-    name: str, envelope: Envelope, models: list[Linear], lag: float
-) -> tuple[Envelope, list[Linear], Gains]:
-    """Return envelope, models and gains, without the slowest point where no loop is stable there.
-
-    Near the stall the slopes of some models have kinks. Cards begin at the slowest point that is left, or above.
-    """
-    try:
-        return envelope, models, shape(name, models, lag)
-    except SimulationError:
-        return replace(envelope, points=envelope.points[1:]), models[1:], shape(name, models[1:], lag)
-
-
-def _held(folder: Path, kind: Engines) -> HeldAircraft:
-    import jsbsim
-
-    try:
-        return HeldAircraft(folder.name, folder, ALTITUDE, kind)
-    except jsbsim.BaseError as error:  # such as a property that only another program defines
-        raise SimulationError(f"{folder.name}: JSBSim stopped: {' '.join(str(error).split())}") from error
 
 
 def engines_of(folder: Path, root: ET.Element) -> Engines:

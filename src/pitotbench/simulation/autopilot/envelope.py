@@ -114,7 +114,8 @@ class HeldAircraft:
 
     def write(self, path: str, value: float) -> None:
         """Set a property of JSBSim, in its unit, where the aircraft has it."""
-        self._write((path,), value)
+        if path in self.properties:
+            self._fdm[path] = value
 
     def climb_to(self, altitude: float, speed: float) -> None:
         """Hold the aircraft at another height [m] and a true airspeed [m/s], with its engines running."""
@@ -128,24 +129,21 @@ class HeldAircraft:
             self.start_engines()
             self._lean()  # a start leaves it rich
 
-    def _write(self, paths: Iterable[str], value: float) -> None:
-        for path in paths:
-            if path in self.properties:
-                self._fdm[path] = value
-
-    def _each(self, path: str) -> list[str]:
-        """Return the paths of a lever of each engine."""
-        return [path, *(f"{path}[{i}]" for i in range(1, self.engines))]
+    def _write_each(self, path: str, value: float) -> None:
+        """Set a lever of each engine."""
+        for each in (path, *(f"{path}[{i}]" for i in range(1, self.engines))):
+            self.write(each, value)
 
     def _hold(self) -> None:
-        self._write(("ic/lat-geod-deg",), LATITUDE)
-        self._write(("ic/h-sl-ft",), self._altitude / FOOT)
+        self.write("ic/lat-geod-deg", LATITUDE)
+        self.write("ic/h-sl-ft", self._altitude / FOOT)
         self._run_ic()
         for what in ("rate", "position"):
             for part in ("translational", "rotational"):
                 self._fdm[f"simulation/integrator/{what}/{part}"] = 0
         # The autopilot of the bench's own aircraft leaves the controls alone.
-        self._write(("gear/gear-cmd-norm", "gear/gear-pos-norm", "ap/guidance", "ap/throttle-mode"), 0.0)
+        for path in ("gear/gear-cmd-norm", "gear/gear-pos-norm", "ap/guidance", "ap/throttle-mode"):
+            self.write(path, 0.0)
 
     def start_engines(self) -> None:
         """Start the engines in the present state, or again where they have stopped.
@@ -153,23 +151,23 @@ class HeldAircraft:
         Raises SimulationError for an engine that does not start.
         """
         self._lean()
-        self._write(self._each("fcs/advance-cmd-norm"), 1.0)
-        self._write(("propulsion/magneto_cmd",), 3)
-        self._write(("propulsion/cutoff_cmd",), 0)
-        self._write(("propulsion/starter_cmd",), 1)
+        self._write_each("fcs/advance-cmd-norm", 1.0)
+        self.write("propulsion/magneto_cmd", 3)
+        self.write("propulsion/cutoff_cmd", 0)
+        self.write("propulsion/starter_cmd", 1)
         self.move_lever(0.5)
         self._fdm["propulsion/set-running"] = -1
         for _ in range(round(STARTER_TIME)):
             self.run(RATE)
             if self._turn():
-                self._write(("propulsion/starter_cmd",), 0)
+                self.write("propulsion/starter_cmd", 0)
                 return
         raise SimulationError(f"{self.name}: the engines do not start.{self._transcript.said()}")
 
     def _lean(self) -> None:
         """Set the mixture for the height."""
         ratio = self.read("atmosphere/P-psf") / 2116.2
-        self._write(self._each("fcs/mixture-cmd-norm"), 1.0 if self.rich else BEST_POWER * ratio)
+        self._write_each("fcs/mixture-cmd-norm", 1.0 if self.rich else BEST_POWER * ratio)
 
     def _turn(self) -> bool:
         """Return whether all engines run. JSBSim never says so of an electric motor, which needs no start."""
@@ -196,7 +194,8 @@ class HeldAircraft:
 
     def move_lever(self, lever: float) -> None:
         """Set all throttles, 0 to 1, at least to idle."""
-        self._write((*self._each("fcs/throttle-cmd-norm"), OWN_LEVER), max(lever, self.idle))
+        self._write_each("fcs/throttle-cmd-norm", max(lever, self.idle))
+        self.write(OWN_LEVER, max(lever, self.idle))
 
     def find_idle(self, speeds: Iterable[float]) -> None:
         """Raise `idle` until a piston engine turns at its stated idle speed at all airspeeds [m/s, true].
@@ -244,8 +243,7 @@ class HeldAircraft:
             ("ic/r-rad_sec", state.yaw_rate),
         ):
             self._fdm[path] = value
-        for control in CONTROLS:
-            self._write((f"fcs/{control}-cmd-norm",), getattr(state, control))
+        self._move(state)
         # JSBSim puts the gas generator of a turboprop back to idle with every initial condition.
         spools = {path: self.read(path) for path in self._spools}
         self._run_ic()
@@ -264,13 +262,9 @@ class HeldAircraft:
         Raises SimulationError where they are not numbers.
         """
         self.place(state)
-        # Some actuators have slop: every position is reached from the same side.
-        for control in CONTROLS:
-            self._write((f"fcs/{control}-cmd-norm",), getattr(state, control) - SLOP)
-        self.run(CONTROL_STEPS)
-        for control in CONTROLS:
-            self._write((f"fcs/{control}-cmd-norm",), getattr(state, control))
-        self.run(CONTROL_STEPS)
+        for before in (SLOP, 0.0):  # some actuators have slop: every position is reached from the same side
+            self._move(state, before)
+            self.run(CONTROL_STEPS)
         path = "accelerations/{}dot-{}"
         found = Accelerations(
             *(self.read(path.format(axis, "ft_sec2")) * FOOT for axis in "uvw"),
@@ -280,16 +274,21 @@ class HeldAircraft:
             raise SimulationError(f"{self.name}: its accelerations are not numbers at {state.speed / KNOT:.0f} kt")
         return found
 
+    def _move(self, state: State, before: float = 0.0) -> None:
+        """Set the controls of a state, or a deflection before them."""
+        for control in CONTROLS:
+            self.write(f"fcs/{control}-cmd-norm", getattr(state, control) - before)
+
     def moves(self, control: str, position: str) -> bool:
         """Return whether a position of JSBSim follows a control."""
         if position not in self.properties:
             return False
         seen = []
         for deflection in (-SLOP, SLOP):
-            self._write((f"fcs/{control}-cmd-norm",), deflection)
+            self.write(f"fcs/{control}-cmd-norm", deflection)
             self.run(CONTROL_STEPS)
             seen.append(self.read(position))
-        self._write((f"fcs/{control}-cmd-norm",), 0.0)
+        self.write(f"fcs/{control}-cmd-norm", 0.0)
         return abs(seen[1] - seen[0]) > 1e-4
 
     def calibrated(self, speed: float) -> float:
@@ -351,7 +350,12 @@ class Envelope:
 def explore(aircraft: HeldAircraft) -> Envelope:
     """Return the envelope of an aircraft. Raises SimulationError where it does not fly level at any speed."""
     aircraft.set_lever(0.0)
-    stall = _stall(aircraft)
+    low, stall = SLOWEST, FASTEST
+    if _carries(aircraft, low) or not _carries(aircraft, stall):
+        raise SimulationError(f"{aircraft.name}: no stall speed between 8 and 500 kt: is it a fixed-wing aircraft?")
+    while stall / low > 1.01:
+        middle = (low * stall) ** 0.5
+        low, stall = (low, middle) if _carries(aircraft, middle) else (middle, stall)
     # At idle below the stall speed an engine may have stopped.
     aircraft.place(State(START * stall))
     aircraft.start_engines()
@@ -454,23 +458,13 @@ def _residual(aircraft: HeldAircraft, state: State) -> Array:
     return np.array([found.normal(state.alpha), found.q, found.along(state.alpha)])
 
 
-def _stall(aircraft: HeldAircraft) -> float:
-    low, high = SLOWEST, FASTEST
-    if _carries(aircraft, low) or not _carries(aircraft, high):
-        raise SimulationError(f"{aircraft.name}: no stall speed between 8 and 500 kt: is it a fixed-wing aircraft?")
-    while high / low > 1.01:
-        middle = (low * high) ** 0.5
-        low, high = (low, middle) if _carries(aircraft, middle) else (middle, high)
-    return high
-
-
 def _carries(aircraft: HeldAircraft, speed: float) -> bool:
     """Return whether the wing carries the weight at a true airspeed [m/s], at any angle that the elevator holds."""
-    for alpha in ALPHAS:
-        elevator = held_by(aircraft, speed, float(alpha))
+    for alpha in ALPHAS.tolist():
+        elevator = held_by(aircraft, speed, alpha)
         if elevator is None:
             continue
-        if aircraft.accelerations(State(speed, float(alpha), elevator=elevator)).normal(float(alpha)) <= 0.0:
+        if aircraft.accelerations(State(speed, alpha, elevator=elevator)).normal(alpha) <= 0.0:
             return True
     return False
 

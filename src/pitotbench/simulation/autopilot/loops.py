@@ -295,8 +295,7 @@ def step_responses(aircraft: str, airspeed: float, altitude: float) -> list[Step
 def _flown(aircraft: str, airspeed: float, altitude: float, step: StepCommand) -> StepResponse:
     plant = Plant.load(aircraft)
     plant.start(altitude, airspeed)
-    starts: dict[str, float] = {"altitude": altitude, "calibrated_airspeed": airspeed}
-    start = starts.get(step.quantity, 0.0)
+    start = {"altitude": altitude, "calibrated_airspeed": airspeed}.get(step.quantity, 0.0)
     before = plant.get(step.quantity)
     change = -step.change if step.quantity == "calibrated_airspeed" else step.change
     plant.set(step.target, start + change)

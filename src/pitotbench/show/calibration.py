@@ -5,13 +5,13 @@ from csv import writer
 from dataclasses import dataclass, fields, is_dataclass, replace
 from html import escape
 from io import StringIO
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import numpy as np
 
 from pitotbench.records.calibration import (
-    Assumption,
     CalibratedFlight,
     Calibration,
     Criteria,
@@ -22,75 +22,63 @@ from pitotbench.records.calibration import (
     WindEstimate,
     WindowWind,
 )
-from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table, print_warnings
+from pitotbench.show.columns import (
+    Column,
+    html_table,
+    json_rows,
+    outside,
+    print_table,
+    print_warnings,
+    shown_columns,
+)
 from pitotbench.show.limits import AUTO, Limit, judgments, judgments_json
 from pitotbench.timeline import minutes_text
-from pitotbench.units import FOOT, KNOT, Array, Meters
+from pitotbench.units import FOOT, KNOT
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
-@dataclass(frozen=True, slots=True)
-class CurvePoint:
-    """One point of an error curve."""
-
-    curve: ErrorCurve
-    number: int
-
-    def at(self, values: Array) -> float:
-        """The value at this point of an array over the curve."""
-        return float(values[self.number])
-
-    def knots(self, speeds: Array) -> float:
-        """The speed [kt] at this point of an array of speeds [m/s]."""
-        return float(speeds[self.number] / KNOT)
-
-    def feet(self, heights: Meters | None) -> float | None:
-        """The height [ft] at this point of an array of heights [m]; None where the curve has none."""
-        return None if heights is None else float(heights[self.number] / FOOT)
+CurvePoint = dict[str, float | None]  # a point of an error curve, by the keys of its columns
 
 
-CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
-    Column("IAS", lambda p: p.knots(p.curve.indicated_airspeed), "kt", ".0f", "indicated_airspeed_kt"),
-    Column(
-        "CAS",
-        lambda p: p.knots(p.curve.indicated_airspeed + p.curve.correction),
-        "kt", ".2f", "calibrated_airspeed_kt",
-    ),
-    Column("correction", lambda p: p.knots(p.curve.correction), "kt", "+.2f", "correction_kt"),
-    Column("±2σ bound", lambda p: p.knots(p.curve.two_sigma), "kt", ".2f", "two_sigma_kt"),
-    Column(
-        "±2σ of whole curve",
-        lambda p: p.knots(p.curve.simultaneous_two_sigma),
-        "kt", ".2f", "simultaneous_two_sigma_kt",
-    ),
-    Column(
-        "2σ for white residuals", lambda p: p.knots(p.curve.white_two_sigma), "kt", ".2f", "white_two_sigma_kt"
-    ),
-    Column(
-        "Δp/q_c", lambda p: p.at(p.curve.normalized_pressure_error), style="+.4f", key="normalized_pressure_error"
-    ),
-    Column(
-        "±2σ of Δp/q_c", lambda p: p.at(p.curve.normalized_two_sigma), style=".4f", key="normalized_two_sigma"
-    ),
-    Column(
-        "altitude correction", lambda p: p.feet(p.curve.altitude_correction),
-        "ft", "+.0f", "altitude_correction_ft", optional=True,
-    ),
-    Column(
-        "±2σ of altitude", lambda p: p.feet(p.curve.altitude_two_sigma),
-        "ft", ".0f", "two_sigma_ft", optional=True,
-    ),
-)  # fmt: skip
+def _point(heading: str, unit: str, style: str, key: str, optional: bool = False) -> Column[CurvePoint]:
+    return Column(heading, itemgetter(key), unit, style, key, optional)
+
+
+CURVE_COLUMNS = (
+    _point("IAS", "kt", ".0f", "indicated_airspeed_kt"),
+    _point("CAS", "kt", ".2f", "calibrated_airspeed_kt"),
+    _point("correction", "kt", "+.2f", "correction_kt"),
+    _point("±2σ bound", "kt", ".2f", "two_sigma_kt"),
+    _point("±2σ of whole curve", "kt", ".2f", "simultaneous_two_sigma_kt"),
+    _point("2σ for white residuals", "kt", ".2f", "white_two_sigma_kt"),
+    _point("Δp/q_c", "", "+.4f", "normalized_pressure_error"),
+    _point("±2σ of Δp/q_c", "", ".4f", "normalized_two_sigma"),
+    _point("altitude correction", "ft", "+.0f", "altitude_correction_ft", optional=True),
+    _point("±2σ of altitude", "ft", ".0f", "two_sigma_ft", optional=True),
+)
 
 
 def curve_points(curve: ErrorCurve) -> list[CurvePoint]:
     """The points of a curve, the rows of its table."""
-    return [CurvePoint(curve, number) for number in range(len(curve.indicated_airspeed))]
+    none = (None,) * len(curve.correction)
+    heights = curve.altitude_correction, curve.altitude_two_sigma
+    columns = (
+        curve.indicated_airspeed / KNOT,
+        (curve.indicated_airspeed + curve.correction) / KNOT,
+        curve.correction / KNOT,
+        curve.two_sigma / KNOT,
+        curve.simultaneous_two_sigma / KNOT,
+        curve.white_two_sigma / KNOT,
+        curve.normalized_pressure_error,
+        curve.normalized_two_sigma,
+        *(none if each is None else each / FOOT for each in heights),
+    )
+    keys = [column.key for column in CURVE_COLUMNS]
+    rows = zip(*(each if each is none else map(float, each) for each in columns), strict=True)
+    return [dict(zip(keys, row, strict=True)) for row in rows]
 
-
-# A calibration in a few numbers and two sentences. Loads no drawing library.
 
 _USUAL_KT = (100.0, 130.0, 160.0)  # the low end, the middle and the high end of the study's maneuvers
 
@@ -143,7 +131,7 @@ def short_answer_of(result: Calibration, subject: str) -> ShortAnswer:
     return ShortAnswer(
         subject=subject,
         model=result.model,
-        corrections=corrections_at(result),
+        corrections=_corrections(result),
         wind_kt=None if wind is None else wind.speed_kt,
         wind_from_deg=None if wind is None else wind.from_deg,
         wind_two_sigma_kt=None if wind is None else max(wind.north.two_sigma, wind.east.two_sigma) / KNOT,
@@ -152,14 +140,12 @@ def short_answer_of(result: Calibration, subject: str) -> ShortAnswer:
     )
 
 
-def corrections_at(result: Calibration) -> tuple[Correction, ...]:
+def _corrections(result: Calibration) -> tuple[Correction, ...]:
     """The curve at 100, 130 and 160 KIAS, or at its ends and middle where it does not reach so far."""
     curve = result.curve
     speed = curve.indicated_airspeed / KNOT
     covered = speed[0] <= _USUAL_KT[0] + 0.5 and speed[-1] >= _USUAL_KT[-1] - 0.5
-    wanted: Sequence[float] = (
-        _USUAL_KT if covered else speed[np.linspace(0, len(speed) - 1, 3).astype(int)].tolist()
-    )
+    wanted: Sequence[float] = _USUAL_KT if covered else speed[np.linspace(0, len(speed) - 1, 3).astype(int)]
     values = np.interp(wanted, speed, curve.correction / KNOT)
     bounds = np.interp(wanted, speed, curve.two_sigma / KNOT)
     return tuple(Correction(*map(float, row)) for row in zip(wanted, values, bounds, strict=True))
@@ -175,58 +161,32 @@ _WORDS = {
     "velocity_mps": ("GPS velocity", "m/s"),
     "latency_s": ("GPS latency", "s"),
 }
-_SOURCES = {
-    "usual": "usual",
-    "header": "stated by the log",
-    "stated": "stated",
-    "standard day": "standard day",
-    "method": "method",
-}
+_SOURCES = {"header": "stated by the log"}  # any other in its own word
 
 
 def assumption_lines(result: Calibration) -> list[str]:
     """Return the accuracies on which the bounds depend, and the zero offset that the correction takes out."""
-    return [line for line in (_accuracies(result), _zero(result)) if line]
-
-
-def _accuracies(result: Calibration) -> str:
-    stated = [each for each in result.assumptions if each.two_sigma > 0.0]
-    exact = [each for each in result.assumptions if each.two_sigma == 0.0]
-    parts = [f"{_name(each)} ±{_sized(each)} ({_SOURCES[each.source]})" for each in stated]
+    parts, exact, sources = [], [], []
+    for each in result.assumptions:
+        name, unit = _WORDS[each.name]
+        if each.two_sigma > 0.0:
+            parts.append(
+                f"{name} ±{f'{each.two_sigma:g} {unit}'.rstrip()} ({_SOURCES.get(each.source, each.source)})"
+            )
+        else:
+            exact.append(name)
+            sources.append(_SOURCES.get(each.source, each.source))
     if exact:
-        sources = dict.fromkeys(_SOURCES[each.source] for each in exact)
-        parts.append(f"no constant error of {', '.join(map(_name, exact))} ({', '.join(sources)})")
-    return f"The bounds assume these constant errors (2σ): {'; '.join(parts)}." if parts else ""
-
-
-def _zero(result: Calibration) -> str:
+        parts.append(f"no constant error of {', '.join(exact)} ({', '.join(dict.fromkeys(sources))})")
+    lines = [f"The bounds assume these constant errors (2σ): {'; '.join(parts)}."] if parts else []
     zero = result.impact_pressure_zero
-    if zero is None:
-        return ""
-    return (
-        "Add the correction to the raw reading: it takes out a zero offset of the impact pressure of "
-        f"{zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ, if the model's curve is right: a constant part of Δp "
-        "looks the same); Δp/q_c is the pressure error without it."
-    )
-
-
-def _name(each: Assumption) -> str:
-    return _WORDS[each.name][0]
-
-
-def _sized(each: Assumption) -> str:
-    return f"{each.two_sigma:g} {_WORDS[each.name][1]}".rstrip()
-
-
-def assumptions_json(result: Calibration) -> dict[str, Any]:
-    """Return the same as plain data. The units are the suffixes of the names."""
-    zero = result.impact_pressure_zero
-    return {
-        "assumptions": [
-            {"name": each.name, "two_sigma": each.two_sigma, "source": each.source} for each in result.assumptions
-        ],
-        "impact_pressure_zero_pa": None if zero is None else {"value": zero.value, "two_sigma": zero.two_sigma},
-    }
+    if zero is not None:
+        lines.append(
+            "Add the correction to the raw reading: it takes out a zero offset of the impact pressure of "
+            f"{zero.value:+.0f} ± {zero.two_sigma:.0f} Pa (2σ, if the model's curve is right: a constant part of "
+            "Δp looks the same); Δp/q_c is the pressure error without it."
+        )
+    return lines
 
 
 # The airspeed card: what to add at which indicated airspeed, for a terminal, a sheet and a file.
@@ -249,8 +209,11 @@ GLANCE_COLUMNS: tuple[Column[CurvePoint], ...] = (
 def glance_points(curve: ErrorCurve) -> list[CurvePoint]:
     """The points of a curve at round airspeeds and at its ends, few enough to be read at one glance."""
     points = curve_points(curve)
-    step = next((s for s in _STEPS if len(_at_step(points, s)) <= _MOST_ROWS), _STEPS[-1])
-    return _at_step(points, step)
+    for step in _STEPS:
+        inner = [p for p in points[1:-1] if round(p["indicated_airspeed_kt"] or 0.0) % step == 0]
+        if len(shown := [*points[:1], *inner, *points[1:][-1:]]) <= _MOST_ROWS:
+            break
+    return shown
 
 
 def card_html(curve: ErrorCurve, subject: str) -> str:
@@ -264,23 +227,12 @@ def card_html(curve: ErrorCurve, subject: str) -> str:
 def card_csv(curve: ErrorCurve) -> str:
     """The card as CSV: the unit ends each column's name; all points of the curve."""
     points = curve_points(curve)
-    shown = [c for c in GLANCE_COLUMNS if not (c.optional and c.value(points[0]) is None)]
+    keys = [column.key for column in shown_columns(GLANCE_COLUMNS, points)]
     text = StringIO()
     rows = writer(text, lineterminator="\n")
-    rows.writerow(column.key for column in shown)
-    rows.writerows([_rounded(column, point) for column in shown] for point in points)
+    rows.writerow(keys)
+    rows.writerows(["" if (value := p[key]) is None else f"{value:.3f}" for key in keys] for p in points)
     return text.getvalue()
-
-
-def _rounded(column: Column[CurvePoint], point: CurvePoint) -> str:
-    value = column.value(point)
-    return "" if value is None else format(value, ".3f")
-
-
-def _at_step(points: Sequence[CurvePoint], step: int) -> list[CurvePoint]:
-    """The points at multiples of a step [kt], with the first and the last one."""
-    ends = {points[0].number, points[-1].number}
-    return [p for p in points if p.number in ends or round(p.knots(p.curve.indicated_airspeed)) % step == 0]
 
 
 # The models that a calibration with `--model auto` weighed, with the probability and the criteria of each.
@@ -309,27 +261,6 @@ def choice_columns(rows: Sequence[WeighedModel]) -> list[Column[WeighedModel]]:
         criterion("ln likelihood − greatest", lambda each: each.log_likelihood, max),
         criterion("held-out ln likelihood − greatest", lambda each: each.held_out, max),
     ]
-
-
-def print_choice(result: Calibration, console: "Console") -> None:
-    """Print the weighed models; nothing where the model was named."""
-    rows = result.diagnostics.models
-    if not rows:
-        return
-    print_table(choice_columns(rows), rows, console, "models weighed")
-    console.print(departure_line(result))
-    console.print()
-
-
-def choice_html(result: Calibration) -> str:
-    """The same table as HTML, folded away; empty where the model was named."""
-    rows = result.diagnostics.models
-    if not rows:
-        return ""
-    return (
-        f"<details><summary>The models weighed</summary>{html_table(choice_columns(rows), rows)}"
-        f"<p>{departure_line(result)}</p></details>"
-    )
 
 
 def departure_line(result: Calibration) -> str:
@@ -364,45 +295,41 @@ def print_calibration(
     `limit` as for `judgments`. With `details` also every point of the curve, the models weighed and the fit.
     """
     answer = short_answer_of(result, "")
-    sentences = [
-        *headline(result),
-        answer.correction_sentence,
-        answer.wind_sentence,
-        *(j.sentence for j in judgments(result, limit)),
-    ]
-    for line in sentences:
+    rules = [judgment.sentence for judgment in judgments(result, limit)]
+    for line in [*headline(result), answer.correction_sentence, answer.wind_sentence, *rules]:
         console.print(outside(line))
     print_warnings(result.warnings, console)
     console.print()
+    parameters, wind, fit = parameter_lines(result), wind_lines(result), [*share_lines(result), *fit_lines(result)]
     if not details:
+        parameters, wind, fit = [], [], []
         print_table(GLANCE_COLUMNS, glance_points(result.curve), console)
         console.print()
-        for line in [*part_lines(result), *location_lines(result), *assumption_lines(result)]:
-            console.print(outside(line))
-        return
-    title = f"error curve, model {result.model}, method {result.method}"
-    print_table(CURVE_COLUMNS, curve_points(result.curve), console, title)
-    console.print()
-    print_choice(result, console)
-    fit = [
-        *part_lines(result),
-        *parameter_lines(result),
-        *location_lines(result),
-        *wind_lines(result),
-        *assumption_lines(result),
-    ]
-    for line in [*fit, *share_lines(result), *fit_lines(result)]:
+    else:
+        title = f"error curve, model {result.model}, method {result.method}"
+        print_table(CURVE_COLUMNS, curve_points(result.curve), console, title)
+        console.print()
+        if rows := result.diagnostics.models:
+            print_table(choice_columns(rows), rows, console, "models weighed")
+            console.print(departure_line(result))
+            console.print()
+    before = [*part_lines(result), *parameters, *location_lines(result), *wind]
+    for line in [*before, *assumption_lines(result), *fit]:
         console.print(outside(line))
 
 
 def calibration_html(result: Calibration) -> str:
     """The curve in numbers, the fit behind it and the models weighed, as HTML, folded away."""
     lines = [*parameter_lines(result), *wind_lines(result), *share_lines(result), *fit_lines(result)]
+    fit = "".join(f"<p>{escape(line)}</p>" for line in lines)
+    models = ""
+    if rows := result.diagnostics.models:
+        table = f"{html_table(choice_columns(rows), rows)}<p>{departure_line(result)}</p>"
+        models = f"<details><summary>The models weighed</summary>{table}</details>"
     return (
         "<details><summary>The curve in numbers</summary>"
         f"{html_table(CURVE_COLUMNS, curve_points(result.curve))}</details>\n"
-        "<details><summary>The fit</summary>" + "".join(f"<p>{escape(line)}</p>" for line in lines) + "</details>\n"
-        f"{choice_html(result)}"
+        f"<details><summary>The fit</summary>{fit}</details>\n{models}"
     )
 
 
@@ -460,19 +387,18 @@ def share_lines(result: Calibration) -> list[str]:
     if result.wind is None:
         return []
     wind = max(result.wind.north.two_sigma, result.wind.east.two_sigma) / KNOT
-    return [
-        f"{share.name} (estimated {_found(share.estimate)} ± {share.estimate.two_sigma:.3g}) contributes "
-        f"±{share.curve / KNOT:.2f} kt to the curve's ±{total:.2f} kt and ±{share.wind / KNOT:.2f} kt to the "
-        f"wind's ±{wind:.2f} kt (2σ, as squares; parts overlap)"
-        for share in sorted(result.shares, key=lambda share: -share.curve - share.wind)
-        if max(share.curve, share.wind) > _LEAST_SHARE * KNOT
-    ]
-
-
-def _found(estimate: Estimate) -> str:
-    """Return a value, or zero where it is negligible against its bound and its digits come from rounding alone."""
-    value = estimate.value if abs(estimate.value) > 1e-6 * estimate.two_sigma else 0.0
-    return f"{value:+.3g}"
+    lines = []
+    for share in sorted(result.shares, key=lambda share: -share.curve - share.wind):
+        found = share.estimate
+        # The digits of a value that is negligible against its bound come from rounding alone.
+        value = found.value if abs(found.value) > 1e-6 * found.two_sigma else 0.0
+        if max(share.curve, share.wind) > _LEAST_SHARE * KNOT:
+            lines.append(
+                f"{share.name} (estimated {value:+.3g} ± {found.two_sigma:.3g}) contributes "
+                f"±{share.curve / KNOT:.2f} kt to the curve's ±{total:.2f} kt and ±{share.wind / KNOT:.2f} kt to "
+                f"the wind's ±{wind:.2f} kt (2σ, as squares; parts overlap)"
+            )
+    return lines
 
 
 def fit_lines(result: Calibration) -> list[str]:
@@ -488,10 +414,10 @@ def fit_lines(result: Calibration) -> list[str]:
 
 def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> dict[str, Any]:
     """A calibration as plain data; the unit is in each key. `limit` as for `judgments`."""
-    answer, found = short_answer_of(result, ""), _plain(result.diagnostics)
+    answer, found, zero = short_answer_of(result, ""), _plain(result.diagnostics), result.impact_pressure_zero
     return {
         "model": result.model,
-        "parameters": [_estimate(parameter) for parameter in result.parameters],
+        "parameters": [{"name": p.name, "value": p.value, "two_sigma": p.two_sigma} for p in result.parameters],
         "wind": None if result.wind is None else _wind(result.wind),
         "wind_speed_kt": answer.wind_kt,
         "wind_from_deg": answer.wind_from_deg,
@@ -505,7 +431,10 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         ],
         "parts": [{"from_s": begin, "to_s": end} for begin, end in result.parts],
         "left_out": list(result.left_out),
-        **assumptions_json(result),
+        "assumptions": [
+            {"name": each.name, "two_sigma": each.two_sigma, "source": each.source} for each in result.assumptions
+        ],
+        "impact_pressure_zero_pa": None if zero is None else {"value": zero.value, "two_sigma": zero.two_sigma},
         "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
         "samples": result.samples,
         "converged": result.converged,
@@ -542,10 +471,6 @@ def flight_json(flight: CalibratedFlight) -> dict[str, Any]:
             "flights_of_the_curve": flight.joined,
         }
     }
-
-
-def _estimate(found: Estimate) -> dict[str, Any]:
-    return {"name": found.name, "value": found.value, "two_sigma": found.two_sigma}
 
 
 def _wind(wind: WindEstimate) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from matplotlib.patches import Rectangle
 from pitotbench.effects import effect_of
 from pitotbench.records.gap import Account, FlownAgain, GapMap, History, TellingChannel, Trace
 from pitotbench.records.log import Provenance
-from pitotbench.records.verdict import SURE, Candidate, Check, Closure, Located
+from pitotbench.records.verdict import SURE, Check, Closure, Located
 from pitotbench.show.columns import html_table
 from pitotbench.show.gap_words import (
     closure_percent,
@@ -68,7 +68,6 @@ from pitotbench.units import NAUTICAL_MILE, Array, Booleans
 
 # Instants of a log that the comparison did not use, in words and as shaded stretches of a picture over time.
 
-NOT_USED = "not used"
 _SHADE = "#F0E0D0"  # unlike the grey of a noise band
 
 
@@ -87,7 +86,7 @@ def shade_unused(axes: Axes, time: Array, used: Booleans) -> None:
     """Shade the stretches of time [min], (n,), that are not used, (n,), with one entry in the legend."""
     half = 0.5 * interval(time)
     changes = np.flatnonzero((np.diff(used.astype(np.int8)) != 0) | (np.diff(time) > 3.0 * half)) + 1
-    label = NOT_USED
+    label = "not used"
     for part in stretches(time, changes):
         if not used[part.start]:
             axes.axvspan(time[part.start] - half, time[part.stop - 1] + half, color=_SHADE, lw=0.0, label=label)
@@ -123,22 +122,17 @@ def _map_panel(title: str, found: GapMap, values: Array, scale: float, note: str
         axes.set_yticks(range(len(found.channels)), [words(c) for c in found.channels])
         axes.tick_params(labelsize=9, length=0)
         axes.grid(visible=False)
-        for row, column in zip(*np.nonzero(np.abs(np.nan_to_num(values)) > found.threshold), strict=True):
-            _mark(axes, int(row), int(column), float(values[row, column]), float(norm(values[row, column])))
-        bar = figure.colorbar(
-            image, ax=axes, shrink=0.8, ticks=[-scale, -found.threshold, 0, found.threshold, scale]
-        )
-        bar.ax.set_yticklabels([f"{t:+.0f}" for t in (-scale, -found.threshold, 0, found.threshold, scale)])
+        for row, column in np.argwhere(np.abs(np.nan_to_num(values)) > found.threshold).tolist():
+            value = float(values[row, column])
+            axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, edgecolor=INK, linewidth=0.8))
+            color = "white" if abs(float(norm(value)) - 0.5) > 0.33 else INK  # light on a dark shade
+            axes.text(column, row, f"{value:+.0f}", ha="center", va="center", fontsize=9, color=color)
+        ticks = [-scale, -found.threshold, 0, found.threshold, scale]
+        bar = figure.colorbar(image, ax=axes, shrink=0.8, ticks=ticks)
+        bar.ax.set_yticklabels([f"{t:+.0f}" for t in ticks])
         bar.set_label("significance [σ]", fontsize=9)
         bar.ax.tick_params(labelsize=9)
         return Panel(title, svg(figure, title), note)
-
-
-def _mark(axes: Axes, row: int, column: int, value: float, shade: float) -> None:
-    """Draw a frame and the number, light on a dark shade (0 to 1, 0.5 is white)."""
-    axes.add_patch(Rectangle((column - 0.5, row - 0.5), 1, 1, fill=False, edgecolor=INK, linewidth=0.8))
-    color = "white" if abs(shade - 0.5) > 0.33 else INK
-    axes.text(column, row, f"{value:+.0f}", ha="center", va="center", fontsize=9, color=color)
 
 
 def waterfall_panel(account: Account) -> Panel:
@@ -167,26 +161,20 @@ def waterfall_panel(account: Account) -> Panel:
 
 def before_after_panel(closures: Sequence[tuple[str, Closure]]) -> Panel:
     """The gap without and with the patch, on the fitted and on the held-out log."""
-    size = (4.6, 1.3 + 0.6 * len(closures))
-    return panel("Before and after", lambda axes: draw_closures(axes, closures), size=size)
 
+    def draw(axes: Axes) -> None:
+        for i, (_, closed) in enumerate(closures):
+            before, after = closed.before - closed.noise, max(closed.after - closed.noise, 0.0)
+            axes.barh(i - 0.2, before, color=GREY, height=0.36, label="_" if i else "without the patch")
+            axes.barh(i + 0.2, after, color=GREEN, height=0.36, label="_" if i else "with the patch")
+            share = f"{100.0 * closed.share:.1f} % closed (G = {closed.share:.3f})"
+            axes.annotate(share, (after, i + 0.2), (4.0, 0.0), textcoords="offset points", va="center", fontsize=8)
+        axes.set_yticks(range(len(closures)), [name for name, _ in closures])
+        axes.invert_yaxis()
+        axes.set(xlabel="explainable gap, sum of squares over noise variance")
+        axes.grid(axis="y", visible=False)
 
-def draw_closures(axes: Axes, closures: Sequence[tuple[str, Closure]]) -> None:
-    """Draw two bars a log, the explainable gap without and with the patch, and the share closed, G."""
-    for i, (_, closed) in enumerate(closures):
-        axes.barh(
-            i - 0.2, closed.before - closed.noise, color=GREY, height=0.36, label="_" if i else "without the patch"
-        )
-        after = max(closed.after - closed.noise, 0.0)
-        axes.barh(i + 0.2, after, color=GREEN, height=0.36, label="_" if i else "with the patch")
-        closed_share = f"{100.0 * closed.share:.1f} % closed (G = {closed.share:.3f})"
-        axes.annotate(
-            closed_share, (after, i + 0.2), (4.0, 0.0), textcoords="offset points", va="center", fontsize=8
-        )
-    axes.set_yticks(range(len(closures)), [name for name, _ in closures])
-    axes.invert_yaxis()
-    axes.set(xlabel="explainable gap, sum of squares over noise variance")
-    axes.grid(axis="y", visible=False)
+    return panel("Before and after", draw, size=(4.6, 1.3 + 0.6 * len(closures)))
 
 
 def trace_panels(traces: Sequence[Trace], located: Sequence[Located]) -> list[Panel]:
@@ -196,19 +184,16 @@ def trace_panels(traces: Sequence[Trace], located: Sequence[Located]) -> list[Pa
 
 def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
     """Return the channels that the patch changes visibly, the clearest first; without a patch, those of the gap."""
-    clear = {trace.channel: _clearness(trace) for trace in traces}
+    clear: dict[str, float] = {}  # the change by the patch over the remaining gap, root mean squares
+    for trace in traces:
+        explained = trace.explained[trace.used]
+        remaining = float(np.sqrt(np.mean((trace.gap[trace.used] - explained) ** 2)))
+        clear[trace.channel] = float(np.sqrt(np.mean(explained**2))) / max(remaining, 1e-12)
     if max(clear.values()) > 0.0:
         visible = [trace for trace in traces if clear[trace.channel] > VISIBLE]
         return sorted(visible, key=lambda trace: -clear[trace.channel])
     by_name = {trace.channel: trace for trace in traces}
     return [by_name[place.channel] for place in located if place.channel in by_name]
-
-
-def _clearness(trace: Trace) -> float:
-    """The change by the patch over the remaining gap, root mean squares."""
-    explained = trace.explained[trace.used]
-    remaining = float(np.sqrt(np.mean((trace.gap[trace.used] - explained) ** 2)))
-    return float(np.sqrt(np.mean(explained**2))) / max(remaining, 1e-12)
 
 
 def _trace_panel(trace: Trace) -> Panel:
@@ -248,13 +233,8 @@ def _history_panel(name: str, parts: Sequence[History]) -> Panel:
         same = all(np.array_equal(h.simulated, h.patched) for h in parts)
         for i, part in enumerate(parts):
             time, *sides = thin(part.time / 60.0, part.measured, part.simulated, part.patched)
-            for side, color, label, style in zip(
-                sides,
-                (INK, ORANGE, GREEN),
-                ("measured", "simulated", "simulated with the patch"),
-                ("-", "-", "--"),
-                strict=True,
-            ):
+            looks = ((INK, "-", "measured"), (ORANGE, "-", "simulated"), (GREEN, "--", "simulated with the patch"))
+            for side, (color, style, label) in zip(sides, looks, strict=True):
                 if not (same and color == GREEN):
                     axes.plot(time, side, color=color, ls=style, lw=1.0, label="_" if i else label)
         axes.set(xlabel="time of the log [min]", ylabel=f"{name} [{parts[0].unit}]")
@@ -287,7 +267,8 @@ def telling_panels(telling: TellingChannel) -> list[Panel]:
         for values, color, name in sides:
             means = np.full(len(values), np.nan)
             means[used] = _running(values[used], instants)
-            time, mean = thin(*_without_pauses(telling.time, minutes, means))
+            _, time, mean = broken(telling.time, minutes, means)
+            time, mean = thin(time, mean)
             axes.plot(time, mean, color=color, lw=1.2, label=name)
         axes.set(xlabel="time [min]", ylabel=label)
 
@@ -329,26 +310,26 @@ def _running(values: Array, instants: int) -> Array:
     return np.convolve(values, weights, "same") / np.convolve(np.ones(len(values)), weights, "same")
 
 
-def _without_pauses(time: Array, minutes: Array, values: Array) -> tuple[Array, Array]:
-    """Minutes and values with a NaN at each pause of the recording."""
-    _, at, broken_values = broken(time, minutes, values)
-    return at, broken_values
-
-
 def _binned(of: Array, values: Array) -> tuple[Array, Array, Array]:
     """Centers, means and their standard deviations, of bins with equal numbers of instants."""
     edges = np.unique(np.quantile(of, np.linspace(0.0, 1.0, BINS + 1)))
     number = np.clip(np.searchsorted(edges, of, side="right") - 1, 0, max(len(edges) - 2, 0))
     used = [number == i for i in range(max(len(edges) - 1, 1)) if np.sum(number == i) >= FEWEST]
-    center = np.array([of[here].mean() for here in used])
-    middle = np.array([values[here].mean() for here in used])
-    spread = np.array([values[here].std() for here in used])
+    found = [(of[here].mean(), values[here].mean(), values[here].std()) for here in used]
+    center, middle, spread = np.array(found).reshape(-1, 3).T
     return center, middle, spread
 
 
 def account_page(account: Account) -> str:
     """The HTML of an account."""
-    verdict = account.rounds[0].verdict
+    verdict, sizes = account.rounds[0].verdict, []
+    for effect in verdict.effects:
+        lines = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
+        lines += [size_words(*time) for time in effect.times]
+        sizes.append((words(effect.name), effect_of(effect.name).what, lines))
+    flights = [("the fitted log", account.flown)]
+    if account.holdout:
+        flights.append((f"the held-out log, {account.holdout}", account.flown_holdout))
     return render(
         "reconcile.html",
         title=f"Reconcile: {account.log} against {account.aircraft}",
@@ -356,7 +337,7 @@ def account_page(account: Account) -> str:
         sentences=sentences(account),
         warnings=account.warnings,
         verdict=verdict,
-        sizes=[_sizes(effect) for effect in verdict.effects],
+        sizes=sizes,
         telling=telling_panels(account.telling) if account.telling else [],
         evidence=evidence_words(account),
         maps=map_panels(account.gap_map),
@@ -366,7 +347,7 @@ def account_page(account: Account) -> str:
         rounds=html_table(round_columns(account), range(len(account.rounds))),
         flights=html_table(FLIGHT_COLUMNS, account.flights) if len(account.flights) > 1 else "",
         candidates=html_table(candidate_columns(verdict), verdict.candidates),
-        flown=[_flown(name, flown) for name, flown in _flights(account)],
+        flown=[_flown(name, flown) for name, flown in flights],
         checks=html_table(CHECK_COLUMNS, verdict.checks),
         detectable=html_table(DETECTABLE_COLUMNS, verdict.smallest_detectable),
         patch=account.patch if (verdict.effects and verdict.kind in SURE) or _has_formula(account) else "",
@@ -388,13 +369,6 @@ def _has_formula(account: Account) -> bool:
     return account.formula is not None and not account.formula.refused
 
 
-def _sizes(effect: Candidate) -> tuple[str, str, list[str]]:
-    """Name, description and sizes of an effect, in words."""
-    sizes = [size_words(s.name, s.value, s.two_sigma) for s in effect.sizes]
-    sizes += [size_words(*time) for time in effect.times]
-    return words(effect.name), effect_of(effect.name).what, sizes
-
-
 def _closing(account: Account) -> list[Panel]:
     verdict = account.rounds[0].verdict
     if account.formula is not None and not verdict.effects:
@@ -407,13 +381,6 @@ def _closing(account: Account) -> list[Panel]:
     if len(account.flights) > 1:  # the steps are of the flight with the largest gap, the closure is of all
         return [before_after_panel(closures)]
     return [waterfall_panel(account), before_after_panel(closures)]
-
-
-def _flights(account: Account) -> list[tuple[str, FlownAgain]]:
-    flights = [("the fitted log", account.flown)]
-    if account.holdout:
-        flights.append((f"the held-out log, {account.holdout}", account.flown_holdout))
-    return flights
 
 
 SHORT = 0.02  # of the time within a tolerance: a smaller difference from two flights of one airplane is chance

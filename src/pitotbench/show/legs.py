@@ -8,6 +8,7 @@ from rich.console import Console
 
 from pitotbench.records.calibration import ErrorCurve
 from pitotbench.records.legs import CardPoint, FixedSpeedPoint, FlyByPoint, HandCard, HandPlan
+from pitotbench.show.calibration import CurvePoint, curve_points
 from pitotbench.show.columns import Column, html_table, json_rows, outside, print_table, print_warnings
 from pitotbench.show.markup import render
 from pitotbench.show.words import listed
@@ -118,33 +119,24 @@ CARD_POINT_COLUMNS: tuple[Column[CardPoint], ...] = (
     Column("from", lambda p: _scaled(p.wind_from, DEGREE), "°", "03.0f", "wind_from_deg"),
     Column("remark", lambda p: p.remark, key="remark"),
 )
-_CurveRow = tuple[float, float, float, float, float, float, float, float]
-CURVE_COLUMNS: tuple[Column[_CurveRow], ...] = (
-    Column("KIAS", lambda r: r[0], "kt", ".1f", "indicated_airspeed_kt"),
-    Column("KCAS", lambda r: r[1], "kt", ".1f", "calibrated_airspeed_kt"),
-    Column("correction", lambda r: r[2], "kt", "+.2f", "correction_kt"),
-    Column("±2σ", lambda r: r[3], "kt", ".2f", "two_sigma_kt"),
-    Column("altitude correction", lambda r: r[4], "ft", "+.0f", "altitude_correction_ft"),
-    Column("±2σ", lambda r: r[5], "ft", ".0f", "altitude_two_sigma_ft"),
-    Column("Δp/q_c", lambda r: r[6], "", "+.4f", "normalized_pressure_error"),
-    Column("", lambda r: r[7], key="normalized_two_sigma"),
+
+
+def _altitude(point: CurvePoint) -> float:
+    return point["altitude_correction_ft"] or 0.0  # a tower or a method without heights has none
+
+
+CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
+    Column("KIAS", lambda p: p["indicated_airspeed_kt"], "kt", ".1f", "indicated_airspeed_kt"),
+    Column("KCAS", lambda p: p["calibrated_airspeed_kt"], "kt", ".1f", "calibrated_airspeed_kt"),
+    Column("correction", lambda p: p["correction_kt"], "kt", "+.2f", "correction_kt"),
+    Column("±2σ", lambda p: p["two_sigma_kt"], "kt", ".2f", "two_sigma_kt"),
+    Column(
+        "altitude correction", lambda p: p["altitude_correction_ft"] or 0.0, "ft", "+.0f", "altitude_correction_ft"
+    ),
+    Column("±2σ", lambda p: p["two_sigma_ft"] or 0.0, "ft", ".0f", "altitude_two_sigma_ft"),
+    Column("Δp/q_c", lambda p: p["normalized_pressure_error"], "", "+.4f", "normalized_pressure_error"),
+    Column("", lambda p: p["normalized_two_sigma"], key="normalized_two_sigma"),
 )
-
-
-def _rows(curve: ErrorCurve) -> list[_CurveRow]:
-    height = np.zeros(len(curve.correction)) if curve.altitude_correction is None else curve.altitude_correction
-    bound = np.zeros(len(curve.correction)) if curve.altitude_two_sigma is None else curve.altitude_two_sigma
-    columns = (
-        curve.indicated_airspeed / KNOT,
-        (curve.indicated_airspeed + curve.correction) / KNOT,
-        curve.correction / KNOT,
-        curve.two_sigma / KNOT,
-        height / FOOT,
-        bound / FOOT,
-        curve.normalized_pressure_error,
-        curve.normalized_two_sigma,
-    )
-    return [tuple(map(float, row)) for row in zip(*columns, strict=True)]  # type: ignore[misc]
 
 
 def print_card(card: HandCard, console: Console) -> None:
@@ -153,14 +145,14 @@ def print_card(card: HandCard, console: Console) -> None:
     print_table(CARD_POINT_COLUMNS, card.points, console, "points")
     for name, curve in card.curves.items():
         console.print()
-        print_table(CURVE_COLUMNS, _rows(curve), console, f"curve{f', {name}' if name else ''}")
+        print_table(CURVE_COLUMNS, curve_points(curve), console, f"curve{f', {name}' if name else ''}")
 
 
 def card_json(card: HandCard) -> dict[str, Any]:
     """The card as plain data, in knots, feet and degrees."""
     return {
         "points": json_rows(CARD_POINT_COLUMNS, card.points),
-        "curves": {name: {"curve": json_rows(CURVE_COLUMNS, _rows(curve))} for name, curve in card.curves.items()},
+        "curves": {n: {"curve": json_rows(CURVE_COLUMNS, curve_points(curve))} for n, curve in card.curves.items()},
         "slips": [
             {"row": s.row, "point": s.point, "what": s.words, "probably": s.probably or None} for s in card.slips
         ],
@@ -248,9 +240,9 @@ def hand_plan_json(plans: Sequence[HandPlan], chosen: HandPlan | None) -> dict[s
     return {"fly": fly, "cards": json_rows(PLAN_COLUMNS, plans)}
 
 
-def card_sheet(plan: HandPlan | None = None, points: int = 6, legs: int = 4) -> str:
+def card_sheet(plan: HandPlan | None = None) -> str:
     """The HTML of a sheet to fill in, which prints on one page: empty, or with the legs that a plan asks for."""
-    asked = [""] * (points * legs)
+    legs, asked = 4, [""] * 24
     if plan is not None:
         legs = plan.legs
         asked = [f"{v / KNOT:.0f} KIAS, {t / DEGREE:03.0f}°" for v in plan.airspeeds for t in plan.tracks]

@@ -9,8 +9,6 @@ from pitotbench.show.columns import Column, json_rows, outside, print_table
 from pitotbench.show.words import entry_words, words
 from pitotbench.units import DEGREE, KNOT, NAUTICAL_MILE
 
-# The recommendation of a plan in sentences, and the improved card as words and as a case file has it.
-
 
 def plan_advice(plan: Plan) -> list[str]:
     """The recommendation: what to fly, how often, what to fly without steep turns, and the improved card."""
@@ -29,15 +27,11 @@ def plan_advice(plan: Plan) -> list[str]:
             f"Without steep turns, fly the {_forecast_words(plan.gentle)}."
         )
     if plan.improved is not None:
-        lines.append(f"Improved card: fly the {_forecast_words(plan.improved)}, with {card_words(plan.improved)}.")
+        card = "; ".join(entry_words(key, value) for key, value in plan.improved.card.items())
+        lines.append(f"Improved card: fly the {_forecast_words(plan.improved)}, with {card}.")
     elif plan.flights_searched:
         lines.append(f"The search flew {plan.flights_searched} other cards of it; none is better by more than 1 %.")
     return lines
-
-
-def card_words(each: Forecast) -> str:
-    """The changed numbers of a card as a pilot reads them, with units."""
-    return "; ".join(entry_words(key, value) for key, value in each.card.items())
 
 
 def card_lines(each: Forecast) -> list[str]:

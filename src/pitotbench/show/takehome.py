@@ -57,8 +57,8 @@ def settings_lines(found: AutopilotSettings) -> list[str]:
     speed, bound = found.calibrated_airspeed / KNOT, found.bound / KNOT
     places = sorted({0, len(speed) // 2, len(speed) - 1})
     left = ", ".join(f"±{bound[at]:.2f} kt at {speed[at]:.0f} KCAS" for at in places)
-    return [f"With them the airspeed shown is right within {left} (2σ of the curve and what the formula leaves).",
-            _wash_line(found.wash)]  # fmt: skip
+    first = f"With them the airspeed shown is right within {left} (2σ of the curve and what the formula leaves)."
+    return [first, _wash_line(found.wash)]
 
 
 def _wash_line(wash: Estimate | None) -> str:
@@ -66,9 +66,8 @@ def _wash_line(wash: Estimate | None) -> str:
         return "A propeller's wash was not looked for: the log holds neither throttle nor power."
     if not np.isfinite(wash.two_sigma):
         return "A propeller's wash cannot be told: power follows airspeed here. Fly one speed in climb and descent."
-    size = f"{wash.value / KNOT:+.2f} ± {wash.two_sigma / KNOT:.2f} kt at full power against idle (2σ)".replace(
-        "-", "−"
-    )
+    size = f"{wash.value / KNOT:+.2f} ± {wash.two_sigma / KNOT:.2f} kt at full power against idle (2σ)"
+    size = size.replace("-", "−")
     if abs(wash.value) <= wash.two_sigma:
         return f"No wash of a propeller shows: the airspeed reads {size}."
     return f"A propeller's wash shows: the airspeed reads {size}. No parameter takes it out: move the tube."
@@ -89,7 +88,6 @@ def settings_json(found: AutopilotSettings | None) -> dict[str, Any]:
 
 # Two curves compared.
 
-_STEP_KT = 10.0  # between the airspeeds of a sentence
 _FEWEST_COMMON = 2
 
 
@@ -219,29 +217,22 @@ _HEIGHTS_FT = (0, 5000, 10000, 15000, 20000)
 TABLES = (".csv", ".html", ".xml")
 
 
-@dataclass(frozen=True, slots=True)
-class _Column:
-    """A column of the tables: its heading and unit, its name in a CSV, its style, and a value a row."""
+def _handbook(curve: ErrorCurve) -> list[Column[int]]:
+    """The columns for the airspeeds of a curve; those of the altimeter only where the static source errs."""
 
-    heading: str
-    unit: str
-    key: str
-    style: str
-    values: Array
+    def column(heading: str, unit: str, key: str, style: str, values: Array) -> Column[int]:
+        return Column(heading, lambda row: float(values[row]), unit, style, key)
 
-
-def _handbook(curve: ErrorCurve) -> list[_Column]:
-    """The columns for a curve, a row an airspeed; those of the altimeter only where the static source errs."""
     columns = [
-        _Column("KIAS", "", "indicated_airspeed_kt", ".0f", curve.indicated_airspeed_kt),
-        _Column("KCAS", "", "calibrated_airspeed_kt", ".1f", curve.calibrated_airspeed_kt),
-        _Column("±2σ", "kt", "two_sigma_kt", ".1f", curve.two_sigma_kt),
+        column("KIAS", "", "indicated_airspeed_kt", ".0f", curve.indicated_airspeed_kt),
+        column("KCAS", "", "calibrated_airspeed_kt", ".1f", curve.calibrated_airspeed_kt),
+        column("±2σ", "kt", "two_sigma_kt", ".1f", curve.two_sigma_kt),
     ]
     for height in _HEIGHTS_FT if curve.altitude_correction is not None else ():
         value, bound = (each / FOOT for each in altitude_correction(curve, height * FOOT))
         at, heading = f"at_{height}_ft", f"add to the altimeter at {height:,} ft"
-        columns.append(_Column(heading, "ft", f"altitude_correction_{at}", "+.0f", value))
-        columns.append(_Column("±2σ", "ft", f"altitude_two_sigma_{at}", ".0f", bound))
+        columns.append(column(heading, "ft", f"altitude_correction_{at}", "+.0f", value))
+        columns.append(column("±2σ", "ft", f"altitude_two_sigma_{at}", ".0f", bound))
     return columns
 
 
@@ -268,16 +259,15 @@ def altitude_correction(curve: ErrorCurve, height: float) -> tuple[Meters, Meter
 
 def handbook_csv(curves: Mapping[str, ErrorCurve]) -> str:
     """The tables as CSV: one line an airspeed and configuration; the unit ends each column's name."""
-    tables = {name: _handbook(curve) for name, curve in curves.items()}
-    keys = list(dict.fromkeys(column.key for columns in tables.values() for column in columns))
+    tables = {name: {column.key: column for column in _handbook(curve)} for name, curve in curves.items()}
+    keys = list(dict.fromkeys(key for columns in tables.values() for key in columns))
     named = ["configuration"] if any(curves) else []
     text = StringIO()
     lines = writer(text, lineterminator="\n")
     lines.writerow([*named, *keys])
     for name, columns in tables.items():
-        held = {column.key: column.values for column in columns}
-        for row in range(len(columns[0].values)):
-            cells = [format(held[key][row], ".3f") if key in held else "" for key in keys]
+        for row in range(len(curves[name].indicated_airspeed)):
+            cells = [f"{columns[key].value(row):.3f}" if key in columns else "" for key in keys]
             lines.writerow([*([name] if named else []), *cells])
     return text.getvalue()
 
@@ -288,11 +278,7 @@ def handbook_page(curves: Mapping[str, ErrorCurve], subject: str) -> str:
     for name, curve in curves.items():
         every = range(len(curve.indicated_airspeed))
         kept = [row for row in every if round(float(curve.indicated_airspeed_kt[row])) % 5 == 0] or every
-        columns = [
-            Column(c.heading, lambda row, c=c: float(c.values[row]), c.unit, c.style)  # type: ignore[misc]
-            for c in _handbook(curve)
-        ]
-        tables.append((name or "Airspeed and altimeter", html_table(columns, kept)))
+        tables.append((name or "Airspeed and altimeter", html_table(_handbook(curve), kept)))
     return render(
         "takehome.html",
         title=f"Airspeed calibration: {subject}",

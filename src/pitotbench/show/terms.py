@@ -1,6 +1,6 @@
 """Show the aerodynamic terms of a model beside measured maneuvers: words, tables, JSON and a page."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from pitotbench.show.columns import Column, html_table, json_rows, outside, prin
 from pitotbench.show.markup import render
 from pitotbench.show.pages import page_version
 from pitotbench.show.style import BLUE, INK, ORANGE, WIDE, Panel, broken, stacked, svg
-from pitotbench.units import DEGREE, FOOT, KNOT, POUND_FORCE
+from pitotbench.units import DEGREE, FOOT, KNOT, POUND_FORCE, Array
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -123,7 +123,11 @@ def terms_json(account: TermsAccount) -> dict[str, Any]:
 
 def terms_page(account: TermsAccount, overlay: str, inputs: str) -> str:
     """Return the HTML of the account; `overlay` is its XML, empty where no term is off, `inputs` names the logs."""
-    held = sorted(account.held_out, key=_size, reverse=True)[:SHOWN]
+
+    def size(each: ManeuverGap) -> float:
+        return sum(gap.before - gap.noise for gap in each.channels.values())
+
+    held = sorted(account.held_out, key=size, reverse=True)[:SHOWN]
     names = {each.name for each in held}
     flown = [each for each in account.flown if each.name in names]
     return render(
@@ -140,57 +144,45 @@ def terms_page(account: TermsAccount, overlay: str, inputs: str) -> str:
     )
 
 
-def _size(each: ManeuverGap) -> float:
-    return sum(gap.before - gap.noise for gap in each.channels.values())
-
-
 def _gap_panel(each: ManeuverGap) -> Panel:
     """The residual of the channels with a gap over time, of the model and of the corrected one."""
     significant = [name for name, gap in each.channels.items() if gap.significant] or list(each.channels)[:1]
-
-    def drawn(name: str) -> Callable[[Axes], None]:
-        place = CHANNELS.index(name)
+    rows = []
+    for name in significant:
         unit, factor = ("ft·lb", POUND_FORCE * FOOT) if "moment" in name else ("lb", POUND_FORCE)
-
-        def draw(axes: Axes) -> None:
-            axes.axhline(0.0, color=INK, lw=0.7)
-            axes.plot(each.time, each.before[:, place] / factor, color=ORANGE, label="the model")
-            axes.plot(each.time, each.after[:, place] / factor, color=BLUE, label="corrected")
-            axes.set(ylabel=f"{name} [{unit}]")
-            if name == significant[-1]:
-                axes.set_xlabel("time [s]")
-
-        return draw
-
+        before, after = (values[:, CHANNELS.index(name)] / factor for values in (each.before, each.after))
+        rows.append((f"{name} [{unit}]", [(before, ORANGE, "the model"), (after, BLUE, "corrected")]))
     title = f"Measured less modeled: {each.name}{', held out' if each.held_out else ''}"
-    return _stack([drawn(name) for name in significant], title)
+    return _stack(title, each.time, rows, zero=True)
 
 
 def _flown_panel(each: OpenLoopFlight) -> Panel:
     """The measured motion, and those of the model and of the corrected one under the measured controls."""
-    factors = (KNOT, DEGREE, DEGREE, DEGREE)
+    sides = ((each.measured, INK, "measured"), (each.before, ORANGE, "the model"), (each.after, BLUE, "corrected"))
+    rows = []
+    for i, ((name, unit), factor) in enumerate(zip(MOTIONS, (KNOT, DEGREE, DEGREE, DEGREE), strict=True)):
+        rows.append((f"{name} [{unit}]", [(values[:, i] / factor, color, label) for values, color, label in sides]))
+    title = f"Flown with the measured controls: {each.name}{', held out' if each.held_out else ''}"
+    return _stack(title, each.time, rows)
 
-    def drawn(i: int) -> Callable[[Axes], None]:
+
+_Line = tuple[Array, str, str]  # values over time, color, and the entry of the legend
+
+
+def _stack(title: str, time: Array, rows: Sequence[tuple[str, Sequence[_Line]]], zero: bool = False) -> Panel:
+    """Axes below one another over time [s]: the label and the lines of each, and a line at zero where asked for."""
+
+    def drawn(label: str, lines: Sequence[_Line], last: bool) -> Callable[[Axes], None]:
         def draw(axes: Axes) -> None:
-            lines = (
-                (each.measured, INK, "measured"),
-                (each.before, ORANGE, "the model"),
-                (each.after, BLUE, "corrected"),
-            )
-            for values, color, label in lines:
-                axes.plot(each.time, values[:, i] / factors[i], color=color, label=label)
-            name, unit = MOTIONS[i]
-            axes.set(ylabel=f"{name} [{unit}]")
-            if i == len(MOTIONS) - 1:
-                axes.set_xlabel("time [s]")
+            if zero:
+                axes.axhline(0.0, color=INK, lw=0.7)
+            for values, color, name in lines:
+                axes.plot(*broken(time, values), color=color, label=name or None)
+            axes.set(ylabel=label, **({"xlabel": "time [s]"} if last else {}))
 
         return draw
 
-    title = f"Flown with the measured controls: {each.name}{', held out' if each.held_out else ''}"
-    return _stack([drawn(i) for i in range(len(MOTIONS))], title)
-
-
-def _stack(draws: list[Callable[[Axes], None]], title: str) -> Panel:
+    draws = [drawn(label, lines, label == rows[-1][0]) for label, lines in rows]
     with stacked(draws, (WIDE[0], 0.9 + 1.15 * len(draws)), 3) as figure:
         return Panel(title, svg(figure, title))
 
@@ -301,16 +293,6 @@ def comparison_page(found: ModelComparison) -> str:
 
 
 def _change_panel(found: ModelComparison) -> Panel:
-    names = [each.channel for each in found.channels]
-
-    def drawn(channel: ChannelChange) -> Callable[[Axes], None]:
-        def draw(axes: Axes) -> None:
-            axes.axhline(0.0, color=INK, lw=0.7)
-            axes.plot(*broken(found.time - found.time[0], found.traces[channel.channel]), color=BLUE)
-            axes.set(ylabel=f"{channel.channel} [{channel.unit}]")
-            if channel.channel == names[-1]:
-                axes.set_xlabel("time [s]")
-
-        return draw
-
-    return _stack([drawn(each) for each in found.channels], "New less old, in the states that the old one flew")
+    rows = [(f"{c.channel} [{c.unit}]", [(found.traces[c.channel], BLUE, "")]) for c in found.channels]
+    title = "New less old, in the states that the old one flew"
+    return _stack(title, found.time - found.time[0], rows, zero=True)

@@ -5,6 +5,7 @@ from typing import Any
 from rich.console import Console
 
 from pitotbench.effects import EFFECTS, effect_of
+from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import Account, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
     Candidate,
@@ -125,7 +126,10 @@ def candidate_columns(verdict: Verdict) -> list[Column[Candidate]]:
         Column("effect", lambda each: words(each.name)),
         Column("", lambda each: each.name, key="name"),
         Column("part", lambda each: effect_of(each.name).part, key="part"),
-        Column("size (± is 2σ)", _sizes),
+        Column(
+            "size (± is 2σ)",
+            lambda each: "; ".join(size_words(size.name, size.value, size.two_sigma) for size in each.sizes),
+        ),
         Column("probability", lambda each: each.probability, style=".2f", key="probability"),
         Column("score", lambda each: each.score, "σ", ".1f", "score"),
         Column("verdict", result),
@@ -140,24 +144,15 @@ def round_columns(account: Account) -> list[Column[int]]:
         named = "; ".join(effect_words(effect) for effect in each.verdict.effects) if each.added else ""
         return kind_words(each.verdict) + (f": {named}" if named else "")
 
-    def largest(number: int) -> str:
-        located = account.rounds[number].verdict.located
-        return f"{words(located[0].channel)}, {words(located[0].where)}" if located else ""
-
-    def significance(number: int) -> float | None:
-        located = account.rounds[number].verdict.located
-        return located[0].significance if located else None
+    def largest(number: int) -> Located | None:
+        return next(iter(account.rounds[number].verdict.located), None)
 
     return [
         Column("pass", lambda number: str(number + 1)),
         Column("verdict", verdict_words),
-        Column("largest gap in", largest),
-        Column("largest gap", significance, "σ", "+.1f"),
+        Column("largest gap in", lambda n: f"{words(p.channel)}, {words(p.where)}" if (p := largest(n)) else ""),
+        Column("largest gap", lambda n: (p := largest(n)) and p.significance, "σ", "+.1f"),
     ]
-
-
-def _sizes(each: Candidate) -> str:
-    return "; ".join(size_words(size.name, size.value, size.two_sigma) for size in each.sizes)
 
 
 # The table of several flights reconciled together.
@@ -169,19 +164,8 @@ def _alone(flight: JoinedFlight) -> str:
 
 
 def _own(flight: JoinedFlight) -> str:
-    return "; ".join(
-        f"{words(own.effect)}, {size_words(own.size.name, own.size.value, own.size.two_sigma)}"
-        for own in flight.own_sizes
-    )
-
-
-def _apart(flight: JoinedFlight) -> float | None:
-    apart = [own.apart for own in flight.own_sizes if own.apart is not None]
-    return max(apart) if apart else None
-
-
-def _left_out(flight: JoinedFlight) -> float | None:
-    return flight.left_out.share if flight.left_out is not None else None
+    sizes = ((own.effect, own.size) for own in flight.own_sizes)
+    return "; ".join(f"{words(name)}, {size_words(s.name, s.value, s.two_sigma)}" for name, s in sizes)
 
 
 FLIGHT_COLUMNS: tuple[Column[JoinedFlight], ...] = (
@@ -193,26 +177,25 @@ FLIGHT_COLUMNS: tuple[Column[JoinedFlight], ...] = (
     Column("", lambda flight: flight.alone, key="verdict_alone"),
     Column("", lambda flight: flight.log_bayes_factor, key="log_bayes_factor_alone"),
     Column("own size (± is 2σ)", _own),
-    Column("apart from the others", _apart, "σ", ".1f", "apart"),
+    Column(
+        "apart from the others",
+        lambda flight: max((own.apart for own in flight.own_sizes if own.apart is not None), default=None),
+        "σ",
+        ".1f",
+        "apart",
+    ),
     Column("G", lambda flight: flight.closure.share, style=".2f", key="closure"),
-    Column("G left out", _left_out, style=".2f", key="closure_left_out"),
+    Column(
+        "G left out", lambda flight: flight.left_out and flight.left_out.share, style=".2f", key="closure_left_out"
+    ),
     Column("", lambda flight: flight.null_flights, key="null_flights"),
 )
 
 
 def flight_json(flight: JoinedFlight) -> dict[str, Any]:
     """What a flight of several says, as plain data."""
-    plain = {column.key: column.value(flight) for column in FLIGHT_COLUMNS if column.key}
-    sizes = [
-        {
-            "effect": own.effect,
-            "name": own.size.name,
-            "value": own.size.value,
-            "two_sigma": own.size.two_sigma,
-            "apart": own.apart,
-        }
-        for own in flight.own_sizes
-    ]
+    (plain,) = json_rows(FLIGHT_COLUMNS, [flight])
+    sizes = [{"effect": own.effect, **_size(own.size), "apart": own.apart} for own in flight.own_sizes]
     return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
 
 
@@ -321,11 +304,14 @@ def _share(verdict: Verdict, closed: Closure | None) -> float | None:
 
 
 def _effect(effect: Candidate) -> dict[str, Any]:
-    sizes = [{"name": s.name, "value": s.value, "two_sigma": s.two_sigma} for s in effect.sizes]
     return {
         "name": effect.name,
-        "parameters": sizes,
+        "parameters": [_size(size) for size in effect.sizes],
         "times": dict(effect.times),
         "score": effect.score,
         "probability": effect.probability,
     }
+
+
+def _size(size: Estimate) -> dict[str, Any]:
+    return {"name": size.name, "value": size.value, "two_sigma": size.two_sigma}

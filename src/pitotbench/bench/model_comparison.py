@@ -90,17 +90,9 @@ def compare_models(
         traces = _changes(before, after, motion)
         channels = tuple(_whole(traces, before, motion))
         located = tuple(_located(traces, before, motion, phase))
-        return ModelComparison(
-            old,
-            new,
-            card,
-            motion.time,
-            traces,
-            channels,
-            located,
-            tuple(sorted(terms, key=lambda t: -t.effects[0].share if t.effects else 0.0)),
-            tuple(_remarks(channels, terms)),
-        )
+        terms.sort(key=lambda t: -t.effects[0].share if t.effects else 0.0)
+        remarks = tuple(_remarks(channels, terms))
+        return ModelComparison(old, new, card, motion.time, traces, channels, located, tuple(terms), remarks)
 
 
 def _taken(folder: Path, path: str) -> Path:
@@ -326,14 +318,11 @@ def _located(
     changes: Mapping[str, Array], before: ModelForces, motion: Motion, phase: NDArray[np.str_]
 ) -> Iterator[ChannelChange]:
     """Yield the change of each channel in each phase, in the order of the flight."""
-    scale = _scales(before, motion)
-    area, span, chord = before.wing
-    pressure = 0.7 * motion.static_pressure * motion.mach**2 / (POUND * STANDARD_GRAVITY) * FOOT**2
-    arms = dict(zip(CHANNELS, (1.0, 1.0, 1.0, span, chord, span), strict=True))
+    scale, units = _scales(before, motion), _coefficient_units(before, motion)
     for name, change in changes.items():
         for where in dict.fromkeys(phase.tolist()):
             own = change[phase == where]
-            coefficient = own / (pressure[phase == where] * area * arms[name]) if name in arms else None
+            coefficient = own / units[name][phase == where] if name in units else None
             largest = float(np.max(np.abs(own)))
             yield ChannelChange(
                 name,
@@ -344,6 +333,14 @@ def _located(
                 largest / (scale[name] or largest or 1.0),
                 None if coefficient is None else float(np.sqrt(np.mean(coefficient**2))),
             )
+
+
+def _coefficient_units(forces: ModelForces, motion: Motion) -> dict[str, Array]:
+    """Return the force or the moment of a coefficient of one along a motion: pressure times area and length."""
+    area, span, chord = forces.wing
+    pressure = 0.7 * motion.static_pressure * motion.mach**2 / (POUND * STANDARD_GRAVITY) * FOOT**2
+    arms = zip(CHANNELS, (1.0, 1.0, 1.0, span, chord, span), strict=True)
+    return {name: pressure * area * arm for name, arm in arms}
 
 
 # What each difference is called, and what it was and is.
@@ -359,12 +356,20 @@ def _term(
     if not function or not known:
         leaf, unit, old, new = _only_number(edit)
         return TermChange(f"{edit.part} {leaf}".rstrip(), edit.part, unit, old, new, effects)
-    values = [_coefficient(known[-1], forces, motion) for forces in (before, after)]
-    (old, unit), (new, _) = values
-    name = known[-1].name
+    term = known[-1]
+    name, unit, told, means = term.name, "", [], []
+    for forces in (before, after):
+        values = _values(term, forces, motion)
+        area, span, chord = forces.wing
+        wing = (area * FOOT**2, span * FOOT, chord * FOOT)
+        value, own = (None, "") if values is None else coefficient_of(term, motion, values, wing)
+        told.append(value)
+        means.append(None if values is None else float(np.mean(values)))
+        unit = own if forces is before else unit
+    old, new = told
     if old is not None and new is not None and abs(new - old) < 1e-6 * abs(old) and unit:
         # The slope is the same: what changed is the value at no angle or rate.
-        (old, new), name, unit = (_mean(known[-1], f, motion) for f in (before, after)), f"{name}, its mean", ""
+        (old, new), name, unit = means, f"{name}, its mean", ""
     return TermChange(name, edit.part, unit, old, new, effects)
 
 
@@ -391,23 +396,7 @@ def _values(term: Term, forces: ModelForces, motion: Motion) -> Array | None:
     values = forces.values.get(term.function.name)
     if values is None or not term.function.axis:
         return values
-    area, span, chord = forces.wing
-    arm = dict(zip(CHANNELS, (1.0, 1.0, 1.0, span, chord, span), strict=True))[AXIS_CHANNEL[term.axis]]
-    pressure = 0.7 * motion.static_pressure * motion.mach**2 / (POUND * STANDARD_GRAVITY) * FOOT**2
-    return np.asarray(values / (pressure * area * arm))
-
-
-def _coefficient(term: Term, forces: ModelForces, motion: Motion) -> tuple[float | None, str]:
-    values = _values(term, forces, motion)
-    if values is None:
-        return None, ""
-    wing = (forces.wing[0] * FOOT**2, forces.wing[1] * FOOT, forces.wing[2] * FOOT)
-    return coefficient_of(term, motion, values, wing)
-
-
-def _mean(term: Term, forces: ModelForces, motion: Motion) -> float | None:
-    values = _values(term, forces, motion)
-    return None if values is None else float(np.mean(values))
+    return np.asarray(values / _coefficient_units(forces, motion)[AXIS_CHANNEL[term.axis]])
 
 
 def _remarks(channels: Sequence[ChannelChange], terms: Sequence[TermChange]) -> Iterator[str]:

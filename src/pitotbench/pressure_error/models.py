@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from pitotbench.units import Array, Pascal
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
-
-
-# The models of Martos, Kiszely and Foster (2011, Fig 4), each a sum of terms in x = q_ci/q_ref, and a spline.
 
 
 # The models of Martos, Kiszely and Foster (2011, Fig 4), each a sum of terms in x = q_ci/q_ref.
@@ -33,7 +30,7 @@ class TermModel:
     formula: str
 
     def basis(self, x: Array) -> Array:
-        """Return the terms at x = q_ci/q_ref, (n,), as an array (n, k) [-]."""
+        """Return the terms at x = q_ci/q_ref, (n,), as an array (n, k) [-], k being the number of parameters."""
         return _columns([term for term, _ in self.terms], x)
 
     def basis_slope(self, x: Array) -> Array:
@@ -64,37 +61,6 @@ LINEAR = TermModel("linear", ("k1", "k2"), (ONE, X), "k1 + k2 x")
 QUADRATIC = TermModel("quadratic", ("k1", "k2", "k3"), (ONE, X, X_SQUARED), "k1 + k2 x + k3 x²")
 INVERSE = TermModel("inverse", ("k1", "k2"), (ONE, ONE_OVER_X), "k1 + k2/x")
 INVERSE_PLUS = TermModel("inverse+", ("k1", "k2", "k3"), (ONE, X, ONE_OVER_X), "k1 + k2 x + k3/x")
-
-
-class PressureErrorModel(Protocol):
-    """A model of Δp/q_c over x = q_ci/q_ref that is linear in its parameters."""
-
-    @property
-    def name(self) -> str:
-        """The model's name in the table."""
-        ...
-
-    @property
-    def parameter_names(self) -> tuple[str, ...]:
-        """The names of the parameters, in the order of the terms."""
-        ...
-
-    @property
-    def formula(self) -> str:
-        """The model in words or symbols, with the name of every parameter."""
-        ...
-
-    def basis(self, x: Array) -> Array:
-        """Return the terms at x, (n,), as an array (n, k) [-], k being the number of parameters."""
-        ...
-
-    def basis_slope(self, x: Array) -> Array:
-        """Return the derivatives of the terms with respect to x, (n, k)."""
-        ...
-
-    def spread_over(self, low: float, high: float) -> "PressureErrorModel":
-        """Return the model for data between x = low and x = high. Knots, if there are any, lie in that range."""
-        ...
 
 
 # A model without a formula: a natural cubic spline in ln x, for curves that no formula of the table follows.
@@ -167,11 +133,10 @@ def _cardinal(knots: tuple[float, ...]) -> "CubicSpline":
 
 
 SPLINE = spline_between(0.5, 4.0, 5)  # about 70 to 200 KIAS; a calibration replaces it by the range of its log
+PressureErrorModel = TermModel | SplineModel
 
 
 # A pressure-error curve, with parameters or as a table: from indicated to true impact pressure and back.
-
-# A pressure-error curve with its parameters: from indicated to true impact pressure and back.
 
 _ITERATIONS = 60
 _TOLERANCE = 1e-12
@@ -181,8 +146,30 @@ class PressureErrorRangeError(ValueError):
     """The pressure error has no solution at an impact pressure. The message says where and why."""
 
 
+class _Curve:
+    """What the curves share: true and indicated impact pressure of one another."""
+
+    __slots__ = ()
+
+    def normalized(self, indicated_impact_pressure: Pascal) -> Array:
+        """Return Δp/q_c [-] at an indicated impact pressure [Pa], any shape."""
+        raise NotImplementedError
+
+    def impact_pressure(self, indicated_impact_pressure: Pascal) -> Pascal:
+        """Return the true impact pressure q_c = q_ci/(1 − f) of an indicated one [Pa], any shape."""
+        q_ci = np.asarray(indicated_impact_pressure, dtype=np.float64)
+        return q_ci / (1.0 - self.normalized(q_ci))
+
+    def indicated_impact_pressure(self, impact_pressure: Pascal) -> Pascal:
+        """Return the indicated impact pressure of a true one [Pa], (n,): solve q_ci = q_c (1 − f(q_ci)).
+
+        Raises PressureErrorRangeError where no solution is found, because f is close to 1 or above.
+        """
+        return invert(self.normalized, impact_pressure)
+
+
 @dataclass(frozen=True, slots=True)
-class PressureErrorCurve:
+class PressureErrorCurve(_Curve):
     """A pressure-error curve Δp/q_c = f(q_ci/q_ref); Δp = q_c − q_ci, the sign of Martos et al. (2011).
 
     `reference_pressure` is q_ref [Pa]. Raises ValueError where the number of parameters does not fit the model.
@@ -201,18 +188,6 @@ class PressureErrorCurve:
         """Return Δp/q_c [-] at an indicated impact pressure [Pa], any shape."""
         x = np.asarray(indicated_impact_pressure, dtype=np.float64) / self.reference_pressure
         return np.asarray(self.model.basis(x) @ np.asarray(self.parameters))
-
-    def impact_pressure(self, indicated_impact_pressure: Pascal) -> Pascal:
-        """Return the true impact pressure q_c = q_ci/(1 − f) of an indicated one [Pa], any shape."""
-        q_ci = np.asarray(indicated_impact_pressure, dtype=np.float64)
-        return q_ci / (1.0 - self.normalized(q_ci))
-
-    def indicated_impact_pressure(self, impact_pressure: Pascal) -> Pascal:
-        """Return the indicated impact pressure of a true one [Pa], (n,): solve q_ci = q_c (1 − f(q_ci)).
-
-        Raises PressureErrorRangeError where no solution is found, because f is close to 1 or above.
-        """
-        return invert(self.normalized, impact_pressure)
 
 
 def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pascal:
@@ -243,12 +218,9 @@ def invert(normalized: Callable[[Array], Array], impact_pressure: Pascal) -> Pas
     )
 
 
-# A pressure error given as a table over indicated airspeed, linear between points, held at the ends.
-
-
 @dataclass(frozen=True, slots=True)
-class TableCurve:
-    """Δp/q_c [-] over indicated airspeed [m/s], at two or more increasing airspeeds.
+class TableCurve(_Curve):
+    """Δp/q_c [-] over indicated airspeed [m/s], linear between two or more increasing airspeeds, held at the ends.
 
     Raises ValueError for fewer points, or airspeeds that do not increase.
     """
@@ -266,12 +238,3 @@ class TableCurve:
         """Return Δp/q_c [-] at an indicated impact pressure [Pa], any shape."""
         speed = air.calibrated_airspeed(indicated_impact_pressure)
         return np.interp(speed, self.airspeed, self.values)
-
-    def impact_pressure(self, indicated_impact_pressure: Pascal) -> Pascal:
-        """Return the true impact pressure q_c = q_ci/(1 − f) of an indicated one [Pa], any shape."""
-        q_ci = np.asarray(indicated_impact_pressure, dtype=np.float64)
-        return q_ci / (1.0 - self.normalized(q_ci))
-
-    def indicated_impact_pressure(self, impact_pressure: Pascal) -> Pascal:
-        """Return the indicated impact pressure of a true one [Pa], (n,). Raises PressureErrorRangeError."""
-        return invert(self.normalized, impact_pressure)

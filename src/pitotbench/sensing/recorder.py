@@ -63,16 +63,6 @@ def indicated_impact_pressure(impact_pressure: Pascal, curve: Curve) -> Pascal:
         raise BadInputError(str(error)) from error
 
 
-def deviation(channel: Channel, das: DataSystem) -> float:
-    """Return the standard deviation of a plain channel's white noise [SI]."""
-    return float(getattr(das, channel.noise)) if isinstance(channel.noise, str) else channel.noise or 0.0
-
-
-def resolution(channel: Channel, das: DataSystem) -> float:
-    """Return the smallest step of a plain channel [SI]; 0 means no rounding."""
-    return float(getattr(das, channel.resolution)) if isinstance(channel.resolution, str) else channel.resolution
-
-
 def noise_stream(seed: int, channel: str, das: DataSystem) -> np.random.Generator:
     """Return the random stream of one channel.
 
@@ -186,8 +176,9 @@ def with_probe_effects(flight: Flight, das: DataSystem) -> Flight:
     if not choices:
         return flight
     plain = {c.name: flight[c.name] for c in PLAIN if c.name in flight.channels}
-    channels = plain | values_at_probes(flight, das, lambda values: values)
-    signals = _applied(Signals(flight["time"], channels), choices)
+    signals = Signals(flight["time"], plain | values_at_probes(flight, das, lambda values: values))
+    for effect, sizes in choices:  # one after the other, in the order of the case
+        signals = effect.apply(signals, sizes)
     changed = {(_FELT + name if name in PROBES else name): signals[name] for name in signals}
     return replace(flight, channels={**flight.channels, **changed})
 
@@ -211,20 +202,16 @@ def with_recorder_effects(log: FlightLog, case: Case) -> FlightLog:
     if not choices:
         return log
     channels = {name: values for name, values in log.channels().items() if values.dtype == float and name != "time"}
-    changed: dict[str, Any] = dict(_applied(Signals(log.time, channels), choices).channels)
+    signals = Signals(log.time, channels)
+    for effect, sizes in choices:
+        signals = effect.apply(signals, sizes)
+    changed: dict[str, Any] = dict(signals.channels)
     return replace(log, **changed)
 
 
 def _sensor_effects(case: Case, after_noise: bool) -> list[tuple[SensorEffect, Mapping[str, float]]]:
     found = [(c.effect, c.sizes) for c in chosen(case.effects) if isinstance(c.effect, SensorEffect)]
     return [(effect, sizes) for effect, sizes in found if effect.after_noise == after_noise]
-
-
-def _applied(signals: Signals, choices: list[tuple[SensorEffect, Mapping[str, float]]]) -> Signals:
-    """Apply the effects one after the other, in the order of the case."""
-    for effect, sizes in choices:
-        signals = effect.apply(signals, sizes)
-    return signals
 
 
 TRUTH_FIELDS = ("pressure_error", "wind", "effects")  # of a Case: what the calibrator is to find, so not in a log
@@ -293,10 +280,14 @@ def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed
     instants = when.gps if by_gps else when.rows
     # A heading is unwrapped before interpolation: halfway between 359° and 1° lies 0°, not 180°.
     values = instants.of(np.unwrap(truth) if channel.wraps else truth)
-    values = add_noise(values, deviation(channel, das), noise_stream(seed, channel.name, das))
+    deviation, step = (
+        float(getattr(das, size)) if isinstance(size, str) else size or 0.0
+        for size in (channel.noise, channel.resolution)
+    )
+    values = add_noise(values, deviation, noise_stream(seed, channel.name, das))
     if channel.wraps:
         values = np.mod(values, _FULL_TURN)
-    values = quantize(values, resolution(channel, das))
+    values = quantize(values, step)
     return values[when.fix] if by_gps else values
 
 
@@ -306,26 +297,15 @@ def header(case: Case, das: DataSystem, sensor_seed: int) -> dict[str, Any]:
     It holds a digest of the whole case, so that a truth file can be matched to its log.
     """
     public = case_table(case, omit=(*TRUTH_FIELDS, "das", "accuracy", "truth_seed", "sensor_seed"))
-    system = {**case_table_of_system(das), "name": das.label}
+    system = {**case_table(Case(das=das))["das"], "name": das.label}
     return {
         "format": "pitotbench flight log 1",
         "versions": {name: _version(name) for name in ("pitotbench", "jsbsim", "numpy")},
         "seeds": {"truth": case.truth_seed, "sensor": sensor_seed},
         "case": {**public, "das": system},
-        "case_sha256": case_digest(case),
+        "case_sha256": sha256(write_case(case).encode()).hexdigest(),
         "accuracy": {**EXACT, **case.accuracy},
     }
-
-
-def case_table_of_system(das: DataSystem) -> dict[str, Any]:
-    """Return a data system as a plain table whose keys end in units."""
-    table: dict[str, Any] = case_table(Case(das=das))["das"]
-    return table
-
-
-def case_digest(case: Case) -> str:
-    """Return the SHA-256 of the whole case as TOML text, in hexadecimal."""
-    return sha256(write_case(case).encode()).hexdigest()
 
 
 def _version(package: str) -> str:

@@ -54,21 +54,15 @@ _OFTEN_OUTSIDE = 0.7  # share inside ±2σ: a model below it cannot take the sha
 
 def remarks(results: "pd.DataFrame | None", answers: Sequence[ShortAnswer]) -> list[str]:
     """Sentences for the top of a page, the most important first. `results` is None for measured logs."""
-    of_results = [] if results is None else [*_ranking(results), *_shapes(results)]
-    return [*_warnings(answers), *of_results]
-
-
-def _warnings(answers: Sequence[ShortAnswer]) -> Iterator[str]:
-    """Each warning once, with the flights or logs that it belongs to."""
+    lines = []
     for text in dict.fromkeys(w for answer in answers for w in answer.warnings):
         subjects = ", ".join(answer.subject for answer in answers if text in answer.warnings)
-        yield f"{subjects}: {text}."
+        lines.append(f"{subjects}: {text}.")
+    return lines if results is None or not len(results) else [*lines, *_ranking(results), *_shapes(results)]
 
 
 def _ranking(results: "pd.DataFrame") -> Iterator[str]:
     """A small residual does not mean a small bound of the curve."""
-    if not len(results):
-        return
     first = results[results["model"] == results["model"].iloc[0]]
     table = first.groupby(["maneuver", "das"], sort=False).mean(numeric_only=True)
     if len(table) < 2:
@@ -91,8 +85,6 @@ def _ranking(results: "pd.DataFrame") -> Iterator[str]:
 
 def _shapes(results: "pd.DataFrame") -> Iterator[str]:
     """A bound holds only where the model can take the shape of the true curve."""
-    if not len(results):
-        return
     share = results.groupby("model", sort=False)["curve_coverage"].mean()
     stiff = [str(name) for name, value in share.items() if value < _OFTEN_OUTSIDE]
     if stiff and len(share) > 1:

@@ -7,12 +7,10 @@ import numpy as np
 from scipy.special import stdtrit
 
 from pitotbench.effects import EFFECTS, effect_of
-from pitotbench.records.gap import Account, CalibrationChange, Feature, FormulaTerm, FoundFormula
-from pitotbench.records.verdict import SURE, Candidate, Closure, Located, Verdict
-from pitotbench.show.words import listed, name_and_unit, size_words, words
+from pitotbench.records.gap import Account, CalibrationChange, Feature, FoundFormula
+from pitotbench.records.verdict import SURE, Candidate, Closure, Verdict
+from pitotbench.show.words import listed, name_and_unit, size_words, with_unit, words
 from pitotbench.units import KNOT
-
-# The formula of a gap in sentences and as plain data.
 
 # The symbols that need a word, each with the unit in which it enters a formula.
 MEANINGS = {
@@ -37,7 +35,12 @@ def formula_sentences(formula: FoundFormula, holdout: str) -> list[str]:
     meanings = [text for symbol, text in MEANINGS.items() if any(_holds(t.term, symbol) for t in formula.terms)]
     legend = f" Here {listed(meanings)}." if meanings else ""
     lines = [f"{left} follows a formula: {'; '.join(_equations(formula))}; ± is 2σ.{legend}"]
-    lines += [_as_well(term) for term in formula.terms if term.alternatives]
+    for term in formula.terms:
+        if term.alternatives:
+            others = listed(list(term.alternatives[:3]), "or")
+            lines.append(
+                f"In the place of {term.symbol} with {term.term}, the log is explained as well by {others}."
+            )
     closed = f"The formula closes {closure_percent(formula.closure)} of the explainable gap of this log"
     if formula.beside:
         closed += " that the names leave"
@@ -84,27 +87,13 @@ def formula_json(formula: FoundFormula | None) -> dict[str, Any] | None:
 
 def _equations(formula: FoundFormula) -> list[str]:
     """One equation for each quantity that is corrected."""
-    groups: dict[str, list[FormulaTerm]] = {}
+    groups: dict[str, list[str]] = {}
     for term in formula.terms:
-        groups.setdefault(term.effect, []).append(term)
-    return [f"{terms[0].quantity}: {_equation(terms)}" for terms in groups.values()]
-
-
-def _equation(terms: list[FormulaTerm]) -> str:
-    unit = name_and_unit(f"x_{terms[0].unit}")[1] if terms[0].unit else ""
-    parts = [_part(term, unit) for term in terms]
-    return f"{terms[0].symbol} = " + " + ".join(parts)
-
-
-def _part(term: FormulaTerm, unit: str) -> str:
-    number = f"({term.size.value:.3g} ± {term.size.two_sigma:.2g})"
-    number += unit if unit == "°" else f" {unit}" if unit else ""
-    return number if term.term == "1" else f"{number} {term.term}"
-
-
-def _as_well(term: FormulaTerm) -> str:
-    others = listed(list(term.alternatives[:3]), "or")
-    return f"In the place of {term.symbol} with {term.term}, the log is explained as well by {others}."
+        unit = name_and_unit(f"x_{term.unit}")[1] if term.unit else ""
+        number = with_unit(f"({term.size.value:.3g} ± {term.size.two_sigma:.2g})", unit)
+        parts = groups.setdefault(f"{term.quantity}: {term.symbol} = ", [])
+        parts.append(number if term.term == "1" else f"{number} {term.term}")
+    return [left + " + ".join(parts) for left, parts in groups.items()]
 
 
 def _holds(term: str, symbol: str) -> bool:
@@ -166,12 +155,6 @@ def part_words(part: str, causes: Sequence[str]) -> str:
     return listed([PART_WORDS.get(each, f"the {each}") for each in dict.fromkeys([part, *same])], "or")
 
 
-def place_words(place: Located) -> str:
-    """A place of the gap: channel, phase or variable, and significance."""
-    within = "in " if place.phase else ""
-    return f"{words(place.channel)} {within}{words(place.where)} ({place.significance:+.0f}σ)"
-
-
 def sentences(account: Account) -> list[str]:
     """The answer in plain sentences: what, how big and how sure, what it does to a calibration, what is closed."""
     verdict = account.rounds[0].verdict
@@ -197,7 +180,11 @@ def evidence_words(account: Account) -> list[str]:
     verdict = account.rounds[0].verdict
     lines = []
     if verdict.kind != "no_gap" and verdict.located:
-        lines.append(f"The gap is largest in {listed([place_words(p) for p in verdict.located[:3]])}.")
+        places = [
+            f"{words(p.channel)} {'in ' if p.phase else ''}{words(p.where)} ({p.significance:+.0f}σ)"
+            for p in verdict.located[:3]
+        ]
+        lines.append(f"The gap is largest in {listed(places)}.")
     if account.null_flights:
         lines.append(
             f"The thresholds come from {account.null_flights} simulated flights of the same card without an effect."

@@ -19,9 +19,6 @@ from pitotbench.show.words import with_unit, words
 from pitotbench.timeline import minutes_text
 from pitotbench.units import DEGREE, FOOT, KNOT, POUND, SYMBOLS, from_si
 
-# The account of a log: for the terminal and as plain data.
-
-
 # The units in which a person reads a channel of a canonical one.
 _FIELD = {
     "pa": "inhg", "k": "degc", "mps": "kt", "m": "ft", "rad": "deg", "radps": "degps", "mps2": "g", "kg": "lb",

@@ -1,7 +1,7 @@
 """The pilot of a maneuver: what the cockpit offers, the phases of a flight, and how a pilot flies them."""
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import atan, degrees, hypot, pi, tan
 
@@ -32,40 +32,15 @@ HELD_IN_MODE = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Skill:
-    """How well a person flies.
-
-    `reaction` [s] is the delay of each command. For each quantity, `patience` [s] is the wait after a correction,
-    `thresholds` [SI] the deviation that is noticed, `drifts` [SI per square-root second] the random walk of the
-    held value. `setting_error` [Pa, 1σ] is the error of a manifold-pressure setting.
-    """
-
-    reaction: float
-    patience: Mapping[str, float]
-    thresholds: Mapping[str, float]
-    drifts: Mapping[str, float]
-    setting_error: float
-
-
-# quantity: patience [s], threshold, drift a square-root second; airspeed answers the throttle slowly
+# quantity: the wait after a correction [s], the deviation that is noticed [SI], and the random walk of the held
+# value [SI a square-root second]; airspeed answers the throttle slowly
 HABITS = {
     "airspeed": (12.0, 0.5 * KNOT, 0.05 * KNOT),
     "altitude": (6.0, 20.0 * FOOT, 1.5 * FOOT),
     "heading": (3.0, 0.7 * DEGREE, 0.15 * DEGREE),
     "bank": (3.0, 1.5 * DEGREE, 0.25 * DEGREE),
 }
-
-
-def _skill(reaction: float, coarseness: float) -> Skill:
-    """Return a skill with the habits above, thresholds and drifts multiplied by `coarseness`."""
-    return Skill(
-        reaction,
-        patience={quantity: habit[0] for quantity, habit in HABITS.items()},
-        thresholds={quantity: coarseness * habit[1] for quantity, habit in HABITS.items()},
-        drifts={quantity: coarseness * habit[2] for quantity, habit in HABITS.items()},
-        setting_error=coarseness * 0.1 * INCH_OF_MERCURY,
-    )
+SETTING_ERROR = 0.1  # inHg, 1σ of a manifold-pressure setting
 
 
 class Hands:
@@ -83,9 +58,12 @@ class Hands:
 
 
 class Person(Hands):
-    """A pilot with reaction time, gauge thresholds and remnant, drawn from the truth seed."""
+    """A pilot with reaction time, gauge thresholds and remnant, drawn from the truth seed.
 
-    skill = _skill(0.5, 1.0)
+    `reaction` [s] is the delay of each command; all sizes but the waits are multiplied by `coarseness`.
+    """
+
+    reaction, coarseness = 0.5, 1.0
 
     def __init__(self, plant: Plant, truth_seed: int = 1) -> None:
         super().__init__(plant)
@@ -99,8 +77,8 @@ class Person(Hands):
     def command(self, name: str, value: float) -> None:
         """Set a control [SI] after the reaction time; a manifold pressure is set with an error."""
         if name == "manifold_pressure_target":
-            value += self._random.normal(0.0, self.skill.setting_error)
-        self._waiting.append((self._now + self.skill.reaction, name, value))
+            value += self._random.normal(0.0, self.coarseness * SETTING_ERROR * INCH_OF_MERCURY)
+        self._waiting.append((self._now + self.reaction, name, value))
 
     def tick(self, deviation: Callable[[str], float], seconds: float) -> None:
         """Set the commands that are due, then let held values drift and correct the deviations noticed."""
@@ -110,23 +88,21 @@ class Person(Hands):
             self._commanded[name] = value
             self._offsets.pop(name.removesuffix("_target"), None)
             self._plant.set(name, value)
-        for quantity in self.skill.thresholds:
-            if self._holds(quantity):
+        for quantity in HABITS:
+            in_mode = any(self._commanded.get(name) == mode for name, mode in HELD_IN_MODE[quantity])
+            if in_mode and f"{quantity}_target" in self._commanded:
                 self._hold(quantity, deviation(quantity), seconds)
 
-    def _holds(self, quantity: str) -> bool:
-        in_mode = any(self._commanded.get(name) == mode for name, mode in HELD_IN_MODE[quantity])
-        return in_mode and f"{quantity}_target" in self._commanded
-
     def _hold(self, quantity: str, deviation: float, seconds: float) -> None:
-        threshold = self.skill.thresholds[quantity]
+        patience, *sizes = HABITS[quantity]
+        threshold, drift = (self.coarseness * size for size in sizes)
         offset = self._offsets.get(quantity, 0.0)
-        offset += self._random.normal(0.0, self.skill.drifts[quantity] * seconds**0.5)
+        offset += self._random.normal(0.0, drift * seconds**0.5)
         # A person looks again only after the patience: a correction needs time to show.
         noticed = threshold < abs(deviation) < PURSUED * threshold
         if noticed and self._now >= self._next_look.get(quantity, 0.0):
             offset -= CORRECTED * deviation
-            self._next_look[quantity] = self._now + self.skill.patience[quantity]
+            self._next_look[quantity] = self._now + patience
         self._offsets[quantity] = min(max(offset, -PURSUED * threshold), PURSUED * threshold)
         self._plant.set(f"{quantity}_target", self._commanded[f"{quantity}_target"] + self._offsets[quantity])
 
@@ -134,7 +110,7 @@ class Person(Hands):
 class BusyPerson(Person):
     """The same person with other tasks: twice the reaction time, thresholds, drifts and setting error."""
 
-    skill = _skill(1.0, 2.0)
+    reaction, coarseness = 1.0, 2.0
 
 
 PILOTS: Catalog[type[Hands]] = Catalog("pilot", {"none": Hands, "good": Person, "busy": BusyPerson})

@@ -1,6 +1,7 @@
 """Give an account of a log, and check what can be flown with an aircraft."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -189,16 +190,13 @@ def check_aircraft(
     found = []
     for maneuver in maneuvers:
         say(f"fly {maneuver}")
-        found.append(_tried(aircraft, maneuver, seed))
+        tried = replace(case, maneuver=maneuver)
+        flown = tuple(speed / KNOT for speed in card_of(tried).speeds)
+        try:
+            flight = fly(tried)
+        except BadInputError as error:
+            found.append(ManeuverCheck(maneuver, flown, failure=" ".join(str(error).split())))
+            continue
+        on = flight.on_condition[np.char.startswith(flight.segment, MANEUVERS[maneuver].kind)]
+        found.append(ManeuverCheck(maneuver, flown, flight.duration / 60.0, float(on.mean())))
     return AircraftCheck(folder.name, read_record(folder), tuple(steps), tuple(found))
-
-
-def _tried(aircraft: str, maneuver: str, seed: int) -> ManeuverCheck:
-    case = Case(aircraft=aircraft, maneuver=maneuver, turbulence="light", truth_seed=seed)
-    speeds = tuple(speed / KNOT for speed in card_of(case).speeds)
-    try:
-        flight = fly(case)
-    except BadInputError as error:
-        return ManeuverCheck(maneuver, speeds, failure=" ".join(str(error).split()))
-    judged = np.char.startswith(flight.segment, MANEUVERS[maneuver].kind)
-    return ManeuverCheck(maneuver, speeds, flight.duration / 60.0, float(flight.on_condition[judged].mean()))

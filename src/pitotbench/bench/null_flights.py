@@ -72,17 +72,9 @@ def as_flown(card: Case, log: FlightLog) -> Case:
     log, to `MASS_STEP`. What the log does not have, or has within half a step, stays as the card says.
     Raises BadInputError where the mass is not that of the card's aircraft.
     """
-    return _loaded_card(_at_height(card, log), log)
-
-
-def _at_height(card: Case, log: FlightLog) -> Case:
-    if log.altitude is None:
-        return card
-    steps = round((float(np.nanmedian(log.altitude)) - card.altitude) / HEIGHT_STEP)
-    return replace(card, altitude=card.altitude + steps * HEIGHT_STEP) if steps else card
-
-
-def _loaded_card(card: Case, log: FlightLog) -> Case:
+    if log.altitude is not None:
+        steps = round((float(np.nanmedian(log.altitude)) - card.altitude) / HEIGHT_STEP)
+        card = replace(card, altitude=card.altitude + steps * HEIGHT_STEP) if steps else card
     if log.mass is None:
         return card
     stated = mass_of(card.aircraft, Loading(card.fuel, card.ballast))
@@ -141,8 +133,14 @@ MOST_KEPT = 100  # entries of the cache, about 40 kB each
 
 
 def cache_entry(card: Case, flights: int, setting: AnalysisSetting) -> Path:
-    """Return the file of a card's null distribution, whether it exists or not."""
-    return cache_folder() / f"null-{_digest(card, flights, setting)}.json"
+    """Return the file of a card's null distribution, whether it exists or not.
+
+    Its name has a digest of all that decides it: card, setting, code, aircraft files, versions.
+    """
+    versions = [f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]
+    computes = (versions, package_digest(NOT_DECIDING), aircraft_digest(card.aircraft))
+    digest = sha256(repr((write_case(card), flights, setting, computes)).encode()).hexdigest()[:24]
+    return cache_folder() / f"null-{digest}.json"
 
 
 def read_entry(place: Path, flights: int, say: Progress) -> NullDistribution | None:
@@ -185,13 +183,6 @@ def _last_used(file: Path) -> float:
         return file.stat().st_mtime
     except FileNotFoundError:
         return 0.0
-
-
-def _digest(card: Case, flights: int, setting: AnalysisSetting) -> str:
-    """Return the digest of the inputs of a null distribution: card, setting, code, aircraft files, versions."""
-    versions = [f"{name} {version(name)}" for name in ("jsbsim", "numpy", "scipy")]
-    computes = (versions, package_digest(NOT_DECIDING), aircraft_digest(card.aircraft))
-    return sha256(repr((write_case(card), flights, setting, computes)).encode()).hexdigest()[:24]
 
 
 NULL_FLIGHTS = 8  # one or two minutes on two cores; the thresholds include the error of so small a number

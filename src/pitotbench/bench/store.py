@@ -168,11 +168,14 @@ def stored(task: Task, result: TaskOutcome | Failure) -> tuple[dict[str, Any], d
 
     Raises BadInputError for a result that other code has made.
     """
-    lost = isinstance(result, Failure)
-    if isinstance(result, TaskOutcome) and result.code != code_digest():
+    trace = ""
+    if isinstance(result, Failure):
+        outcome = TaskOutcome(failures=(f"{task.name}: {result.reason}",), code=code_digest(), host=host_class())
+        state, trace = QUARANTINED if result.quarantined else FAILED, result.trace
+    else:
+        outcome, state = result, DONE if result.rows else FAILED
+    if outcome.code != code_digest():
         raise BadInputError("a worker that came later has other code than the driver; install the same")
-    outcome = TaskOutcome(failures=(f"{task.name}: {result.reason}",)) if isinstance(result, Failure) else result
-    state = QUARANTINED if isinstance(result, Failure) and result.quarantined else DONE if outcome.rows else FAILED
     plain = _default_columns()
     columns = {name: value for name, value in case_columns(task.case).items() if plain.get(name) != value}
     document = {
@@ -185,15 +188,15 @@ def stored(task: Task, result: TaskOutcome | Failure) -> tuple[dict[str, Any], d
         "rows": [asdict(row) for row in outcome.rows],
         "sections": [asdict(section) for section in outcome.sections],
         "failures": list(outcome.failures),
-        "trace": result.trace if isinstance(result, Failure) else "",
+        "trace": trace,
         "keep_logs": task.keep_logs,
         "log_format": task.log_format,
         "drawn": task.draw,
         "made": {
-            "code": code_digest() if lost else outcome.code,
+            "code": outcome.code,
             "aircraft": aircraft_digest(task.case.aircraft),
             "versions": _versions(),
-            "host": host_class() if lost else outcome.host,
+            "host": outcome.host,
             "cpu_s": round(outcome.cpu_seconds, 3),
             "wall_s": round(outcome.seconds, 3),
         },

@@ -69,8 +69,13 @@ def install(outcome: FullReconciliation, variant: str, shelf: Path | None = None
     """
     verdict, aircraft = outcome.reconciliation.verdict, outcome.account.aircraft
     acting = _of_aircraft(outcome)
+    if not acting and (verdict.kind in SURE or entries(outcome.patch)):
+        raise BadInputError(
+            "no named effect acts on the aircraft: put the entries of patch.toml into the case file instead"
+        )
     if not acting:
-        raise BadInputError(_why_nothing(verdict.kind, bool(entries(outcome.patch))))
+        why = "there is no significant gap" if verdict.kind == "no_gap" else "the cause of the gap is unknown"
+        raise BadInputError(f"nothing to apply: {why}, so there is no patch")
     closed = outcome.account.formula.closure if outcome.account.formula else verdict.closure
     provenance = {"log": outcome.account.log, "verdict": verdict.kind, "closure": round(closed.share, 3)}
     folder = install_variant(aircraft, variant, acting, provenance | _bounds(outcome), shelf)
@@ -96,10 +101,3 @@ def _bounds(outcome: FullReconciliation) -> dict[str, Any]:
     for name, size in effects:
         bounds.setdefault(name, {})[size.name] = float(f"{size.two_sigma:.3g}")
     return {"two_sigma": bounds}
-
-
-def _why_nothing(kind: str, patched: bool) -> str:
-    if kind in SURE or patched:
-        return "no named effect acts on the aircraft: put the entries of patch.toml into the case file instead"
-    why = "there is no significant gap" if kind == "no_gap" else "the cause of the gap is unknown"
-    return f"nothing to apply: {why}, so there is no patch"

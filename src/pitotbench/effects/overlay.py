@@ -4,7 +4,7 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from functools import reduce
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
@@ -23,38 +23,23 @@ def operation(kind: str, *terms: Term) -> Expression:
 
     A term is a number, the path of a property, or another expression.
     """
-    return f"<{kind}>" + "".join(_term(term) for term in terms) + f"</{kind}>"
+    inner = ""
+    for term in terms:
+        if isinstance(term, str):
+            inner += term if term.startswith("<") else f"<property>{term}</property>"
+        else:
+            inner += f"<value>{term!r}</value>"
+    return f"<{kind}>{inner}</{kind}>"
 
 
-def product(*terms: Term) -> Expression:
-    """Return the product of the terms."""
-    return operation("product", *terms)
-
-
-def total(*terms: Term) -> Expression:
-    """Return the sum of the terms."""
-    return operation("sum", *terms)
-
-
-def difference(*terms: Term) -> Expression:
-    """Return the first term minus the others."""
-    return operation("difference", *terms)
-
-
-def quotient(over: Term, under: Term) -> Expression:
-    """Return one term divided by another."""
-    return operation("quotient", over, under)
+product, total = partial(operation, "product"), partial(operation, "sum")
+difference = partial(operation, "difference")  # the first term minus the others
+quotient = partial(operation, "quotient")
 
 
 def size(effect: str, parameter: str) -> str:
     """Return the path of the property that holds a size of an effect, in the unit of the parameter."""
     return f"effects/{effect}/{parameter}".replace("_", "-")
-
-
-def _term(term: Term) -> str:
-    if isinstance(term, str):
-        return term if term.startswith("<") else f"<property>{term}</property>"
-    return f"<value>{term!r}</value>"
 
 
 # What JSBSim's functions do, applied to all states at once.

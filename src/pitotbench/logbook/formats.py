@@ -1,11 +1,12 @@
 """The table of log formats by file suffix: readers of Parquet, MATLAB, DataFlash and ULog, and the writer."""
 
 import os
+import re
 import struct
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from io import BufferedReader, FileIO, StringIO
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -114,7 +115,11 @@ def read_messages(path: Path, topics: Sequence[str]) -> dict[str, Table]:
         raise BadInputError(f"not a complete DataFlash log: {error or type(error).__name__}") from error
     ends = [log.offsets[kind][-1] + form.len for kind, form in log.formats.items() if log.offsets[kind]]
     warnings = _damage("pymavlink", said, max(ends, default=0) > log.data_len)
-    tables = {kind: replace(_dataflash_table(messages), warnings=warnings) for kind, messages in rows.items()}
+    tables = {}
+    for kind, messages in rows.items():
+        names = tuple(messages[0].get_fieldnames())
+        columns = tuple(np.array([getattr(message, name) for message in messages]) for name in names)
+        tables[kind] = Table(names, columns, warnings=warnings)
     return with_parameters(tables, held)
 
 
@@ -140,11 +145,6 @@ def _damage(library: str, lines: list[str], broken: bool) -> tuple[str, ...]:
     return (*told, *(["the last message of the log breaks off: its end is missing"] if broken else []))
 
 
-def _dataflash_table(messages: list[Any]) -> Table:
-    names = tuple(messages[0].get_fieldnames())
-    return Table(names, tuple(np.array([getattr(message, name) for message in messages]) for name in names))
-
-
 def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
     """Return the tables of some topics, or of all for none; those that the log lacks are left out.
 
@@ -155,7 +155,7 @@ def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
         from pyulog import ULog  # an extra: most users never read a ULog
     except ImportError as error:
         raise BadInputError("reading a ULog needs pyulog: pip install 'pitotbench[logs]'") from error
-    wanted = [_without_number(topic) for topic in topics] or None
+    wanted = [re.sub(r"_\d+$", "", topic) for topic in topics] or None
     said: list[str] = []
     try:
         with _Watched(FileIO(path)) as file, _heard(said):
@@ -166,7 +166,10 @@ def read_topics(path: Path, topics: Sequence[str]) -> dict[str, Table]:
         said.append("a message of the wrong length")
     warnings = _damage("pyulog", said, file.broken)
     tables = {
-        f"{data.name}_{data.multi_id}": replace(_ulog_table(data.data), warnings=warnings) for data in log.data_list
+        f"{each.name}_{each.multi_id}": Table(
+            tuple(each.data), tuple(map(np.asarray, each.data.values())), {}, warnings
+        )
+        for each in log.data_list
     }
     changed = {name: value for _, name, value in log.changed_parameters}
     return with_parameters(tables, {**log.initial_parameters, **changed})
@@ -182,15 +185,6 @@ class _Watched(BufferedReader):
         data = super().read(size)
         self.broken = size is not None and len(data) < size and (len(data) > 0 or size != 3)
         return data
-
-
-def _without_number(topic: str) -> str:
-    name, _, number = topic.rpartition("_")
-    return name if number.isdigit() else topic
-
-
-def _ulog_table(fields: dict[str, np.ndarray]) -> Table:
-    return Table(tuple(fields), tuple(np.asarray(values) for values in fields.values()))
 
 
 # Logs that hold topics, each with a clock of its own, by file suffix. A new one is one file and one line here.
@@ -239,13 +233,6 @@ TOPIC_READERS = {
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _USER_BLOCK = 512  # bytes of text that MATLAB puts before the HDF5 file
 _CHARACTERS = b"char"
-
-
-def is_hdf5(path: Path) -> bool:
-    """Return whether a file is HDF5, with or without MATLAB's text before it."""
-    with path.open("rb") as file:
-        begin = file.read(_USER_BLOCK + len(_SIGNATURE))
-    return begin.startswith(_SIGNATURE) or begin[_USER_BLOCK:] == _SIGNATURE
 
 
 def load_hdf5(path: Path) -> dict[str, Any]:
@@ -330,7 +317,9 @@ def read_mat(path: Path) -> Table:
 
 
 def _load(path: Path) -> dict[str, Any]:
-    if is_hdf5(path):
+    with path.open("rb") as file:
+        begin = file.read(_USER_BLOCK + len(_SIGNATURE))
+    if begin.startswith(_SIGNATURE) or begin[_USER_BLOCK:] == _SIGNATURE:
         return load_hdf5(path)
     from scipy.io import loadmat
 

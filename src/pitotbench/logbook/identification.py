@@ -62,7 +62,9 @@ def read_identification(path: Path) -> Maneuver:
         mach = speed / air.sound_speed(temperature)
     else:
         raise BadInputError(f"{path}: fdata needs Mach number (column {_MACH}) or density (column {_DENSITY})")
-    rates, attitude, surfaces = (columns(k) * DEGREE for k in (_ROLL_RATE, _ATTITUDE, _ELEVATOR))
+    angles = np.hstack([columns(k) for k in (_ATTITUDE, _ROLL_RATE, _ELEVATOR)]) * DEGREE
+    names = ("roll", "pitch", "heading", "roll_rate", "pitch_rate", "yaw_rate", "elevator", "aileron", "rudder")
+    turned = dict(zip(names, angles.T, strict=True))
     thrust = (column(_THRUST) + column(_THRUST + 1)) * POUND_FORCE
     mass = column(_MASS) * SLUG
     inertia = [float(np.mean(column(_INERTIA + i))) * SLUG * FOOT**2 for i in range(4)]
@@ -72,15 +74,7 @@ def read_identification(path: Path) -> Maneuver:
         mach=mach,
         angle_of_attack=column(_ALPHA) * DEGREE,
         sideslip=column(_SIDESLIP) * DEGREE,
-        roll=attitude[:, 0],
-        pitch=attitude[:, 1],
-        heading=attitude[:, 2],
-        roll_rate=rates[:, 0],
-        pitch_rate=rates[:, 1],
-        yaw_rate=rates[:, 2],
-        elevator=surfaces[:, 0],
-        aileron=-surfaces[:, 1],
-        rudder=surfaces[:, 2],
+        **{**turned, "aileron": -turned["aileron"]},
         throttle_left=np.full(len(time), IDLE),
         throttle_right=np.full(len(time), IDLE),
         mass=mass,
@@ -247,12 +241,9 @@ def _unexplained(maneuver: Maneuver, lag: float) -> float:
 
 def _part(whole: Maneuver, rows: slice, name: str) -> Maneuver:
     """Some rows of a maneuver, as one of its own."""
-    arrays = {
-        each: getattr(whole.motion, each)[rows]
-        for each in Motion.__dataclass_fields__
-        if each != "temperature_offset"
-    }
-    motion = replace(whole.motion, **{**arrays, "time": arrays["time"] - arrays["time"][0]})
+    names = Motion.__dataclass_fields__.keys() - {"temperature_offset"}
+    motion = replace(whole.motion, **{each: getattr(whole.motion, each)[rows] for each in names})
+    motion = replace(motion, time=motion.time - motion.time[0])
     return replace(
         whole,
         name=name,

@@ -63,6 +63,11 @@ def indicated_impact_pressure(impact_pressure: Pascal, curve: Curve) -> Pascal:
         raise BadInputError(str(error)) from error
 
 
+def resolution(channel: Channel, das: DataSystem) -> float:
+    """Return the smallest step of a plain channel [SI]; 0 means no rounding."""
+    return float(getattr(das, channel.resolution)) if isinstance(channel.resolution, str) else channel.resolution
+
+
 def noise_stream(seed: int, channel: str, das: DataSystem) -> np.random.Generator:
     """Return the random stream of one channel.
 
@@ -280,14 +285,11 @@ def _plain(truth: Array, channel: Channel, das: DataSystem, when: Schedule, seed
     instants = when.gps if by_gps else when.rows
     # A heading is unwrapped before interpolation: halfway between 359° and 1° lies 0°, not 180°.
     values = instants.of(np.unwrap(truth) if channel.wraps else truth)
-    deviation, step = (
-        float(getattr(das, size)) if isinstance(size, str) else size or 0.0
-        for size in (channel.noise, channel.resolution)
-    )
+    deviation = float(getattr(das, channel.noise)) if isinstance(channel.noise, str) else channel.noise or 0.0
     values = add_noise(values, deviation, noise_stream(seed, channel.name, das))
     if channel.wraps:
         values = np.mod(values, _FULL_TURN)
-    values = quantize(values, step)
+    values = quantize(values, resolution(channel, das))
     return values[when.fix] if by_gps else values
 
 

@@ -1,6 +1,7 @@
 """The report of a reconciliation: one self-contained page with the telling channel first."""
 
 from collections.abc import Sequence
+from functools import partial
 from html import escape
 
 import numpy as np
@@ -179,7 +180,8 @@ def before_after_panel(closures: Sequence[tuple[str, Closure]]) -> Panel:
 
 def trace_panels(traces: Sequence[Trace], located: Sequence[Located]) -> list[Panel]:
     """Channels over time: measured minus simulated, and the change by the patch."""
-    return [_trace_panel(trace) for trace in telling(traces, located)[:SHOWN]]
+    shown = telling(traces, located)[:SHOWN]
+    return [panel(unit_without_mass(trace.channel).title, partial(draw_trace, trace=trace)) for trace in shown]
 
 
 def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
@@ -194,10 +196,6 @@ def telling(traces: Sequence[Trace], located: Sequence[Located]) -> list[Trace]:
         return sorted(visible, key=lambda trace: -clear[trace.channel])
     by_name = {trace.channel: trace for trace in traces}
     return [by_name[place.channel] for place in located if place.channel in by_name]
-
-
-def _trace_panel(trace: Trace) -> Panel:
-    return panel(unit_without_mass(trace.channel).title, lambda axes: draw_trace(axes, trace))
 
 
 def draw_trace(axes: Axes, trace: Trace) -> None:

@@ -205,7 +205,7 @@ def _answer(verdict: Verdict, aircraft: str) -> str:
         return f"{gap} {_best(verdict)}".strip()
     groups: dict[str, list[tuple[Candidate, list[str]]]] = {}
     for effect, rivals in zip(verdict.effects, reported_rivals(verdict), strict=True):
-        part = _part_of(effect.name)
+        part = effect_of(effect.name).part
         groups.setdefault(part if part in verdict.named_parts else effect.name, []).append((effect, rivals))
     clauses = [_clause(verdict, key, members) for key, members in groups.items()]
     doubt = "" if set(groups) <= set(verdict.named_parts) else _doubt(verdict)
@@ -231,15 +231,11 @@ def _clause(verdict: Verdict, key: str, members: Sequence[tuple[Candidate, list[
     causes, elsewhere = [], []
     for effect, rivals in members:
         names = [effect_words(effect, percent(effect.probability))]
-        causes.append(listed([*names, *(told(n) for n in rivals if _part_of(n) == key)], "or"))
-        elsewhere += [told(n) for n in rivals if _part_of(n) != key]
+        causes.append(listed([*names, *(told(n) for n in rivals if effect_of(n).part == key)], "or"))
+        elsewhere += [told(n) for n in rivals if effect_of(n).part != key]
     less = f"; less probably, it is {listed(elsewhere, 'or')}" if elsewhere else ""
     named = part_words(key, [effect_of(effect.name).cause for effect, _ in members])
     return f"{named} ({percent(verdict.parts[key])}): {listed(causes)}{less}"
-
-
-def _part_of(name: str) -> str:
-    return effect_of(name).part
 
 
 def reported_rivals(verdict: Verdict) -> list[list[str]]:

@@ -140,22 +140,17 @@ def judgments(result: Calibration, limit: Limit | str | None = AUTO) -> list[Lim
         return []
     curve = result.curve
     speed = curve.indicated_airspeed / KNOT
-    found = [
-        _judged(
-            chosen.name,
-            f"the larger of {100.0 * chosen.share:g} % and {chosen.knots:g} kt{chosen.why}",
-            (speed, chosen.airspeed(speed)),
-            (np.abs(curve.correction) / KNOT, curve.two_sigma / KNOT),
-            "kt",
-        )
-    ]
+    words = f"the larger of {100.0 * chosen.share:g} % and {chosen.knots:g} kt{chosen.why}"
+    left = chosen.airspeed(speed) - np.abs(curve.correction) / KNOT
+    found = [_judged(chosen.name, words, speed, left, curve.two_sigma / KNOT, "kt")]
     allowed = chosen.altitude(speed)
     if allowed is not None and curve.altitude_correction is not None and not result.place_assumed:
         # The rules hold at sea level, where a pressure error is fewer feet than at altitude.
         scale = _FEET_A_PASCAL * impact_pressure(curve.indicated_airspeed + curve.correction)
-        size = np.abs(curve.normalized_pressure_error) * scale, curve.normalized_two_sigma * scale
+        left = allowed - np.abs(curve.normalized_pressure_error) * scale
         words = f"{chosen.feet:g} ft for each 100 kt at sea level, 30 ft or more"
-        found.append(_judged(chosen.altitude_name, words, (speed, allowed), size, "ft"))
+        bound = curve.normalized_two_sigma * scale
+        found.append(_judged(chosen.altitude_name, words, speed, left, bound, "ft"))
     return found
 
 
@@ -173,13 +168,7 @@ def judgments_json(result: Calibration, limit: Limit | str | None = AUTO) -> lis
     ]
 
 
-def _judged(
-    rule: str, allows: str, allowed: tuple[Array, Array], error: tuple[Array, Array], unit: str
-) -> LimitJudgment:
-    (speed, most), (size, bound) = allowed, error
-    return LimitJudgment(rule, allows, _margin(speed, most - size, unit), _margin(speed, most - size - bound, unit))
-
-
-def _margin(speed_kt: Array, margin: Array, unit: str) -> Margin:
-    place = int(np.argmin(margin))
-    return Margin(float(margin[place]), unit, float(speed_kt[place]))
+def _judged(rule: str, allows: str, speed_kt: Array, left: Array, bound: Array, unit: str) -> LimitJudgment:
+    """The judgment of what an error leaves of a limit at airspeeds, and of its bound there."""
+    places = [(margin, int(np.argmin(margin))) for margin in (left, left - bound)]
+    return LimitJudgment(rule, allows, *(Margin(float(m[at]), unit, float(speed_kt[at])) for m, at in places))

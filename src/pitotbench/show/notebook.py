@@ -81,9 +81,13 @@ def plot(record: object, axes: Axes | None = None) -> Figure:
     return figure
 
 
-@in_one_line.register
-def _(record: Calibration) -> str:
-    return f"{record.model}. {short_answer_of(record, '').correction_sentence}"
+in_one_line.register(Calibration, lambda r: f"{r.model}. {short_answer_of(r, '').correction_sentence}")
+in_one_line.register(LogInspection, lambda record: " ".join(inspection_sentences(record)))
+in_one_line.register(Plan, lambda record: plan_advice(record)[0])
+in_one_line.register(Account, lambda record: sentences(record)[0])
+to_frame.register(Calibration, lambda r: pd.DataFrame(json_rows(CURVE_COLUMNS, curve_points(r.curve))))
+to_frame.register(LogInspection, lambda record: pd.DataFrame(json_rows(CHANNEL_COLUMNS, record.channels)))
+draw_record.register(Plan, lambda record, axes: draw_front(axes, record))
 
 
 @to_html.register
@@ -94,11 +98,6 @@ def _(record: Calibration) -> str:
     warnings = [f"<b>Warning:</b> {escape(text)}" for text in record.warnings]
     words = "".join(f"<p>{line}</p>" for line in [*map(escape, lines), *warnings])
     return words + html_table(GLANCE_COLUMNS, glance_points(record.curve))
-
-
-@to_frame.register
-def _(record: Calibration) -> pd.DataFrame:
-    return pd.DataFrame(json_rows(CURVE_COLUMNS, curve_points(record.curve)))
 
 
 @draw_record.register
@@ -168,25 +167,10 @@ def _(record: FlightLog, axes: Axes) -> None:
     axes.set(xlabel="time [min]", ylabel="speed [kt]")
 
 
-@in_one_line.register
-def _(record: LogInspection) -> str:
-    return " ".join(inspection_sentences(record))
-
-
 @to_html.register
 def _(record: LogInspection) -> str:
     lines = [*inspection_sentences(record), *(f"Warning: {text}" for text in record.warnings)]
     return "".join(f"<p>{escape(line)}</p>" for line in lines) + html_table(QUESTION_COLUMNS, record.questions)
-
-
-@to_frame.register
-def _(record: LogInspection) -> pd.DataFrame:
-    return pd.DataFrame(json_rows(CHANNEL_COLUMNS, record.channels))
-
-
-@in_one_line.register
-def _(record: Plan) -> str:
-    return " ".join(plan_advice(record)[:1])
 
 
 @to_html.register
@@ -199,16 +183,6 @@ def _(record: Plan) -> str:
 def _(record: Plan) -> pd.DataFrame:
     rows: list[dict[str, Any]] = plan_json(record)["forecasts"]
     return pd.DataFrame([{k: v for k, v in row.items() if not isinstance(v, (dict, list))} for row in rows])
-
-
-@draw_record.register
-def _(record: Plan, axes: Axes) -> None:
-    draw_front(axes, record)
-
-
-@in_one_line.register
-def _(record: Account) -> str:
-    return sentences(record)[0]
 
 
 @to_html.register

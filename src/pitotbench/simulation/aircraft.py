@@ -118,11 +118,6 @@ PACKAGE = Path(__file__).resolve().parents[1]
 OWN = Path("aircraft")  # relative to the working directory: the variants that the user keeps
 
 
-def shelves() -> tuple[Path, ...]:
-    """Return the folders in which aircraft are looked for, in order."""
-    return (PACKAGE / "aircraft", PACKAGE.parents[1] / "aircraft", OWN.resolve())
-
-
 def find_aircraft(name: str, places: tuple[Path, ...] | None = None) -> Path:
     """Return the folder of an aircraft; its JSBSim file is `<folder>/<name>.xml`.
 
@@ -178,7 +173,8 @@ def has_autopilot(folder: Path) -> bool:
 def known_aircraft(places: tuple[Path, ...] | None = None) -> dict[str, Path]:
     """Return every aircraft by name. Where two folders hold one name, the first counts."""
     found: dict[str, Path] = {}
-    for shelf in shelves() if places is None else places:
+    shelves = (PACKAGE / "aircraft", PACKAGE.parents[1] / "aircraft", OWN.resolve())
+    for shelf in shelves if places is None else places:
         for file in sorted(shelf.glob("*/*.xml")):
             if file.stem == file.parent.name:
                 found.setdefault(file.stem, file.parent)

@@ -1,6 +1,6 @@
 """Use JSBSim as a force meter: put the aircraft into each measured state and read the forces of the model there."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,22 +53,29 @@ def measure(plant: Plant, motion: Motion, loaded_mass: float, engines_run: bool 
     """
     rig = Rig.set_up(plant, motion, loaded_mass)
     rows = np.empty((len(motion.time), len(rig.reads)))
-    steps = np.diff(motion.time, append=motion.time[-1] + TENTH)
-    starts = np.isin(np.arange(len(rows)), [0, *gaps(motion.time)])
-    for k in range(len(rows)):
-        if starts[k] and (engines_run or k == 0):
-            rig.run_in(k)
-        # The first call moves the state, which systems of the aircraft and functions of the lift read: only after
-        # the second one are the controls where they were measured.
-        for _ in range(2):
-            rig.place(k)
+    # The first call moves the state, which systems of the aircraft and functions of the lift read: only after the
+    # second one are the controls where they were measured.
+    for k in _visited(rig, motion, 2, engines_run):
         rows[k] = rig.row()
-        # Before a gap the engines do not run on: the run-in after it starts them anew.
-        ends = k + 1 < len(rows) and starts[k + 1]
-        plant.advance(0 if ends or not engines_run else max(1, round(steps[k] / plant.time_step)))
     names = [*FULL, *(f"{axis}_acceleration" for axis in ("roll", "pitch", "yaw"))]
     names += [f"{name}_{side}" for name in ENGINE for side in ("left", "right")]
     return Reaction(**{name: rows[:, i].copy() for i, name in enumerate(names)})
+
+
+def _visited(rig: "Rig", motion: Motion, calls: int, engines_run: bool = True) -> Iterator[int]:
+    """Put the aircraft into each state with some calls, and yield its number; between them the engines run on."""
+    count, plant = len(motion.time), rig.plant
+    steps = np.maximum(1, np.round(np.diff(motion.time) / plant.time_step)).astype(int)
+    starts = np.isin(np.arange(count), [0, *gaps(motion.time)])
+    for k in range(count):
+        if starts[k] and (engines_run or k == 0):
+            rig.run_in(k)
+        for _ in range(calls):
+            rig.place(k)
+        yield k
+        # Before a gap the engines do not run on: the run-in after it starts them anew.
+        if engines_run and k + 1 < count and not starts[k + 1]:
+            plant.advance(int(steps[k]))
 
 
 def _hold(plant: Plant, motion: Motion) -> None:
@@ -363,16 +370,8 @@ def measure_forces(plant: Plant, motion: Motion, names: Iterable[str]) -> ModelF
     paths = [*AERO_FORCES, *outside, *turned, *powers, *_BODY, *known]
     reads = [plant.getter(path)[0] if plant.serves(path) else _nothing for path in paths]
     rows = np.empty((len(motion.time), len(paths)))
-    starts = np.isin(np.arange(len(rows)), [0, *gaps(motion.time)])
-    steps = np.maximum(1, np.round(np.diff(motion.time, append=motion.time[-1] + TENTH) / plant.time_step))
-    for k in range(len(rows)):
-        if starts[k]:
-            rig.run_in(k)
-        for _ in range(CALLS + 1):
-            rig.place(k)
+    for k in _visited(rig, motion, CALLS + 1):
         rows[k] = [read() for read in reads]
-        if k + 1 < len(rows) and not starts[k + 1]:
-            plant.advance(int(steps[k]))
     rows[:, 3:6] += rows[:, 12:15]
     engine, body = rows[:, 15 : 15 + len(powers)], rows[:, 15 + len(powers) :]
     return ModelForces(
@@ -403,10 +402,7 @@ def measure_unit_forces(plant: Plant, motion: Motion, loaded_mass: float, paths:
     reads = [plant.getter(name)[0] for name in names]
     changes = np.empty((len(AXES), len(motion.time), 6))
     values = np.empty((len(names), len(motion.time)))
-    rig.run_in(0)
-    for k in range(len(motion.time)):
-        for _ in range(CALLS):
-            rig.place(k)
+    for k in _visited(rig, motion, CALLS, engines_run=False):
         values[:, k] = [read() for read in reads]
         changes[:, k] = _unit_changes(plant, AXES, lambda: rig.row()[:6], rig.row()[:6])
     return UnitForces(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from csv import writer
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from html import escape
 from io import StringIO
 from operator import itemgetter
@@ -417,11 +417,15 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
     answer, found, zero = short_answer_of(result, ""), _plain(result.diagnostics), result.impact_pressure_zero
     return {
         "model": result.model,
-        "parameters": [{"name": p.name, "value": p.value, "two_sigma": p.two_sigma} for p in result.parameters],
-        "wind": None if result.wind is None else _wind(result.wind),
+        "parameters": [asdict(each) for each in result.parameters],
+        "wind": None if result.wind is None else _components(result.wind, "north", "east", "down"),
         "wind_speed_kt": answer.wind_kt,
         "wind_from_deg": answer.wind_from_deg,
-        "winds": [_window(each) for each in result.winds],
+        "winds": [
+            {"from_s": each.begin, "to_s": each.end, "altitude_m": each.altitude}
+            | _components(each, "north", "east")
+            for each in result.winds
+        ],
         "curve": json_rows(CURVE_COLUMNS, curve_points(result.curve)),
         "error_location": result.error_location,
         "error_location_assumed": result.place_assumed,
@@ -431,9 +435,7 @@ def calibration_json(result: Calibration, limit: Limit | str | None = AUTO) -> d
         ],
         "parts": [{"from_s": begin, "to_s": end} for begin, end in result.parts],
         "left_out": list(result.left_out),
-        "assumptions": [
-            {"name": each.name, "two_sigma": each.two_sigma, "source": each.source} for each in result.assumptions
-        ],
+        "assumptions": [asdict(each) for each in result.assumptions],
         "impact_pressure_zero_pa": None if zero is None else {"value": zero.value, "two_sigma": zero.two_sigma},
         "residual_two_sigma_kt": result.residual_two_sigma / KNOT,
         "samples": result.samples,
@@ -473,27 +475,10 @@ def flight_json(flight: CalibratedFlight) -> dict[str, Any]:
     }
 
 
-def _wind(wind: WindEstimate) -> dict[str, Any]:
-    down = wind.down
-    return {
-        "north_kt": wind.north.value / KNOT,
-        "east_kt": wind.east.value / KNOT,
-        "down_kt": down.value / KNOT if down else None,
-        "north_two_sigma_kt": wind.north.two_sigma / KNOT,
-        "east_two_sigma_kt": wind.east.two_sigma / KNOT,
-        "down_two_sigma_kt": down.two_sigma / KNOT if down else None,
-    }
-
-
-def _window(window: WindowWind) -> dict[str, float]:
-    return {
-        "from_s": window.begin,
-        "to_s": window.end,
-        "altitude_m": window.altitude,
-        "north_kt": window.north.value / KNOT,
-        "east_kt": window.east.value / KNOT,
-        "north_two_sigma_kt": window.north.two_sigma / KNOT,
-        "east_two_sigma_kt": window.east.two_sigma / KNOT,
+def _components(wind: WindEstimate | WindowWind, *axes: str) -> dict[str, Any]:
+    found: dict[str, Estimate | None] = {axis: getattr(wind, axis) for axis in axes}
+    return {f"{axis}_kt": each.value / KNOT if each else None for axis, each in found.items()} | {
+        f"{axis}_two_sigma_kt": each.two_sigma / KNOT if each else None for axis, each in found.items()
     }
 
 

@@ -121,10 +121,6 @@ CARD_POINT_COLUMNS: tuple[Column[CardPoint], ...] = (
 )
 
 
-def _altitude(point: CurvePoint) -> float:
-    return point["altitude_correction_ft"] or 0.0  # a tower or a method without heights has none
-
-
 CURVE_COLUMNS: tuple[Column[CurvePoint], ...] = (
     Column("KIAS", lambda p: p["indicated_airspeed_kt"], "kt", ".1f", "indicated_airspeed_kt"),
     Column("KCAS", lambda p: p["calibrated_airspeed_kt"], "kt", ".1f", "calibrated_airspeed_kt"),

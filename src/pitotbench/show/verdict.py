@@ -1,11 +1,11 @@
 """The verdict of a reconciliation for the terminal and as plain data, with its tables."""
 
+from dataclasses import asdict
 from typing import Any
 
 from rich.console import Console
 
 from pitotbench.effects import EFFECTS, effect_of
-from pitotbench.records.calibration import Estimate
 from pitotbench.records.gap import Account, Feature, FlownAgain, Tolerance
 from pitotbench.records.verdict import (
     Candidate,
@@ -195,7 +195,7 @@ FLIGHT_COLUMNS: tuple[Column[JoinedFlight], ...] = (
 def flight_json(flight: JoinedFlight) -> dict[str, Any]:
     """What a flight of several says, as plain data."""
     (plain,) = json_rows(FLIGHT_COLUMNS, [flight])
-    sizes = [{"effect": own.effect, **_size(own.size), "apart": own.apart} for own in flight.own_sizes]
+    sizes = [{"effect": own.effect, **asdict(own.size), "apart": own.apart} for own in flight.own_sizes]
     return plain | {"causes_alone": [list(group) for group in flight.causes], "own_sizes": sizes}
 
 
@@ -281,7 +281,7 @@ def account_json(account: Account) -> dict[str, Any]:
             for r in account.rounds
         ],
         "patched": [_effect(effect) for effect in account.effects],
-        "waterfall": [{"effect": step.effect, "left": step.left} for step in account.waterfall],
+        "waterfall": [asdict(step) for step in account.waterfall],
         "flown_again": _flown(account.flown),
         "flown_again_holdout": _flown(account.flown_holdout),
         "null_flights": account.null_flights,
@@ -306,12 +306,8 @@ def _share(verdict: Verdict, closed: Closure | None) -> float | None:
 def _effect(effect: Candidate) -> dict[str, Any]:
     return {
         "name": effect.name,
-        "parameters": [_size(size) for size in effect.sizes],
+        "parameters": [asdict(size) for size in effect.sizes],
         "times": dict(effect.times),
         "score": effect.score,
         "probability": effect.probability,
     }
-
-
-def _size(size: Estimate) -> dict[str, Any]:
-    return {"name": size.name, "value": size.value, "two_sigma": size.two_sigma}

@@ -8,19 +8,29 @@ from typing import Any, TypeVar
 
 from pitotbench.catalog import UnknownNameError, explain
 from pitotbench.records import BadInputError
-from pitotbench.units import SUFFIXES, to_si
+from pitotbench.units import DEGREE, SUFFIXES, to_si
 
 CardType = TypeVar("CardType", bound="Card")
+ABOVE_ZERO = ("kt", "degps", "ft", "inhg")  # units of numbers that are nothing else
 
 
 def _si(value: float, suffix: str) -> float:
     return float(to_si(value, suffix))
 
 
-def quantity(value: float | Sequence[float], suffix: str) -> Any:
-    """Declare a field of a card: the default is written in the unit of a suffix and stored in SI."""
+def quantity(value: float | Sequence[float], suffix: str, **rules: Any) -> Any:
+    """Declare a field of a card: the default is written in the unit of a suffix and stored in SI.
+
+    Speeds, rates, heights and pressures are above zero, times not below it. Further `rules` may be `positive`,
+    `decreasing`, `as_many_as` another field and, for a bank, `steep`.
+    """
     default = tuple(_si(v, suffix) for v in value) if isinstance(value, Sequence) else _si(value, suffix)
-    return field(default=default, metadata={"suffix": suffix})
+    return field(default=default, metadata={"suffix": suffix, **rules})
+
+
+def count(value: float | tuple[float, ...], **rules: Any) -> Any:
+    """Declare a field of a card that has no unit, with the further rules of `quantity`."""
+    return field(default=value, metadata=rules)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,41 +41,33 @@ class Card:
     aircraft settles for `settle` [s]; where it is not yet within the tolerances, for up to as long again. The
     airspeed tolerance applies to the set-up of every maneuver, and to the samples of maneuvers that hold a speed.
 
-    Raises BadInputError for a number that must be positive and is not.
+    Raises BadInputError for a number that breaks a rule of its field.
     """
 
     speeds: tuple[float, ...] = quantity((160.0, 140.0, 120.0, 100.0), "kt")
     turn_rate: float = quantity(3.0, "degps")
-    bank_limit: float = quantity(30.0, "deg")
+    bank_limit: float = quantity(30.0, "deg", positive=True)
     roll_rate_limit: float = quantity(8.0, "degps")
     airspeed_rate_limit: float = quantity(2.0, "kt")  # a second
     settle: float = quantity(30.0, "s")
     airspeed_tolerance: float = quantity(1.0, "kt")
-    heading_tolerance: float = quantity(2.0, "deg")
+    heading_tolerance: float = quantity(2.0, "deg", positive=True)
     altitude_tolerance: float = quantity(50.0, "ft")
 
     def __post_init__(self) -> None:
-        self.require_positive("speeds", "turn_rate", "bank_limit", "roll_rate_limit", "airspeed_rate_limit")
-        self.require_positive("airspeed_tolerance", "heading_tolerance", "altitude_tolerance")
         for entry in fields(self):
-            if entry.metadata.get("suffix") == "s" and min(_each(getattr(self, entry.name))) < 0.0:
-                raise BadInputError(f"{entry.name} of a card is a time and cannot be negative")
-
-    def require_positive(self, *names: str) -> None:
-        """Raise BadInputError where a number of the card, or any number of a list, is not above zero."""
-        for name in names:
-            if min(_each(getattr(self, name))) <= 0.0:
+            name, rules, values = entry.name, entry.metadata, _each(getattr(self, entry.name))
+            if (rules.get("positive") or rules.get("suffix") in ABOVE_ZERO) and min(values) <= 0.0:
                 raise BadInputError(f"{name} of a card must be above zero")
-
-    def require_decreasing_speeds(self) -> None:
-        """Raise BadInputError unless there are at least two speeds, each below the one before."""
-        if len(self.speeds) < 2 or any(b >= a for a, b in pairwise(self.speeds)):
-            raise BadInputError("a deceleration needs at least two speeds, each below the one before")
-
-    def require_one_each(self, name: str, other: str) -> None:
-        """Raise BadInputError where two lists of the card differ in length."""
-        if len(getattr(self, name)) != len(getattr(self, other)):
-            raise BadInputError(f"{name} of a card must hold as many numbers as {other}: change both")
+            if rules.get("suffix") == "s" and min(values) < 0.0:
+                raise BadInputError(f"{name} of a card is a time and cannot be negative")
+            if rules.get("decreasing") and (len(values) < 2 or any(b >= a for a, b in pairwise(values))):
+                raise BadInputError("a deceleration needs at least two speeds, each below the one before")
+            other = rules.get("as_many_as", name)
+            if len(values) != len(_each(getattr(self, other))):
+                raise BadInputError(f"{name} of a card must hold as many numbers as {other}: change both")
+            if rules.get("steep") and not 5.0 * DEGREE <= abs(values[0]) <= 60.0 * DEGREE:
+                raise BadInputError("the bank of a circle lies between 5° and 60°, to either side")
 
 
 def _each(value: float | tuple[float, ...]) -> tuple[float, ...]:

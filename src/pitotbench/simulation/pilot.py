@@ -8,7 +8,6 @@ from math import atan, degrees, hypot, pi, tan
 import numpy as np
 
 from pitotbench.catalog import Catalog
-from pitotbench.records import BadInputError
 from pitotbench.simulation.card import Card
 from pitotbench.simulation.plant import Plant
 from pitotbench.units import DEGREE, FOOT, INCH_OF_MERCURY, KNOT, STANDARD_GRAVITY
@@ -418,8 +417,16 @@ def decelerate(cockpit: Cockpit, airspeed: float, label: str) -> Ticks:
     """
     cockpit.hold_airspeed(airspeed)
     cockpit.begin(label)
+    yield from slowed(cockpit, airspeed, 1.0 * KNOT)
+
+
+def slowed(cockpit: Cockpit, airspeed: float, near: float = 0.0) -> Ticks:
+    """Fly on until the airplane has slowed down to an airspeed [m/s], or so near [m/s] above it.
+
+    Raises SimulationError where it does not.
+    """
     what = f"deceleration to {airspeed / KNOT:.0f} KCAS"
-    yield from until(cockpit, lambda: cockpit.airspeed <= airspeed + 1.0 * KNOT, ACCELERATION_LIMIT, what)
+    yield from until(cockpit, lambda: cockpit.airspeed <= airspeed + near, ACCELERATION_LIMIT, what)
 
 
 def change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
@@ -429,12 +436,6 @@ def change_height(cockpit: Cockpit, label: str, altitude: float) -> Ticks:
     what = f"{label} to {altitude / FOOT:.0f} ft"
     yield from until(cockpit, lambda: abs(cockpit.deviation("altitude")) < LEVEL_OFF, CLIMB_LIMIT, what)
     yield from settle(cockpit)
-
-
-def require_steep_turns(bank: float) -> None:
-    """Raise BadInputError for a bank [rad] below 5° or above 60°, to either side."""
-    if not 5.0 * DEGREE <= abs(bank) <= 60.0 * DEGREE:
-        raise BadInputError("the bank of a circle lies between 5° and 60°, to either side")
 
 
 def step_down(cockpit: Cockpit, step: float, step_time: float, floor: float, *judged: str) -> Ticks:

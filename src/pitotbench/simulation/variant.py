@@ -27,7 +27,7 @@ def write_variant(original: Path, shelf: Path, name: str, overlay: Overlay, at_o
     folder = shelf / name
     if folder.exists():
         raise BadInputError(f"{folder} is there already; choose another name for the variant")
-    tree = _parsed(original / f"{original.name}.xml")
+    tree = parse_xml(original / f"{original.name}.xml", comments=True)
     _insert(tree.getroot(), overlay)
     for actuator in lagging_actuators(tree.getroot()) if at_once else ():
         for part in [child for child in actuator if child.tag in DYNAMICS]:
@@ -54,7 +54,7 @@ def overlay_text(original: Path, overlay: Overlay) -> str:
     Each element stands inside the part of the file to which it is added.
     """
     # Elements are compared by identity: those that were there before the insertion are the original's.
-    root = _parsed(original / f"{original.name}.xml").getroot()
+    root = parse_xml(original / f"{original.name}.xml", comments=True).getroot()
     before = {id(element) for element in root.iter()}
     _insert(root, overlay)
     _prune(root, before)
@@ -69,10 +69,6 @@ def _prune(element: ET.Element, old: set[int]) -> None:
         _prune(child, old)
         if id(child) in old and (len(child) == 0 or not any(id(e) not in old for e in child.iter())):
             element.remove(child)
-
-
-def _parsed(file: Path) -> "ET.ElementTree[ET.Element]":
-    return parse_xml(file, comments=True)
 
 
 def _insert(root: ET.Element, overlay: Overlay) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pitotbench.records.aircraft import ELECTRIC, TURBOPROP
-from pitotbench.simulation.plant import SimulationError, load_fdm
+from pitotbench.simulation.plant import INTEGRATORS, LATITUDE, RUNNING, SimulationError, load_fdm
 from pitotbench.simulation.properties import parse_catalog
 from pitotbench.units import DEGREE, FOOT, KNOT, STANDARD_GRAVITY, Array
 
@@ -24,10 +24,8 @@ START_SPEED = 60.0 * KNOT  # true, at which engines are started
 STARTER_TIME = 12.0  # s
 IDLE_STEP, MOST_IDLE, IDLE_TIME = 0.05, 0.3, 5.0  # of the lever's travel; s
 STEADY, SPOOL_LIMIT = 0.002, 25.0  # share of the thrust a look of 0.5 s; s until an engine is steady
-LATITUDE = 35.4  # deg
 CONTROLS = ("elevator", "aileron", "rudder")
 OWN_LEVER = "ap/throttle-command-norm"  # of the bench's own aircraft
-ENGINE = re.compile(r"propulsion/engine(\[\d+\])?/set-running")
 SPOOL = re.compile(r"propulsion/engine(\[\d+\])?/n1")
 BEST_POWER = 0.85  # of a rich mixture at the density of the air
 
@@ -95,7 +93,8 @@ class HeldAircraft:
         self._kind = kind
         self._fdm, self._transcript = load_fdm(name, folder, RATE)
         self.properties = parse_catalog(self._fdm.get_property_catalog())
-        self.engines = sum(bool(ENGINE.fullmatch(path)) for path in self.properties)
+        self._running = [path for path in self.properties if RUNNING.fullmatch(path)]
+        self.engines = len(self._running)
         self._altitude = altitude
         self._spools: list[str] = []
         self._hold()
@@ -138,9 +137,8 @@ class HeldAircraft:
         self.write("ic/lat-geod-deg", LATITUDE)
         self.write("ic/h-sl-ft", self._altitude / FOOT)
         self._run_ic()
-        for what in ("rate", "position"):
-            for part in ("translational", "rotational"):
-                self._fdm[f"simulation/integrator/{what}/{part}"] = 0
+        for path in INTEGRATORS:
+            self._fdm[path] = 0
         # The autopilot of the bench's own aircraft leaves the controls alone.
         for path in ("gear/gear-cmd-norm", "gear/gear-pos-norm", "ap/guidance", "ap/throttle-mode"):
             self.write(path, 0.0)
@@ -171,8 +169,7 @@ class HeldAircraft:
 
     def _turn(self) -> bool:
         """Return whether all engines run. JSBSim never says so of an electric motor, which needs no start."""
-        running = (path for path in self.properties if ENGINE.fullmatch(path))
-        return ELECTRIC in self._kind.kind or all(self.read(path) for path in running)
+        return ELECTRIC in self._kind.kind or all(map(self.read, self._running))
 
     def run(self, steps: float) -> None:
         """Let engines and controls run on for a number of steps of 0.01 s."""
@@ -205,27 +202,24 @@ class HeldAircraft:
         for speed in speeds if self._kind.idle_speed else ():
             self.place(State(speed))
             self.start_engines()
-            while self.idle < MOST_IDLE and self._turning() < self._kind.idle_speed:
+            while self.idle < MOST_IDLE:
+                self.set_lever(self.idle)
+                self.run(IDLE_TIME * RATE)
+                if min(self._of_each("engine-rpm"), default=0.0) >= self._kind.idle_speed:
+                    break
                 self.idle += IDLE_STEP
-
-    def _turning(self) -> float:
-        """Return the speed [rpm] of the slowest engine at idle."""
-        self.set_lever(self.idle)
-        self.run(IDLE_TIME * RATE)
-        paths = [path.replace("set-running", "engine-rpm") for path in self.properties if ENGINE.fullmatch(path)]
-        return min(self.read(path) for path in paths)
 
     def thrust(self) -> float:
         """Return the thrust of all engines [lb]."""
-        return self._of_engines("thrust-lbs")
+        return sum(self._of_each("thrust-lbs"))
 
     def power(self) -> float:
         """Return the power of all engines [hp], 0 for jets."""
-        return self._of_engines("power-hp")
+        return sum(self._of_each("power-hp"))
 
-    def _of_engines(self, reading: str) -> float:
-        paths = [path.replace("set-running", reading) for path in self.properties if ENGINE.fullmatch(path)]
-        return sum(self.read(path) for path in paths if path in self.properties)
+    def _of_each(self, reading: str) -> list[float]:
+        paths = (path.replace("set-running", reading) for path in self._running)
+        return [self.read(path) for path in paths if path in self.properties]
 
     def place(self, state: State) -> None:
         """Put the aircraft into a state, with its path in the plane of symmetry but for the roll."""

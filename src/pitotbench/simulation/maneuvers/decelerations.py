@@ -9,20 +9,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
 
-from pitotbench.simulation.card import Card, quantity
+from pitotbench.simulation.card import Card, count, quantity
 from pitotbench.simulation.pilot import (
-    ACCELERATION_LIMIT,
     Cockpit,
     Ticks,
     accelerate,
     leg,
     set_up,
     settle,
+    slowed,
     step_down,
     turn,
-    until,
 )
-from pitotbench.units import KNOT
 
 JUDGED = ("heading", "altitude")
 
@@ -37,17 +35,12 @@ class StepDecreaseCard(Card):
     deceleration starts and ends.
     """
 
-    speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt")
+    speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt", decreasing=True)
     heading: float = quantity(0.0, "deg")
     dwell: float = quantity(40.0, "s")
     step: float = quantity(1.0, "inhg")
-    step_time: float = quantity(10.0, "s")
+    step_time: float = quantity(10.0, "s", positive=True)
     settle: float = quantity(30.0, "s")
-
-    def __post_init__(self) -> None:
-        Card.__post_init__(self)
-        self.require_decreasing_speeds()
-        self.require_positive("step", "step_time")
 
 
 def fly_step_decrease(cockpit: Cockpit, card: StepDecreaseCard) -> Ticks:
@@ -73,18 +66,13 @@ class StepBothWaysCard(Card):
     speed, acceleration, and the same again. Larger steps keep the time at that of the paper's maneuver.
     """
 
-    speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt")
+    speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt", decreasing=True)
     heading: float = quantity(0.0, "deg")
-    repeats: int = 2
+    repeats: int = count(2, positive=True)
     dwell: float = quantity(20.0, "s")
     step: float = quantity(1.5, "inhg")
-    step_time: float = quantity(8.0, "s")
+    step_time: float = quantity(8.0, "s", positive=True)
     settle: float = quantity(10.0, "s")
-
-    def __post_init__(self) -> None:
-        Card.__post_init__(self)
-        self.require_decreasing_speeds()
-        self.require_positive("repeats", "step", "step_time")
 
 
 def fly_step_both_ways(cockpit: Cockpit, card: StepBothWaysCard) -> Ticks:
@@ -105,27 +93,20 @@ class RapidDecelCard(Card):
     then accelerates on the new heading, settles and repeats.
     """
 
-    speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt")
+    speeds: tuple[float, ...] = quantity((160.0, 100.0), "kt", decreasing=True)
     heading: float = quantity(0.0, "deg")
-    repeats: int = 2
+    repeats: int = count(2, positive=True)
     dwell: float = quantity(50.0, "s")
     settle: float = quantity(30.0, "s")
-
-    def __post_init__(self) -> None:
-        Card.__post_init__(self)
-        self.require_decreasing_speeds()
-        self.require_positive("repeats")
 
 
 def fly_rapid_decel(cockpit: Cockpit, card: RapidDecelCard) -> Ticks:
     """Fly the card: set up unrecorded; then leg and deceleration, with turn, acceleration and settling between."""
-    slow = card.speeds[-1]
 
     def with_power_idle(run: int) -> Ticks:
         cockpit.set_throttle(0.0)
         cockpit.begin(f"decel {run + 1}", *JUDGED)
-        what = f"deceleration to {slow / KNOT:.0f} KCAS"
-        yield from until(cockpit, lambda: cockpit.airspeed <= slow, ACCELERATION_LIMIT, what)
+        yield from slowed(cockpit, card.speeds[-1])
 
     yield from _both_ways(cockpit, card, with_power_idle)
 

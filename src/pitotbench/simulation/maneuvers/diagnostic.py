@@ -5,7 +5,6 @@ from math import pi
 
 from pitotbench.simulation.card import Card, quantity
 from pitotbench.simulation.pilot import (
-    ACCELERATION_LIMIT,
     Cockpit,
     Ticks,
     accelerate,
@@ -13,11 +12,10 @@ from pitotbench.simulation.pilot import (
     leg,
     set_up,
     settle,
+    slowed,
     turn,
-    until,
     wait,
 )
-from pitotbench.units import KNOT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,19 +26,14 @@ class DiagnosticCard(Card):
     against power).
     """
 
-    speeds: tuple[float, ...] = quantity((150.0, 110.0), "kt")
+    speeds: tuple[float, ...] = quantity((150.0, 110.0), "kt", decreasing=True)
     heading: float = quantity(0.0, "deg")
     climb: float = quantity(800.0, "ft")
-    sideslip: float = quantity(4.0, "deg")
-    sideslip_time: float = quantity(20.0, "s")
+    sideslip: float = quantity(4.0, "deg", positive=True)
+    sideslip_time: float = quantity(20.0, "s", positive=True)
     dwell: float = quantity(15.0, "s")
     settle: float = quantity(10.0, "s")
     airspeed_tolerance: float = quantity(3.0, "kt")
-
-    def __post_init__(self) -> None:
-        Card.__post_init__(self)
-        self.require_decreasing_speeds()
-        self.require_positive("climb", "sideslip", "sideslip_time")
 
 
 def fly_diagnostic(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
@@ -57,8 +50,7 @@ def fly_diagnostic(cockpit: Cockpit, card: DiagnosticCard) -> Ticks:
     yield from settle(cockpit)
     cockpit.set_throttle(0.0)
     cockpit.begin(cockpit.name("decel"))
-    what = f"deceleration to {slow / KNOT:.0f} KCAS"
-    yield from until(cockpit, lambda: cockpit.airspeed <= slow, ACCELERATION_LIMIT, what)
+    yield from slowed(cockpit, slow)
     yield from accelerate(cockpit, fast)
 
 

@@ -72,20 +72,15 @@ class CloverleafCard(Card):
     pass every heading, and gusts average out in them.
     """
 
-    speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt")
+    speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt", decreasing=True)
     headings: tuple[float, ...] = quantity((0.0, 240.0, 120.0), "deg")
-    dwells: tuple[float, ...] = quantity((3.0, 3.0, 3.0), "s")
+    dwells: tuple[float, ...] = quantity((3.0, 3.0, 3.0), "s", as_many_as="speeds")
     turn_rate: float = quantity(15.0, "degps")
-    bank_limit: float = quantity(45.0, "deg")
+    bank_limit: float = quantity(45.0, "deg", positive=True)
     roll_rate_limit: float = quantity(15.0, "degps")
     airspeed_rate_limit: float = quantity(1.5, "kt")
     airspeed_tolerance: float = quantity(2.0, "kt")
-    heading_tolerance: float = quantity(5.0, "deg")
-
-    def __post_init__(self) -> None:
-        Card.__post_init__(self)
-        self.require_decreasing_speeds()
-        self.require_one_each("dwells", "speeds")
+    heading_tolerance: float = quantity(5.0, "deg", positive=True)
 
 
 def fly_cloverleaf(cockpit: Cockpit, card: CloverleafCard) -> Ticks:

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from math import degrees, pi
 
 from pitotbench.records import BadInputError
-from pitotbench.simulation.card import Card, quantity
+from pitotbench.simulation.card import Card, count, quantity
 from pitotbench.simulation.pilot import (
     TICK,
     Cockpit,
     Ticks,
     decelerate,
-    require_steep_turns,
     set_up,
     settle,
     sweep,
@@ -40,18 +39,16 @@ class CircleCard(Card):
     pilot flew; with 0 the throttle holds the airspeed.
     """
 
-    bank: float = quantity(30.0, "deg")
+    bank: float = quantity(30.0, "deg", steep=True)
     heading: float = quantity(0.0, "deg")
-    circles: float = 1.0
+    circles: float = count(1.0, positive=True)
     fixed_power: int = 0
-    bank_limit: float = quantity(35.0, "deg")
+    bank_limit: float = quantity(35.0, "deg", positive=True)
     settle: float = quantity(10.0, "s")
     airspeed_tolerance: float = quantity(2.0, "kt")
 
     def __post_init__(self) -> None:
         Card.__post_init__(self)
-        self.require_positive("circles")
-        require_steep_turns(self.bank)
         if self.fixed_power not in (0, 1):
             raise BadInputError("fixed_power of a circle is 0 or 1")
 
@@ -115,20 +112,14 @@ class DecelCircleCard(Card):
     speed and a quarter at each end: for a quadratic curve this gives the smallest mean variance.
     """
 
-    speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt")
-    dwells: tuple[float, ...] = quantity((72.0, 145.0, 72.0), "s")
-    bank: float = quantity(45.0, "deg")
+    speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt", decreasing=True)
+    dwells: tuple[float, ...] = quantity((72.0, 145.0, 72.0), "s", as_many_as="speeds")
+    bank: float = quantity(45.0, "deg", steep=True)
     heading: float = quantity(0.0, "deg")
-    bank_limit: float = quantity(50.0, "deg")
+    bank_limit: float = quantity(50.0, "deg", positive=True)
     airspeed_rate_limit: float = quantity(1.5, "kt")
     airspeed_tolerance: float = quantity(2.0, "kt")
     settle: float = quantity(5.0, "s")
-
-    def __post_init__(self) -> None:
-        Card.__post_init__(self)
-        self.require_decreasing_speeds()
-        self.require_one_each("dwells", "speeds")
-        require_steep_turns(self.bank)
 
 
 def fly_decel_circle(cockpit: Cockpit, card: DecelCircleCard) -> Ticks:
@@ -153,22 +144,15 @@ class FigureEightCard(Card):
     difference of the two halves and cancels in their mean. Without wind, each eight ends where it began.
     """
 
-    speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt")
-    turns: tuple[float, ...] = (0.8, 1.2, 1.0)
-    bank: float = quantity(45.0, "deg")
+    speeds: tuple[float, ...] = quantity((160.0, 130.0, 100.0), "kt", decreasing=True)
+    turns: tuple[float, ...] = count((0.8, 1.2, 1.0), positive=True, as_many_as="speeds")
+    bank: float = quantity(45.0, "deg", steep=True)
     heading: float = quantity(0.0, "deg")
-    bank_limit: float = quantity(50.0, "deg")
+    bank_limit: float = quantity(50.0, "deg", positive=True)
     roll_rate_limit: float = quantity(15.0, "degps")
     airspeed_rate_limit: float = quantity(1.5, "kt")
     airspeed_tolerance: float = quantity(2.0, "kt")
     settle: float = quantity(3.0, "s")
-
-    def __post_init__(self) -> None:
-        Card.__post_init__(self)
-        self.require_decreasing_speeds()
-        self.require_positive("turns")
-        self.require_one_each("turns", "speeds")
-        require_steep_turns(self.bank)
 
 
 def fly_figure_eight(cockpit: Cockpit, card: FigureEightCard) -> Ticks:
